@@ -112,9 +112,7 @@ def tests() -> Iterator[Breach]:
     """What tests share stands in modules of its own: no test takes code out of another."""
     for path in [*(ROOT / "tests").rglob("*.py"), *(ROOT / "reproduction").rglob("*.py")]:
         taken = [number for number, line in lines_of(path) if re.match(r"(from|import) test_", line)]
-        if taken and any(
-            node.lineno in taken for node in imports_of(path)
-        ):  # else in a string
+        if taken and any(node.lineno in taken for node in imports_of(path)):  # else in a string
             yield path, taken[0], "takes code out of another test"
 
 

@@ -1,6 +1,6 @@
 """The loop of the rig for the reader: the compiled run, a sample at a time, for laws of the chain.
 
-The plant is that of `oracles.readable_plant`, encoders and filter stand here; of the package only what is Python.
+The plant is that of `oracles.readable_plant`, encoders and filter stand here; no kernel is run.
 """
 
 import numpy as np

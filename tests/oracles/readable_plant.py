@@ -1,7 +1,7 @@
 """A lumped chain for the reader: sticking motor, rubbing load, backlash, slack spans, a torque loop.
 
-The equations stand here as they are in a textbook, on plain numbers. Every short step is one of Runge and Kutta;
-the instant at which the motor stops or lets go is found by halving the step. Nothing is taken from the rig.
+The equations stand here as in a textbook, on plain numbers. Every short step is one of Runge and Kutta; the
+instant at which the motor stops or lets go is found by halving the step. Nothing is taken from the rig.
 """
 
 from dataclasses import dataclass

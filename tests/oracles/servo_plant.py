@@ -103,11 +103,10 @@ def sticks(row: Row, i: int) -> bool:
 @njit
 def turned(row: Row, x: Array, ways: Array) -> bool:
     """Whether an inertia that slips has passed its rest."""
-    n = row.inertia.size
+    n, found = row.inertia.size, False
     for i in range(n):
-        if sticks(row, i) and ways[i] * x[n + i] < 0.0:
-            return True
-    return False
+        found = found or (sticks(row, i) and ways[i] * x[n + i] < 0.0)
+    return found
 
 
 @njit

@@ -111,7 +111,7 @@ def test_friction_of_the_load_slows_it_whichever_way_it_turns(speed):
 @pytest.mark.kernel
 @pytest.mark.parametrize("play, slack, start", [(0.03, np.inf, 0.04), (0.0, 0.05, -0.15), (0.03, 0.05, 0.15)])
 def test_backlash_and_slack_spans_move_as_the_equations_written_out(play, slack, start):
-    """Released from a wound-up joint and cable; pieces begin at internal steps, so the error is of their size."""
+    """Released from a wound-up joint and cable; a piece begins at an internal step, hence the tolerance."""
     given, substeps = np.array([start, 0.0, -start, 0.0, 0.0, 0.0, 0.0]), 40
     step = INTERVAL / substeps
     piecewise = piecewise_numbers(LOOSE, step, play=play, slack=slack)
