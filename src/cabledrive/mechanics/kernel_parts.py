@@ -3,13 +3,14 @@
 numba compiles a called kernel anew for each constant among its arguments, gives every version an entry from
 Python, optimises it in full and makes machine code of it, although each caller holds a copy of its own. That
 is more than half of the first run of a control loop. Here a kernel that a kernel calls is a *part*: constants
-are arguments like others, and the compiler's code is tidied, linked into the kernel that Python calls, and
-optimised and made machine code with it. Options of a kernel are hashed at each of its operations: here once.
+are arguments like others, and the compiler's code is linked into the kernel that Python calls, to be optimised
+and made machine code with it. Options of a kernel are hashed at each of its operations: here once.
 
 numba has no public door for this. What is used of its inside is named in `INSIDE` and tried with the versions
 in `TRIED`; with any other version kernels are compiled as numba does it, with equal results, only slower.
 """
 
+import gc
 from functools import cache
 from typing import Any
 
@@ -21,7 +22,6 @@ INSIDE = {
         "JITCodeLibrary._finalize_final_module",
         "JITCodeLibrary._finalize_dynamic_globals",
         "JITCodeLibrary._verify_declare_only_symbols",
-        "JITCPUCodegen._module_pass_manager",
         "JITCPUCodegen._library_class",
         "JITCPUCodegen.set_env",
     ),
@@ -114,26 +114,32 @@ def _link_parts() -> None:
     from numba.core import codegen, event, targetconfig
 
     class Compiling(event.Listener):
+        """Keeps what is compiling; meanwhile the many objects of the compiler are not searched for garbage."""
+
+        collects = False
+
         def on_start(self, event: Any) -> None:
+            if not _COMPILING:
+                self.collects = gc.isenabled()
+                gc.disable()
             _COMPILING.append(event.data["dispatcher"])
 
         def on_end(self, event: Any) -> None:
             _COMPILING.pop()
+            if not _COMPILING and self.collects:
+                gc.enable()
 
     class Library(codegen.JITCodeLibrary):
         """Code of a kernel; of a part only what its callers link."""
 
         def _optimize_final_module(self) -> None:
             if not _in_a_part():
-                return super()._optimize_final_module()
-            passes, builder = self._codegen._module_pass_manager(
-                loop_vectorize=False, slp_vectorize=False, opt=1, cost="cheap"
-            )
-            passes.run(self._final_module, builder)
+                super()._optimize_final_module()
 
         def _finalize_final_module(self) -> None:
             if not _in_a_part():
-                return super()._finalize_final_module()
+                super()._finalize_final_module()
+                return
             self._finalize_dynamic_globals()
             self._verify_declare_only_symbols()
             self._finalized = True
