@@ -1,25 +1,27 @@
-"""One derivation gives the printed laws of Models 1 to 4, and its compiled twin the same numbers.
+"""One derivation gives the printed laws of Models 1 to 4; their bound, their projection, their compiled twin.
 
 Compiled modules under test: cabledrive.control.law_kernels.
 """
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.signal import TransferFunction, freqresp
 
+from cabledrive.control.bound import error_bound, printed_uncertainty, robust_conditions, uncertainty
 from cabledrive.control.darc import darc_numbers, darc_step
-from cabledrive.control.darc_gains import Bounds, DarcGains, darc_gains, printed_bounds
+from cabledrive.control.darc_gains import Bounds, DarcGains, adaptation_gain, darc_gains, printed_bounds
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.law_kernels import adapt, law_step
 from cabledrive.control.numbers import K_SIGMA, LawNumbers
+from cabledrive.control.projection import adapted, limited_rate, projected_rate
 from cabledrive.control.reference import flat_reference, joint_motion, lagged
-from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, row_of, state_of
 from oracles.printed_darc_laws import LAWS, Machine, printed_states
-
-pytestmark = pytest.mark.kernel
 
 FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
 
@@ -33,6 +35,7 @@ def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **opti
     return darc_numbers(flat, gains, bounds, flat_reference(flat, y, INTERVAL), INTERVAL, **options)
 
 
+@pytest.mark.kernel
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_undamped_law_is_the_printed_law(number, measured):
     """(6.20), (6.43), (6.53), (6.63) at random states, to 1e-11 of the largest term."""
@@ -58,6 +61,7 @@ def test_undamped_law_is_the_printed_law(number, measured):
     assert max(off) < 1e-11, f"observed {max(off):.2e}"
 
 
+@pytest.mark.kernel
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5])
 def test_sigma_obeys_its_dynamics_on_a_damped_row_of_any_length(n):
     """mu sigma' + K_sigma sigma = -phi^T p~ along the true motion of the row, friction of the motor known."""
@@ -82,6 +86,7 @@ def test_sigma_obeys_its_dynamics_on_a_damped_row_of_any_length(n):
     assert abs(residual) < 1e-8 * scale, f"observed {abs(residual) / scale:.2e}"
 
 
+@pytest.mark.kernel
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 @pytest.mark.parametrize(
     "options",
@@ -109,6 +114,7 @@ def test_compiled_step_is_the_readable_step(number, options):
         np.testing.assert_allclose(compiled, readable.estimate, rtol=1e-12)
 
 
+@pytest.mark.kernel
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_estimates_move_at_their_largest_rate_and_stop_at_their_bound(way):
     """Eq. (6.24) with a limit, written out: a regressor of a thousand asks for more than the limit allows."""
@@ -125,6 +131,7 @@ def test_estimates_move_at_their_largest_rate_and_stop_at_their_bound(way):
     np.testing.assert_array_equal(kept.parameters[:4], way)
 
 
+@pytest.mark.kernel
 def test_a_state_that_is_not_a_number_keeps_the_last_command_and_learns_nothing():
     law = law_of(4)
     estimate = law.learning[0].copy()
@@ -135,6 +142,7 @@ def test_a_state_that_is_not_a_number_keeps_the_last_command_and_learns_nothing(
     np.testing.assert_array_equal(kept.parameters[:4], law.learning[0])
 
 
+@pytest.mark.kernel
 def test_flat_output_gives_the_response_of_the_row():
     """theta_i / torque = D_1 .. D_(i-1) R_i / (J_1 s^2 R_1 + D_1 a_2), against the state matrix."""
     chain = row_of(4, np.random.default_rng(4))
@@ -148,6 +156,7 @@ def test_flat_output_gives_the_response_of_the_row():
         np.testing.assert_allclose(found, angles, rtol=1e-9)
 
 
+@pytest.mark.kernel
 def test_reference_through_the_dampers_leads_to_the_wanted_load_angle():
     """theta_N of the filtered reference is y_d, to the order of the straight lines between samples."""
     chain = model(4)
@@ -158,6 +167,7 @@ def test_reference_through_the_dampers_leads_to_the_wanted_load_angle():
     assert worst < 3e-7, f"observed {worst:.2e} rad"
 
 
+@pytest.mark.kernel
 def test_lag_is_exact_for_a_ramp():
     t = np.arange(0.0, 0.1, 1e-3)
     time = 0.02
@@ -167,6 +177,7 @@ def test_lag_is_exact_for_a_ramp():
     assert response[0] == pytest.approx(1.0)
 
 
+@pytest.mark.kernel
 def test_printed_gains_and_bounds_are_those_of_sections_6_5_1_and_6_6_1():
     three = printed_bounds(model(3), flexible_joint=False)
     np.testing.assert_allclose(three.low, [0.00165, 0.0029, 0.035, -0.01], rtol=1e-9)
@@ -178,18 +189,104 @@ def test_printed_gains_and_bounds_are_those_of_sections_6_5_1_and_6_6_1():
     assert law.scalars[K_SIGMA] == pytest.approx(2 * np.pi * 25 * 0.0011 * 0.000642 / (beta * 135), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "call, words",
-    [
-        (lambda: darc_gains(2, 5.0), "below 12 Hz"),
-        (lambda: darc_gains(4, -3.0), "must be finite and above 0"),
-        (lambda: darc_gains(4, float("nan")), "must be finite and above 0"),
-        (
-            lambda: Bounds(nominal=np.ones(4), low=np.array([2.0, 0, 0, 0]), high=np.full(4, 3.0)),
-            "lies outside its bounds 2 to 3",
-        ),
-    ],
+CHAIN = model(4)
+
+
+FLAT = flat_output(CHAIN)
+
+
+GAINS = darc_gains(4)
+
+
+LAW = darc_numbers(FLAT, GAINS, printed_bounds(CHAIN, flexible_joint=True), np.zeros((1, 9)), INTERVAL)
+
+
+REST = np.tile([0.0, 0.0, 0.0, 1.0], (20_000, 1))
+
+
+def test_weighted_sum_bounds_every_uncertainty_within_the_box():
+    """|phi^T p~| + |d~| <= h for estimates and truth anywhere in their bounds."""
+    rng = np.random.default_rng(0)
+    spread = LAW.learning[2] - LAW.learning[1]
+    for _ in range(200):
+        phi, error = rng.normal(size=(1, 4)), spread * rng.uniform(-1, 1, 4)
+        assert abs(phi[0] @ error) + 0.04 <= uncertainty(phi, spread, 0.04)[0] + 1e-12
+        assert uncertainty(phi, spread, 0.04)[0] <= printed_uncertainty(phi, spread, 0.04)[0] * 2.0 + 1e-12
+
+
+def test_tube_settles_on_h_over_the_gains():
+    """At rest the tube ends at h / (K_sigma lambda^5), dampers or not: their gain at rest is one."""
+    bound = error_bound(LAW, GAINS.bandwidth, REST, 0.04, INTERVAL, FLAT.time_constants)
+    assert bound.tube[-1] == pytest.approx(bound.steady, rel=1e-6)
+    h = (LAW.learning[2, 3] - LAW.learning[1, 3]) + 0.04
+    assert bound.steady == pytest.approx(h / (LAW.k_sigma * GAINS.bandwidth**5), rel=1e-12)
+    assert np.degrees(bound.steady) == pytest.approx(0.07, abs=0.01)
+
+
+def test_printed_norm_is_useless_beside_the_weighted_sum_in_motion():
+    """It multiplies the acceleration by the spread of the friction: 0.65 deg and more."""
+    moving = REST.copy()
+    moving[:, 0], moving[:, 1] = 30.0, 4.0
+    bound = error_bound(LAW, GAINS.bandwidth, moving, 0.04, INTERVAL, FLAT.time_constants)
+    assert bound.printed > 5.0 * bound.steady
+
+
+def test_a_constant_gain_meets_condition_1_with_h_squared_over_four_gains():
+    sigma = np.linspace(-1e6, 1e6, 2001)
+    found = robust_conditions(LAW, sigma, np.tile(REST[0], (2001, 1)), 0.04)
+    assert found.dissipative
+    assert found.worst <= found.epsilon * (1.0 + 1e-12)
+    h = (LAW.learning[2, 3] - LAW.learning[1, 3]) + 0.04
+    worst = np.abs(h / LAW.k_sigma)
+    touched = robust_conditions(LAW, np.array([worst]), REST[:1], 0.04)
+    assert touched.worst == pytest.approx(touched.epsilon, rel=1e-12)
+
+
+LOW, HIGH = np.array([-1.0, 0.0, 2.0, -3.0]), np.array([1.0, 0.5, 2.5, 3.0])
+
+
+inside = arrays(float, 4, elements=st.sampled_from([0.0, 1.0, 0.25, 0.6])).map(
+    lambda s: LOW + s * (HIGH - LOW)
 )
-def test_gains_and_bounds_that_cannot_be_are_refused(call, words):
-    with pytest.raises(InputRefused, match=words):
-        call()
+
+
+vectors = arrays(float, 4, elements=st.floats(-1e3, 1e3))
+
+
+gains = arrays(float, 4, elements=st.floats(1e-3, 1e3))
+
+
+@given(estimate=inside, truth=inside, tau=vectors, gain=gains)
+def test_projection_never_raises_the_lyapunov_function(estimate, truth, tau, gain):
+    """P2, Eq. (6.26), for diagonal Gamma: p~^T (Gamma^-1 Proj(Gamma tau) - tau) <= 0."""
+    projected = projected_rate(gain * tau, estimate, LOW, HIGH)
+    value = (estimate - truth) @ (projected / gain - tau)
+    assert value <= 1e-12 * np.abs(tau).max() * 10, f"observed {value:.3e}"
+
+
+@given(estimate=inside, rate=vectors, limit=arrays(float, 4, elements=st.floats(0.0, 10.0)))
+def test_estimates_stay_in_their_bounds_and_below_their_rates(estimate, rate, limit):
+    """P1, Eq. (6.25), sampled, with and without a rate limit."""
+    for allowed in (None, limit):
+        fresh = adapted(estimate, rate, LOW, HIGH, INTERVAL, allowed)
+        assert np.all((fresh >= LOW) & (fresh <= HIGH))
+    moved = np.abs(adapted(estimate, rate, LOW, HIGH, INTERVAL, limit) - estimate)
+    assert np.all(moved <= limit * INTERVAL * (1.0 + 1e-9) + 1e-15)
+
+
+def test_a_rate_limit_that_acts_spoils_p2():
+    """The limit as defined here keeps P1 and breaks P2, as any limit does."""
+    estimate, truth, tau = np.array([0.5]), np.array([0.9]), np.array([10.0])
+    rate = limited_rate(projected_rate(tau, estimate, np.zeros(1), np.ones(1)), np.ones(1))
+    assert (estimate - truth) @ (rate - tau) == pytest.approx(3.6)
+
+
+def test_adaptation_gain_gives_the_second_order_loop_its_damping():
+    """Eq. (6.35): the largest phi^T Gamma phi / mu along the reference is k_m^2 / (4 zeta^2)."""
+    bounds = printed_bounds(model(4), flexible_joint=True)
+    regressor = np.random.default_rng(0).normal(size=(50, 4))
+    chosen = DarcGains(bandwidth=100.0, sliding_rate=150.0, damping_ratio=0.8)
+    gain = adaptation_gain(chosen, bounds, regressor, 1e-6)
+    largest = np.max(regressor**2 @ gain) / 1e-6
+    assert largest == pytest.approx(150.0**2 / (4 * 0.8**2), rel=1e-12)
+    np.testing.assert_allclose(gain / bounds.spread**2, gain[0] / bounds.spread[0] ** 2, rtol=1e-12)

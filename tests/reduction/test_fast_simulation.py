@@ -1,14 +1,19 @@
-"""The fast model behind the door of the exact one: agreement, energy, and where it must refuse."""
+"""The fast model behind the door of the exact one: agreement, energy, many runs at once."""
 
 import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
-from cabledrive.simulation import Pluck, Recording, Scheme, SimulationStopped, Sine, Start, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Setting, SimulationStopped, Sine, Start, simulate
 
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
+
+
 SEGMENTS = 400  # the corners of a triangle want a fine chain as referee
+
+
 TORQUE = Sine(amplitude=0.02, frequency=81.6)
 
 
@@ -73,31 +78,66 @@ def test_a_motion_that_outgrows_everything_ends_there_and_keeps_what_came_before
     assert result.steps * result.step == pytest.approx(result.time[-1])
 
 
-def test_a_run_that_does_not_fit_into_memory_is_refused():
-    with pytest.raises(cd.InputRefused, match="GB of memory, at most 4 GB are used: lower rate"):
-        simulate_fast(DRIVE, 5000.0)
+FORCED = cd.load_drive("dissertation-2", overrides=["cable.transverse_damping=2"])
 
 
-def test_slack_ends_the_run_with_the_span_and_time():
-    with pytest.raises(SimulationStopped, match="slack at t =") as stop:
-        simulate_fast(DRIVE, 0.2, torque=Sine(amplitude=2.0, frequency=81.7))
-    assert stop.value.result.slack_events
+SCHEME = FastScheme(sines=3, step=2e-4)
 
 
-def test_torque_above_the_models_frequencies_is_refused():
-    with pytest.raises(cd.InputRefused, match="where the fast model ends"):
-        simulate_fast(DRIVE, 0.1, torque=Sine(amplitude=0.01, frequency=900.0))
+COMMON = Setting(torque_frequency=81.6, pluck_upper=1e-3, pluck_lower=-5e-4)
 
 
-def test_a_steep_pluck_is_reported():
-    with pytest.raises(SimulationStopped, match="slope"):
-        simulate_fast(DRIVE, 0.05, start=plucked("half-sine", 0.02), scheme=FastScheme(sines=1))
+def test_members_are_single_runs(measured):
+    axes = {"torque_amplitude": [0.0, 0.01], "pretension": [3.2, 3.3, 4.0]}
+    found = fast_ensemble(
+        FORCED, 0.1, axes, common=COMMON, pluck_shape="triangle", scheme=SCHEME, rate=1000.0
+    )
+    assert found.load_angle.dims == ("torque_amplitude", "pretension", "time")
+    worst = 0.0
+    plucks = tuple(Pluck(height=h, span=s, shape="triangle") for s, h in (("upper", 1e-3), ("lower", -5e-4)))
+    for amplitude in axes["torque_amplitude"]:
+        for pretension in axes["pretension"]:
+            single = simulate_fast(
+                cd.load_drive(
+                    "dissertation-2",
+                    overrides=["cable.transverse_damping=2", f"cable.pretension={pretension}"],
+                ),
+                0.1,
+                torque=Sine(amplitude=amplitude, frequency=81.6),
+                start=Start(plucks=plucks),
+                scheme=SCHEME,
+                recording=Recording(rate=1000.0),
+            )
+            member = found.sel(torque_amplitude=amplitude, pretension=pretension)
+            for name, expected in (
+                ("load_angle", single.load_angle),
+                ("drive_angle", single.drive_angle),
+                ("upper_midpoint", single.midpoint("upper")[:, 2]),
+                ("lower_midpoint", single.midpoint("lower")[:, 2]),
+            ):
+                scale = np.max(np.abs(single.load_angle)) + np.max(np.abs(expected))
+                worst = max(worst, float(np.max(np.abs(member[name] - expected)) / scale))
+                np.testing.assert_allclose(member[name], expected, atol=1e-9 * scale, err_msg=name)
+    measured(f"members within {worst:.1e} of single runs, relative to the largest motion")
 
 
-def test_result_file_appears_whole_and_is_not_overwritten(tmp_path):
-    path = tmp_path / "run.nc"
-    result = simulate_fast(DRIVE, 0.02, torque=TORQUE, output=path)
-    assert path.stat().st_size > 0
-    assert result.path == path
-    with pytest.raises(cd.InputRefused, match="exists"):
-        simulate_fast(DRIVE, 0.02, torque=TORQUE, output=path)
+def test_threads_do_not_matter():
+    axes = {"pretension": np.linspace(3.0, 5.0, 5), "torque_amplitude": [0.01, 0.02]}
+    one, two = (fast_ensemble(FORCED, 0.05, axes, common=COMMON, threads=n) for n in (1, 2))
+    assert one.identical(two)
+
+
+def test_members_for_which_the_model_does_not_hold_say_so_and_show_no_motion():
+    found = fast_ensemble(
+        FORCED,
+        0.2,
+        {"torque_amplitude": [0.01, 1.0], "pluck_upper": [1e-3, 3e-2]},
+        common=COMMON,
+    )
+    reasons = found.stopped.values
+    assert reasons[0, 0] == ""
+    assert "slack" in reasons[1, 0], reasons
+    assert "slope" in reasons[0, 1] or "slack" in reasons[0, 1]
+    assert np.isfinite(found.load_angle[0, 0]).all()
+    assert np.isnan(found.load_angle.values[reasons != ""]).all()
+    assert found.least_tension_upper[1, 0] < 0.0

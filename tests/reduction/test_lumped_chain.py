@@ -1,20 +1,44 @@
-"""The lumped chain is Models 1 to 4, and its transfer functions are those of chapters 4 and 6."""
+"""The lumped chain is Models 1 to 4; beside the distributed cable, python-control, a holding stiffness."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
-from cabledrive.parameters import InputRefused, load_drive
+import cabledrive as cd
+from cabledrive.modal import natural_frequencies
+from cabledrive.modal.tuning import pulley_mode
+from cabledrive.parameters import load_drive
+from cabledrive.reduction.autoparametric import autoparametric_model
+from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.lumped_chain import (
+    LumpedChain,
     natural_frequencies_of,
     speed_response,
     speed_transfer_function,
     state_space,
 )
 from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.python_control import speed_to_control, to_control
+from cabledrive.reduction.quality import (
+    distributed_response,
+    model_quality,
+    model_response,
+    with_measured_stiffness,
+)
+from cabledrive.reduction.reflected import reflected
+from cabledrive.simulation import Recording, Scheme, Sine, simulate
 
 DRIVE = load_drive("dissertation-3")
+
+
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
+
+
 K_M, B_M, KK, BB = 135.0, 0.075, 2 * 850 * 0.04**2, 2 * 0.18 * 0.04
+
+
 OMEGA = 2 * np.pi * np.geomspace(0.3, 400.0, 60)
 
 
@@ -86,9 +110,185 @@ def test_both_state_spaces_have_the_same_poles():
     np.testing.assert_allclose(poles, minimal, atol=1e-5)
 
 
-@pytest.mark.parametrize(
-    "name, model", [("dissertation-2", 4), ("dissertation-transporter", 3), ("dissertation-3", 5)]
+FAR = 2 * np.pi * np.geomspace(0.3, 150.0, 40)
+
+
+def test_a_cable_without_mass_is_model_4():
+    light = replace(DRIVE, cable=replace(DRIVE.cable, mass_per_length=1e-9))
+    error = np.abs(distributed_response(light, FAR) / model_response(light, 4, FAR) - 1.0).max()
+    assert error < 1e-5, f"observed {error:.2e}"
+
+
+def test_distributed_response_peaks_at_the_certified_modes():
+    """Undamped, the response has its poles where the count of modes puts them."""
+    bare = replace(
+        DRIVE,
+        motor=replace(DRIVE.motor, joint_damping=0.0, viscous_friction=0.0),
+        lumped=replace(DRIVE.lumped, cable_damping=0.0),
+    )
+    for mode in natural_frequencies(with_measured_stiffness(bare), count=2):
+        beside = distributed_response(bare, 2 * np.pi * mode * np.array([1 - 1e-7, 1 + 1e-7]))
+        assert beside[0].real * beside[1].real < 0.0, f"no pole at {mode:.4f} Hz"
+
+
+def test_each_model_holds_up_to_the_mode_it_leaves_out(measured):
+    """Models 1 and 2 fail well below the cable's mode, Model 3 below the joint's, Model 4 far beyond both."""
+    quality = {q.model: q for q in model_quality(DRIVE)}
+    for q in quality.values():
+        measured(f"Model {q.model}: 1 % up to {q.holds_1:.3g} Hz, 5 % up to {q.holds_5:.3g} Hz")
+    assert quality[1].holds_5 < 3.0
+    assert quality[2].holds_5 < 3.0
+    assert 3.0 < quality[3].holds_1 < quality[3].holds_5 < 92.0
+    assert quality[4].holds_1 > quality[3].holds_1
+    np.testing.assert_allclose(quality[4].frequencies, quality[4].exact, rtol=2e-2)
+
+
+def test_reflection_keeps_frequencies_and_responses():
+    chain = LumpedChain(
+        names=("drive", "load"),
+        inertias=(1e-3, 4e-3),
+        viscous=(1e-3, 2e-3),
+        coulomb=(0.0, 0.0),
+        offsets=(0.0, 0.0),
+        stiffness=(900.0,),
+        damping=(0.5,),
+        ratios=((0.03, 0.05),),
+    )
+    plain, gears = reflected(chain)
+    from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
+
+    assert gears[1] == pytest.approx(5 / 3)
+    np.testing.assert_allclose(natural_frequencies_of(plain), natural_frequencies_of(chain), rtol=1e-12)
+    found = speed_response(plain, FAR, speed_of=1) / gears[1]
+    np.testing.assert_allclose(found, speed_response(chain, FAR, speed_of=1), rtol=1e-10)
+
+
+def test_distributed_drive_turns_its_motor_as_model_4_does_up_to_the_joints_mode():
+    """Motor speed per torque, the curve of Fig. 6.3: within 1 % up to 120 Hz."""
+    omega = 2.0 * np.pi * np.geomspace(1.0, 120.0, 200)
+    exact = 1j * omega * distributed_response(DRIVE, omega, angle_of="motor")
+    worst = np.abs(speed_response(lumped_model(DRIVE, 4), omega) / exact - 1.0).max()
+    assert worst < 0.01, f"observed {worst:.4f}"
+    rigid = replace(DRIVE, motor=replace(DRIVE.motor, joint_stiffness=None))
+    exact = 1j * omega[:50] * distributed_response(rigid, omega[:50], angle_of="motor")
+    np.testing.assert_allclose(speed_response(lumped_model(rigid, 3), omega[:50]), exact, rtol=0.01)
+
+
+HOLDING = 25.0
+
+
+BASE = cd.load_drive("dissertation-3")
+
+
+SMOOTH = replace(
+    BASE,
+    cable=replace(BASE.cable, mass_per_length=1e-6),
+    layout=replace(BASE.layout, gravity=0.0),
+    motor=replace(BASE.motor, holding_stiffness=HOLDING, coulomb_friction=0.0, offset_torque=0.0),
+    lumped=None,
 )
-def test_a_model_the_drive_has_no_data_for_is_refused(name, model):
-    with pytest.raises(InputRefused, match="model"):
-        lumped_model(load_drive(name), model)
+
+
+JOINTS = pytest.mark.parametrize("joint", [135.0, None])
+
+
+def with_joint(joint):
+    return replace(SMOOTH, motor=replace(SMOOTH.motor, joint_stiffness=joint))
+
+
+def dense(drive):
+    """Stiffness and inertia of rotor, drive and load pulley, written out."""
+    r1, r2 = drive.drive_pulley.radius, drive.load_pulley.radius
+    cable = 2.0 * drive.cable.axial_rigidity / drive.span_length
+    joint = drive.motor.joint_stiffness
+    stiffness = np.zeros((3, 3))
+    stiffness[0, 0] = HOLDING
+    stiffness[1:, 1:] = cable * np.array([[r1 * r1, -r1 * r2], [-r1 * r2, r2 * r2]])
+    inertia = np.diag([drive.motor.inertia, drive.drive_pulley.inertia, drive.load_pulley.inertia])
+    if joint is None:
+        together = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+        return together.T @ stiffness @ together, together.T @ inertia @ together
+    stiffness[:2, :2] += joint * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return stiffness, inertia
+
+
+@JOINTS
+def test_models_have_the_frequencies_of_the_dense_matrices_and_of_a_cable_without_mass(joint):
+    drive = with_joint(joint)
+    omega = np.sqrt(eigh(*dense(drive), eigvals_only=True))
+    found = natural_frequencies_of(lumped_model(drive))
+    assert found == pytest.approx(omega, rel=1e-10)
+    exact = 2 * np.pi * cd.natural_frequencies(drive, count=omega.size)
+    assert found == pytest.approx(exact, rel=1e-4)
+
+
+@JOINTS
+def test_a_slow_torque_is_answered_by_the_holding_stiffness_alone(joint):
+    drive = with_joint(joint)
+    slow = np.array([1e-3])
+    for found in (distributed_response(drive, slow), model_response(drive, 3, slow)):
+        assert abs(found[0]) == pytest.approx(1.0 / HOLDING, rel=1e-4)
+
+
+@JOINTS
+def test_damping_of_the_pulley_mode_is_that_of_the_lumped_eigenvalues(joint):
+    """Weak axial damping of a cable almost without mass: real part of the eigenvalue of Model 3 or 4."""
+    drive = with_joint(joint)
+    still = tuple(replace(p, viscous_friction=0.0) for p in drive.pulley)
+    drive = replace(
+        drive,
+        cable=replace(drive.cable, axial_damping=1e-4 * drive.cable.axial_rigidity),
+        pulley=still,
+        motor=replace(drive.motor, viscous_friction=0.0, joint_damping=0.0),
+    )
+    model = autoparametric_model(drive)
+    poles = np.linalg.eigvals(state_space(lumped_model(drive))[0])
+    nearest = poles[np.argmin(np.abs(np.abs(poles) - pulley_mode(drive).omega))]
+    assert model.natural == pytest.approx(abs(nearest), rel=1e-3)
+    assert model.modal_damping == pytest.approx(-2.0 * nearest.real, rel=0.02), f"{model.modal_damping}"
+    assert model.rigid_arm == 0.0
+
+
+@JOINTS
+def test_fast_model_follows_the_full_model_on_the_holding_stiffness(joint, measured):
+    drive = with_joint(joint)
+    drive = replace(drive, cable=replace(drive.cable, mass_per_length=BASE.cable.mass_per_length))
+    torque = Sine(amplitude=0.05, frequency=9.0)
+    full = simulate(drive, 0.5, torque=torque, scheme=Scheme(segments=20), recording=Recording(rate=1000.0))
+    fast = simulate_fast(
+        drive, 0.5, torque=torque, scheme=FastScheme(sines=4), recording=Recording(rate=1000.0)
+    )
+    found = np.interp(full.time, fast.time, fast.load_angle)
+    error = np.max(np.abs(found - full.load_angle)) / np.max(np.abs(full.load_angle))
+    measured(f"largest difference {error:.1e} of the largest angle")
+    assert error < 0.02, f"{error:.3e}"
+
+
+FEW = 2.0 * np.pi * np.array([0.3, 3.0, 8.0, 90.0, 300.0])
+
+
+@pytest.mark.parametrize("model", [1, 2, 3, 4])
+def test_state_space_answers_as_the_model_does(model, measured):
+    control = pytest.importorskip("control")
+    chain = lumped_model(DRIVE, model)
+    system = to_control(chain)
+    assert system.output_labels == [f"{name}_angle" for name in chain.names]
+    found = np.atleast_2d(np.squeeze(control.frequency_response(system, FEW).frdata))[-1]
+    expected = np.abs(model_response(DRIVE, model, FEW))
+    measured(f"Model {model}: response within {np.max(np.abs(np.abs(found) / expected - 1.0)):.1e}")
+    np.testing.assert_allclose(np.abs(found), expected, rtol=1e-8)
+
+
+def test_transfer_function_has_the_modes_as_poles_and_the_held_drive_as_zeros(measured):
+    """From motor torque to motor speed: zeros at the frequencies of the row with its motor held."""
+    control = pytest.importorskip("control")
+    chain = lumped_model(DRIVE, 4)
+    system = speed_to_control(chain)
+    poles = np.sort(np.abs(control.poles(system)))[1::2]
+    modes = natural_frequencies_of(chain)
+    held = np.linalg.eigvals(np.linalg.solve(np.diag(chain.inertias[1:]), chain.stiffness_matrix[1:, 1:]))
+    zeros = np.sort(np.abs(control.zeros(system)))[::2]
+    away = [np.max(np.abs(a / b - 1.0)) for a, b in ((poles, modes), (zeros, np.sort(np.sqrt(held))))]
+    measured(f"poles within {100 * away[0]:.2g} %, zeros within {100 * away[1]:.2g} % of the undamped modes")
+    np.testing.assert_allclose(poles, modes, rtol=2e-2)
+    np.testing.assert_allclose(zeros, np.sort(np.sqrt(held)), rtol=2e-2)

@@ -17,8 +17,14 @@ from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
 from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent
+
+
 ROUTES = TESTS / "parameters" / "routes"
+
+
 SENSORS = ("sensors.sample_rate=5000", "sensors.motor_encoder=4000", "sensors.load_encoder=4000")
+
+
 MIDDLE = "head.x=0.21"
 
 
@@ -110,16 +116,6 @@ def test_what_is_no_chain_is_refused_with_the_reason(name, overrides, reason):
     assert reason in network_chains(route(name, *overrides))[0].refusal
 
 
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [("finger", "springs or ropes hold"), ("serpentine", "0 given"), ("corexy", "name one with")],
-)
-def test_what_has_no_axis_is_refused_in_one_line(name, reason):
-    with pytest.raises(InputRefused, match=reason) as refused:
-        as_axis(route(name))
-    assert "\n" not in str(refused.value)
-
-
 def test_a_loop_as_a_route_reduces_to_its_own_model():
     """The chain has the certified frequencies; its numbers are those of Model 4 but for the cable's mass."""
     drive = without_gravity(cd.load_drive("dissertation-3"))
@@ -150,16 +146,6 @@ def test_the_lumped_model_of_an_axis_is_its_chain():
     assert axis.motor.torque_limit == pytest.approx(0.5)
     assert model.coulomb[-1] == pytest.approx(2.0 * 6.366e-3)
     assert as_axis(machine, "beam.y").load == "beam.y"
-
-
-def test_the_cable_of_an_axis_is_not_simulated():
-    axis = as_axis(route("printer", *SENSORS))
-    for run in (cd.simulate, cd.resonance):
-        with pytest.raises(InputRefused, match="needs the spans"):
-            run(axis, 0.1) if run is cd.simulate else run(axis)
-    assert (
-        cd.modes(axis, count=2).modes[0].frequency == cd.modes(route("printer"), count=2).modes[0].frequency
-    )
 
 
 def test_a_law_follows_on_the_axis_of_a_printer():

@@ -7,7 +7,6 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control.flank_torque import closing_torques
-from cabledrive.parameters import InputRefused
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.pair import doubled
@@ -19,10 +18,20 @@ from oracles.motor_pair import MotorPair
 from oracles.motor_pair import run as run_by_scipy
 
 DEGREE, COUNT = np.pi / 180.0, 0.036
+
+
 BACKLASH, FRICTIONLESS = ["motor.backlash=1 deg"], ["motor.coulomb_friction=0", "motor.offset_torque=0"]
+
+
 DRIVE = cd.load_drive("dissertation-3", overrides=BACKLASH)
+
+
 SMOOTH = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS])
+
+
 PAIR = RigOptions(pair=True)
+
+
 SHORT = Motion(angle=10.0, rise=0.12, dwell=0.05, order=11)
 
 
@@ -188,24 +197,3 @@ def test_a_law_made_anew_after_a_pulse_keeps_the_flanks_of_both_parts():
     assert found["learnt"]["used"]
     assert found["pair"]["flanks_closed"] is True
     assert found["pair"]["flank_observer_error"] > 0.0
-
-
-@pytest.mark.parametrize(
-    ("drive", "options", "words"),
-    [
-        (cd.load_drive("dissertation-3"), {"pair": True}, "motor.backlash is 0"),
-        (DRIVE, {"preload": 0.5}, "add --pair"),
-        (DRIVE, {"pair": True, "preload": 0.05}, "twice the friction"),
-        (DRIVE, {"pair": True, "preload": 2.5}, "its torque limit"),
-        (DRIVE, {"pair": True, "smooth_friction": True}, "set-valued"),
-    ],
-)
-def test_pairs_that_cannot_be_are_refused_in_one_line(drive, options, words):
-    with pytest.raises(InputRefused, match=words) as caught:
-        cd.track(drive, controller="lqg", bandwidth=20.0, options=RigOptions(**options))
-    assert "\n" not in str(caught.value)
-
-
-def test_a_pair_has_no_other_plant_than_the_lumped_chain():
-    with pytest.raises(InputRefused, match="lumped chain"):
-        cd.track(DRIVE, controller="lqg", bandwidth=20.0, plant="model-3", options=PAIR)

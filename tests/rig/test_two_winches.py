@@ -8,10 +8,9 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control.tension_position import first_state, step
-from cabledrive.parameters import InputRefused
-from cabledrive.reduction.two_motors import is_winched, winched_machine
+from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
-from cabledrive.rig import BodyMotion, Disturbance, Motion, RigOptions
+from cabledrive.rig import BodyMotion, Disturbance
 from cabledrive.rig.two_motors.design import design_tensions
 from cabledrive.rig.two_motors.place_check import bound_of_place, part_used
 from cabledrive.rig.two_motors.plan import plan_motion
@@ -21,6 +20,8 @@ from cabledrive.rig.two_motors.summary import summarize
 from oracles.two_winches import Winches, run
 
 CAMERA = cd.load_drive("camera-winches")
+
+
 RAIL = cd.load_drive(str(Path(__file__).parents[2] / "examples" / "rail_winches.toml"))
 
 
@@ -252,68 +253,3 @@ def test_a_guided_body_keeps_the_internal_tension_of_the_file():
     mean = found.tensions.mean(axis=1)
     assert np.abs(mean - 700.0).max() < 25.0, np.abs(mean - 700.0).max()
     np.testing.assert_allclose(m.tension, [700.0, 700.0], rtol=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"least_tension": 1000.0}, "tension at rest"),
-        ({"motion": BodyMotion(moves={"camera.z": 1.0})}, "no coordinate of the body"),
-        ({"bandwidth": 9.0}, "sixth of that of the tension"),
-        ({"motion": BodyMotion(moves={"camera.y": 4.9})}, "move: "),
-        (
-            {"disturbances": (Disturbance(on="camera.x", torque=1.0, start=900.0, end=901.0),)},
-            "start earlier",
-        ),
-        ({"draws": -1}, "draws"),
-    ],
-)
-def test_what_cannot_be_done_is_refused_in_one_line(options, words):
-    with pytest.raises(InputRefused, match=words) as caught:
-        track_two_motors(CAMERA, **options)
-    assert "\n" not in str(caught.value)
-
-
-def test_the_door_of_python_takes_winches_with_the_same_answer():
-    motion, gust = (
-        BodyMotion(moves={"camera.x": 0.4}, rise=2.0),
-        Disturbance(on="camera.y", torque=-20.0, start=1.0, end=1.5),
-    )
-    ours = cd.track(CAMERA, motion=motion, options=RigOptions(disturbances=(gust,)), gust=40.0, seed=4)
-    theirs = track_two_motors(CAMERA, motion=motion, disturbances=(gust,), gust=40.0, seed=4)
-    assert ours.summary == theirs.summary
-    np.testing.assert_array_equal(ours.tensions, theirs.tensions)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"motion": Motion()}, "BodyMotion"),
-        ({"controller": "lqg"}, "tension-position"),
-        ({"gains": "dissertation"}, "gains is for pulses"),
-        ({"options": RigOptions(jitter=1e-5)}, "jitter is for pulses"),
-    ],
-)
-def test_the_door_refuses_for_winches_what_is_for_pulses(options, words):
-    with pytest.raises(InputRefused, match=words):
-        cd.track(CAMERA, **options)
-
-
-def test_the_door_refuses_for_pulses_what_is_for_winches():
-    for options in ({"gust": 3.0}, {"least_tension": 3.0}, {"motion": BodyMotion()}):
-        with pytest.raises(InputRefused, match="two winches"):
-            cd.track(cd.load_drive("dissertation-3"), **options)
-
-
-def test_what_takes_an_axis_refuses_winches_with_the_remedy():
-    with pytest.raises(InputRefused, match=r"by one law, and no axis: run `cabledrive track") as caught:
-        cd.compare(CAMERA, draws=1)
-    assert "\n" not in str(caught.value)
-
-
-def test_machines_that_are_no_winches_are_told_apart():
-    assert is_winched(CAMERA)
-    assert is_winched(RAIL)
-    assert not any(is_winched(cd.load_drive(name)) for name in ("corexy", "lift-2-to-1", "dissertation-3"))
-    with pytest.raises(InputRefused, match="backlash"):
-        winched_machine(replace(CAMERA, motor=(replace(CAMERA.motor[0], backlash=0.01), CAMERA.motor[1])))

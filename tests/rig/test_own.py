@@ -1,27 +1,28 @@
-"""A controller of the user's own runs on the rig exactly as a packaged one."""
+"""Controllers and plants of the user's own run on the rig as the packaged ones."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numba
 import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control import ControllerProtocol
 from cabledrive.control.linear_laws import pd_law, pid_law
-from cabledrive.control.own_controller import checked_controller
 from cabledrive.mechanics.compiled import numba_at_hand, why_plain
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.comparison import compared
 from cabledrive.rig.laws.own_law import own_law
-from cabledrive.rig.setting import sample_interval
+from cabledrive.rig.setting import DEGREE, sample_interval
 from cabledrive.rig.trial import spec_for
 
 DRIVE = cd.load_drive("dissertation-3")
+
+
 CHAIN, INTERVAL = reflected(lumped_model(DRIVE, 4))[0], sample_interval(DRIVE)
+
+
 SHORT = Motion(angle=5.0, rise=0.15, dwell=0.05, order=11)
 
 
@@ -130,77 +131,6 @@ def test_draws_run_the_users_controller_on_the_same_plants():
         assert own.summary["over_draws"][key] == pytest.approx(value, abs=1e-9) if value is not None else True
 
 
-def test_a_comparison_takes_it_beside_packaged_laws():
-    options = RigOptions(forbid_slack=False)
-    spec = spec_for(DRIVE, SHORT, options=options)
-    own = cd.OwnController(step=feedback, gains=pd_law(CHAIN, 5.0, INTERVAL).rows[0], name="mine")
-    found = compared(
-        DRIVE, ["pd", own], ["damped"], 2, 5, spec, SHORT, options=options, settings={("pd", "damped"): 5.0}
-    )
-    assert [one.law for one in found] == ["pd", "mine"]
-    assert np.isnan(found[1].setting)
-    np.testing.assert_allclose(found[0].draws.scores, found[1].draws.scores, atol=1e-9)
-
-
-def refused(**parts):
-    parts = {"step": feedback, "gains": np.zeros(6)} | parts
-    with pytest.raises(cd.InputRefused) as refusal:
-        track(DRIVE, controller=SimpleNamespace(**parts), motion=SHORT)
-    words = str(refusal.value)
-    assert "\n" not in words
-    return words
-
-
-def late(value):
-    """Right for a hundred samples, then the value as a command."""
-    count = iter(range(10**6))
-
-    def step(gains, state, measurement, reference):
-        return state, (reference[-1] if next(count) < 100 else value)
-
-    return step
-
-
-@pytest.mark.parametrize(
-    "parts, named",
-    [
-        ({"step": late(np.nan), "name": "broken"}, ["broken", "nan", "sample 100", "0.02 s"]),
-        ({"step": late(np.zeros(2))}, ["shape (2,)", "sample 100"]),
-        ({"step": late("fast")}, ["sample 100", "numbers"]),
-        ({"step": lambda g, s, m, r: (np.zeros(3), 0.0)}, ["(3,)", "(0,)", "initial_state"]),
-        ({"step": lambda g, s, m, r: 0.0}, ["(state, command)"]),
-        ({"step": lambda g, s, m, r: (s * np.nan, 0.0), "initial_state": [1.0]}, ["state", "finite"]),
-        ({"initial_state": [[1.0]]}, ["initial_state"]),
-        ({"initial_state": "no"}, ["initial_state"]),
-        ({"sample_time": 1e-3}, ["sample_time", "0.001 s", "0.0002 s"]),
-        ({"sample_time": "fast"}, ["sample_time"]),
-        ({"shafts": ("load", "motor")}, ["shafts", "motor, drive, load"]),
-        ({"measures": "tension"}, ["measures", "states", "readings"]),
-        ({"follows": 3}, ["follows", "inverse", "motion"]),
-        ({"name": "lqg"}, ["lqg", "packaged"]),
-        ({"name": ""}, ["name"]),
-    ],
-)
-def test_what_it_must_not_return_or_be_is_named_in_one_line(parts, named):
-    words = refused(**parts)
-    assert all(part in words for part in named), words
-
-
-@pytest.mark.parametrize("given", [feedback, 7, cd.OwnController, object(), ["pd"]])
-def test_what_is_no_controller_is_one_line(given):
-    with pytest.raises(cd.InputRefused, match="controller") as refusal:
-        track(DRIVE, controller=given, motion=SHORT)
-    assert "OwnController" in str(refusal.value)
-    assert "\n" not in str(refusal.value)
-
-
-def test_settings_of_packaged_laws_are_refused():
-    own = cd.OwnController(step=feedback, gains=np.zeros(6))
-    for setting in ({"bandwidth": 5.0}, {"adapt": False}):
-        with pytest.raises(cd.InputRefused, match=next(iter(setting))):
-            track(DRIVE, controller=own, motion=SHORT, **setting)
-
-
 @pytest.mark.kernel
 def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
     """`cabledrive.rig.closed_loop.own_kernels` with `cabledrive.control.controller_kernels`, against the loop
@@ -224,52 +154,143 @@ def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
 COMPILED = numba.njit(with_memory)
 
 
-def test_a_compiled_controller_whose_numbers_overflow_is_named():
-    gains = (np.full((3, 10), 1e30), np.zeros(9))
-    own = cd.OwnController(step=COMPILED, gains=gains, initial_state=np.zeros(3), name="fifty")
-    with pytest.raises(cd.InputRefused, match=r'"fifty" returned .* finite.* at t = .* s \(sample \d+\)'):
-        track(DRIVE, controller=own, motion=SHORT)
+# Without friction of the motor two linear inertias are left, whose motion any integrator finds.
+SMOOTH = (
+    "motor.coulomb_friction=0 N m",
+    "pulley.0.coulomb_friction=0 N m",
+    "pulley.1.coulomb_friction=0 N m",
+)
 
 
-def test_a_step_that_does_not_compile_is_one_line():
-    @numba.njit
-    def step(gains, state, measurement, reference):
-        return state, reference.no_such_thing
-
-    with pytest.raises(cd.InputRefused, match=r"own controller.*cannot be compiled") as refusal:
-        track(DRIVE, controller=cd.OwnController(step=step), motion=SHORT)
-    assert "\n" not in str(refusal.value)
+LINEAR = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0"])
 
 
-def test_the_protocol_is_structural():
-    class Mine:
-        name, gains, initial_state, sample_time = "mine", 2.0, [0.0], None
-        shafts, measures, follows = ("load",), "states", "motion"
-
-        def step(self, gains, state, measurement, reference):
-            return state, gains * (reference[0] - measurement[0]) - 0.01 * measurement[1]
-
-    own = checked_controller(Mine())
-    assert (own.name, own.shafts, own.follows) == ("mine", ("load",), "motion")
-    assert isinstance(Mine(), ControllerProtocol)
-    assert track(DRIVE, controller=Mine(), motion=SHORT).summary["controller"] == "mine"
+MODEL_2 = reflected(lumped_model(LINEAR, 2))[0]
 
 
-def test_a_run_is_a_table_a_picture_and_a_few_lines(tmp_path):
-    run_ = track(
-        DRIVE, controller=cd.OwnController(step=feedback, gains=np.zeros(6), name="<own>"), motion=SHORT
+def gearbox() -> cd.LumpedChain:
+    """Motor, a gear's shaft, drive pulley and load: one link more than Model 4."""
+    four = reflected(lumped_model(LINEAR, 4))[0]
+    return cd.LumpedChain(
+        names=("motor", "gear", "drive", "load"),
+        inertias=(0.6 * four.inertias[0], 0.4 * four.inertias[0], *four.inertias[1:]),
+        viscous=(four.viscous[0], 0.0, *four.viscous[1:]),
+        coulomb=(0.0,) * 4,
+        offsets=(four.offsets[0], 0.0, 0.0, 0.0),
+        stiffness=(20.0 * four.stiffness[0], *four.stiffness),
+        damping=(four.damping[0], *four.damping),
+        ratios=((1.0, 1.0),) * 3,
     )
-    table = run_.to_dataframe()
-    assert list(table) == [
-        *("reference", "load_angle", "error", "torque"),
-        *("motor_encoder", "drive_encoder", "load_encoder"),
+
+
+def two_masses(parameters, state, torques, time):
+    """Model 2 by Runge and Kutta, in plain Python: motor, and drive pulley with the load."""
+    (j1, j2), (b1, b2), offset, k, b = parameters
+
+    def rates(x):
+        link = k * (x[0] - x[1]) + b * (x[2] - x[3])
+        motor = (torques[0] + offset - link - b1 * x[2]) / j1
+        return np.array([x[2], x[3], motor, (torques[1] + link - b2 * x[3]) / j2])
+
+    r1 = rates(state)
+    r2 = rates(state + 0.5 * time * r1)
+    r3 = rates(state + 0.5 * time * r2)
+    return state + time / 6.0 * (r1 + 2.0 * r2 + 2.0 * r3 + rates(state + time * r3))
+
+
+def own_model_2(**parts) -> cd.OwnPlant:
+    numbers = (
+        MODEL_2.inertias,
+        MODEL_2.viscous,
+        MODEL_2.offsets[0],
+        MODEL_2.stiffness[0],
+        MODEL_2.damping[0],
+    )
+    given = {
+        "step": two_masses,
+        "initial_state": np.zeros(4),
+        "shafts": ("motor", "drive"),
+        "name": "two masses",
+    }
+    return cd.OwnPlant(**(given | {"parameters": numbers} | parts))
+
+
+PUSHED = RigOptions(disturbances=(Disturbance(torque=0.05, start=0.05, end=0.2),), jitter=1e-6)
+
+
+def gap(drive: cd.Drive, substeps: int) -> float:
+    """Largest difference of the load's angle between the packaged Model 2 and the user's [deg]."""
+    options = replace(PUSHED, substeps=substeps, ideal_sensors=True)
+    both = [
+        track(drive, controller="darc-2", plant=plant, motion=SHORT, options=options).load_angle
+        for plant in ("model-2", own_model_2())
     ]
-    assert np.degrees(table["error"].abs().max()) == pytest.approx(run_.summary["peak_error_deg"])
-    np.testing.assert_array_equal(table.index, run_.time)
-    figure = run_.plot()
-    assert len(figure.axes) == 3
-    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(run_.error.max()))
-    assert f"{run_.summary['peak_error_deg']:.4f} deg" in repr(run_)
-    assert "interpreted" in repr(run_)
-    assert "&lt;own&gt;" in run_._repr_html_()
-    assert len(repr(run_)) < 600
+    return float(np.abs(both[0] - both[1]).max() / DEGREE)
+
+
+@pytest.mark.parametrize("settings", [(), ("sensors.delay=0.3 ms",)], ids=["prompt", "delayed"])
+def test_two_masses_in_plain_python_are_model_2(settings, measured):
+    """To the error of their integration; behind a torque loop to that of the mean torque of each step."""
+    drive = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0", *settings])
+    prompt = replace(drive, motor=replace(drive.motor, current_bandwidth=None))
+    exact, finer, coarse, fine = gap(prompt, 1), gap(prompt, 3), gap(drive, 1), gap(drive, 12)
+    measured(f"{exact:.1e} and {finer:.1e} deg without torque loop; with it {coarse:.1e} and {fine:.1e} deg")
+    assert exact < 1e-6, f"observed {exact:.1e} deg"
+    assert finer < exact / 50.0 + 1e-11, f"observed {exact:.1e} and {finer:.1e} deg"
+    assert coarse < 1e-4, f"observed {coarse:.1e} deg"
+    assert fine < 0.4 * coarse, f"observed {coarse:.1e} and {fine:.1e} deg"
+
+
+def test_nothing_is_claimed_of_a_plant_whose_parameters_are_unknown():
+    own = track(LINEAR, controller="darc-2", plant=own_model_2(), motion=SHORT)
+    assert own.summary["plant"] == "two masses"
+    assert own.summary["within_bound"] is None
+    assert any("two masses" in words for words in own.summary["broken_assumptions"])
+    assert own.summary["closed_loop_poles"] is None
+    assert own.summary["backlash"] is None
+    assert own.tensions is None
+    assert own.interpreted == "plant"
+
+
+def test_an_own_controller_on_an_own_plant():
+    def step(gains, state, measurement, reference):
+        return state, reference[-1] - 5.0 * (measurement[0] - reference[0]) - 0.05 * (
+            measurement[2] - reference[2]
+        )
+
+    own = cd.OwnController(step=step, shafts=("motor", "load"))
+    options = RigOptions(ideal_sensors=True)
+    found = track(LINEAR, controller=own, plant=own_model_2(), motion=SHORT, options=options)
+    named = track(LINEAR, controller=own, plant="model-2", motion=SHORT, options=options)
+    assert found.interpreted == "controller, plant"
+    np.testing.assert_allclose(found.load_angle, named.load_angle, rtol=0.0, atol=1e-6 * DEGREE)
+
+
+@pytest.mark.parametrize("model", [1, 2, 3, 4])
+def test_the_drives_own_lumped_chain_is_its_model(model):
+    """With the same figures, the same words and the same verdict on the bound."""
+    named = track(LINEAR, controller="darc-4-damped", plant=f"model-{model}", motion=SHORT)
+    chain = replace(lumped_model(LINEAR, model), holding=0.0)
+    given = track(LINEAR, controller="darc-4-damped", plant=chain, motion=SHORT)
+    np.testing.assert_array_equal(named.load_angle, given.load_angle)
+    for key in ("broken_assumptions", "within_bound", "theory_bound_deg", "closed_loop_poles"):
+        assert named.summary[key] == given.summary[key], key
+    assert given.summary["plant"].startswith(f"lumped chain of {chain.size} inertias")
+
+
+def test_four_inertias_run_as_model_4_when_the_gear_is_stiff(measured):
+    """The gear's link is twenty times the joint's; a hundred times that, and nothing is left of it."""
+    chain, options = gearbox(), RigOptions(ideal_sensors=True)
+    stiff = replace(chain, stiffness=(100.0 * chain.stiffness[0], *chain.stiffness[1:]))
+    model = track(LINEAR, controller="pd", motion=SHORT, options=options).load_angle
+    gaps = [
+        float(
+            np.abs(
+                track(LINEAR, controller="pd", plant=one, motion=SHORT, options=options).load_angle - model
+            ).max()
+        )
+        for one in (chain, stiff)
+    ]
+    measured(f"{gaps[0] / DEGREE:.1e} and {gaps[1] / DEGREE:.1e} deg")
+    assert gaps[1] < 0.2 * gaps[0], f"observed {gaps} rad"
+    assert gaps[0] < 0.1 * DEGREE, f"observed {gaps} rad"

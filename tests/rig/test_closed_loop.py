@@ -1,7 +1,10 @@
-"""Closed loops on the rig: what they reach, what they refuse, what they say.
+"""Closed loops on the rig: what they reach, what they say, and the lines that they leave.
 
-Compiled modules under test: cabledrive.rig.closed_loop.loop_kernels, cabledrive.control.observer_kernels,
-cabledrive.control.kalman, cabledrive.control.law_kernels, cabledrive.control.backstepping_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.loop_kernels,
+cabledrive.control.observer_kernels,
+cabledrive.control.kalman,
+cabledrive.control.law_kernels,
+cabledrive.control.backstepping_kernels.
 """
 
 from dataclasses import replace
@@ -19,8 +22,14 @@ from dissertation_runs import track
 from oracles.loop_reference import run_reference
 
 DRIVE = load_drive("dissertation-3")
+
+
 IDEAL = RigOptions(ideal_sensors=True)
+
+
 CENTRED = RigOptions(encoder_phase="centred")
+
+
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
 
 
@@ -95,15 +104,6 @@ def test_error_keeps_inside_the_bound_where_the_assumptions_hold(measured):
             assert said["theory_bound_deg"] < 3.0 * said["peak_error_deg"] + 0.08
 
 
-def test_assumptions_that_fail_are_named():
-    said = track(DRIVE, controller="darc-3", seed=1).summary
-    assert said["within_bound"] is None
-    text = "; ".join(said["broken_assumptions"])
-    assert "encoders" in text
-    assert "joint" in text
-    assert "damping" in text
-
-
 @pytest.mark.parametrize(
     "controller", ["darc-1", "darc-2", "darc-3", "darc-4", "darc-4-damped", "backstepping"]
 )
@@ -114,22 +114,6 @@ def test_torque_and_estimates_keep_their_limits(controller, measured):
     assert said["estimates_within_bounds"] is True
 
 
-def test_model_3_on_the_drive_pulleys_encoder_cycles():
-    said = track(DRIVE, controller="darc-3", options=RigOptions(feedback="drive")).summary
-    assert said["saturated_fraction"] > 0.4
-    assert said["peak_error_deg"] > 0.25
-
-
-def test_model_1_excites_the_joint_from_7_hz_and_never_controls_the_load():
-    quiet, loud = (
-        track(DRIVE, controller="darc-1", bandwidth=hertz, options=RigOptions(feedback="drive")).summary
-        for hertz in (3.0, 11.0)
-    )
-    assert quiet["saturated_fraction"] == 0.0
-    assert loud["saturated_fraction"] > 0.3
-    assert 2.0 < quiet["peak_error_deg"] < 3.3
-
-
 def test_same_seed_same_run_and_phases_are_within_half_a_count():
     one, two, other = (track(DRIVE, controller="darc-4", seed=s, motion=SHORT) for s in (5, 5, 6))
     np.testing.assert_array_equal(one.torque, two.torque)
@@ -138,29 +122,11 @@ def test_same_seed_same_run_and_phases_are_within_half_a_count():
     assert np.all(one.readings[0] == 0.0)
 
 
-def test_a_sensor_that_gives_nan_makes_the_law_hold_its_command():
-    options = replace(CENTRED, blind=("load", 0.1, 0.11))
-    result = track(DRIVE, controller="darc-4", options=options, motion=SHORT)
-    inside = (result.time > 0.1005) & (result.time < 0.1095)
-    assert result.summary["invalid_samples"] == 51
-    assert np.ptp(result.torque[inside]) == 0.0
-    assert "a sensor failed" in result.summary["broken_assumptions"]
-    assert result.incomplete is None
-
-
 def test_a_delay_known_to_the_filter_costs_little():
     late = replace(DRIVE, sensors=replace(DRIVE.sensors, delay=2e-4))
     found = track(late, controller="darc-4-damped", options=CENTRED).summary
     assert found["delay"] == pytest.approx(2e-4)
     assert found["peak_error_deg"] < 0.04
-
-
-def test_jitter_and_fractions_of_a_delay_run_through():
-    late = replace(DRIVE, sensors=replace(DRIVE.sensors, delay=0.7e-4))
-    options = replace(CENTRED, jitter=1e-5, disturbances=(Disturbance(torque=0.02, start=0.1, end=0.2),))
-    found = track(late, controller="darc-4", options=options, motion=SHORT)
-    assert found.incomplete is None
-    assert "disturbance at the load" in found.summary["broken_assumptions"]
 
 
 def test_a_slack_span_ends_the_run_and_keeps_what_was_computed():
@@ -171,29 +137,6 @@ def test_a_slack_span_ends_the_run_and_keeps_what_was_computed():
     assert 500 < len(result.time) < 5000
     free = track(DRIVE, controller="darc-4", options=replace(IDEAL, disturbances=(push,), forbid_slack=False))
     assert free.incomplete is None
-
-
-@pytest.mark.parametrize(
-    "choices, words",
-    [
-        ({"controller": "darc-5"}, "darc-"),
-        ({"controller": "darc-2", "bandwidth": 5.0}, "below 12 Hz"),
-        ({"controller": "darc-4", "bandwidth": -1.0}, "above 0"),
-        ({"controller": "darc-4", "bandwidth": 400.0}, "sample faster"),
-        ({"plant": "model-9"}, "is not known"),
-        ({"motion": Motion(angle=720.0, rise=0.2)}, "take longer, turn less"),
-        ({"gains": "fast"}, "best or dissertation"),
-    ],
-)
-def test_specs_that_cannot_be_are_refused(choices, words):
-    with pytest.raises(InputRefused, match=words):
-        track(DRIVE, **choices)
-
-
-def test_model_4_needs_the_data_of_the_joint():
-    plain = replace(DRIVE, motor=replace(DRIVE.motor, joint_stiffness=None))
-    with pytest.raises(InputRefused, match=r"motor\.joint_stiffness"):
-        track(plain, controller="darc-4")
 
 
 def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
@@ -271,17 +214,6 @@ def test_making_the_law_anew_in_a_dwell_gives_no_bump(measured):
         assert after < before + 0.02, f"observed {before:.4f}, then {after:.4f} deg"
 
 
-def test_law_that_learns_beats_the_count_of_its_encoder_over_draws():
-    """Everything drawn: later pulses within one count, 0.036 deg, of the encoder's own zero."""
-    over = track(
-        DRIVE, controller="darc-indirect", gains="best", motion=Motion(pulses=2, dwell=0.2), draws=4, seed=1
-    ).summary["over_draws"]
-    assert over["failed"] == 0
-    assert over["worst_encoder_error_deg"] <= 0.036, f"observed {over['worst_encoder_error_deg']:.4f} deg"
-    assert over["worst_first_pulse_error_deg"] <= 0.10
-    assert over["worst_relative_error_of_beta"] <= 2e-3
-
-
 def test_law_that_learns_runs_on_a_rigid_joint_with_two_encoders():
     """Model 3 under the same derivation: a cable a tenth softer than believed, later within 0.05 deg."""
     rigid = replace(DRIVE, motor=replace(DRIVE.motor, joint_stiffness=None))
@@ -314,3 +246,56 @@ def test_draws_stay_in_their_bounds_and_repeat_with_their_seed():
     assert one == two
     assert one["failed"] == 0
     assert one["median_peak_error_deg"] < one["worst_peak_error_deg"] < 1.0
+
+
+DRIVE_SIDE = RigOptions(feedback="drive", forbid_slack=False)
+
+
+def lines(law, hertz, options, inertia):
+    """Strongest line below 20 Hz and above 60 Hz in two seconds of rest [Hz, deg], and the run's summary."""
+    run = track(DRIVE, controller=law, bandwidth=hertz, options=options, motion=Motion(dwell=2.0))
+    off = np.degrees(run.angles[-10_000:, inertia] - run.reference[-10_000:])
+    window = np.hanning(off.size)
+    size = 2.0 * np.abs(np.fft.rfft((off - off.mean()) * window, 80_000)) / window.sum()
+    frequency = np.fft.rfftfreq(80_000, 1.0 / 5000.0)
+    low, high = (np.flatnonzero(part) for part in ((frequency > 2.0) & (frequency < 20.0), frequency > 60.0))
+    places = [part[np.argmax(size[part])] for part in (low, high)]
+    return *((frequency[i], size[i]) for i in places), run.summary
+
+
+@pytest.mark.parametrize(
+    "law, hertz, options",
+    [
+        ("darc-1", 3.0, DRIVE_SIDE),
+        ("darc-1", 5.0, DRIVE_SIDE),
+        ("darc-2", None, RigOptions(forbid_slack=False)),
+    ],
+)
+def test_load_rings_against_the_held_pulley(law, hertz, options, measured):
+    """At the zero of the drive, 5.36 Hz, not at its natural frequency of 8.27 Hz; the joint is quiet."""
+    ringing, joint, said = lines(law, hertz, options, 2)
+    measured(f"{ringing[0]:.2f} Hz of {ringing[1]:.2f} deg; peak error {said['peak_error_deg']:.2f} deg")
+    assert 5.0 <= ringing[0] <= 5.5, f"observed {ringing[0]:.2f} Hz"
+    assert ringing[1] > 1e4 * joint[1]
+
+
+@pytest.mark.parametrize(
+    "law, hertz, line", [("darc-1", 7.5, 94.6), ("darc-1", 11.0, 94.2), ("darc-3", 11.0, 91.8)]
+)
+def test_drive_pulleys_encoder_excites_the_joint(law, hertz, line, measured):
+    """From about 7 Hz of bandwidth: a cycle of half a degree and more near 92 to 95 Hz."""
+    _, joint, said = lines(law, hertz, DRIVE_SIDE, 1)
+    words = f"{joint[0]:.1f} Hz of {joint[1]:.2f} deg, {100 * said['saturated_fraction']:.0f} % at the limit"
+    measured(f"{words}; peak error of the load {said['peak_error_deg']:.3f} deg")
+    assert joint[0] == pytest.approx(line, abs=1.0)
+    assert joint[1] > 0.5
+
+
+@pytest.mark.parametrize("angle, rise", [(90.0, 0.3), (90.0, 0.5), (45.0, 0.3), (45.0, 0.7), (45.0, 1.0)])
+def test_a_flexible_joint_in_the_model_leaves_less_at_every_angle_and_rise(angle, rise, measured):
+    three, four = (
+        track(DRIVE, controller=law, motion=Motion(angle=angle, rise=rise), options=IDEAL).summary
+        for law in ("darc-3", "darc-4")
+    )
+    measured(f"Model 3 {three['peak_error_deg']:.4f}, Model 4 {four['peak_error_deg']:.4f} deg")
+    assert four["peak_error_deg"] < three["peak_error_deg"]

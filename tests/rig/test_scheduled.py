@@ -1,4 +1,4 @@
-"""Gain scheduling: the law that goes by an announced load, beside laws designed for that load alone."""
+"""Gain scheduling by an announced load: beside laws designed for that load alone, and its bound."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from cabledrive.control.load_schedule import filter_at, law_at, with_load
 from cabledrive.control.load_schedule_kernels import grid_place
 from cabledrive.control.numbers import LINEAR
 from cabledrive.control.observer_numbers import KALMAN
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, Payload, RigOptions, track
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run
 from cabledrive.rig.closed_loop.other_plants import with_plant
@@ -26,11 +26,18 @@ from cabledrive.rig.ranking.margins import margins_of
 from cabledrive.rig.ranking.ranked import COMPARED
 from cabledrive.rig.ranking.scores import scored
 from cabledrive.rig.ranking.tuned_by_limits import TunedLaw, filters, nominal_loop
+from cabledrive.rig.scheduled_check import Segment, switched_tube
 from cabledrive.rig.trial import spec_for
 
 DRIVE = load_drive("dissertation-3")
+
+
 TWO = Motion(pulses=2, order=11)
+
+
 HERTZ = 35.0
+
+
 CHANGES = Disturbances(load_factor=(0.5, 3.0), load_time=(0.7, 0.95))
 """In the dwell between the two moves of the first pulse."""
 
@@ -206,33 +213,6 @@ def test_announcements_are_in_force_from_their_time_on_in_any_order():
     assert parse_payload_range("0.5:4") == (0.5, 4.0)
 
 
-def test_what_it_cannot_take_is_refused_in_one_line():
-    three = (Payload(factor=3.5, start=0.7),)
-    with pytest.raises(InputRefused, match=r"payload = 3.5 times .* 0.5 to 3: widen --payload-range"):
-        Motion(payload=three)
-    with pytest.raises(InputRefused, match=r"payload_range = 1\.5 to 3 must hold 1"):
-        Motion(payload_range=(1.5, 3.0))
-    wide = Motion(order=11, payload=three, payload_range=(0.5, 4.0))
-    with pytest.raises(InputRefused, match=f"lqi takes no announcement: take {NAME}"):
-        track(DRIVE, controller="lqi", bandwidth=20.0, motion=wide)
-    with pytest.raises(InputRefused, match="payload = -1 must be finite and above 0"):
-        Payload(factor=-1.0)
-    with pytest.raises(InputRefused, match="payload from -1 s on is no time"):
-        Payload(factor=2.0, start=-1.0)
-    with pytest.raises(InputRefused, match='payload range "3" is not LOW:HIGH'):
-        parse_payload_range("3")
-    with pytest.raises(InputRefused, match="load that changes is moved with set-valued friction"):
-        RigOptions(load_change=(0.7, 3.0), pair=True)
-    with pytest.raises(InputRefused, match="load_change is of a lumped chain"):
-        track(DRIVE, bandwidth=20.0, plant="cable", options=RigOptions(load_change=(0.7, 3.0)))
-    with pytest.raises(InputRefused, match="payload from 9 s on: the run ends at 2 s"):
-        track(
-            DRIVE, controller=NAME, bandwidth=20.0, motion=Motion(payload=(Payload(factor=2.0, start=9.0),))
-        )
-    with pytest.raises(InputRefused, match="load_change at 9 s: the run ends at 2 s"):
-        track(DRIVE, bandwidth=20.0, options=RigOptions(load_change=(9.0, 2.0)))
-
-
 def test_the_changing_load_of_a_run_is_that_of_a_heavier_drive():
     """From the first instant on, the disturbed plant and the exact one of a heavier drive: 0.01 deg apart."""
     motion = Motion(order=11, payload=(Payload(factor=1.5),))
@@ -242,3 +222,85 @@ def test_the_changing_load_of_a_run_is_that_of_a_heavier_drive():
     assert changed.summary["circumstances"]["load_change"] == {"start": 0.0, "factor": 1.5}
     assert changed.summary["motion"]["payload"] == [{"factor": 1.5, "start": 0.0}]
     assert np.degrees(np.abs(changed.load_angle - exact.load_angle).max()) < 0.01
+
+
+ONE = Motion(order=11, dwell=0.3)
+
+
+@pytest.mark.parametrize("at", [150, 260, 399])
+def test_the_tube_is_reached_by_the_worst_torque_of_the_switched_loop(at, measured):
+    """Another recursion, of errors and a memory in torque, driven by the sign of each response."""
+    spec = spec_for(DRIVE, ONE, bandwidth=35.0)
+    made = CONTROLLERS[NAME](spec)
+    loads, ends = (1.0, 2.6, 0.7), (0, 170, 290, 400)
+    parts = [
+        Segment(made.law, made.believed, load, spec.interval, ends[i], ends[i + 1])
+        for i, load in enumerate(loads)
+    ]
+    rows = [law_at(made.law, one.load).rows[0] for one in parts]
+    steps = [one.ideal.matrix[1:, 1:] - np.outer(one.ideal.push[1:], one.feedback) for one in parts]
+    height = 0.05 + 0.03 * np.sin(np.arange(400) / 30.0)
+
+    def load_after(torque):
+        x, memory = np.zeros(6), 0.0
+        for k in range(at):
+            i = sum(k >= end for end in ends[1:])
+            u = memory + rows[i][1:] @ x + torque[k]
+            memory += rows[i][0] * spec.interval * x[2]
+            x = steps[i] @ x + parts[i].ideal.push[1:] * u
+        return x[2]
+
+    signs = np.array([np.sign(load_after(np.eye(400)[k])) if k < at else 0.0 for k in range(400)])
+    tube, reached = switched_tube(parts, height)[at], load_after(signs * height)
+    measured(f"{abs(tube / reached - 1.0):.1e} of {reached:.3g} rad")
+    assert tube == pytest.approx(reached, rel=1e-9)
+
+
+def test_told_rightly_with_true_states_the_load_keeps_inside_its_bound(measured):
+    motion = replace(ONE, payload=(Payload(factor=2.0, start=0.65),))
+    options = RigOptions(ideal_sensors=True, load_change=(0.65, 2.0))
+    found = track(DRIVE, controller=NAME, bandwidth=35.0, motion=motion, options=options)
+    said = found.summary
+    measured(f"{said['peak_error_deg']:.4f} of {said['theory_bound_deg']:.4f} deg")
+    assert said["broken_assumptions"] == []
+    assert said["within_bound"] is True
+    assert said["bound_used"] < 1.0
+    assert np.all(np.abs(found.error) <= found.bound)
+    assert said["peak_error_deg"] > 0.05 * said["theory_bound_deg"], "the bound says nothing"
+
+
+@pytest.mark.parametrize("count", [4, pytest.param(80, marks=pytest.mark.verify)])
+def test_the_bound_is_never_left_without_a_named_assumption(count, measured):
+    """Loads of 0.6 to 2.5 times, announced up to half wrong and 0.2 s off; the load 5 % off."""
+    rng, left, named, inside = np.random.default_rng(count), 0, 0, 0
+    for _ in range(count):
+        factor, start = rng.uniform(0.6, 2.5), rng.uniform(0.2, 0.8)
+        wrong, late = (
+            rng.choice([0.0, 0.02, 0.5]) * rng.uniform(-1, 1),
+            rng.choice([0.0, 0.2]) * rng.uniform(-1, 1),
+        )
+        told = Payload(factor=float(np.clip(factor * (1.0 + wrong), 0.5, 3.0)), start=max(start + late, 0.0))
+        off = rng.choice([0.01, 0.05]) * rng.uniform(-1.0, 1.0, 2)
+        inertias = float(DRIVE.load_pulley.inertia * (1.0 + off[0]))
+        plant = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertias!r}"])
+        found = track(
+            DRIVE,
+            controller=NAME,
+            bandwidth=float(rng.uniform(10.0, 35.0)),
+            motion=replace(ONE, payload=(told,), angle=float(rng.uniform(5.0, 45.0))),
+            options=RigOptions(
+                ideal_sensors=bool(rng.integers(2)),
+                load_change=(start, factor) if rng.integers(3) else None,
+                forbid_slack=False,
+            ),
+            plant_drive=plant,
+            seed=int(rng.integers(1000)),
+        )
+        said = found.summary
+        outside = not said["inside_tube"]
+        left += outside
+        inside += not outside
+        named += not outside and bool(said["broken_assumptions"])
+        assert said["within_bound"] is not False
+        assert not outside or said["broken_assumptions"]
+    measured(f"left in {left} of {count}, all named; named in {named} of the {inside} inside")

@@ -1,0 +1,37 @@
+"""Gains, bounds and models that no law takes: each row a call, and what its refusal names."""
+
+import numpy as np
+import pytest
+
+from cabledrive.control.backstepping import backstepping_gains, unmatched_parameters
+from cabledrive.control.backstepping_chain import chain_numbers, chain_parameters
+from cabledrive.control.darc_gains import Bounds, darc_gains
+from cabledrive.parameters import InputRefused
+from control_chains import INTERVAL, model
+
+ROWS = [
+    (lambda: darc_gains(2, 5.0), ["5", "12 Hz"]),
+    (lambda: darc_gains(4, -3.0), ["-3", "above 0"]),
+    (lambda: darc_gains(4, float("nan")), ["nan", "above 0"]),
+    (
+        lambda: Bounds(nominal=np.ones(4), low=np.array([2.0, 0, 0, 0]), high=np.full(4, 3.0)),
+        ["bounds 2 to 3"],
+    ),
+    (lambda: backstepping_gains(bandwidth=-1.0), ["bandwidth", "-1"]),
+    (lambda: backstepping_gains(bandwidth=float("nan")), ["bandwidth", "nan"]),
+    (lambda: backstepping_gains(adaptation=-1.0), ["adaptation", "-1"]),
+    (lambda: chain_numbers(model(4), -1.0, 0.0, INTERVAL), ["bandwidth", "-1"]),
+    (lambda: chain_numbers(model(4), float("nan"), 0.0, INTERVAL), ["bandwidth", "nan"]),
+    (lambda: chain_numbers(model(4), 25.0, -1.0, INTERVAL), ["adaptation", "-1"]),
+    (lambda: unmatched_parameters(model(4)), ["Model 3"]),
+    (lambda: chain_parameters(model(3)), ["Model 4"]),
+]
+
+
+@pytest.mark.parametrize("call, named", ROWS)
+def test_what_no_law_takes_is_refused_by_name_and_number(call, named):
+    with pytest.raises(InputRefused) as refused:
+        call()
+    words = str(refused.value)
+    assert "\n" not in words
+    assert all(part in words for part in named), words
