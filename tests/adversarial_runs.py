@@ -52,30 +52,12 @@ class Outcome:
 
 
 def adversarial_outcomes(runs: int, seed: int) -> list[Outcome]:
-    """Outcomes of seeded runs; specs that are refused are drawn again.
-
-    Parameters
-    ----------
-    runs, seed : int
-
-    Returns
-    -------
-    list of Outcome
-    """
+    """Outcomes of seeded runs; specs that are refused are drawn again."""
     return [adversarial_outcome(one) for one in np.random.default_rng(seed).spawn(runs)]
 
 
 def adversarial_outcome(generator: np.random.Generator) -> Outcome:
-    """Outcome of one run.
-
-    Parameters
-    ----------
-    generator : numpy.random.Generator
-
-    Returns
-    -------
-    Outcome
-    """
+    """Outcome of one run."""
     while True:
         drive, choices = adversarial_spec(generator)
         try:
@@ -92,17 +74,7 @@ def adversarial_outcome(generator: np.random.Generator) -> Outcome:
 
 
 def adversarial_spec(rng: np.random.Generator) -> tuple[Drive, dict[str, Any]]:
-    """A drive, and what `track` is asked to do with it.
-
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    drive : Drive
-    choices : dict
-    """
+    """A drive, and what `track` is asked to do with it."""
     drive = drawn_drive(rng)
     laws = LAWS[highest_model(drive)]
     law = str(rng.choice(list(laws), p=list(laws.values())))

@@ -13,20 +13,7 @@ from cabledrive.rig.tracking import Tracking
 def track(
     drive: Drive, *, motion: Motion | None = None, gains: str = "dissertation", **choices: Any
 ) -> Tracking:
-    """Run a law with the gains and the pulse of the dissertation.
-
-    Parameters
-    ----------
-    drive : Drive
-    motion : Motion, optional
-    gains : str, default "dissertation"
-    **choices
-        Of `cabledrive.rig.track`.
-
-    Returns
-    -------
-    Tracking
-    """
+    """Run a law with the gains and the pulse of the dissertation."""
     motion = motion or Motion()
     if motion.order is None:
         motion = replace(motion, order=DISSERTATION_ORDER)

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients
+from cabledrive.reduction.averaging import averaged_coefficients, averaged_rates
 from cabledrive.reduction.transverse_sections import TransverseMode
 from cabledrive.studies.resonance import resonance
 from network_samples import without_gravity
@@ -115,3 +115,12 @@ def damped_loop():
     cable = replace(drive.cable, pretension=1.004 * tuned, transverse_damping=2.0, axial_damping=0.02)
     pulleys = tuple(replace(pulley, viscous_friction=2e-5, coulomb_friction=0.0) for pulley in drive.pulley)
     return replace(drive, cable=cable, pulley=pulleys)
+
+
+def averaged_step(c, state, t, h, *, second=False):
+    """State of the averaged equations a step of Runge and Kutta after the instant t."""
+    one = averaged_rates(c, state, t, second=second)
+    two = averaged_rates(c, state + 0.5 * h * one, t + 0.5 * h, second=second)
+    three = averaged_rates(c, state + 0.5 * h * two, t + 0.5 * h, second=second)
+    four = averaged_rates(c, state + h * three, t + h, second=second)
+    return state + h / 6 * (one + 2 * two + 2 * three + four)

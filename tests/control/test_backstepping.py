@@ -28,12 +28,7 @@ from cabledrive.control.backstepping_recursion import (
     signal_count,
     work_shape,
 )
-from cabledrive.control.backstepping_stability import (
-    errors_matrix,
-    law_step,
-    scaled_states,
-    stability_margin,
-)
+from cabledrive.control.backstepping_stability import errors_matrix, law_step, scaled_states, stability_margin
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.reference import flat_reference, joint_motion
 from cabledrive.trajectories import pulse
@@ -304,10 +299,9 @@ def test_condition_holds_without_adaptation_and_fails_with_it():
     time = np.asarray(INTERVAL * np.arange(2500), dtype=np.float64)
     wanted = pulse(0.8, 0.5, 0.0)(time, 6)
     reference = chain_reference(SIX_STATES, wanted, INTERVAL)
-    states = joint_motion(
-        flat_output(SIX_STATES),
-        flat_reference(flat_output(SIX_STATES), wanted, INTERVAL),
-    )[0]
+    states = joint_motion(flat_output(SIX_STATES), flat_reference(flat_output(SIX_STATES), wanted, INTERVAL))[
+        0
+    ]
     still = chain_numbers(SIX_STATES, 25.0, 0.0, INTERVAL)
     margins = [stability_margin(law, NOMINAL, states[900], reference[900]) for law in (still, LAW_OF_SIX)]
     assert margins[0] == pytest.approx(2 * np.pi * 25.0, rel=0.02)

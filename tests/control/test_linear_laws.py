@@ -185,10 +185,7 @@ def test_l1_lets_a_torque_above_its_low_pass_to_the_feedback():
     torque = LASTING * np.sin(2.0 * np.pi * 60.0 * INTERVAL * np.arange(4000))
     alone, slow = (
         np.ptp(load_error(law, torque)[2000:])
-        for law in (
-            lq_law(model(4), COUNT, TORQUE, INTERVAL),
-            l1_law(model(4), COUNT, TORQUE, 6.0, INTERVAL),
-        )
+        for law in (lq_law(model(4), COUNT, TORQUE, INTERVAL), l1_law(model(4), COUNT, TORQUE, 6.0, INTERVAL))
     )
     assert slow == pytest.approx(alone, rel=0.34)
 
@@ -200,13 +197,7 @@ def test_model_reference_adaptation_finds_the_factors_of_a_torque_and_keeps_its_
     functions = np.column_stack((np.sin(7.0 * time), np.cos(13.0 * time), np.ones(len(time))))
     truth = np.array([0.03, -0.02, 0.05])
     high = np.array([0.04, 0.04, 0.045])
-    law = reference_model_law(
-        lq_law(model(4), COUNT, TORQUE, INTERVAL),
-        -high,
-        high,
-        np.ones(3),
-        2.0 * np.pi,
-    )
+    law = reference_model_law(lq_law(model(4), COUNT, TORQUE, INTERVAL), -high, high, np.ones(3), 2.0 * np.pi)
     reference = np.column_stack((np.zeros((len(time), len(a) + 1)), functions))
     x, kept = np.zeros(len(a)), state_of(np.zeros(len(a)))
     for k in range(len(time)):

@@ -6,11 +6,11 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients, averaged_rates, triangle_stretch
+from cabledrive.reduction.averaging import averaged_coefficients, triangle_stretch
 from cabledrive.reduction.exchange import exchange_period, largest_exchange
 from cabledrive.reduction.start_map import Motion, plucked, reconstruct, start_of
 from cabledrive.reduction.threshold import growth_rates
-from resonance_samples import TUNED, bare_model, damped
+from resonance_samples import TUNED, averaged_step, bare_model, damped
 
 
 def projected_residual(size, second):
@@ -33,11 +33,7 @@ def projected_residual(size, second):
         state = start
         for n in range(steps):
             d, at = t / steps, n * t / steps
-            one = averaged_rates(c, state, at, second=second)
-            two = averaged_rates(c, state + 0.5 * d * one, at, second=second)
-            three = averaged_rates(c, state + 0.5 * d * two, at, second=second)
-            four = averaged_rates(c, state + d * three, at, second=second)
-            state = state + d / 6 * (one + 2 * two + 2 * three + four)
+            state = averaged_step(c, state, at, d, second=second)
         m = reconstruct(c, state, t, second=second)
         return np.append(m.q, m.a), np.append(m.q_rate, m.a_rate)
 
@@ -122,12 +118,7 @@ def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
 def integrate(c, state, duration, steps, second=False):
     h, states = duration / steps, [state]
     for n in range(steps):
-        t, s = n * h, states[-1]
-        one = averaged_rates(c, s, t, second=second)
-        two = averaged_rates(c, s + 0.5 * h * one, t + 0.5 * h, second=second)
-        three = averaged_rates(c, s + 0.5 * h * two, t + 0.5 * h, second=second)
-        four = averaged_rates(c, s + h * three, t + h, second=second)
-        states.append(s + h / 6 * (one + 2 * two + 2 * three + four))
+        states.append(averaged_step(c, states[-1], n * h, h, second=second))
     return np.array(states)
 
 
@@ -196,11 +187,7 @@ def test_averaged_equations_swap_in_the_closed_period():
     steps = 2000
     h, state, most = exchange_period(MODEL, a, b) / steps, np.array([0, a, b], dtype=complex), 0.0
     for n in range(steps):
-        one = averaged_rates(c, state, second=False)
-        two = averaged_rates(c, state + 0.5 * h * one, second=False)
-        three = averaged_rates(c, state + 0.5 * h * two, second=False)
-        four = averaged_rates(c, state + h * three, second=False)
-        state = state + h / 6 * (one + 2 * two + 2 * three + four)
+        state = averaged_step(c, state, n * h, h)
         most = max(most, abs(state[0]))
         if n + 1 == steps // 2:
             np.testing.assert_allclose(np.abs(state), [0, b, a], atol=1e-9)

@@ -15,7 +15,7 @@ from cabledrive.reduction.branches import (
     steady_state,
 )
 from cabledrive.reduction.continuation import follow_branch
-from resonance_samples import complex_of, one_span, real, settings
+from resonance_samples import averaged_step, complex_of, one_span, real, settings
 
 
 def problem(c):
@@ -155,12 +155,8 @@ def complex_pairs(c, squared):
 
 
 def settled(c, state, duration, h=1e-3):
-    for _ in range(int(duration / h)):
-        one = averaged_rates(c, state, second=False)
-        two = averaged_rates(c, state + 0.5 * h * one, second=False)
-        three = averaged_rates(c, state + 0.5 * h * two, second=False)
-        four = averaged_rates(c, state + h * three, second=False)
-        state = state + h / 6 * (one + 2 * two + 2 * three + four)
+    for n in range(int(duration / h)):
+        state = averaged_step(c, state, n * h, h)
     return state
 
 

@@ -129,10 +129,7 @@ def test_threads_do_not_matter():
 
 def test_members_for_which_the_model_does_not_hold_say_so_and_show_no_motion():
     found = fast_ensemble(
-        FORCED,
-        0.2,
-        {"torque_amplitude": [0.01, 1.0], "pluck_upper": [1e-3, 3e-2]},
-        common=COMMON,
+        FORCED, 0.2, {"torque_amplitude": [0.01, 1.0], "pluck_upper": [1e-3, 3e-2]}, common=COMMON
     )
     reasons = found.stopped.values
     assert reasons[0, 0] == ""

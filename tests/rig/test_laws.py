@@ -154,21 +154,14 @@ def worst_errors(draws):
     return worst
 
 
-@pytest.mark.verify
-def test_cable_and_load_are_what_limits(measured):
-    """200 draws, k and J2 alone as designed: worst 0.067 instead of 0.133 deg."""
-    worst = worst_errors(200)
+@pytest.mark.parametrize("draws", [20, pytest.param(200, marks=pytest.mark.verify)])
+def test_cable_and_load_are_what_limits(draws, measured):
+    """200 draws, k and J2 alone as designed: worst 0.067 instead of 0.133 deg; the first tenth: no more."""
+    worst = worst_errors(draws)
     measured("worst " + ", ".join(f"{name} {peak:.4f}" for name, peak in worst.items()) + " deg")
-    assert worst["all"] == pytest.approx(0.133, abs=0.01), f"observed {worst}"
-    assert worst["all but cable and load"] == pytest.approx(0.067, abs=0.01), f"observed {worst}"
-
-
-def test_no_cause_leaves_more_over_twenty_draws_than_over_two_hundred(measured):
-    """The first tenth of them: 0.133 and 0.067 deg, with the hundredth that is allowed there."""
-    worst = worst_errors(20)
-    measured("worst " + ", ".join(f"{name} {peak:.4f}" for name, peak in worst.items()) + " deg")
-    assert worst["all"] <= 0.143, f"observed {worst}"
-    assert worst["all but cable and load"] <= 0.077, f"observed {worst}"
+    for name, whole in (("all", 0.133), ("all but cable and load", 0.067)):
+        assert worst[name] <= whole + 0.01, f"observed {worst}"
+        assert draws < 200 or worst[name] >= whole - 0.01, f"observed {worst}"
 
 
 COUNTS = 40_000
@@ -320,12 +313,7 @@ def learning_loop(name: str, motion: Motion):
     """Law and settled filter made for the short motion along another one; tables from whole-motion arrays."""
     first = spec_for(DRIVE, SHORT, bandwidth=22.0)
     designed = close_loop(
-        DRIVE,
-        DRIVE,
-        load_learning(first, name),
-        SHORT,
-        RigOptions(),
-        np.random.default_rng(0),
+        DRIVE, DRIVE, load_learning(first, name), SHORT, RigOptions(), np.random.default_rng(0)
     )
     settled = designed.observer._replace(gains=designed.observer.gains[-1:])
     spec, turning = spec_for(DRIVE, motion, bandwidth=22.0), TURNING * SHORT.rise

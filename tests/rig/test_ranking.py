@@ -18,13 +18,7 @@ from cabledrive.rig.laws.best_gains import best_gains, torque_noise
 from cabledrive.rig.laws.registry import CONTROLLERS, design
 from cabledrive.rig.laws.trial_runs import needed_torque
 from cabledrive.rig.plant_samples import Spreads, sampled_loops
-from cabledrive.rig.ranking.margins import (
-    SIGMAS,
-    closed_loop,
-    margins_of,
-    sampled_controller,
-    sampled_plant,
-)
+from cabledrive.rig.ranking.margins import SIGMAS, closed_loop, margins_of, sampled_controller, sampled_plant
 from cabledrive.rig.trial import spec_for
 
 DRIVE = load_drive("dissertation-3")

@@ -153,14 +153,6 @@ def test_what_drives_the_error_out_of_the_tube_is_named(overrides, choices, word
     assert any(words in one for one in found["broken_assumptions"]), found["broken_assumptions"]
 
 
-def test_a_slow_sample_rate_is_named():
-    slow = replace(DRIVE, sensors=replace(DRIVE.sensors, sample_rate=1_000.0))
-    found = track(
-        slow, controller="darc-4-damped", bandwidth=45.0, options=IDEAL, motion=replace(PULSE, rise=0.15)
-    ).summary
-    assert any("sampled 22" in words for words in found["departures"])
-
-
 def test_tube_is_never_left_without_a_named_assumption(measured):
     """The first 300 of the 10,000 runs that `make verify` makes."""
     check(adversarial_outcomes(300, SEED), measured)
