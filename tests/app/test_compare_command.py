@@ -7,7 +7,7 @@ import pytest
 
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.ranking import best, ranked
-from command import answer, call, refusal
+from command import answer, refusal
 
 ASKED = "compare dissertation-3 --controllers lqg,lqi-learning --draws 3 --rise 0.4 --dwell {}"
 FEW = ASKED.format("0.1").split()
@@ -78,25 +78,3 @@ def test_track_best_runs_the_law_that_the_comparison_ranks_first(finished, two_l
 def test_another_comparison_does_not_replace_it(finished):
     out, _ = finished
     assert "holds other results" in refusal(*ASKED.format("0.2").split(), "-o", out)
-
-
-@pytest.mark.parametrize(
-    "arguments, words",
-    [
-        (("--controllers", "lqi,nobody"), ["nobody", "not known"]),
-        (("--controllers", "lqi,lqi"), ["lqi", "twice"]),
-        (("--controllers", " , "), ["controllers", "none"]),
-        (("--draws", "0"), ["draws = 0", "1"]),
-        (("--goal", "-1"), ["goal = -1", "above 0"]),
-        (("--disturbances", "absent.toml"), ["absent.toml"]),
-    ],
-)
-def test_refusals_come_in_one_line_before_the_work(arguments, words, tmp_path):
-    line = refusal("compare", "dissertation-3", *arguments, "-o", tmp_path / "out")
-    assert all(word in line for word in words), line
-    assert not (tmp_path / "out").exists()
-
-
-def test_help_names_every_option():
-    shown = call("compare", "--help").output
-    assert all(option in shown for option in ("--controllers", "--disturbances", "--draws", "--goal"))

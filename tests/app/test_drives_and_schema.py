@@ -18,35 +18,12 @@ def test_drives_lists_every_packaged_drive_with_title_and_source():
 
 
 @pytest.mark.parametrize("name", cd.packaged_drives())
-def test_drives_names_them_for_people(name):
-    lines = call("drives").stdout.splitlines()
-    assert [line for line in lines if line.startswith(f"{name} ")] == [
-        line for line in lines if name in line.split()
-    ]
-
-
-@pytest.mark.parametrize("name", cd.packaged_drives())
 def test_a_packaged_drive_written_to_a_file_loads_as_the_same_drive(name, tmp_path):
     file = tmp_path / "start.toml"
     call("drives", name, "-o", file)
     assert cd.content_hash(cd.load_drive(file)) == cd.content_hash(cd.load_drive(name))
     assert file.read_text() == answer("drives", name)["file"]
     assert file.read_text().rstrip("\n") == call("drives", name).stdout.rstrip("\n")
-
-
-def test_a_drive_file_is_neither_replaced_nor_given_the_ending_of_another_format(tmp_path):
-    file = tmp_path / "start.toml"
-    file.write_text("mine")
-    refused = [
-        call("drives", "elevator", "-o", file),
-        call("drives", "elevator", "-o", tmp_path / "start.json"),
-        call("drives", "-o", tmp_path / "list.toml"),
-        call("drives", "elevatr"),
-    ]
-    assert [(one.exit_code, len(one.stderr.splitlines())) for one in refused] == [(2, 1)] * 4
-    assert "elevator" in refused[3].stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["start.toml"]
-    assert file.read_text() == "mine"
 
 
 def test_schema_is_the_schema_of_the_drive_file():

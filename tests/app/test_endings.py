@@ -12,8 +12,8 @@ import pytest
 from cabledrive.app.failures import status_of, watched_output
 from cabledrive.app.options import answering, drive_argument
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import InputRefused, NotComputed
-from command import call, object_of, refusal, run, the_line
+from cabledrive.parameters import NotComputed
+from command import call, listening, object_of, run, the_line
 
 needs_full_disk = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is full")
 
@@ -28,29 +28,6 @@ def ending_of(capsys, error):
     captured = capsys.readouterr()
     assert captured.out == ""
     return status, the_line(captured.err)
-
-
-def test_done_is_status_0_and_silent():
-    done = run("modes", "dissertation-2", "--count", "1")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "81.7420768" in done.stdout
-
-
-def test_refused_input_is_status_2(capsys):
-    assert ending_of(capsys, InputRefused("cable.pretension = 0 N must be above 0")) == (
-        2,
-        "cable.pretension = 0 N must be above 0",
-    )
-
-
-def test_calculation_that_fails_is_status_3(capsys):
-    assert ending_of(capsys, NotComputed("diverged at t = 3 s")) == (3, "diverged at t = 3 s")
-
-
-def test_out_of_memory_is_status_3(capsys):
-    status, line = ending_of(capsys, MemoryError())
-    assert status == 3
-    assert "out of memory" in line
 
 
 def test_defect_is_status_1_in_one_line_that_names_it(capsys):
@@ -169,41 +146,60 @@ def test_verbose_shows_the_traceback_of_a_defect(capsys):
         assert ("Traceback" in capsys.readouterr().err) == shown
 
 
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (["mode"], 'no such command "mode" (did you mean "modes"?); see cabledrive --help'),
-        (["--versoin"], 'no such option --versoin (did you mean "--version"?); see cabledrive --help'),
-        (
-            ["modes", "elevator", "--belwo", "3"],
-            'no such option --belwo (did you mean "--below"?); see cabledrive modes --help',
-        ),
-        (["check", "elevator", "--jsno"], 'no such option --jsno (did you mean "--json"?)'),
-        (["modes"], "missing argument 'DRIVE'; see cabledrive modes --help"),
-        (
-            ["modes", "elevator", "--count", "few"],
-            "invalid value for '--count': 'few' is not a valid integer",
-        ),
-        (
-            ["check", "elevator", "ropeway"],
-            "unexpected extra argument (ropeway); see cabledrive check --help",
-        ),
-        (["report", "elevator"], "missing option '-o' / '--output'; see cabledrive report --help"),
-        (["modes", "elevator", "--below"], "'--below' requires an argument"),
-        (
-            ["modes", "elevator", "--below", "50 rad/s"],
-            '--below: "50 rad/s" is an angular speed [rad/s], not Hz',
-        ),
-        (["modes", "elevator", "--below", "nan"], '--below: "nan" is not a quantity'),
-        (["mo\ndes"], 'no such command "mo\\ndes"'),
-    ],
-)
-def test_mistyped_arguments_are_refused_in_one_line_with_the_nearest(arguments, line):
-    assert line.lower() in refusal(*arguments).lower()
-
-
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
 def test_help_is_an_answer(arguments):
     result = call(*arguments)
     assert (result.exit_code, result.stderr) == (0, "")
     assert "cabledrive study dissertation-3 --quick -o study" in result.stdout
+
+
+FIRST_LINE = """
+import os, sys
+class Watch:
+    def find_spec(self, name, path=None, target=None):
+        if name == "cabledrive.mechanics":  # the first import of the package that takes time
+            os.write({descriptor}, b"loading")
+sys.meta_path.insert(0, Watch())
+"""
+
+
+def interrupted_after(delay, tmp_path, *arguments):
+    """A command that gets an interrupt some time [s] after the package began to load."""
+    read, write = os.pipe()
+    (tmp_path / "sitecustomize.py").write_text(FIRST_LINE.format(descriptor=write))
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), "MPLBACKEND": "Agg"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cabledrive", *arguments], env=environment, pass_fds=[write],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listening,
+    )  # fmt: skip
+    os.close(write)
+    assert os.read(read, 7) == b"loading"
+    os.close(read)
+    time.sleep(delay)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=120)
+    return process.returncode, errors
+
+
+@pytest.mark.parametrize(
+    "delays",
+    [(0.01, 0.1, 0.3, 0.8), pytest.param([0.02 * k for k in range(1, 126)], marks=pytest.mark.verify)],
+    ids=["few", "many"],
+)
+def test_an_interrupt_while_libraries_load_or_at_the_end_is_status_130_or_too_late(
+    delays, tmp_path, measured
+):
+    found = [interrupted_after(delay, tmp_path, "modes", "dissertation-2", "--quiet") for delay in delays]
+    measured(f"{sum(status == 130 for status, _ in found)} of {len(found)} interrupted, the others done")
+    for delay, (status, errors) in zip(delays, found, strict=True):
+        assert status in (0, 130), (delay, status, errors)
+        assert len([line for line in errors.splitlines() if line]) == (status == 130), (delay, errors)
+        assert status == 0 or errors.startswith("cabledrive: interrupted; "), (delay, errors)
+    assert found[0][0] == 130
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_a_standard_file_that_the_shell_has_closed_is_no_defect(closed):
+    line = f'"{sys.executable}" -m cabledrive check dissertation-3 --json {closed}'
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")

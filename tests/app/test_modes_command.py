@@ -1,13 +1,13 @@
-"""`cabledrive modes`: the contract's object, a table in which nothing is lost, a picture of the same."""
+"""`cabledrive modes` and `map`: the objects of the contract, tables that lose nothing, pictures of the same."""
 
 import re
 
 import pytest
+import xarray as xr
 
 import cabledrive as cd
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.modal.mode_table import mode_table
-from command import answer, call, refusal
+from command import answer, call
 
 
 def test_json_has_what_the_contract_promises():
@@ -50,20 +50,6 @@ def test_ring_of_four_equal_masses_has_a_double_root_first():
     assert [mode["multiplicity"] for mode in found[:2]] == [2, 1]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--below", "1e9"], "at most 20000 are certified: lower it to about"),
-        (["--below", "0"], "below = 0 Hz must be positive and finite"),
-        (["--below", "-3"], "below = -3 Hz must be positive and finite"),
-        (["--count", "0"], "count = 0 modes must lie between 1 and 20000"),
-        (["--below", "5", "--count", "3"], "are both given: give one of the two"),
-    ],
-)
-def test_limits_beyond_what_can_be_certified_are_refused(arguments, words):
-    assert words in refusal("modes", "elevator", *arguments)
-
-
 def test_frequencies_may_have_a_unit():
     assert answer("modes", "finger-tendon", "--below", "20 kHz") == answer(
         "modes", "finger-tendon", "--below", "20000"
@@ -97,11 +83,6 @@ def test_table_gives_where_a_mode_lives():
     assert re.search(r"120 Hz \(certified\): 7 modes \(1 longitudinal, 6 transverse\)", text)
 
 
-def test_command_and_python_show_the_same_table():
-    table = mode_table(cd.modes(cd.load_drive("ropeway"), below=3.0))
-    assert call("modes", "ropeway", "--below", "3").stdout.endswith(f"\n{table}\n")
-
-
 @pytest.mark.parametrize(("ending", "magic"), [("png", b"\x89PNG"), ("SVG", b"<?xml"), ("pdf", b"%PDF")])
 def test_picture_is_written_in_the_format_of_its_name(ending, magic, tmp_path):
     path = tmp_path / f"modes.{ending}"
@@ -114,3 +95,64 @@ def test_picture_is_the_same_each_time(tmp_path):
     for name in ("a.svg", "b.svg"):
         assert call("modes", "elevator", "--below", "15", "--plot", tmp_path / name).exit_code == 0
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+HOLDING = ("--set", "motor.holding_stiffness=5 N m/rad")
+
+
+@pytest.mark.verify
+def test_tracking_takes_the_motor_as_free_and_says_so():
+    plain = answer("track", "dissertation-3", "--controller", "pd", "--ideal-sensors")
+    sprung = answer("track", "dissertation-3", "--controller", "pd", "--ideal-sensors", *HOLDING)
+    assert (plain["motor"], sprung["motor"]) == ("free", "free")
+    assert "motor_reason" not in plain
+    assert "motor.holding_stiffness = 5 N m/rad is left out" in sprung["motor_reason"]
+    assert sprung["peak_error_deg"] == plain["peak_error_deg"]
+
+
+def test_resonance_is_that_of_the_motor_on_its_holding_stiffness():
+    found = answer("resonance", "dissertation-3", *HOLDING)
+    drive = cd.load_drive("dissertation-3", overrides=[HOLDING[1]])
+    assert found["motor"] == "holding"
+    assert found["pulley_frequency_hz"] == pytest.approx(cd.natural_frequencies(drive, count=1)[0], rel=1e-9)
+    assert answer("resonance", "dissertation-3")["motor"] == "free"
+
+
+def test_check_and_modes_give_both_lowest_frequencies():
+    derived = answer("check", "linear-axis")["derived"]
+    found = answer("modes", "linear-axis", "--motor", "held", "--count", "1")
+    assert derived["lowest_frequency_free_hz"] == pytest.approx(99.28, abs=0.005)
+    assert derived["lowest_frequency_held_hz"] == pytest.approx(34.00, abs=0.005)
+    assert found["motor"] == "held"
+    assert found["lowest_frequency_free_hz"] == derived["lowest_frequency_free_hz"]
+    assert min(m["frequency_hz"] for m in found["modes"] if m["kind"] == "longitudinal") == pytest.approx(
+        derived["lowest_frequency_held_hz"], rel=1e-12
+    )
+
+
+def test_map_writes_a_data_set_a_figure_and_a_page(tmp_path):
+    files = [tmp_path / name for name in ("map.nc", "map.svg", "map.html")]
+    vary = ("--vary", "head.x=60mm:360mm:2", "--vary", "beam.y=0.05:0.33:3")
+    found = answer(
+        "map", "corexy", *vary, "--count", "1", "-o", files[0], "--plot", files[1], "--page", files[2]
+    )
+    assert (found["keys"], found["shape"]) == (["head.x", "beam.y"], [2, 3])
+    with xr.open_dataset(files[0]) as stored:
+        assert set(found["outputs"]) == set(stored.data_vars)
+        assert stored.sizes["head.x"] == 2
+        low = next(row for row in found["ranges"] if row.get("coordinate") == "beam.y")["lowest"]
+        own = stored["coordinate_hz"].sel(coordinate="beam.y")
+        assert low["frequency_hz"] == float(own.min())
+    assert "uPlot" in files[2].read_text()
+    assert files[1].read_text().startswith("<?xml")
+
+
+def test_map_of_a_lift_names_speeds_to_avoid():
+    vary = ("--vary", "car.y=5m:35m:2,counterweight.y=35m:5m", "--count", "2")
+    order = ("--order", "sheave=traction sheave", "--order", "rails=car.y/5m", "--speed", "car.y=0.2m/s:2m/s")
+    found = answer("map", "lift-2-to-1", *vary, *order)
+    assert found["shape"] == [2]
+    assert [one["name"] for one in found["orders"]] == ["sheave", "rails"]
+    assert found["orders"][1]["hz_per_speed"] == pytest.approx(0.2)
+    assert all(0.2 <= zone["low"] < zone["high"] <= 2.0 for zone in found["danger"])
+    assert "Avoid" in call("map", "lift-2-to-1", *vary, *order).stdout

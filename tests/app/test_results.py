@@ -1,16 +1,20 @@
-"""JSON holds finite numbers only; where there is none, null and the reason beside it."""
+"""Results as JSON, options with units: finite numbers or null with a reason; nothing ineffective unsaid."""
 
 import json
 from dataclasses import dataclass
 
+import click
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cabledrive as cd
+from cabledrive.app.main import main as command
+from cabledrive.app.options import ANGLE, DURATION, FREQUENCY
 from cabledrive.app.results import Absent, Answer, json_text, plain, provenance
-from command import object_of
+from cabledrive.parameters import InputRefused
+from command import call, object_of, refusal
 
 
 def test_number_that_does_not_exist_is_null_with_its_reason():
@@ -70,3 +74,80 @@ def test_provenance_names_step_tolerances_and_seed_where_there_are_any():
         "tolerances": {"energy": 1e-9},
         "seed": 0,
     }
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value"),
+    [
+        (ANGLE, "45", 45.0),
+        (ANGLE, "45 deg", 45.0),
+        (ANGLE, "0.5 rad", 28.64788975654116),
+        (DURATION, "0.5", 0.5),
+        (DURATION, "500ms", 0.5),
+        (FREQUENCY, "3", 3.0),
+        (FREQUENCY, "0.003 kHz", 3.0),
+    ],
+)
+def test_a_quantity_is_read_with_its_unit_or_without(kind, text, value):
+    assert kind.convert(text, None, None) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(("kind", "text"), [(ANGLE, "3 s"), (DURATION, "3 kg"), (FREQUENCY, "18 rad/s")])
+def test_a_quantity_of_another_dimension_is_refused(kind, text):
+    with pytest.raises(InputRefused, match=text.split()[0]):
+        kind.convert(text, None, None)
+
+
+def test_every_option_that_measures_takes_a_unit():
+    """A plain float is left where the option counts: pixels, and a share."""
+    context = click.Context(command)
+    plain = [
+        (name, option.name)
+        for name in command.list_commands(context)
+        for option in command.get_command(context, name).params
+        if option.type is click.FLOAT
+    ]
+    assert plain == [("camera", "known_pixels"), ("map", "margin"), ("tolerance", "target")]
+
+
+@pytest.fixture
+def log(tmp_path, monkeypatch):
+    """A log of 2 s at 1 kHz, in a folder of its own."""
+    time = 1e-3 * np.arange(2000)
+    table = np.column_stack([time, np.sin(6 * time), np.degrees(np.cos(6 * time))])
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("log.csv", table, delimiter=",", header="time [s],torque [N m],angle [deg]", comments="")
+    return "log.csv"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("track", "dissertation-3", "--as-printed"), "--as-printed has no effect"),
+        (("track", "dissertation-3", "--ideal-sensors", "--observer", "kalman"), "--observer has no effect"),
+        (("simulate", "dissertation-2", "--duration", "1 ms", "--pluck-shape", "half-sine"), "no span is"),
+    ],
+)
+def test_an_option_of_the_agreed_ones_without_effect_is_reported(arguments, words):
+    done = call(*arguments, "--json")
+    assert done.exit_code == 0
+    assert words in done.stderr
+    assert "has no effect" not in call(*arguments, "--json", "--quiet").stderr
+
+
+def test_a_page_of_a_log_that_is_read_in_blocks_is_refused_before_the_work(log, monkeypatch):
+    monkeypatch.setattr("cabledrive.identification.long_logs.is_long", lambda recording: True)
+    monkeypatch.setattr("cabledrive.identification.one_log.identify", None)  # were it begun: a defect
+    assert "log.csv is too long to be drawn" in refusal("identify", log, "--report", "p.html")
+
+
+def test_a_position_in_degrees_is_refused_with_a_mapping_that_works(log):
+    with open(log) as file:
+        content = file.read()
+    with open("servo.csv", "w") as file:
+        file.write(content.replace("angle [deg]", "position [deg]"))
+    line = refusal("identify", "servo.csv")
+    assert '"deg" is a unit of angle, position is in m: head it "angle [deg]"' in line
+    assert '--column "torque=torque" --column "angle=position"' in line
+    mapped = ("--column", "torque=torque", "--column", "angle=position")
+    assert call("identify", "servo.csv", *mapped).stdout == call("identify", log).stdout

@@ -141,40 +141,6 @@ def test_a_no_is_an_answer_and_not_a_failure(tmp_path, undrawn):
     assert not (tmp_path / "out" / "controller.json").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--log", "nothing.csv"], "nothing.csv: cannot be read"),
-        (["--goals", "nothing.toml"], "nothing.toml"),
-        (["--goals", WINCH], "unknown"),
-        (["--set", "cable.pretension=-3 N"], "cable.pretension"),
-    ],
-)
-def test_bad_input_is_refused_before_anything_is_written(arguments, words, tmp_path):
-    assert words in refusal("study", WINCH, *arguments, "-o", tmp_path / "out")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_log_without_torque_is_refused_and_nothing_is_written(tmp_path):
-    log = tmp_path / "speed.csv"
-    log.write_text("time [s],speed [rad/s]\n" + "".join(f"{0.001 * k},{k % 7}\n" for k in range(300)))
-    line = refusal("study", WINCH, "--quiet", "--log", log, "-o", tmp_path / "out")
-    assert 'speed.csv: needs "torque [N m]" and "angle [rad]", has velocity' in line
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_file_or_a_missing_folder_is_no_place_for_a_study(tmp_path):
-    (tmp_path / "file").write_text("mine")
-    assert "is a file" in refusal("study", WINCH, "-o", tmp_path / "file")
-    assert "does not exist" in refusal("study", WINCH, "-o", tmp_path / "a" / "b")
-
-
-def test_a_report_that_is_no_studys_is_left_alone(tmp_path):
-    (tmp_path / "report.html").write_text("mine")
-    assert "no study's" in refusal("study", WINCH, "-o", tmp_path)
-    assert (tmp_path / "report.html").read_text() == "mine"
-
-
 def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path, undrawn):
     (tmp_path / "hasty.toml").write_text(HASTY)
     asked = ["study", WINCH, "--goals", str(tmp_path / "hasty.toml")]

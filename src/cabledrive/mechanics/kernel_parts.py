@@ -3,8 +3,8 @@
 numba compiles a called kernel anew for each constant among its arguments, gives every version an entry from
 Python, optimises it in full and makes machine code of it, although each caller holds a copy of its own. That
 is more than half of the first run of a control loop. Here a kernel that a kernel calls is a *part*: constants
-are arguments like others, and the compiler's code is linked into the kernel that Python calls, to be optimised
-and made machine code with it. Options of a kernel are hashed at each of its operations: here once.
+are arguments like others, and the compiler's code is linked into the kernel that Python calls, to be
+optimised and made machine code with it. Options of a kernel are hashed at each of its operations: here once.
 
 numba has no public door for this. What is used of its inside is named in `INSIDE` and tried with the versions
 in `TRIED`; with any other version kernels are compiled as numba does it, with equal results, only slower.
@@ -114,7 +114,7 @@ def _link_parts() -> None:
     from numba.core import codegen, event, targetconfig
 
     class Compiling(event.Listener):
-        """Keeps what is compiling; meanwhile the many objects of the compiler are not searched for garbage."""
+        """Keeps what is compiling; meanwhile the compiler's many objects are not searched for garbage."""
 
         collects = False
 
