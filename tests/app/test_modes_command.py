@@ -1,4 +1,4 @@
-"""`cabledrive modes` and `map`: the objects of the contract, tables that lose nothing, pictures of the same."""
+"""`cabledrive modes` and `map`: objects, tables that lose nothing, pictures of the same."""
 
 import re
 

@@ -178,8 +178,6 @@ ROWS = {
     ],
     "tracking": [
         (f"track {D3} --controller darc4", '"darc-4"'),
-        (f"track {D3} --controller darc-2 --bandwidth 4", "12 Hz"),
-        (f"track {D3} --controller darc-4 --bandwidth 8", "11.2 Hz"),
         (f"track {D3} --bandwidth -3", "bandwidth = -3 Hz"),
         (f"track {D3} --angle nan", '"nan"'),
         (f"track {D3} --angle 3000 --order 9", "257.7 rad/s"),

@@ -1,6 +1,7 @@
 """`cabledrive track`: the contract's object, its refusals, and its log."""
 
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -38,6 +39,14 @@ def test_settings_of_the_plant_leave_the_law_alone():
         "track", "dissertation-3", "--controller", "darc-4-damped", "--ideal-sensors", *FAST, *wrong
     )
     assert any("unmatched" in words for words in found["broken_assumptions"])
+
+
+@pytest.mark.parametrize(("law", "asked", "least"), [("darc-2", "4", 12.0), ("darc-4", "8", 11.2)])
+def test_a_bandwidth_below_the_least_is_refused_in_one_line(law, asked, least, measured):
+    line = refusal("track", "dissertation-3", "--controller", law, "--bandwidth", asked)
+    named = float(re.search(r"below ([\d.]+) Hz", line)[1])
+    measured(f"{law} is refused below {named:g} Hz")
+    assert named == least
 
 
 def test_every_disturbance_of_the_rig_can_be_asked_for():
