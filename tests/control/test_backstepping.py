@@ -25,6 +25,8 @@ from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.backstepping_recursion import (
     backstepping_step,
     equal_bandwidth,
+    feedback_pairs,
+    gain_names,
     signal_count,
     work_shape,
 )
@@ -313,3 +315,12 @@ def test_margin_of_four_states_is_that_of_the_errata():
     law = backstepping_numbers(model(3), backstepping_gains(adaptation=0.0), INTERVAL)
     margin = stability_margin(law, law.learning[0], np.zeros(4), np.zeros(5))
     assert margin == pytest.approx(2 * np.pi * 10.5, rel=1e-9)
+
+
+def test_gains_have_a_place_by_step_and_error():
+    """Two in a step, three in the last: 8 for four states, 12 for six, 16 for eight."""
+    assert [len(feedback_pairs(n)) for n in (2, 3, 4)] == [8, 12, 16]
+    named = gain_names(equal_bandwidth(3, 5.0), np.array([S1, S2]))
+    assert list(named)[:3] == ["k11", "k21", "k22"]
+    assert {name for name, value in named.items() if value == 5.0} == {f"k{i}{i}" for i in range(1, 7)}
+    assert (named["k65"], named["k64"], named["s2"]) == (1.0, 0.0, S2)

@@ -138,3 +138,12 @@ def test_members_for_which_the_model_does_not_hold_say_so_and_show_no_motion():
     assert np.isfinite(found.load_angle[0, 0]).all()
     assert np.isnan(found.load_angle.values[reasons != ""]).all()
     assert found.least_tension_upper[1, 0] < 0.0
+
+
+def test_result_file_appears_whole_and_is_not_overwritten(tmp_path):
+    path = tmp_path / "run.nc"
+    result = simulate_fast(DRIVE, 0.02, torque=TORQUE, output=path)
+    assert path.stat().st_size > 0
+    assert result.path == path
+    with pytest.raises(cd.InputRefused, match="exists"):
+        simulate_fast(DRIVE, 0.02, torque=TORQUE, output=path)

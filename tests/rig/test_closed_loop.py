@@ -294,3 +294,22 @@ def test_a_flexible_joint_in_the_model_leaves_less_at_every_angle_and_rise(angle
     )
     measured(f"Model 3 {three['peak_error_deg']:.4f}, Model 4 {four['peak_error_deg']:.4f} deg")
     assert four["peak_error_deg"] < three["peak_error_deg"]
+
+
+def test_table_and_picture_of_a_run_hold_its_error():
+    found = track(DRIVE, controller="pd", options=CENTRED, motion=SHORT)
+    table, figure = found.to_dataframe(), found.plot()
+    assert np.degrees(table["error"].abs().max()) == pytest.approx(found.summary["peak_error_deg"])
+    np.testing.assert_array_equal(table.index, found.time)
+    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(found.error.max()))
+
+
+def test_law_that_learns_beats_the_count_of_its_encoder_over_draws():
+    """Everything drawn: later pulses within one count, 0.036 deg, of the encoder's own zero."""
+    over = track(
+        DRIVE, controller="darc-indirect", gains="best", motion=Motion(pulses=2, dwell=0.2), draws=4, seed=1
+    ).summary["over_draws"]
+    assert over["failed"] == 0
+    assert over["worst_encoder_error_deg"] <= 0.036, f"observed {over['worst_encoder_error_deg']:.4f} deg"
+    assert over["worst_first_pulse_error_deg"] <= 0.10
+    assert over["worst_relative_error_of_beta"] <= 2e-3

@@ -22,6 +22,7 @@ from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_distur
 from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop, disturbed_numbers
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.log_file import log_text
+from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
 from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model
 from dissertation_runs import track
@@ -292,3 +293,24 @@ def test_a_file_of_ranges_is_read_with_its_units(tmp_path):
     assert found.backlash == (pytest.approx(np.radians(1.0)),) * 2
     assert found.load_factor == (0.5, 3.0)
     assert found.cogging == (0.0, 0.0)
+
+
+def test_disturbances_and_failures_are_read_with_their_units():
+    read = parse_disturbance("motor:20 mN m:0.1 s:200 ms")
+    assert read == Disturbance(torque=0.02, start=0.1, end=0.2, on="motor")
+    assert parse_encoder_dropout("load:0.1:0.2") == ("load", 0.1, 0.2)
+
+
+def test_backlash_of_the_gearhead_is_reported_and_costs_accuracy(measured):
+    """Table A.3's 1 deg, unknown to the law."""
+    plain, loose = (
+        track(
+            DRIVE, controller="darc-4-damped", plant_drive=with_motor(backlash=radians(play)), seed=1
+        ).summary
+        for play in (0.0, 1.0)
+    )
+    measured(f"{loose['peak_error_deg']:.3f} deg beside {plain['peak_error_deg']:.3f} deg, phases 1")
+    assert loose["backlash"] == pytest.approx(radians(1.0))
+    assert loose["free_play_samples"] > 100
+    assert "backlash in the gearhead" in loose["broken_assumptions"]
+    assert 2.0 * plain["peak_error_deg"] < loose["peak_error_deg"] < 1.0

@@ -346,6 +346,7 @@ def test_the_file_of_a_law_that_learns_makes_its_columns_sample_by_sample(name, 
     assert found.summary["gains"]["file"] == str(path)
 
 
-def test_the_torque_limit_of_the_file_holds(tmp_path):
-    path = written(tmp_path, "pd", torque_limit=0.1)
-    assert best_track(DRIVE, controller=path, motion=SHORT).summary["circumstances"]["torque_limit"] == 0.1
+def test_the_torque_limit_of_a_file_in_its_folder_holds(tmp_path):
+    written(tmp_path, "pd", torque_limit=0.1)
+    said = best_track(DRIVE, controller=tmp_path, motion=SHORT).summary
+    assert said["circumstances"]["torque_limit"] == 0.1

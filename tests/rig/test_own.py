@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.control import ControllerProtocol
 from cabledrive.control.linear_laws import pd_law, pid_law
+from cabledrive.control.own_controller import checked_controller
 from cabledrive.mechanics.compiled import numba_at_hand, why_plain
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.reflected import reflected
@@ -285,3 +287,17 @@ def test_four_inertias_run_as_model_4_when_the_gear_is_stiff(measured):
     measured(f"{gaps[0] / DEGREE:.1e} and {gaps[1] / DEGREE:.1e} deg")
     assert gaps[1] < 0.2 * gaps[0], f"observed {gaps} rad"
     assert gaps[0] < 0.1 * DEGREE, f"observed {gaps} rad"
+
+
+def test_the_protocol_is_structural():
+    class Mine:
+        name, gains, initial_state, sample_time = "mine", 2.0, [0.0], None
+        shafts, measures, follows = ("load",), "states", "motion"
+
+        def step(self, gains, state, measurement, reference):
+            return state, gains * (reference[0] - measurement[0]) - 0.01 * measurement[1]
+
+    own = checked_controller(Mine())
+    assert (own.name, own.shafts, own.follows) == ("mine", ("load",), "motion")
+    assert isinstance(Mine(), ControllerProtocol)
+    assert track(DRIVE, controller=Mine(), motion=SHORT).summary["controller"] == "mine"
