@@ -12,7 +12,6 @@ from cabledrive.mechanics import (
     drive_warnings,
 )
 from cabledrive.modal import Certificate, Mode, Modes, modes, natural_frequencies
-from cabledrive.old_names import keep_old_names
 from cabledrive.parameters import (
     Cable,
     Carriage,
@@ -80,7 +79,6 @@ __getattr__ = on_demand(
         "write_report": "report",
     },
 )
-keep_old_names()
 
 __all__ = [
     "Cable",

@@ -65,23 +65,6 @@ def test_rows_under_one_law_equal_those_of_the_single_command(law, plant, tmp_pa
     measured(f"closed loops under one law, {law}: within {largest:.1e} deg of {ANGLE:g} deg")
 
 
-def test_rows_that_end_early_or_are_refused_have_the_status_and_the_reason_of_the_single_command(tmp_path):
-    """A span that goes slack, a motion beyond the slack torque, no drive, and a row that is well."""
-    vary = (
-        '[vary]\n"plant.cable.pretension" = { values = ["5 N", "9 N", "0.1 N", -1.0] }\n'
-        '"plant.motor.inertia" = { values = [7e-5, 1e-6, 7e-5, 7e-5] }\n'
-    )
-    head, rest = SPEC.split("[vary]")[0], "[motion]" + SPEC.split("[motion]")[1]
-    text = (head + vary + rest).replace('"random"\nrows = 5', '"list"')
-    campaign = spec(text, tmp_path)
-    assert fits(campaign)
-    at_once, singly = compute_rows(campaign, 0, 4), compute_rows(campaign, 0, 4, at_once=False)
-    assert at_once.code.tolist() == singly.code.tolist()
-    assert at_once.reason.tolist() == singly.reason.tolist()
-    assert at_once.code.tolist() == [0, 3, 2, 2], at_once.reason.tolist()
-    assert "slack" in at_once.reason[1]
-
-
 def test_a_row_has_the_same_bits_in_any_company(tmp_path):
     campaign = spec(SPEC, tmp_path)
     whole = compute_rows(campaign, 0, 5).variables

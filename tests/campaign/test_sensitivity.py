@@ -115,14 +115,6 @@ def test_an_output_that_does_not_vary_has_no_indices(tmp_path):
     assert "depends on none" in refusal("sensitivity", str(store), "--output", "square", status=3)
 
 
-def test_what_cannot_be_asked_of_a_store_is_refused(ishigami, tmp_path):
-    assert "y" in refusal("sensitivity", str(ishigami), "--output", "z")
-    assert "y" in refusal("sensitivity", str(ishigami), "--output", "y[0]")
-    assert "sweep" in refusal("sensitivity", str(tmp_path), "--output", "y")
-    assert "write such as" in refusal("tolerance", str(ishigami), "--goal", "y is small")
-    assert "m" in refusal("tolerance", str(ishigami), "--goal", "y < 3 m")
-
-
 def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
     """y = x^2 + noise below 7, x uniform from 0 to 8: y < 23 below sqrt(17) always, above sqrt(23) never."""
     (tmp_path / "spec.toml").write_text(

@@ -10,7 +10,7 @@ import cabledrive as cd
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
 from campaign_computations import Dangerous
-from command import answer, call, refusal
+from command import answer, refusal
 
 SPEC = """
 drive = "dissertation-3"
@@ -141,15 +141,6 @@ def test_the_parts_of_an_array_job_fill_one_store(sweep, tmp_path):
     assert parts.drop_vars("time").identical(whole.drop_vars("time"))
 
 
-def test_without_dask_rows_run_in_one_process_and_it_is_said(sweep, tmp_path, monkeypatch):
-    monkeypatch.setattr("cabledrive.campaign.cluster.dask_at_hand", lambda: False)
-    (tmp_path / "spec.toml").write_text(SPEC)
-    done = call("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "a.zarr"), "--workers", "2")
-    assert done.exit_code == 0
-    assert "dask is not installed" in done.stderr
-    assert xr.open_zarr(tmp_path / "a.zarr").load().code.values.tolist() == [0] * 13
-
-
 def test_a_design_and_a_computation_of_one_s_own_are_taken(tmp_path):
     class Corners:
         rows, identity = 4, "corners"
@@ -200,14 +191,6 @@ def test_a_spec_that_cannot_be_meant_is_refused_in_a_line_and_nothing_is_written
     line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "x.zarr"), "--workers", "1")
     for part in parts:
         assert part in line, line
-    assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
-
-
-def test_a_scheduler_that_does_not_answer_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("cabledrive.campaign.cluster.PATIENCE", 0.5)
-    (tmp_path / "spec.toml").write_text(HEAD + VARY + DESIGN + COMPUTE)
-    store, url = str(tmp_path / "x.zarr"), "tcp://127.0.0.1:9"
-    assert url in refusal("sweep", str(tmp_path / "spec.toml"), "-o", store, "--scheduler", url)
     assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
 
 

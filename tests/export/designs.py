@@ -2,6 +2,7 @@
 
 import json
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.laws.controller_file import controller_from, controller_numbers
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.trial import spec_for
+
+DRIVE = cd.load_drive("dissertation-3")
 
 
 @cache
@@ -28,3 +31,42 @@ def source_of(name: str, drive: str = "dissertation-3") -> ExportSource:
     data = controller_numbers(loop_of(name, drive), loaded, "motor")
     law = controller_from(json.loads(json.dumps(data)), "controller.json")
     return ExportSource(law=law, data=data, drive=loaded)
+
+
+class Gains(NamedTuple):
+    row: np.ndarray
+    integral: float
+    limit: int
+
+
+def clipped(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
+
+
+def step(gains, state, measurement, reference):
+    state[0] = clipped(state[0] + 2e-4 * (reference[1] - measurement[1]), gains.limit)
+    total = reference[-1] + gains.integral * state[0]
+    for i in range(measurement.size):
+        total += gains.row[i] * (reference[i] - measurement[i])
+    return state, total
+
+
+OWN = cd.OwnController(
+    step=step,
+    gains=Gains(np.array([8.0, 0.5, 0.3, 0.02]), 20.0, 3),
+    initial_state=[1e-3],
+    name="mine",
+    shafts=("motor", "load"),
+)
+
+
+def shaper_json(folder, **changes):
+    data = {
+        "axis": "x",
+        "recommended": "mzv",
+        "recommended_shaper": {"frequency_hz": 48.34},
+        "damping": 0.1,
+        "configuration": "[input_shaper]\nshaper_type_x: mzv\nshaper_freq_x: 48.3",
+    } | changes
+    (folder / "shaper.json").write_text(json.dumps(data))
+    return folder / "shaper.json"

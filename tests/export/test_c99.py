@@ -3,7 +3,6 @@
 import ctypes
 import json
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
@@ -65,13 +64,6 @@ def test_the_self_test_fails_on_a_command_that_differs_in_its_last_bit(package, 
     lines[300] = ",".join([*inputs, f"{np.nextafter(float(command), 1.0):.17g}"])
     (tmp_path / "law" / "vectors.csv").write_text("\n".join(lines) + "\n")
     assert checked(tmp_path / "law").returncode == 1
-
-
-@needs_cc
-def test_the_self_test_needs_its_vectors(package, tmp_path):
-    checked(package)
-    done = subprocess.run([package / "check"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout[:11]) == (2, "vectors.csv")
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
@@ -210,40 +202,6 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     again = export_to(tmp_path / "again", out, "c99")
     assert (tmp_path / "again" / "cabledrive_law.c").read_text() == (out / "cabledrive_law.c").read_text()
     assert again["files"] == found["files"]
-
-
-@pytest.mark.parametrize(
-    "source, options, named",
-    [
-        ("dissertation-3", {"controller": "no-law"}, "no-law"),
-        ("elevator", {}, "elevator"),
-        ("no-such-drive", {}, "no-such-drive"),
-        ("dissertation-3", {"format": "hdl"}, "hdl"),
-    ],
-)
-def test_what_cannot_be_exported_is_one_line(source, options, named, tmp_path):
-    options = {"format": "c99"} | options
-    with pytest.raises(cd.InputRefused) as refusal:
-        export_to(tmp_path / "out", source, **options)
-    assert "\n" not in str(refusal.value)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_with_something_in_it_and_an_empty_study_are_refused(tmp_path):
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full" / "mine.txt").write_text("mine")
-    with pytest.raises(cd.InputRefused, match="not empty"):
-        export_to(tmp_path / "full", "dissertation-3", "c99")
-    (tmp_path / "study").mkdir()
-    with pytest.raises(cd.InputRefused, match=r"holds no controller\.json"):
-        export_to(tmp_path / "out", tmp_path / "study", "c99")
-    old = {key: value for key, value in source_of("pd").data.items() if key not in ("reference", "columns")}
-    (tmp_path / "controller.json").write_text(json.dumps(old))
-    with pytest.raises(cd.InputRefused, match="earlier version"):
-        export_to(tmp_path / "out", tmp_path / "controller.json", "c99")
-    (tmp_path / "controller.json").write_text(json.dumps({"drive_hash": "0"}))
-    with pytest.raises(cd.InputRefused, match=r"controller\.json"):
-        export_to(tmp_path / "out", tmp_path / "controller.json", "c99")
 
 
 def test_random_inputs_give_what_the_interpreted_kernel_gives(tmp_path, package):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.export import export_to
 from cabledrive.export.fmu import cable_fmu
 from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
@@ -123,19 +122,3 @@ def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
         gaps.append(float(np.abs(found - exact).max() / np.abs(exact).max()))
     measured(f"{name}: {100 * max(gaps):.2g} % of the largest motion up to a fifth of the highest mode")
     assert max(gaps) < 0.06, f"observed {gaps}"  # the modes left out give way as well
-
-
-@pytest.mark.parametrize(
-    "source, options, named",
-    [
-        ("dissertation-3", {}, "coulomb_friction"),
-        ("dissertation-1", {"format": "c99"}, "fmu2 or fmu3"),
-        ("dissertation-1", {"controller": "pd"}, "holds no controller"),
-        ("ropeway", {}, "carriage"),
-    ],
-)
-def test_a_cable_that_cannot_be_exported_is_one_line(source, options, named, tmp_path):
-    with pytest.raises(cd.InputRefused, match=named) as refusal:
-        export_to(tmp_path / "c", source, **({"format": "fmu2", "what": "cable"} | options))
-    assert "\n" not in str(refusal.value)
-    assert list(tmp_path.iterdir()) == []

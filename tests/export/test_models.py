@@ -1,6 +1,5 @@
 """Models for other programs: MuJoCo, Modelica, printer firmware."""
 
-import json
 import re
 
 import numpy as np
@@ -12,6 +11,7 @@ from cabledrive.export.drive_source import lumped_models
 from cabledrive.export.mjcf import mjcf_files
 from cabledrive.export.modelica import modelica_files
 from cabledrive.reduction.lumped_chain import state_space
+from export.designs import shaper_json
 
 DRIVES = ("dissertation-2", "dissertation-3")
 
@@ -123,18 +123,6 @@ def test_the_equations_of_the_modelica_text_are_those_of_the_chain(name):
         np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
 
 
-def shaper_json(folder, **changes):
-    data = {
-        "axis": "x",
-        "recommended": "mzv",
-        "recommended_shaper": {"frequency_hz": 48.34},
-        "damping": 0.1,
-        "configuration": "[input_shaper]\nshaper_type_x: mzv\nshaper_freq_x: 48.3",
-    } | changes
-    (folder / "shaper.json").write_text(json.dumps(data))
-    return folder / "shaper.json"
-
-
 def test_klipper_gets_its_lines(tmp_path):
     found = export_to(tmp_path / "out", shaper_json(tmp_path), "klipper")
     assert found["files"] == ["marlin.gcode", "printer.cfg"]
@@ -142,25 +130,6 @@ def test_klipper_gets_its_lines(tmp_path):
     assert (
         (tmp_path / "out" / "marlin.gcode").read_text().startswith("M593 X F48.3 D0.1 ; Marlin has ZV alone")
     )
-
-
-@pytest.mark.parametrize(
-    "format, source, options, named",
-    [
-        ("klipper", {"axis": None}, {}, "axis"),
-        ("klipper", {"recommended_shaper": None}, {}, "no answer of shaper"),
-        ("st", None, {}, "Structured Text"),
-        ("mjcf", None, {"what": "loop"}, "loop"),
-        ("fmu2", None, {"float32": True}, "float32"),
-        ("mjcf", None, {"float32": True}, "float32"),
-    ],
-)
-def test_what_a_format_does_not_hold_is_one_line(format, source, options, named, tmp_path):
-    given = "dissertation-3" if source is None else shaper_json(tmp_path, **source)
-    with pytest.raises(cd.InputRefused, match=named) as refusal:
-        export_to(tmp_path / "out", given, format, **options)
-    assert "\n" not in str(refusal.value)
-    assert not (tmp_path / "out").exists()
 
 
 def test_mechanics_of_a_study_are_those_of_its_identified_drive(tmp_path):

@@ -2,9 +2,7 @@
 
 import shutil
 from dataclasses import replace
-from typing import NamedTuple
 
-import numpy as np
 import pytest
 
 import cabledrive as cd
@@ -14,27 +12,9 @@ from cabledrive.export.source import designed, designed_loop
 from cabledrive.export.target_kernel import target_kernel
 from cabledrive.rig.closed_loop.loop import run
 from export.compilers import WARNINGS, checked
+from export.designs import DRIVE, OWN, step
 
 needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
-DRIVE = cd.load_drive("dissertation-3")
-
-
-class Gains(NamedTuple):
-    row: np.ndarray
-    integral: float
-    limit: int
-
-
-def clipped(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
-
-
-def step(gains, state, measurement, reference):
-    state[0] = clipped(state[0] + 2e-4 * (reference[1] - measurement[1]), gains.limit)
-    total = reference[-1] + gains.integral * state[0]
-    for i in range(measurement.size):
-        total += gains.row[i] * (reference[i] - measurement[i])
-    return state, total
 
 
 def on_readings(gains, state, measurement, reference):
@@ -44,13 +24,6 @@ def on_readings(gains, state, measurement, reference):
     return state, stiffness * (reference[0] - measurement[0]) - damping * speed
 
 
-OWN = cd.OwnController(
-    step=step,
-    gains=Gains(np.array([8.0, 0.5, 0.3, 0.02]), 20.0, 3),
-    initial_state=[1e-3],
-    name="mine",
-    shafts=("motor", "load"),
-)
 UNFILTERED = cd.OwnController(
     step=on_readings,
     gains=(0.5, 0.02),
@@ -131,11 +104,3 @@ def test_what_lies_outside_is_refused_in_one_line(changes, named, tmp_path):
     assert named in str(refusal.value)
     assert "\n" not in str(refusal.value)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_what_only_packaged_laws_have_is_refused(tmp_path, exported):
-    for options in ({"float32": True}, {"what": "loop"}):
-        with pytest.raises(cd.InputRefused, match="your own"):
-            export_to(tmp_path / "c", DRIVE, "c99", controller=OWN, **options)
-    with pytest.raises(cd.InputRefused, match="whose step is code"):
-        cd.track(DRIVE, controller=exported(OWN)[0])

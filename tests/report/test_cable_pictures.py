@@ -11,13 +11,12 @@ from PIL import Image
 from report_page import Reader
 
 from cabledrive.modal import natural_frequencies
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import load_drive
 from cabledrive.report.animated_gif import animation_gif
-from cabledrive.report.animation import animation_page, animation_svg
+from cabledrive.report.animation import animation_page
 from cabledrive.report.chapters import the_cable
 from cabledrive.report.context import make_context
 from cabledrive.report.figures import run_fields, run_histories
-from cabledrive.report.motion import motion_of
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from cabledrive.studies import cable_runs
 
@@ -39,16 +38,6 @@ def run(fields: int = 20):
 @cache
 def chapter():
     return the_cable.chapter(make_context([DRIVE]))
-
-
-def test_histories_are_the_records():
-    load, upper, lower = panels = Figure().subplots(3, 1)
-    run_histories.draw_histories(panels, run())
-    np.testing.assert_array_equal(load.lines[0].get_ydata(), np.degrees(run().load_angle))
-    for axes, span in ((upper, "upper"), (lower, "lower")):
-        np.testing.assert_array_equal(axes.lines[0].get_ydata(), 1e3 * run().midpoint(span)[:, 2])
-    np.testing.assert_array_equal(upper.lines[1].get_ydata(), 1e3 * run().midpoint("upper")[:, 1])
-    assert len(lower.lines) == 1, "no v on the lower span: nothing to draw"
 
 
 def test_the_spectrum_marks_the_certified_modes():
@@ -82,18 +71,6 @@ def test_the_field_of_a_span_has_the_recorded_midpoint_and_held_ends():
         np.testing.assert_array_equal(field[:, [0, -1]], 0.0)
 
 
-def test_a_run_without_fields_is_not_animated():
-    with pytest.raises(InputRefused, match="0 whole fields kept"):
-        motion_of(run(fields=0))
-
-
-def test_a_frame_shows_the_pulleys_where_they_are():
-    motion = motion_of(run())
-    np.testing.assert_array_equal(motion.time, run().field_time)
-    expected = np.interp(motion.time, run().time, run().load_angle)
-    np.testing.assert_array_equal(motion.angles[:, 1], expected)
-
-
 def test_the_gif_has_a_frame_for_each_field_and_they_differ():
     content = animation_gif(DRIVE, run())
     assert len(content) < 1_500_000
@@ -118,29 +95,6 @@ def test_the_animation_on_a_page_needs_no_script_and_obeys_who_wants_less_motion
     assert len(reader.root.all("g")) == 2 * len(run().fields)  # a drawing for wide pages, one for narrow ones
 
 
-def test_frames_follow_one_another_without_gap():
-    _, wide, narrow = animation_svg("x", DRIVE, run())
-    for drawing in (wide, narrow):
-        delays = np.array([float(d) for d in re.findall(r"animation-delay: (-?[\d.]+)s", drawing)])
-        np.testing.assert_allclose(np.diff(delays), 1.0 / 16.0, atol=1.1e-4)
-        assert np.all(delays < 0.0)
-        period = delays.size / 16.0
-        shown = np.mod(-delays, period) < 1.0 / 16.0
-        assert np.flatnonzero(shown).tolist() == [0], "at rest the first frame is seen, alone"
-        assert re.findall(r"#[0-9a-fA-F]{6}\b", drawing) == []
-
-
-def test_the_chapter_has_its_figures_with_words_for_who_does_not_see_them():
-    figures = [block for block in chapter().all_blocks if block.kind == "figure"]
-    plots = [block for block in chapter().all_blocks if block.kind == "plot"]
-    assert (len(figures), len(plots)) == (7, 2)
-    assert all(len(plot.alt) > 40 for plot in plots)
-    for figure in figures:
-        assert len(figure.alt) > 40, figure.name
-        assert figure.narrow is not None
-        assert re.findall(r"#[0-9a-fA-F]{6}\b|\brgb\(", figure.wide) == [], figure.name
-
-
 def test_the_chapter_finds_the_load_pulleys_peak_near_the_printed_one():
     """81.7 Hz, printed 81.6 Hz, resolution 0.5 Hz."""
     (figure,) = [block for block in chapter().all_blocks if getattr(block, "name", "") == "cable-spectrum"]
@@ -152,10 +106,6 @@ def test_the_chapter_finds_slack_at_twice_radius_times_pretension():
     (figure,) = [b for b in chapter().all_blocks if getattr(b, "name", "") == "cable-slack-torque"]
     found = float(re.search(r"goes slack at ([\d.]+) N m", str(figure.caption))[1])
     assert found == pytest.approx(cable_runs.slack_torque(DRIVE), rel=0.01), found
-
-
-def test_the_chapter_is_about_its_rig_alone():
-    assert the_cable.chapter(make_context([load_drive("dissertation-1")])) is None
 
 
 def test_sag_of_the_chain_approaches_the_catenary_with_the_square_of_the_segment():

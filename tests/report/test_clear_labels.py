@@ -59,6 +59,7 @@ def figures(monkeypatch):
     return found
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize(("place", "named"), [(0, 1), (1, 3)], ids=["wide", "narrow"])
 def test_no_curve_passes_through_the_name_of_a_printed_error(figures, place, named):
     panels = [axes for axes in figures[place].axes if axes.texts]

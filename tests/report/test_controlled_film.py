@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import load_drive
 from cabledrive.report.controlled_film import controlled_film
 from cabledrive.rig import Motion, track
 
@@ -27,8 +27,3 @@ def test_every_picture_says_the_error_at_its_time():
         errors = np.degrees(found.error[at])
         assert errors.min() - 1e-4 <= float(error) <= errors.max() + 1e-4
     assert float(said[-1][0]) == pytest.approx(found.time[-1], abs=5e-4)
-
-
-def test_a_plant_without_a_cable_has_no_film():
-    with pytest.raises(InputRefused, match="choose a plant with a flexible cable"):
-        controlled_film(DRIVE, run("model-1"))

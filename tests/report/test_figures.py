@@ -1,6 +1,5 @@
 """What the figures draw is what was computed."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,9 +8,8 @@ import pytest
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.modal.mode import BOTH
-from cabledrive.parameters import Carriage, load_drive, packaged_drives
+from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.report import picture as pictures
-from cabledrive.report.context import make_context
 from cabledrive.report.figures import followed, ladder, machine_layout, overview, shapes
 from cabledrive.report.figures.machine import machine_picture
 from cabledrive.studies import frequency_against
@@ -145,40 +143,3 @@ def test_the_drawing_keeps_the_proportions_of_the_machine(name, width):
         ahead = np.array([np.cos(layout.slope), -np.sin(layout.slope)])  # sag leaves the line alone
         steps = [abs(ahead @ np.subtract(b, a)) for a, b in pairwise(places)]
         np.testing.assert_allclose(steps, np.diff([0.0, *shares, 1.0]) * sum(steps), atol=1e-9)
-
-
-def test_the_upper_span_of_a_standing_machine_is_drawn_on_its_right():
-    """Turned by minus 90 degrees, what was up points to the right."""
-    layout = machine_layout.machine_layout(load_drive("elevator"), 720, False)
-    assert layout.drive[1] < layout.load[1]
-    assert layout.on_span("upper", 0.5)[0] > layout.drive[0] > layout.on_span("lower", 0.5)[0]
-
-
-def test_a_support_is_drawn_for_a_pulley_that_cannot_turn():
-    drive = load_drive("dissertation-1")
-    held = replace(drive, pulley=(drive.pulley[0], replace(drive.pulley[1], fixed=True)))
-    assert "load pulley, fixed" in machine_picture(held).wide
-    assert "fixed" not in machine_picture(drive).wide
-
-
-def test_a_cable_with_a_thousandth_of_a_percent_of_strain_is_listed_by_number():
-    """Transverse modes then crowd the band by the ten thousand; the first of each kind are shown instead."""
-    drive = load_drive("dissertation-1")
-    stiff = replace(drive, cable=replace(drive.cable, youngs_modulus=1e5 * drive.cable.youngs_modulus))
-    (found,) = make_context([stiff]).modes
-    assert len(found.longitudinal) == 5
-    assert found.certified
-
-
-def test_many_carriages_are_drawn_small_and_counted():
-    drive = load_drive("dissertation-1")
-    carried = tuple(Carriage(mass=0.001, position=0.02 * k, guided=True) for k in range(1, 40))
-    assert "upper span, 39 carriages" in machine_picture(replace(drive, carriage=carried)).wide
-
-
-def test_places_on_a_picture_are_rounded_and_its_words_are_not():
-    text = '<svg><path d="M 1.23456 7.891 L 2 3.5"/><text x="10.12345" y="2">0.0867 Hz, 123.4567</text></svg>'
-    shown = pictures.inline_svg(text, "x", (10.0, 10.0))
-    assert 'd="M 1.23 7.89 L 2 3.5"' in shown
-    assert 'x="10.12"' in shown
-    assert "0.0867 Hz, 123.4567" in shown

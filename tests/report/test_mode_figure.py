@@ -7,7 +7,6 @@ import cabledrive as cd
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.report.figures.route_modes import POINTS, SIZE, machine_size
 from cabledrive.report.mode_figure import mode_figure, mode_picture, route_mode_figure
-from cabledrive.report.style import family_colour
 
 
 def panels(name, count=6, most=10):
@@ -32,16 +31,6 @@ def test_every_frequency_has_its_rung(name):
         assert rungs(axis) == [row.frequency for row in rows]
 
 
-def test_families_are_shown_by_word_and_colour():
-    _, found, shown = panels("elevator")
-    words = [text.get_text() for text in shown["longitudinal"].texts]
-    colours = [line.get_color() for line in shown["longitudinal"].lines]
-    for mode in found.longitudinal:
-        assert mode.family in words
-        assert f"{mode.frequency:.6g} Hz" in words
-        assert family_colour(mode.family) in colours
-
-
 def test_shapes_are_those_of_the_modes():
     """Each curve, about its line of rest and to its own scale, is proportional to the exact shape."""
     drive, found, shown = panels("dissertation-transporter", count=4)
@@ -54,18 +43,6 @@ def test_shapes_are_those_of_the_modes():
         slope, rest = np.polyfit(exact, drawn, 1)
         assert slope > 0.0
         np.testing.assert_allclose(drawn, rest + slope * exact, atol=1e-9 * np.ptp(drawn))
-
-
-def test_what_is_left_out_is_said():
-    _, _, shown = panels("ropeway", count=12, most=3)
-    assert shown["longitudinal"].get_title(loc="left") == "longitudinal modes, the first 3 of 12 frequencies"
-    assert len(rungs(shown["longitudinal"])) == 3
-
-
-def test_drive_whose_name_looks_like_a_formula_is_drawn():
-    drive = cd.load_drive("elevator", overrides=["title=$\\\\frac{a}$ lift"])
-    assert drive.title == "$\\\\frac{a}$ lift"
-    assert mode_picture(drive, cd.modes(drive, count=1), "svg").startswith(b"<?xml")
 
 
 def test_a_mode_of_a_machine_with_routes_is_drawn_on_the_machine():
@@ -85,12 +62,3 @@ def test_a_mode_of_a_machine_with_routes_is_drawn_on_the_machine():
     size = SIZE * machine_size(drive)
     np.testing.assert_allclose(drawn, size * exact / np.abs(exact).max(), atol=1e-9 * size)
     assert mode_picture(drive, found, "svg", most=1).startswith(b"<?xml")
-
-
-def test_drawing_leaves_the_settings_of_others_alone():
-    import matplotlib
-
-    before = dict(matplotlib.rcParams)
-    drive = cd.load_drive("camera-line")
-    mode_picture(drive, cd.modes(drive, count=2), "png")
-    assert dict(matplotlib.rcParams) == before

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 
-from cabledrive.report.style import COLOURS, FAMILY_COLOURS, house_style, theme_css
+from cabledrive.report.style import COLOURS, FAMILY_COLOURS, theme_css
 
 WORDS = ("ink", "quiet", "blue", "orange", "green", "purple", "ochre", "red")
 # Severe deficiency of one kind of cone, in linear light: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes,
@@ -83,12 +83,3 @@ def test_every_colour_has_a_value_for_light_and_one_for_dark():
     css = theme_css()
     assert all(css.count(f"--{name}:") == 2 for name in COLOURS)
     assert "screen and (prefers-color-scheme: dark)" in css  # print stays light
-
-
-def test_the_house_style_leaves_other_figures_alone():
-    import matplotlib
-
-    before = matplotlib.rcParams["font.size"]
-    with house_style():
-        assert matplotlib.rcParams["font.size"] != before
-    assert matplotlib.rcParams["font.size"] == before

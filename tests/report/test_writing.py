@@ -52,12 +52,6 @@ def test_the_file_is_the_page_with_a_card_for_each_linked_page(tmp_path):
     assert '<a href="beside/campaign.html">Fleet &amp; field</a>' in text
 
 
-def test_a_linked_page_that_is_not_there_is_refused_before_any_work(tmp_path, monkeypatch):
-    monkeypatch.setattr(writing, "report_html", lambda *a, **k: pytest.fail("worked before it looked"))
-    with pytest.raises(InputRefused, match="make the linked page first"):
-        write_report(drives(), tmp_path / "report.html", links=[tmp_path / "none.html"])
-
-
 def test_an_existing_file_is_refused_before_any_work_and_kept(tmp_path, monkeypatch):
     path = tmp_path / "report.html"
     path.write_text("mine")
@@ -65,13 +59,6 @@ def test_an_existing_file_is_refused_before_any_work_and_kept(tmp_path, monkeypa
     with pytest.raises(InputRefused, match="exists and is not overwritten"):
         write_report(drives(), path)
     assert path.read_text() == "mine"
-
-
-def test_force_replaces_an_existing_file(tmp_path):
-    path = tmp_path / "report.html"
-    path.write_text("old")
-    write_report(drives(), path, force=True, written_at=TIME)
-    assert path.read_text(encoding="utf-8") == page()
 
 
 def test_a_report_that_fails_on_the_way_leaves_nothing(tmp_path, monkeypatch):
@@ -82,20 +69,6 @@ def test_a_report_that_fails_on_the_way_leaves_nothing(tmp_path, monkeypatch):
     with pytest.raises(NotComputed):
         write_report(drives(), tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_report_about_nothing_is_refused(tmp_path):
-    with pytest.raises(InputRefused, match="at least 1"):
-        write_report([], tmp_path / "report.html")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_progress_names_every_drive_and_chapter(tmp_path):
-    lines = []
-    write_report(drives(), tmp_path / "report.html", progress=lines.append)
-    assert "study: a study" in lines
-    make_context(drives(), lines.append).modes  # noqa: B018
-    assert "natural modes: Dissertation, configuration 1" in lines
 
 
 def test_a_machine_with_routes_has_its_page():

@@ -132,13 +132,6 @@ def test_an_edited_text_becomes_an_address_that_outlives_the_page(make_studio):
     assert shlex.split(found["command"])[2].endswith(f"drives/{name}.toml")
 
 
-def test_a_refused_text_is_not_kept(studio):
-    answer = studio.post("/machine/text", content=b"schema = 1\nname = 'x'\n[cable]\npretension = -1\n")
-    assert answer.status_code == 422
-    assert "refusal" in answer.json()
-    assert studio.library.kept() == []
-
-
 def test_a_machine_with_routes_is_drawn_and_its_modes_listed(studio):
     query = studio.post("/machine/text", content=ROUTE.encode()).json()["query"]
     found = studio.get(f"/machine/part?{query}&row=2").json()
@@ -149,15 +142,3 @@ def test_a_machine_with_routes_is_drawn_and_its_modes_listed(studio):
     assert 'data-key="slide.x"' in page
     moved = studio.get(f"/machine/part?{query}&set=slide.x%3D0.6+m").json()
     assert frequencies_of(moved["part"]) != frequencies_of(found["part"])
-
-
-def test_the_empty_machine_opens_and_its_values_are_called_placeholders(studio):
-    found = studio.get("/machine/part?drive=empty-machine").json()
-    assert "placeholders" in found["text"]
-    assert frequencies_of(found["part"])
-
-
-def test_the_page_says_why_it_shows_another_drive_than_asked(studio):
-    page = studio.get("/machine?drive=gone-0123456789ab").text
-    assert "is no drive of this studio" in page
-    assert studio.get("/machine?drive=dissertation-1&row=99&count=0&motor=glued").status_code == 200

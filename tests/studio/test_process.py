@@ -64,13 +64,6 @@ def test_the_first_line_is_the_address_and_ctrl_c_ends_it_with_130(tmp_path):
         )
 
 
-def test_a_refused_drive_starts_nothing(tmp_path):
-    result = call("studio", "no-such-drive", "--no-browser", "--folder", str(tmp_path / "x"))
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert not (tmp_path / "x").exists()
-
-
 def test_without_the_extra_the_door_says_which(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "uvicorn", None)
     result = call("studio", "--no-browser", "--folder", str(tmp_path / "x"))

@@ -20,15 +20,6 @@ def test_the_resonance_page_says_the_verdict_of_the_command(studio):
     assert all(words.split(";")[0][:40] in page.replace("&#39;", "'") for words in found.reasons)
 
 
-def test_a_machine_that_the_resonance_does_not_know_is_refused_in_words(studio):
-    page = studio.get("/resonance?drive=camera-line")
-    assert page.status_code == 200
-    assert 'class="problem"' in page.text or 'class="status' in page.text
-    refused = studio.get("/resonance?drive=dissertation-2&torque=3+kg").text
-    assert 'class="problem"' in refused
-    assert "N m" in refused
-
-
 def test_curves_of_a_law_are_those_of_track(studio):
     asked = "drive=dissertation-3&law=pd&bandwidth=20+Hz&angle=30+deg&rise=0.2+s&dwell=0.1+s"
     found = studio.get(f"/control/part?{asked}").json()
@@ -40,15 +31,6 @@ def test_curves_of_a_law_are_those_of_track(studio):
     np.testing.assert_allclose(curve["error"], np.degrees(run.error[places]), rtol=0, atol=1e-12)
     assert np.abs(curve["error"]).max() == pytest.approx(np.degrees(np.abs(run.error).max()), rel=1e-12)
     assert "--controller=pd --bandwidth=20 --angle=30" in found["command"]
-
-
-def test_each_law_may_have_a_bandwidth_of_its_own(studio):
-    asked = "drive=dissertation-3&law=pd&bandwidth=20+Hz&bandwidth-pd=35+Hz&rise=0.2+s&dwell=0.1+s"
-    found = studio.get(f"/control/part?{asked}").json()
-    motion = Motion(rise=0.2, dwell=0.1)
-    run = track(load_drive("dissertation-3"), controller="pd", bandwidth=35.0, motion=motion)
-    assert found["rows"][0]["peak_error_deg"] == run.summary["peak_error_deg"]
-    assert "--bandwidth=35 " in found["command"]
 
 
 def test_a_switched_on_disturbance_is_that_of_the_command(studio):
@@ -80,9 +62,3 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
     refused = studio.get("/studies/1/response?drive=dissertation-transporter").json()
     assert refused["computed"] == []
     assert "No computed response" in refused["words"]
-
-
-@pytest.mark.parametrize("bad", ["bandwidth=0+Hz", "bandwidth=x", "angle=3+kg", "plant=model-9"])
-def test_what_cannot_be_run_is_refused_in_words(studio, bad):
-    found = studio.get(f"/control/part?drive=dissertation-3&law=pd&{bad}").json()
-    assert found.get("refusal") or found["refused"]

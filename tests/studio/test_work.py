@@ -69,22 +69,6 @@ async def _events(studio, job):
     return found
 
 
-def test_a_refused_command_says_why_and_is_remembered_after_a_restart(make_studio):
-    studio = make_studio("dissertation-3")
-    started = studio.post(
-        "/studies/start/map?drive=dissertation-3&set=cable.pretension%3D-1", content=""
-    ).json()
-    job = studio.desk.jobs.all[started["number"]]
-    lines = studio.run(_events(studio, job))
-    assert lines[-1] == ("end", "refused")
-    assert any("must be above 0" in words for _, words in lines)
-    again = make_studio("dissertation-3")
-    assert again.desk.jobs.all[job.number].status == "refused"
-    assert job.shown in again.get(f"/studies/{job.number}").text.replace("&#39;", "'")
-    assert again.get(f"/studies/{job.number}/file?name=../job.json").status_code == 404
-    assert again.get(f"/studies/{job.number}/file?name=job.json").status_code == 404
-
-
 def test_what_runs_when_a_studio_is_killed_is_called_interrupted(make_studio):
     studio = make_studio()
     _, folder = studio.desk.jobs.new_folder()
@@ -125,21 +109,3 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
     assert evil not in found.arguments
     outputs = [found.arguments[k + 1] for k, part in enumerate(found.arguments) if part == "-o"]
     assert all("/" not in name for name in outputs)
-
-
-def test_unknown_work_and_bad_fields_are_refused(studio):
-    for address, content in (
-        ("/studies/start/rm", ""),
-        ("/studies/start/export", "format=exe"),
-        ("/studies/start/sweep", "rows=-3"),
-        ("/studies/start/compare", "backlash=1&backlash-value=much"),
-        ("/studies/start/identify", "log=../x"),
-        ("/studies/start/study", "error=" + "1" * 300),
-    ):
-        answer = studio.post(f"{address}?drive=dissertation-3", content=content)
-        assert answer.status_code == 422, address
-        assert answer.json()["refusal"]
-    assert studio.desk.jobs.all == {}
-    assert list((studio.folder / "work").glob("*")) == []
-    assert studio.get("/studies/99").status_code == 400
-    assert studio.get("/studies").status_code == 200
