@@ -14,19 +14,20 @@ KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
 
 export MPLBACKEND := Agg
 # Two workers share the processor: threads of the linear algebra's own would wait for one another.
-test check verify: export OPENBLAS_NUM_THREADS := 1
+test check mutants verify: export OPENBLAS_NUM_THREADS := 1
 
 ifndef SIDE_BY_SIDE  # `lint` alone runs parts of itself at once
 .NOTPARALLEL:
 endif
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint lint-style lint-types lint-docstrings lint-house check docs bench verify release format clean
+.PHONY: help demo test lint lint-style lint-types lint-docstrings lint-house check mutants docs bench verify release format clean
 
 help:
 	@echo "make demo     the report on the packaged drives, the dissertation and a small campaign, in build/demo"
 	@echo "make test     format, lint, types, import contract, tests, examples, kernels without the compiler"
 	@echo "make lint     the part of it that runs no test"
 	@echo "make check    the part of it that a change needs first: lint, types and the fast tests, two minutes"
+	@echo "make mutants  which of 200 changes to kernels and formulas the tests notice, into docs/mutants.md; an hour"
 	@echo "make verify   every test, the long statistical runs included, and the figures they measure"
 	@echo "make docs     the documentation, into build/docs; a warning is an error"
 	@echo "make bench    the figures of docs/performance.md, measured on this machine"
@@ -46,7 +47,7 @@ demo: $(VENV)/run.stamp
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 ifneq ($(KERNEL_MODULES),)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --dist loadfile -m "kernel and not verify"
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --dist loadfile -m "kernel and not verify" --every-kernel
 endif
 
 lint: $(VENV)/test.stamp
@@ -73,6 +74,9 @@ lint-style:
 ROOMS := parameters mechanics trajectories modal simulation reduction identification control rig
 check: lint
 	$(BIN)/python -m pytest -n 2 --fast $(ROOMS:%=tests/%)
+
+mutants: $(VENV)/test.stamp
+	$(BIN)/python tools/mutants.py
 
 verify: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -n 2 --dist worksteal --figures -m "verify or not verify" tests reproduction tools/attack

@@ -5,6 +5,8 @@ from functools import partial
 
 import pytest
 
+pytest_plugins = ["every_kernel"]
+
 SLOW = 0.5
 """Seconds from which on a test is none of the fast ones."""
 SECONDS_BY_TEST = "cabledrive/seconds"

@@ -109,8 +109,11 @@ def sources() -> Iterator[Breach]:
 
 
 def tests() -> Iterator[Breach]:
-    """What tests share stands in modules of its own: no test takes code out of another."""
+    """What tests share stands in modules of its own; pytest finds a test by the name of its file."""
+    names: dict[str, Path] = {}
     for path in [*(ROOT / "tests").rglob("*.py"), *(ROOT / "reproduction").rglob("*.py")]:
+        if path.name.startswith("test_") and names.setdefault(path.name, path) != path:
+            yield path, 1, f"has the name of {names[path.name].relative_to(ROOT)}"
         taken = [number for number, line in lines_of(path) if re.match(r"(from|import) test_", line)]
         if taken and any(node.lineno in taken for node in imports_of(path)):  # else in a string
             yield path, taken[0], "takes code out of another test"

@@ -254,7 +254,6 @@ def filter_of(chain):
     )
 
 
-@pytest.mark.kernel
 def test_what_the_filter_misses_is_what_it_misses_on_a_plant_with_that_torque():
     """The plant by its matrices, the filter by the kernels of the loop, no torque of the motor."""
     chain = replace(model(4), coulomb=(0.0, 0.0, 0.0), offsets=(0.0, 0.0, 0.0))

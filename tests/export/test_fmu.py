@@ -95,7 +95,7 @@ def test_the_controller_steps_as_the_interpreted_kernel_to_the_bit(version, tmp_
 @pytest.mark.kernel  # cabledrive.rig.closed_loop.target_plant_kernels
 @pytest.mark.parametrize(
     "law, samples",
-    [("darc-4", 150), *(pytest.param(law, 10_000, marks=pytest.mark.verify) for law in ("darc-4", "lqg"))],
+    [("darc-4", 20), *(pytest.param(law, 10_000, marks=pytest.mark.verify) for law in ("darc-4", "lqg"))],
 )
 def test_the_loop_steps_as_the_interpreted_loop_to_the_bit(law, samples, tmp_path, measured):
     source = source_of(law)

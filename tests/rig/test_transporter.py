@@ -32,7 +32,11 @@ from cabledrive.reduction.transporter import (
 from cabledrive.rig.carriage.carriage_loop import plant_of
 from cabledrive.rig.carriage.carriage_move import CarriageMove, one_count
 from cabledrive.rig.carriage.transporter import move_carriage
-from cabledrive.rig.carriage.transporter_kernels import transporter_advance, transporter_rates
+from cabledrive.rig.carriage.transporter_kernels import (
+    run_transporter,
+    transporter_advance,
+    transporter_rates,
+)
 from cabledrive.studies.transporter_moves import along_the_way, residual_motion, scaled_transporter
 from cabledrive.trajectories import Move, Trajectory
 
@@ -245,3 +249,31 @@ def test_the_encoder_of_the_drive_pulley_alone_keeps_every_place_stable():
         plant = replace(MACHINE, axial_rigidity=rigidity * MACHINE.axial_rigidity)
         radius = max(np.abs(frozen_poles(law, plant, float(x), INTERVAL)).max() for x in there)
         assert radius < 1.0, f"EA x {rigidity}: observed {radius:.7f}"
+
+
+@pytest.mark.kernel
+def test_a_run_is_its_samples_one_after_another():
+    """Readings in whole counts, force of the law, log, internal steps; it ends where a strand goes slack."""
+    law = scheduled_law(
+        MACHINE, interval=INTERVAL, count=one_count(DRIVE), limit=70.0, positions=np.linspace(0.2, 1.3, 3)
+    )
+    count, phases, samples, substeps = one_count(DRIVE), np.array([0.2, -0.3]), 6, 2
+    reference = 1e-3 * np.random.default_rng(4).normal(size=(samples, STATES + 2))
+    wind, plant, log = np.linspace(0.0, 5.0, samples), plant_of(MACHINE), np.zeros((samples, 13 + OBSERVED))
+    rest = (INTERVAL, substeps, count, phases)
+    assert run_transporter(*plant, *law, reference, wind, *rest, np.zeros(8), log) == samples
+    x, estimate, fresh = np.zeros(8), np.zeros(OBSERVED), np.zeros(OBSERVED)
+    tensions, work = np.zeros(3), np.zeros((5, 8))
+    for k in range(samples):
+        readings = count * np.rint(x[[0, 2]] / count + phases)
+        force = scheduled_step(*law, estimate, readings, reference, k, fresh)
+        place = x[1] + MACHINE.line_length * np.sin(x[3])
+        np.testing.assert_array_equal(log[k, :9], [*x, place])
+        np.testing.assert_array_equal(log[k, 12:], [force, *estimate])
+        np.testing.assert_allclose(log[k, 9:12], MACHINE.pretension, rtol=0.2)
+        for _ in range(substeps):
+            transporter_advance(*plant, x, force, wind[k], INTERVAL / substeps, tensions, work)
+    slack, gone = np.zeros(8), np.zeros(8)
+    slack[0], gone[1] = 1.0, MACHINE.span_length
+    for start in (slack, gone):
+        assert run_transporter(*plant, *law, reference, wind, *rest, start, log) == 0

@@ -29,8 +29,9 @@ from cabledrive.simulation import (
 )
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.kernels import energy_conserving, node_centred, verlet
-from cabledrive.simulation.kernels.own_law import steps_under
+from cabledrive.simulation.kernels.own_law import components_under, keep_instant, steps_under
 from cabledrive.simulation.own_law import compiled_law
+from cabledrive.simulation.plan import INVERSE_SPACING
 from cabledrive.simulation.step_size import largest_stable_step
 from cabledrive.simulation.workspace import new_workspace
 from oracles.readable_chain.verlet import integrate_reference
@@ -159,6 +160,11 @@ def test_the_compiled_steps_under_a_law_equal_the_readable_ones():
     compiled = compiled_law(case.plan, case.law)
     formula, numbers = (by_python, np.zeros(1)) if isinstance(compiled, str) else compiled
     work = new_workspace(case.plan)
+    components_under(formula, numbers, ours.x, case.plan.segment[INVERSE_SPACING], work.p)
+    expected = case.law.excess_components(*np.diff(ours.x, axis=1) * case.plan.segment[INVERSE_SPACING])
+    np.testing.assert_allclose(work.p, np.stack(np.broadcast_arrays(*expected)), rtol=1e-10, atol=1e-12)
+    keep_instant(case.plan, ours, work)
+    np.testing.assert_array_equal(work.before, np.stack((ours.x, ours.x_t)))
     assert steps_under(formula, numbers, case.plan, ours, work, torque, forces) == 40
     rows = np.zeros((1, case.width))
     integrate_reference(case.plan, theirs, work, torque, forces, 40, rows, np.zeros((0, 3, 25)), case.law)

@@ -1,0 +1,72 @@
+"""What cabledrive.identification.innovation_kernels adds to the observer of a rigid axis."""
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.innovation_kernels import SPARE, answers, loosen, observe, shadow
+
+pytestmark = pytest.mark.kernel
+H = 1e-3
+AXIS = np.array([2e-3, 3e-3, 0.02, 0.001])  # inertia, viscous and Coulomb friction, offset
+GAINS = np.array([0.1, 3.0])
+TIME = H * np.arange(300)
+
+
+def observed(torque):
+    out = np.zeros((5, TIME.size))
+    observe(AXIS, GAINS, torque, np.zeros(TIME.size), np.array([0.0, 5.0]), H, out)
+    return out
+
+
+def test_what_a_disturbance_adds_to_the_angle_is_the_derivative_of_the_observer():
+    """By central differences, along a motion that does not turn, to first order in h b / J."""
+    torque = 0.03 + 0.01 * np.sin(40.0 * TIME)
+    disturbances = np.array([np.cos(25.0 * TIME), 1.0 - TIME])
+    *_, side, jump = observed(torque)
+    assert np.all(side == 1.0)
+    found = np.zeros_like(disturbances)
+    answers(AXIS, GAINS, disturbances, side, jump, H, found)
+    step = 1e-5
+    for answer, disturbance in zip(found, disturbances, strict=True):
+        up, down = (observed(torque + sign * step * disturbance)[0] for sign in (1.0, -1.0))
+        expected = (down - up) / (2.0 * step)  # an innovation is the angle less the predicted one
+        gap = np.abs(answer - expected).max() / np.abs(expected).max()
+        assert gap < H * AXIS[1] / AXIS[0], f"observed {gap:.1e}"
+
+
+def test_a_disturbance_adds_nothing_more_where_the_axis_sticks():
+    side, jump = np.zeros(5), np.zeros(5)
+    found = np.zeros((1, 5))
+    answers(AXIS, GAINS, np.ones((1, 5)), side, jump, H, found)
+    np.testing.assert_array_equal(found, 0.0)
+
+
+def test_a_loose_load_is_caught_after_the_play_and_takes_back_what_the_motor_got():
+    """Under a brake a of the motor the play g lasts sqrt(2 g / a); all torques added sum up to nothing."""
+    gap, brake, start, contact, turn = 0.02, 40.0, 4.1, 7, 100
+    net = np.where(np.arange(TIME.size) < turn, 0.5, -0.8)
+    speed = start - brake * np.maximum(TIME - TIME[turn], 0.0)
+    added = np.zeros(TIME.size)
+    loosen(net, speed, gap, H, contact, added)
+    first = int(SPARE * 0.5 * gap / (H * start)) + 1  # from the middle of the play, to the side it came from
+    np.testing.assert_allclose(added[:first], 0.5)
+    np.testing.assert_allclose(added[first : first + contact], -0.5 * first / contact)
+    np.testing.assert_array_equal(added[first + contact : turn], 0.0)
+    loose = np.flatnonzero(added[turn:] == -0.8).size
+    assert loose == pytest.approx(np.sqrt(2.0 * gap / brake) / H, abs=1.5), f"observed {loose} samples"
+    np.testing.assert_allclose(added[turn + loose : turn + loose + contact], 0.8 * loose / contact)
+    np.testing.assert_allclose(added.sum(), 0.0, atol=1e-12)
+
+
+def test_the_shadow_of_a_frictionless_axis_is_the_semi_discrete_servo():
+    """Inertia alone under a held torque: angle and speed by the exact step of a double integrator."""
+    axis, gains = np.array([2e-3, 0.0, 0.0, 0.0]), np.array([0.5, 0.02])
+    angle, speed = np.sin(8.0 * TIME), 8.0 * np.cos(8.0 * TIME)
+    torque, moved, acting = 0.01 * np.cos(30.0 * TIME), np.zeros(TIME.size), np.zeros(TIME.size)
+    shadow(axis, gains, torque, angle, speed, H, moved, acting)
+    state = np.array([angle[0], speed[0]])
+    for k in range(TIME.size):
+        u = torque[k] + gains @ (np.array([angle[k], speed[k]]) - state)
+        assert moved[k] == pytest.approx(state[0], rel=1e-12, abs=1e-15)
+        assert acting[k] == pytest.approx(u, rel=1e-12, abs=1e-15)
+        state = np.array([[1.0, H], [0.0, 1.0]]) @ state + np.array([0.5 * H * H, H]) * u / axis[0]
