@@ -4,8 +4,8 @@ A mutant is one function with one change: an operator or a comparison turned rou
 a term, an ``abs`` or an addition to a name dropped, a condition negated, ``min`` for ``max``. Left out are
 refusals, words, indices, bounds below 1e-5. The sample is drawn by hashes: it stays where the sources do.
 
-A process for each room collects its tests, notes which enter which sampled function and how long they take.
-It forks for every mutant: the child takes the changed code and runs the tests that enter it, fastest first, up
+A process for each room collects its tests, notes which of them enter a sampled function and their time. It
+forks for every mutant: the child takes the changed code and runs the tests that enter it, fastest first, up
 to a failure. Kernels run without the compiler, under the tests marked ``kernel``.
 
 ``python tools/mutants.py`` writes docs/mutants.md from all rooms; ``--room control`` does one room anew.
@@ -382,7 +382,7 @@ def written(seed: int) -> str:
         "# Mutants",
         "",
         f"Written by `make mutants`, seed {seed}: functions with one change, and a test that fails.",
-        f"Killed: {killed} of {killed + alive}, {killed / max(1, killed + alive):.1%}; equivalent: {totals[4]}.",
+        f"Killed: {killed} of {killed + alive}, {share:.1%}; equivalent: {totals[4]}.",
         "",
         *_table(["room", "kernels killed", "survived", "formulas killed", "survived", "equivalent"], rooms),
         "",
