@@ -378,6 +378,7 @@ def written(seed: int) -> str:
     totals = [sum(int(row[k]) for row in rooms) for k in range(1, 6)]
     rooms.append(["all", *map(str, totals)])
     killed, alive = totals[0] + totals[2], totals[1] + totals[3]
+    share = killed / max(1, killed + alive)
     return "\n".join([
         "# Mutants",
         "",
