@@ -8,8 +8,10 @@ RELEASE_VENV := .venv-release
 REPORT := build/demo/report.html
 DISSERTATION := build/demo/dissertation
 CAMPAIGN := build/demo/campaign
-PIP_INSTALL = -m pip install --quiet --disable-pip-version-check -c $(CURDIR)/constraints.txt
+# Modules are compiled when they are first imported: most of a library never is.
+PIP_INSTALL = -m pip install --quiet --disable-pip-version-check --no-compile -c $(CURDIR)/constraints.txt
 BENCH_PEERS := $(wildcard benchmarks/requirements.txt)
+KERNEL_TESTS = $(shell grep -rl "mark.kernel" tests --include="test_*.py")
 KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
 
 export MPLBACKEND := Agg
@@ -47,7 +49,7 @@ demo: $(VENV)/run.stamp
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 ifneq ($(KERNEL_MODULES),)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --dist loadfile -m "kernel and not verify" --every-kernel
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --dist loadfile -m "kernel and not verify" --every-kernel $(KERNEL_TESTS)
 endif
 
 lint: $(VENV)/test.stamp
@@ -114,8 +116,13 @@ $(VENV)/run.stamp: pyproject.toml constraints.txt
 	$(BIN)/python $(PIP_INSTALL) -e ".[campaign]"
 	@touch $@
 
-$(VENV)/test.stamp: $(VENV)/run.stamp
+$(VENV)/test.stamp: pyproject.toml constraints.txt
+	$(call new-venv,$(VENV))
 	$(BIN)/python $(PIP_INSTALL) -e ".[test]"
+	@touch $@
+
+$(VENV)/verify.stamp: $(VENV)/test.stamp
+	$(BIN)/python $(PIP_INSTALL) -e ".[test,verify]"
 	@touch $@
 
 $(VENV)/docs.stamp: $(VENV)/run.stamp

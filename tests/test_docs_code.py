@@ -64,7 +64,13 @@ def test_there_are_pages_with_python():
     assert {"identification_example.md", "modes.md", "simulation.md"} <= set(pages())
 
 
-@pytest.mark.parametrize("page", pages())
+LONG = {"comparison.md", "identification_example.md", "multi_inertia.md", "study.md"}
+"""Pages that identify, compare or study for seconds: run by ``make verify``."""
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=[pytest.mark.verify] * (page in LONG)) for page in pages()]
+)
 def test_python_of_a_page_runs(page, tmp_path, monkeypatch, measured):
     """Sections that read measured logs are left out where those are absent; the page is then skipped."""
     text = (DOCS / page).read_text(encoding="utf-8")

@@ -9,7 +9,14 @@ import pytest
 SCRIPTS = sorted((Path(__file__).resolve().parent.parent / "examples").glob("*.py"))
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.name)
+LONG = {"study_of_a_drive.py"}
+"""Whole studies: run by ``make verify``."""
+
+
+@pytest.mark.parametrize(
+    "script",
+    [pytest.param(one, id=one.name, marks=[pytest.mark.verify] * (one.name in LONG)) for one in SCRIPTS],
+)
 def test_example_runs_in_an_empty_folder(script, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(script.parent)

@@ -34,6 +34,7 @@ def says_the_same(printed, shown):
     return NUMBER.sub("#", lines) == NUMBER.sub("#", shown) and np.allclose(values, wanted, rtol=0.02)
 
 
+@pytest.mark.verify
 def test_the_tutorial_runs_from_an_empty_folder_and_prints_what_it_shows(tmp_path, monkeypatch):
     """Fewer plants than a reader's and no drawing; of a study the line with the verdict is compared."""
     monkeypatch.chdir(tmp_path)

@@ -41,7 +41,7 @@ def test_map_is_one_page(tmp_path):
     assert "exists" in refusal("resonance", "dissertation-2", "--map", str(page))
 
 
-@pytest.mark.parametrize("drive", ["dissertation-2", "linear-axis"])
+@pytest.mark.parametrize("drive", ["dissertation-2", pytest.param("linear-axis", marks=pytest.mark.verify)])
 def test_people_and_programs_get_frequencies_in_hz(drive):
     """Detuning and half-width of the instability region: the averaged equations have them in rad/s."""
     instability = resonance(load_drive(drive)).instability
@@ -56,6 +56,7 @@ def test_people_and_programs_get_frequencies_in_hz(drive):
     assert "rad/s" not in text
 
 
+@pytest.mark.verify
 def test_pairs_beyond_the_elastic_range_are_marked():
     """The belt of the axis bears 2.53 kN, and the lower span's pair is tuned at 3.97 kN."""
     lines = call("resonance", "linear-axis").stdout.splitlines()
@@ -94,6 +95,7 @@ def test_a_steady_load_splits_the_tuning_of_the_spans():
     assert found["tuned_pretension"] == pytest.approx(3.28377, rel=1e-5)
 
 
+@pytest.mark.verify
 def test_branches_give_onset_and_stability():
     found = answer("resonance", "dissertation-2", *DAMPED, "--torque", "40 mN m", "--branches")
     upper = next(branch for branch in found["branches"] if branch["spans"] == ["upper"])

@@ -95,6 +95,7 @@ def test_intervals_hold_where_the_torque_is_measured_without_noise(test, measure
     assert np.all(share >= 0.88), f"observed {share}"
 
 
+@pytest.mark.verify
 def test_few_repeats_without_noise_of_the_torque_do_not_contradict_their_intervals():
     """2 of each, for time: of 6 intervals of each parameter as many hold as 95 % leave but once in 1,000."""
     inside = sum(np.rint(2 * held(test, 2, 900_000, torque_noise=1e-5)) for test in BENCH_TESTS)

@@ -95,6 +95,7 @@ print(made((2.0, 2)[x], ((21.0,), (21,))[x]), made((2, 2.0)[x], ((21,), (21.0,))
 """
 
 
+@pytest.mark.verify
 def test_cold_processes_side_by_side_cross_no_kernels(tmp_path, measured):
     """Half of them compile for floats first, half for whole numbers; each then loads or makes the other."""
     import time

@@ -173,6 +173,7 @@ def test_a_stable_branch_is_where_time_integration_ends(measured):
     np.testing.assert_allclose(np.abs(end), np.abs(state), rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.verify
 def test_beyond_the_hopf_point_beats_persist():
     """Just inside, a disturbance grows to beats; just outside it dies out."""
     c = one_span(settings(0.83, 4.12, 2.83, -4.86, 1e-3, cubic=False))

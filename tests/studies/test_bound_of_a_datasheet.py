@@ -22,7 +22,7 @@ from cabledrive.studies.study.stage_cache import StageCache
 DRIVE = load_drive("dissertation-3")
 
 
-@pytest.mark.parametrize("draws", [100, pytest.param(1000, marks=pytest.mark.verify)])
+@pytest.mark.parametrize("draws", [40, pytest.param(1000, marks=pytest.mark.verify)])
 def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
     """Of the law that the bound is stated for, on plants without backlash."""
     known = know(DRIVE, [], SPREADS, backlash=0.0)

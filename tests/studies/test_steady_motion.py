@@ -76,6 +76,7 @@ def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_d
     assert len(expected) == folds
 
 
+@pytest.mark.verify
 def test_a_larger_load_leaves_one_span_at_a_time():
     """Under 1 mN m there is no steady motion of both; one of the two single-span states is stable."""
     branches = branches_of(1e-3)
@@ -84,6 +85,7 @@ def test_a_larger_load_leaves_one_span_at_a_time():
     assert min(growth) < 0 < max(growth), f"{growth}"
 
 
+@pytest.mark.verify
 def test_just_beyond_the_hopf_point_beats_have_the_period_of_its_eigenvalues():
     """Growth below 0.1 1/s of a pair at 2 rad/s: the periods differ by less than the square of the swing."""
     c = settings(0.83, 4.12, 2.83, -4.86, 0.835e-3)

@@ -178,6 +178,7 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
     assert speed > 0.99 * BELT.motor.speed_limit, f"observed {speed:.2f} rad/s"
 
 
+@pytest.mark.verify
 def test_an_interrupted_study_of_a_carriage_goes_on_to_the_same_end(studied, tmp_path):
     def stop(line):
         if "carriage plants: 25" in line:

@@ -67,6 +67,7 @@ def choice_and_table(drive, asked, folder):
     return found.laws.chosen.controller, table
 
 
+@pytest.mark.verify
 def test_the_choice_of_a_study_is_the_first_of_the_table_on_the_same_plants(tmp_path, monkeypatch, measured):
     """Of five laws at few settings; all of them in `make verify`."""
     few = {"pd": (11.0,), "lqi": (15.0, 22.0), "hinf": (5.0,)}

@@ -19,6 +19,8 @@ name = "two-pulleys-and-a-slide"
 axial_rigidity = "20 kN"
 mass_per_length = "8 g/m"
 pretension = "40 N"
+[layout]
+gravity = 0
 [[body]]
 name = "slide"
 at = ["0.5 m", "0.05 m"]

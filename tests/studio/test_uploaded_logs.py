@@ -121,6 +121,7 @@ def test_an_upload_that_breaks_off_or_is_too_long_leaves_nothing(studio, monkeyp
     assert [path.name for path in (studio.folder / "logs").glob("*")] == []
 
 
+@pytest.mark.verify
 def test_a_log_of_every_kind_is_recognised_drawn_and_checked(studio, tmp_path):
     """CSV in six dialects, MAT, Parquet, HDF5, NetCDF, MCAP, ROS 2, and three logs of a Klipper printer."""
     seen = set()
