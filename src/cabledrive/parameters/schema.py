@@ -107,6 +107,10 @@ def _route_schema() -> dict[str, Any]:
         "anyOf": [{"enum": list(MOVES)}, {"type": "array", "items": {"enum": list(MOVES)}, "minItems": 1}],
         "description": "how it moves; turn: about its pivot",
     }
+    keys["body"]["items"]["properties"]["travel"] = {
+        "anyOf": [point, {"type": "string", "pattern": ":"}],
+        "description": "lowest and highest place of its slide [m], of its turn [rad]: 2 m : 38 m",
+    }
     keys["body"]["items"]["required"] = ["name", "at", "moves"]
     keys["pulley"]["items"]["properties"]["at"] = {"anyOf": [point, {"type": "array", "items": point}]}
     position = keys["carriage"]["items"]["properties"]["position"]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import statics_of
-from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.alarm import (
     DETUNING,
     DIRECT,
@@ -165,7 +165,7 @@ def _largest_sag(drive: RoutedDrive, path: RoutePath) -> tuple[float, str]:
     """Largest sag of a span at midspan in the poses of a motion [m], and which span."""
     found = (0.0, "")
     for pose in path.poses:
-        machine = moved(drive, pose) if pose else drive
+        machine = posed(drive, pose) if pose else drive
         rest = statics_of(machine)
         for number, span in enumerate(machine.free_spans):
             across = abs(float(rest.line_load[number] @ np.array(span.across)))

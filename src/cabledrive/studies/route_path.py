@@ -13,7 +13,7 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.damping import rotor_turn
 from cabledrive.modal.network.spectrum import NetworkSpectrum
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_snapshot import Snapshot, driven_of, snapshot_of
 from cabledrive.studies.route_tracking import tracked
@@ -201,7 +201,7 @@ def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> tuple[list[
 
 def _snapshot(drive: RoutedDrive, pose: dict[str, float], top: float | None) -> Snapshot:
     try:
-        return snapshot_of(moved(drive, pose) if pose else drive, top)
+        return snapshot_of(posed(drive, pose) if pose else drive, top)
     except InputRefused as refusal:
         if not pose:
             raise

@@ -56,8 +56,22 @@ def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
         at = np.array([point[axis] for point in _carried(drive, body)])
         ends = sorted(((box[0][axis] - at.min()) / rate, (box[1][axis] - at.max()) / rate))
         low, high = max(low, ends[0]), min(high, ends[1])
+    own = [_stated(drive, name, rate) for name, rate in linked.items()]
+    stated = max((ends[0] for ends in own), default=-np.inf), min((ends[1] for ends in own), default=np.inf)
+    if np.isfinite(stated).all():
+        return float(stated[0]), float(stated[1])
     room = ROOM * max(high - low, 0.0)
     return low + room, high - room
+
+
+def _stated(drive: RoutedDrive, key: str, rate: float) -> tuple[float, float]:
+    """Ways of the first body [m] to the ends of a body's stated travel; without end where none is stated."""
+    name, _, move = key.rpartition(".")
+    body = next(one for one in drive.body if one.name == name)
+    if body.travel is None:
+        return -np.inf, np.inf
+    low, high = sorted((end - body.at[SLIDES.index(move)]) / rate for end in body.travel)
+    return low, high
 
 
 def _carried(drive: RoutedDrive, body: str) -> list[tuple[float, float]]:

@@ -2,9 +2,10 @@
 
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Place
-from cabledrive.parameters.route.moving import moved
+from cabledrive.parameters.route.moving import posed
 from cabledrive.parameters.route.parts import Anchor, Body, RoutedCarriage, RoutedMotor, RoutedPulley
 from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.parameters.route.strain_free import followers, moved
 
 __all__ = [
     "Anchor",
@@ -17,5 +18,7 @@ __all__ = [
     "RoutedDrive",
     "RoutedMotor",
     "RoutedPulley",
+    "followers",
     "moved",
+    "posed",
 ]

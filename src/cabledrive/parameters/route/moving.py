@@ -23,8 +23,10 @@ def is_pose_key(drive_data: Mapping[str, Any], key: str) -> bool:
     return last in POSE and name in [body.get("name") for body in bodies if isinstance(body, dict)]
 
 
-def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
-    """The machine with bodies moved; those that carry others move first.
+def posed(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
+    """The machine with these bodies moved and no others, whatever that does to its ropes.
+
+    Bodies that carry others move first.
 
     Parameters
     ----------
@@ -59,6 +61,8 @@ def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
 
 def _move(drive: RoutedDrive, parts: dict[str, list[Any]], number: int, last: str, value: float) -> None:
     body = parts["body"][number]
+    if body.travel is not None and last in body.moves:
+        body.check_place(value)
     if last == "turn":
         if body.pivot is None:
             raise InputRefused(

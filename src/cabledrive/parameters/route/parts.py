@@ -1,6 +1,7 @@
 """Parts of a machine whose cable's way is listed: bodies, pulleys, anchors, motors, carriages."""
 
 from dataclasses import dataclass
+from math import inf
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, choice, pair, quantity, words, written
@@ -41,6 +42,8 @@ class Body:
         Of its own motion [N s/m] and [N], of a turn [N m s/rad] and [N m].
     load : (float, float), default (0.0, 0.0)
         Constant force at `at` [N].
+    travel : (float, float) or None
+        Lowest and highest place of its slide [m], or of its turn from the pose of the file [rad].
     """
 
     name: str = words("name by which it is called", "")
@@ -54,6 +57,7 @@ class Body:
     damping: float = quantity("N s/m", "nonnegative", "damper of its own motion; of a turn N m s/rad", 0.0)
     coulomb_friction: float = quantity("N", "nonnegative", "friction of its own motion; of a turn N m", 0.0)
     load: tuple[float, float] = pair("N", "constant force at `at`", (0.0, 0.0))
+    travel: tuple[float, float] | None = pair("m", "lowest and highest place; of a turn rad", None)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -69,6 +73,28 @@ class Body:
         if ("turn" in given) != (self.pivot is not None):
             remedy = "add pivot = [x, y]" if self.pivot is None else 'leave it out, or write moves = "turn"'
             raise InputRefused(f'pivot goes together with moves = "turn": {remedy}')
+        if self.travel is not None:
+            self._check_travel(self.travel)
+
+    def _check_travel(self, travel: tuple[float, float]) -> None:
+        low, high = travel
+        if len(self.moves) > 1:
+            raise InputRefused(f'travel belongs to one way, body "{self.name}" has two: leave it out')
+        if not low < high:
+            raise InputRefused(f"travel = {low:.9g} : {high:.9g} must be two places, the higher last")
+        if self.moves != ("turn",):
+            self.check_place(self.at["xy".index(self.moves[0])])
+
+    def check_place(self, value: float) -> None:
+        """Refuse a place [m], or a turn from the pose of the file [rad], outside the travel."""
+        low, high = self.travel or (-inf, inf)
+        slack = 1e-9 * (high - low) if self.travel else 0.0
+        if not low - slack <= value <= high + slack:
+            unit = "rad" if self.moves == ("turn",) else "m"
+            raise InputRefused(
+                f"{self.name}.{self.moves[0]} = {value:.6g} {unit} lies outside its travel, {low:.6g} : "
+                f"{high:.6g} {unit}: stay inside, or change body.{self.name}.travel"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

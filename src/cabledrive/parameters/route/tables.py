@@ -83,6 +83,10 @@ def _plain_row(row: Any, words: bool) -> dict[str, Any]:
         data["moves"] = list(row.moves)
         if row.moves == ("turn",):
             data |= {key: f"{getattr(row, key)!r} {unit}" for key, unit in TURNING.items() if key in data}
+            if row.travel is not None:
+                data["travel"] = [f"{one!r} rad" for one in row.travel]
+        if not words:  # where it may go has no bearing on how it vibrates where it is
+            data.pop("travel", None)
     if isinstance(row, Route):
         data["path"] = list(row.path)
     return data
@@ -167,8 +171,19 @@ def _expand_paths(rows: dict[str, list[Any]], groups: dict[str, list[str]]) -> N
 def _completed(row: Any, key: str, number: int) -> Any:
     """A row with its units and the packaged belt or rope that it names."""
     if key == "body":
-        return _turning(row)
+        return _turning(_from_to(row))
     return with_type(row, f"{key}.{number}") if key == "route" else row
+
+
+def _from_to(row: Any) -> Any:
+    """A body's travel written as "2 m : 38 m" as two quantities."""
+    travel = row.get("travel") if isinstance(row, dict) else None
+    if not isinstance(travel, str):
+        return row
+    low, colon, high = (part.strip() for part in travel.partition(":"))
+    if not colon:
+        raise InputRefused(f'travel = "{travel[:60]}" needs two places: write "2 m : 38 m"')
+    return row | {"travel": [low, high]}
 
 
 def _turning(row: Any) -> Any:
@@ -176,7 +191,11 @@ def _turning(row: Any) -> Any:
     if not isinstance(row, dict) or row.get("moves") not in ("turn", ["turn"]):
         return row
     try:
-        own = {key: to_si(row[key], unit) for key, unit in TURNING.items() if isinstance(row.get(key), str)}
+        own: dict[str, Any] = {
+            key: to_si(row[key], unit) for key, unit in TURNING.items() if isinstance(row.get(key), str)
+        }
+        if isinstance(row.get("travel"), list):
+            own["travel"] = [to_si(one, "rad") if isinstance(one, str) else one for one in row["travel"]]
     except InputRefused as refusal:
         raise InputRefused(f'body "{row.get("name", "")}": {refusal}') from None
     return row | own

@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.mechanics.network.motion import Array
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route import moved
+from cabledrive.parameters.route import posed
 from cabledrive.reduction.two_motors import TwoMotorMachine
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
 from cabledrive.rig.two_motors.design import TensionDesign
@@ -118,7 +118,7 @@ def _check_way(machine: TwoMotorMachine, way: Array) -> None:
             for name, distance in zip(machine.names, way, strict=True)
         }
         try:
-            moved(drive, pose)
+            posed(drive, pose)
         except InputRefused as refusal:
             raise InputRefused(f"move: {refusal}") from None
     if not way.any():

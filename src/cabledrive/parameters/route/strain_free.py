@@ -1,0 +1,180 @@
+r"""A body moved along a motion that strains no rope: rope lengths belong to the machine, other bodies follow.
+
+Rope that meets a pulley passes on by the turn of that pulley, or ends at a cut: a direction fixed in space,
+here from the pulley's centre to the middle of the wrap in the pose of the file. Between two cuts a rope has
+its free span and two parts of arcs. A motion strains nothing where turns of the pulleys pass on what every
+such length gains,
+
+.. math::
+
+   \Delta l_s + r_a \Delta\alpha_a + r_b \Delta\alpha_b = \sigma_a r_a \varphi_a - \sigma_b r_b \varphi_b ,
+
+with the sense of a pulley, 1 against the clock; what no turns can pass on is the strain of the pose.
+"""
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from math import atan2
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan
+from cabledrive.parameters.route.moving import posed
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-6
+"""Share of a rope's length that may be left over."""
+MOST_FOLLOWERS = 3
+_STEPS = 30
+_NUDGE = 1e-6
+
+
+def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
+    """The machine with bodies moved and its ropes as long as they are: what has to follow, follows.
+
+    The fewest bodies follow, the first of the file before later ones; all others stay where they are.
+
+    Parameters
+    ----------
+    drive : RoutedDrive
+    pose : mapping of str to float
+        "head.x", "head.y": new coordinate of the body's `at` [m]; "arm.turn": angle from the pose of the file
+        [rad], about its pivot.
+
+    Returns
+    -------
+    RoutedDrive
+
+    Raises
+    ------
+    InputRefused
+        For an unknown body, a pose in which the machine cannot be, or one that strains a rope whatever else
+        moves along; the message has the strain.
+    """
+    asked = posed(drive, pose)
+    passed_on = _passed_on(drive)
+    left = _left_over(drive, asked, passed_on)
+    if _small(drive, left):
+        return asked
+    for followers in _choices(drive, pose):
+        found = _followed(drive, asked, followers, passed_on)
+        if found is not None:
+            return found
+    strains = _strains(drive, left)
+    worst = int(np.argmax(strains))
+    places = ", ".join(f"{key} = {value:.6g}" for key, value in pose.items())
+    raise InputRefused(
+        f'{places}: rope "{drive.route[worst].name}" would be strained by {100 * strains[worst]:.3g} %, and '
+        "no other body can follow: rope lengths are those of the file; give a place they allow, or write "
+        "the file in that pose"
+    )
+
+
+def followers(drive: RoutedDrive, pose: Mapping[str, float]) -> dict[str, float]:
+    """New places of the bodies that follow a pose, by key [m]."""
+    slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
+    found, asked = moved(drive, pose), posed(drive, pose)
+    return {key: _place(found, key) for key in slides if _place(found, key) != _place(asked, key)}
+
+
+def _choices(drive: RoutedDrive, pose: Mapping[str, float]) -> Iterator[tuple[str, ...]]:
+    """Sets of coordinates that may follow, the smallest first."""
+    asked = {key.rpartition(".")[0] for key in pose}
+    own = [f"{body.name}.{move}" for body in drive.body if body.name not in asked for move in body.moves]
+    for number in range(1, min(MOST_FOLLOWERS, len(own)) + 1):
+        yield from combinations(own, number)
+
+
+def _followed(
+    drive: RoutedDrive, asked: RoutedDrive, keys: tuple[str, ...], passed_on: Array
+) -> RoutedDrive | None:
+    """The machine after Newton's steps of some coordinates; None where they do not undo the strain."""
+    step, now, scale = np.zeros(len(keys)), asked, float(_rope_lengths(drive).max())
+
+    def at(values: Array) -> RoutedDrive:
+        return posed(asked, {key: _place(asked, key) + float(v) for key, v in zip(keys, values, strict=True)})
+
+    try:
+        left = _left_over(drive, now, passed_on)
+        for _ in range(_STEPS):
+            columns = [
+                (_left_over(drive, at(step + nudge), passed_on) - left) / (_NUDGE * scale)
+                for nudge in _NUDGE * scale * np.eye(len(keys))
+            ]
+            change, _, rank, _ = np.linalg.lstsq(np.column_stack(columns), -left, rcond=1e-6)
+            if rank < len(keys):
+                return None
+            step = step + change
+            now = at(step)
+            left = _left_over(drive, now, passed_on)
+            if np.abs(change).max() < 1e-13 * scale or not np.abs(left).max() > 1e-13 * scale:
+                break
+    except InputRefused:  # the machine cannot be where a step leads
+        return None
+    return now if _small(drive, left) else None
+
+
+def _place(drive: RoutedDrive, key: str) -> float:
+    name, _, move = key.rpartition(".")
+    body = next(body for body in drive.body if body.name == name)
+    return 0.0 if move == "turn" else body.at["xy".index(move)]
+
+
+def _small(drive: RoutedDrive, left: Array) -> bool:
+    return bool(np.all(_strains(drive, left) <= TOLERANCE))
+
+
+def _strains(drive: RoutedDrive, left: Array) -> Array:
+    """Length that is left over in each route, as a share of the rope's; shape (routes,)."""
+    over = np.zeros(len(drive.route))
+    np.add.at(over, [span.route for span in drive.free_spans], np.abs(left))
+    return over / _rope_lengths(drive)
+
+
+def _rope_lengths(drive: RoutedDrive) -> Array:
+    """Length of each route [m], shape (routes,)."""
+    whole = np.zeros(len(drive.route))
+    for span in drive.free_spans:
+        whole[span.route] += span.length + (span.wrap or 0.0) * span.end.radius
+    return whole
+
+
+def _passed_on(drive: RoutedDrive) -> Array:
+    """Length that unit turns of the pulleys feed into each span [m/rad], shape (spans, pulleys)."""
+    found = np.zeros((len(drive.free_spans), len(drive.pulley)))
+    for row, span in zip(found, drive.free_spans, strict=True):
+        for place, sign in ((span.start, 1.0), (span.end, -1.0)):
+            if place.pulley is not None and not drive.pulley[place.pulley].fixed:
+                row[place.pulley] += sign * place.sense * place.radius
+    return found
+
+
+def _left_over(drive: RoutedDrive, other: RoutedDrive, passed_on: Array) -> Array:
+    """What turns of the pulleys cannot pass on of the lengths that the spans gain [m], shape (spans,)."""
+    gains = np.array(
+        [
+            new.length - old.length + _arc(old, new, start=True) + _arc(old, new, start=False)
+            for old, new in zip(drive.free_spans, other.free_spans, strict=True)
+        ]
+    )
+    turns, _, _, _ = np.linalg.lstsq(passed_on, gains, rcond=1e-9)
+    return gains - passed_on @ turns
+
+
+def _arc(old: FreeSpan, new: FreeSpan, *, start: bool) -> float:
+    """Gain of the arc between the span's contact and the cut of its pulley [m].
+
+    The contact turns with the span's direction; the cut stays, whatever it was.
+    """
+    place = new.start if start else new.end
+    if place.sense == 0:
+        return 0.0
+    turned = atan2(
+        old.along[0] * new.along[1] - old.along[1] * new.along[0],
+        old.along[0] * new.along[0] + old.along[1] * new.along[1],
+    )
+    return place.sense * place.radius * (turned if start else -turned)
