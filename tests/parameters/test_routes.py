@@ -11,7 +11,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of, statics_of
 from cabledrive.mechanics.network.span_table import route_warnings
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.parameters.route.tables import routed_from_tables
 
 ROUTES = Path(__file__).parent / "routes"
@@ -100,7 +100,7 @@ def test_named_tables_are_reached_by_name_and_bodies_move_with_what_they_carry()
 
 
 def test_an_arm_turns_about_its_pivot():
-    turned = load("serpentine", "arm.turn=-5 deg")
+    turned = posed(load("serpentine"), {"arm.turn": np.radians(-5)})
     (px, py), (dx, dy) = (0.2508, 0.0635), (0.3477 - 0.2508, 0.05715 - 0.0635)
     c, s = np.cos(np.radians(-5)), np.sin(np.radians(-5))
     assert turned.pulley[1].at == pytest.approx((px + c * dx - s * dy, py + s * dx + c * dy))
