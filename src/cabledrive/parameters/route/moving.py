@@ -9,6 +9,7 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.geometry import Point
+from cabledrive.parameters.route.parts import require_within_travel
 
 POSE = {"x": "m", "y": "m", "turn": "rad"}
 """Last step of a key that moves a body, with its unit."""
@@ -62,7 +63,7 @@ def posed(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
 def _move(drive: RoutedDrive, parts: dict[str, list[Any]], number: int, last: str, value: float) -> None:
     body = parts["body"][number]
     if body.travel is not None and last in body.moves:
-        body.check_place(value)
+        require_within_travel(body, value)
     if last == "turn":
         if body.pivot is None:
             raise InputRefused(

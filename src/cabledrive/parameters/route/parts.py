@@ -1,7 +1,6 @@
 """Parts of a machine whose cable's way is listed: bodies, pulleys, anchors, motors, carriages."""
 
 from dataclasses import dataclass
-from math import inf
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, choice, pair, quantity, words, written
@@ -15,6 +14,20 @@ def check_name(name: str) -> None:
     if not name.strip() or name != name.strip() or name[0] in "+-" or "." in name:
         raise InputRefused(
             f"name = {written(name)} cannot be called: write letters and numbers, no dot, + or - not first"
+        )
+
+
+def require_within_travel(body: "Body", value: float) -> None:
+    """Refuse a place of a body [m], or a turn from the pose of the file [rad], outside its travel."""
+    if body.travel is None:
+        return
+    low, high = body.travel
+    slack = 1e-9 * (high - low)
+    if not low - slack <= value <= high + slack:
+        unit = "rad" if body.moves == ("turn",) else "m"
+        raise InputRefused(
+            f"{body.name}.{body.moves[0]} = {value:.6g} {unit} lies outside its travel, {low:.6g} : {high:.6g} "
+            f"{unit}: stay inside, or change body.{body.name}.travel"
         )
 
 
@@ -83,18 +96,7 @@ class Body:
         if not low < high:
             raise InputRefused(f"travel = {low:.9g} : {high:.9g} must be two places, the higher last")
         if self.moves != ("turn",):
-            self.check_place(self.at["xy".index(self.moves[0])])
-
-    def check_place(self, value: float) -> None:
-        """Refuse a place [m], or a turn from the pose of the file [rad], outside the travel."""
-        low, high = self.travel or (-inf, inf)
-        slack = 1e-9 * (high - low) if self.travel else 0.0
-        if not low - slack <= value <= high + slack:
-            unit = "rad" if self.moves == ("turn",) else "m"
-            raise InputRefused(
-                f"{self.name}.{self.moves[0]} = {value:.6g} {unit} lies outside its travel, {low:.6g} : "
-                f"{high:.6g} {unit}: stay inside, or change body.{self.name}.travel"
-            )
+            require_within_travel(self, self.at["xy".index(self.moves[0])])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

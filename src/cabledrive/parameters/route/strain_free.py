@@ -75,7 +75,19 @@ def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
 
 
 def followers(drive: RoutedDrive, pose: Mapping[str, float]) -> dict[str, float]:
-    """New places of the bodies that follow a pose, by key [m]."""
+    """New places of the bodies that follow a pose.
+
+    Parameters
+    ----------
+    drive : RoutedDrive
+    pose : mapping of str to float
+        As of `moved`.
+
+    Returns
+    -------
+    dict of str to float
+        By key, such as "counterweight.y" [m]; empty where nobody has to follow.
+    """
     slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
     found, asked = moved(drive, pose), posed(drive, pose)
     return {key: _place(found, key) for key in slides if _place(found, key) != _place(asked, key)}
