@@ -3,6 +3,8 @@
 Compiled modules under test: cabledrive.control.law_kernels.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -290,3 +292,12 @@ def test_adaptation_gain_gives_the_second_order_loop_its_damping():
     largest = np.max(regressor**2 @ gain) / 1e-6
     assert largest == pytest.approx(150.0**2 / (4 * 0.8**2), rel=1e-12)
     np.testing.assert_allclose(gain / bounds.spread**2, gain[0] / bounds.spread[0] ** 2, rtol=1e-12)
+
+
+def test_bounds_of_the_offset_do_not_depend_on_its_sign():
+    one, other = (
+        printed_bounds(replace(model(3), offsets=(sign * 0.05, 0.0)), flexible_joint=False)
+        for sign in (1.0, -1.0)
+    )
+    assert one.high[3] == other.high[3] == 0.1
+    assert one.low[3] == other.low[3] == -0.1

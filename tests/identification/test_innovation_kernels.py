@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.identification.innovation_kernels import SPARE, answers, loosen, observe, shadow
+from cabledrive.identification.innovation_kernels import SPARE, answers, loosen, observe, one_sample, shadow
 
 pytestmark = pytest.mark.kernel
 H = 1e-3
@@ -70,3 +70,36 @@ def test_the_shadow_of_a_frictionless_axis_is_the_semi_discrete_servo():
         assert moved[k] == pytest.approx(state[0], rel=1e-12, abs=1e-15)
         assert acting[k] == pytest.approx(u, rel=1e-12, abs=1e-15)
         state = np.array([[1.0, H], [0.0, 1.0]]) @ state + np.array([0.5 * H * H, H]) * u / axis[0]
+
+
+DRY = np.array([2e-3, 0.0, 0.02, 0.001])  # no viscous friction: constant acceleration between turns
+STEP = 0.01
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_sample_in_which_the_axis_turns_is_two_parabolas(sign):
+    """Braked by torque and friction to its zero, then driven on by the torque less the friction."""
+    speed, torque = 0.05, -0.06
+    brake = (torque + sign * DRY[3] - DRY[2]) / DRY[0]
+    drive = (torque + sign * DRY[3] + DRY[2]) / DRY[0]
+    first = -speed / brake
+    rest = STEP - first
+    assert 0.0 < first < STEP
+    gone = 0.5 * speed * first + 0.5 * drive * rest**2
+    expected = (drive * rest, gone, (drive * rest - speed) / STEP, -1.0)
+    *found, jump = one_sample(DRY, sign * speed, sign * torque, STEP)
+    np.testing.assert_allclose(found, sign * np.array(expected), rtol=1e-12)
+    assert jump == pytest.approx(drive / brake, rel=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_axis_sticks_up_to_its_coulomb_friction_and_starts_above_it(sign):
+    sticking = np.array([*DRY[:3], 0.0])
+    inside, above = sign * 0.99 * DRY[2], sign * 2.0 * DRY[2]
+    assert one_sample(sticking, 0.0, inside, STEP) == (0.0, 0.0, 0.0, 0.0, 0.0)
+    rate = sign * DRY[2] / DRY[0]
+    found = one_sample(sticking, 0.0, above, STEP)
+    np.testing.assert_allclose(found, (STEP * rate, 0.5 * STEP**2 * rate, rate, sign, 1.0), rtol=1e-12)
+    stopped = one_sample(sticking, sign * 0.01, -inside, STEP)  # brought to rest within the sample, and held
+    braked = 0.5 * 0.01**2 / (1.99 * DRY[2] / DRY[0])
+    np.testing.assert_allclose(stopped, (0.0, sign * braked, -sign * 0.01 / STEP, 0.0, 0.0), rtol=1e-12)

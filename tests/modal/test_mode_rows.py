@@ -20,3 +20,14 @@ def test_every_mode_stands_in_one_row_that_says_where_it_is(name):
             assert row.where.startswith(message)
         else:
             assert "%" in row.where
+
+
+def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
+    found = modes(load_drive("dissertation-2"), count=12).modes
+    across = [mode for mode in found if mode.kind == "transverse"]
+    rows = mode_rows(across)
+    assert max(row.count for row in rows) == 4  # two spans, two planes
+    assert len(rows) < len(across)
+    for row in rows:
+        first = row.modes[0].frequency
+        assert all(mode.frequency == pytest.approx(first, rel=1e-6) for mode in row.modes)

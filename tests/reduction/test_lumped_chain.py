@@ -136,6 +136,7 @@ def test_each_model_holds_up_to_the_mode_it_leaves_out(measured):
     quality = {q.model: q for q in model_quality(DRIVE)}
     for q in quality.values():
         measured(f"Model {q.model}: 1 % up to {q.holds_1:.3g} Hz, 5 % up to {q.holds_5:.3g} Hz")
+        assert len(q.exact) == len(q.frequencies)
     assert quality[1].holds_5 < 3.0
     assert quality[2].holds_5 < 3.0
     assert 3.0 < quality[3].holds_1 < quality[3].holds_5 < 92.0

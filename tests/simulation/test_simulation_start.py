@@ -71,6 +71,12 @@ def test_a_named_pluck_ends_at_a_guided_carriage():
     np.testing.assert_allclose(x[2, :41], 1e-3 * expected, atol=1e-17)
 
 
+def test_a_sine_beside_a_guided_carriage_has_its_nodes_there():
+    mesh, x = displaced(Pluck(height=1e-3, shape="half-sine"), drive=GUIDED)
+    beyond = np.clip(mesh.position[0] / LENGTH - 0.25, 0.0, None)
+    np.testing.assert_allclose(x[2, :41], 1e-3 * np.sin(np.pi * beyond / 0.75), atol=1e-17)
+
+
 def test_angles_and_speeds_take_the_cable_along_linearly():
     mesh = mesh_of(DRIVE, 10)
     start = Start(drive_angle=1e-3, load_angle=-2e-3, drive_speed=0.1, load_speed=0.3)
