@@ -1,29 +1,24 @@
-"""Parts of the loop that few runs enter: a part of a step, samples round a controller of the user's own."""
+"""Parts of the loop that few runs enter: a part of a step, an eccentric encoder."""
 
-from dataclasses import replace
-
-import numba
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
 import cabledrive as cd
-from cabledrive.control.linear_laws import pid_law
 from cabledrive.reduction.lumped_chain import state_space
-from cabledrive.reduction.models import lumped_model
-from cabledrive.reduction.reflected import reflected
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
-from cabledrive.rig.closed_loop.own_loop import run_own
+from cabledrive.rig.closed_loop.disturbed_kernels import UNDISTURBED
+from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
+from cabledrive.rig.closed_loop.loop_kernels import see_chain
 from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from cabledrive.rig.laws.own_law import own_law
-from cabledrive.rig.setting import sample_interval
 from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model
 
 pytestmark = pytest.mark.kernel
 CHAIN = model(4)
+SHORT = Motion(angle=0.05, rise=0.02, dwell=0.002)
 
 
 def test_a_part_of_a_step_with_smoothed_friction_is_that_of_the_linear_plant_with_it_held():
@@ -44,29 +39,18 @@ def test_a_part_of_a_step_with_smoothed_friction_is_that_of_the_linear_plant_wit
     np.testing.assert_allclose(x[:-1], expected, rtol=1e-10, atol=1e-13)
 
 
-def with_memory(gains, state, measurement, reference):
-    """A linear law with states, as its matrices say: command first, then the next state."""
-    matrix, row = gains
-    both = np.concatenate((state, measurement - reference[:-1]))
-    return matrix @ np.append(both, 0.0), reference[-1] + row @ both
-
-
-def test_the_samples_round_a_controller_of_ones_own_are_those_of_the_plain_loop():
-    """With a dropout of an encoder, in which the last command is held."""
+def test_an_eccentric_encoder_shows_the_load_off_by_its_sine():
     drive = cd.load_drive("dissertation-3")
-    chain, interval = reflected(lumped_model(drive, 4))[0], sample_interval(drive)
-    motion = Motion(angle=0.05, rise=0.04, dwell=0.002, order=11)
-    law = pid_law(chain, 2.0, 28.0, interval)
-    own = cd.OwnController(step=with_memory, gains=(law.matrix, law.rows[0]), initial_state=np.zeros(3))
-    controller = own_law(own, spec_for(drive, motion))
-    options = RigOptions(blind=("load", 0.01, 0.011))
-    plain, ours = (
-        close_loop(drive, drive, controller, motion, options, np.random.default_rng(1)) for _ in "ab"
+    controller = own_law(cd.OwnController(step=max, initial_state=np.zeros(3)), spec_for(drive, SHORT))
+    loop = close_loop(drive, drive, controller, SHORT, RigOptions(), np.random.default_rng(1))
+    state = loop_at_rest(loop)
+    state.x[:] = 0.1 * np.arange(1.0, state.x.size + 1.0)
+    eccentric = UNDISTURBED._replace(
+        inertias=np.ones(3), eccentricity=2e-3, turning=2.0, phases=np.array([0.0, 0.0, 0.4])
     )
-    expected = run(plain)
-    compiled = replace(own, step=numba.njit(with_memory))
-    ours = replace(ours, controller=replace(ours.controller, own=compiled))
-    state, log = loop_at_rest(ours), np.zeros_like(expected.log)
-    assert run_own(ours, 0, len(log), state, log) == len(log)
-    np.testing.assert_allclose(log, expected.log, rtol=0.0, atol=1e-9)
-    assert state.summary[6] == expected.state.summary[6] > 0
+    see_chain(UNDISTURBED, state)
+    np.testing.assert_array_equal(state.work[: state.x.size], state.x)
+    see_chain(eccentric, state)
+    off = state.work[: state.x.size] - state.x
+    assert off[2] == pytest.approx(2e-3 * np.sin(2.0 * 0.3 + 0.4), rel=1e-12)
+    assert np.count_nonzero(off) == 1

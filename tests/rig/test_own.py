@@ -14,7 +14,8 @@ from cabledrive.mechanics.compiled import numba_at_hand, why_plain
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
-from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
+from cabledrive.rig.closed_loop.own_loop import run_own
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.setting import DEGREE, sample_interval
 from cabledrive.rig.trial import spec_for
@@ -143,6 +144,10 @@ def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
     assert plain.interpreted == "controller"
     assert found.state.summary[6] == plain.state.summary[6] > 0
     np.testing.assert_allclose(found.log, plain.log, rtol=0.0, atol=1e-9)
+    one = close_loop(DRIVE, DRIVE, own_law(compiled, spec), SHORT, options, np.random.default_rng(1))
+    state, log = loop_at_rest(one), np.zeros_like(plain.log)
+    assert run_own(one, 0, len(log), state, log) == len(log)  # what `run` takes where there is a compiler
+    np.testing.assert_allclose(log, plain.log, rtol=0.0, atol=1e-9)
 
 
 COMPILED = numba.njit(with_memory)

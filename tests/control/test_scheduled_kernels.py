@@ -1,0 +1,97 @@
+"""Kernels whose numbers go by a place or a load, and the start of a controller on a target."""
+
+import numpy as np
+import pytest
+
+from cabledrive.control.kalman import Sampling, kalman_filter
+from cabledrive.control.linear_laws import pd_law
+from cabledrive.control.load_schedule_kernels import correct_by_load, grid_place, row_at
+from cabledrive.control.scheduled_kernels import place_in, scheduled_step
+from cabledrive.control.target_kernels import new_target_state, start_target, target_step
+from cabledrive.export.translation.source import interpreted
+from control_chains import INTERVAL, model
+
+pytestmark = pytest.mark.kernel
+RNG = np.random.default_rng(5)
+
+
+@pytest.mark.parametrize(
+    ("position", "expected"),
+    [(0.1, (0, 0.0)), (0.35, (0, 0.3)), (0.85, (1, 0.3)), (1.2, (2, 0.0)), (9.0, (2, 1.0))],
+)
+def test_a_position_lies_in_its_cell_of_the_grid_and_is_held_at_its_ends(position, expected):
+    low, share = place_in(0.2, 0.5, 4, position)
+    if position == 1.2:  # a point of the grid belongs to either cell
+        assert low + share == pytest.approx(2.0)
+    else:
+        assert (low, share) == (expected[0], pytest.approx(expected[1]))
+
+
+def test_a_scheduled_sample_is_correct_act_predict_with_interpolated_matrices():
+    points, size, states = 4, 6, 4
+    feedback, drive = RNG.normal(size=(points, states)), RNG.normal(size=(points, size))
+    correction, transition = RNG.normal(size=(points, size, 2)), RNG.normal(size=(points, size, size))
+    estimate, readings, reference = (
+        RNG.normal(size=size),
+        RNG.normal(size=2),
+        RNG.normal(size=(2, states + 2)),
+    )
+    estimate[1] = 0.1
+    share = (0.2 + 0.7 + 0.1 - 0.2) / 0.5 - 1.0
+    gain, correct, go, push = (
+        (1.0 - share) * table[1] + share * table[2] for table in (feedback, correction, transition, drive)
+    )
+    corrected = estimate + correct @ (readings - estimate[[0, 2]])
+    wanted = reference[1, states] - gain @ (corrected[:states] - reference[1, :states])
+    for limit in (2.0 * abs(wanted), 0.5 * abs(wanted)):
+        force, kept = np.clip(wanted, -limit, limit), estimate.copy()
+        given = (np.array([0.2, 0.5, 0.9]), feedback, correction, transition, drive, limit)
+        found = scheduled_step(*given, kept, readings, reference, 1, np.zeros(size))
+        assert found == pytest.approx(force, rel=1e-12)
+        expected = go @ corrected + push * (force - reference[1, states + 1])
+        np.testing.assert_allclose(kept, expected, rtol=1e-11)
+
+
+def test_a_filter_takes_in_readings_with_the_gain_of_the_announced_load():
+    """Interpolated in one over the load, at its ends too; a reading that is missing changes no estimate."""
+    first, step, points = 0.4, 0.3, 3
+    gains, output = RNG.normal(size=(points, 4, 2)), RNG.normal(size=(2, 4))
+    scalars = np.zeros(11)
+    scalars[9:] = first, step
+    chosen = np.array([2, 0])
+    for told in (9.0, 1.0 / 0.55, 1.0 / 0.85, 0.9):
+        place = min(max((1.0 / told - first) / step, 0.0), points - 1.0)
+        assert grid_place(first, step, points, told) == pytest.approx(place)
+        gain = np.array(
+            [[np.interp(place, range(points), gains[:, i, j]) for j in range(2)] for i in range(4)]
+        )
+        assert row_at(gains[:, :, 0].copy(), place, 3) == pytest.approx(gain[3, 0], rel=1e-12)
+        begun, readings = RNG.normal(size=4), RNG.normal(size=2)
+        estimate, states, scratch = begun.copy(), np.zeros(2), np.zeros(2)
+        given = (chosen, output, gains, scalars, told, estimate)
+        correct_by_load(*given, readings, states, scratch)
+        expected = begun + gain @ (readings - output @ begun)
+        np.testing.assert_allclose(estimate, expected, rtol=1e-11)
+        np.testing.assert_array_equal(states, estimate[chosen])
+        correct_by_load(*given, np.array([1.0, np.nan]), states, scratch)
+        np.testing.assert_allclose(estimate, expected, rtol=1e-11)
+        assert np.isnan(states).all()
+
+
+def test_the_first_finite_reading_of_an_encoder_is_its_zero():
+    """One that is missing at the start is read from where it appears; none is moved later."""
+    chain = model(3)
+    sampling = Sampling(interval=INTERVAL)
+    observer = kalman_filter(chain, [0, 1], (1e-3, 1e-3), sampling, chosen=[0, 1])
+    law = pd_law(chain, 2.0, INTERVAL)
+    target = new_target_state(observer, law, 0)
+    start_target(np.zeros(0), target, np.array([np.nan, 0.2]))
+    reference, step = np.zeros((1, 5)), interpreted(target_step)
+    step(observer, law, 1.0, target, np.array([np.nan, 0.2]), reference)
+    assert np.isnan(target.readings[0])
+    assert target.missed[0] == 1
+    for moved in (0.0, 0.05):
+        readings = np.array([0.1, 0.2]) + moved
+        step(observer, law, 1.0, target, readings, reference)
+        np.testing.assert_allclose(target.readings, moved, atol=1e-15)
+        np.testing.assert_array_equal(target.datum, [0.1, 0.2])
