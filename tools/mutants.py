@@ -382,11 +382,18 @@ def written(seed: int) -> str:
     rooms.append(["all", *map(str, totals)])
     killed, alive = totals[0] + totals[2], totals[1] + totals[3]
     share = killed / max(1, killed + alive)
+    missing = [
+        f"{room} ({kind})"
+        for room in ROOMS.split()
+        for kind in ("kernels", "formulas")
+        if not (KEPT / f"{room}-{kind}.json").exists()
+    ]
+    open_ = f" Not run: {', '.join(missing)}." if missing else ""
     return "\n".join([
         "# Mutants",
         "",
         f"Written by `make mutants`, seed {seed}: functions with one change, and a test that fails.",
-        f"Killed: {killed} of {killed + alive}, {share:.1%}; equivalent: {totals[4]}.",
+        f"Killed: {killed} of {killed + alive}, {share:.1%}; equivalent: {totals[4]}.{open_}",
         "",
         *_table(["room", "kernels killed", "survived", "formulas killed", "survived", "equivalent"], rooms),
         "",

@@ -29,6 +29,7 @@ def test_a_damped_loop_as_a_route_steps_as_the_loop():
     common = {"scheme": Scheme(segments=4, model="linear"), "recording": Recording(rate=10_000.0)}
     loop = cd.simulate(drive, 0.004, torque=Sine(amplitude=1.0, frequency=200.0), **common)
     route = simulate_network(machine, 0.004, torque=Sine(amplitude=-1.0, frequency=200.0), **common)
+    assert route.summary()["cfl"] == pytest.approx(loop.summary()["cfl"], rel=2e-3)
     pairs = [
         (-route.channel("rotor of drive pulley"), loop.channel("motor_angle")),
         (-route.channel("load pulley"), loop.load_angle),
