@@ -26,8 +26,8 @@ def require_within_travel(body: "Body", value: float) -> None:
     if not low - slack <= value <= high + slack:
         unit = "rad" if body.moves == ("turn",) else "m"
         raise InputRefused(
-            f"{body.name}.{body.moves[0]} = {value:.6g} {unit} lies outside its travel, {low:.6g} : {high:.6g} "
-            f"{unit}: stay inside, or change body.{body.name}.travel"
+            f"{body.name}.{body.moves[0]} = {value:.6g} {unit} lies outside its travel, "
+            f"{low:.6g} : {high:.6g} {unit}: stay inside, or change body.{body.name}.travel"
         )
 
 
