@@ -8,7 +8,8 @@ A process for each room collects its tests, notes which of them enter a sampled 
 forks for every mutant: the child takes the changed code and runs the tests that enter it, fastest first, up
 to a failure. Kernels run without the compiler, under the tests marked ``kernel``.
 
-``python tools/mutants.py`` writes docs/mutants.md from all rooms; ``--room control`` does one room anew.
+``python tools/mutants.py`` writes docs/mutants.md from all rooms; ``--room control`` does one room anew, and
+``--room control --again FILE`` tries what survived there on the tests of that file.
 """
 
 import argparse
@@ -341,11 +342,30 @@ def clear_caches() -> None:
             one.cache_clear()
 
 
-def work(room: str, kernel: bool, seed: int, count: int) -> None:
-    """One room in this process: its kernels, or its plain functions."""
+def work(room: str, kernel: bool, seed: int, count: int, files: list[str]) -> None:
+    """One room in this process: its kernels, or its plain functions; survivors alone under some files."""
     mutants = [one for one in sample(seed, count) if one.room == room and one.kernel == kernel]
     report = KEPT / f"{room}-{'kernels' if kernel else 'formulas'}.json"
     report.parent.mkdir(parents=True, exist_ok=True)
+    if files:
+        before = json.loads(report.read_text())
+        alive = {
+            (one["file"], one["function"], one["change"], one["count"]) for one in before if not one["killer"]
+        }
+        again = report.with_suffix(".again")
+        runner = Runner([one for one in mutants if one.key in alive], again)
+        marker = "kernel and not verify" if kernel else "not verify"
+        pytest.main(["-p", "no:xdist", "-q", "-s", "-m", marker, *files], plugins=[runner])
+        found = {
+            (one["file"], one["function"], one["change"], one["count"]): one
+            for one in json.loads(again.read_text())
+        }
+        for one in before:
+            new = found.get((one["file"], one["function"], one["change"], one["count"]))
+            if new and new["killer"]:
+                one |= {"killer": new["killer"], "tests": new["tests"], "line": new["line"]}
+        report.write_text(json.dumps(before, indent=1))
+        return
     if not mutants:
         report.write_text("[]")
         return
@@ -414,10 +434,11 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--room", action="append", choices=ROOMS.split())
     parser.add_argument("--kind", choices=("kernels", "formulas"))
+    parser.add_argument("--again", nargs="+", default=[], metavar="FILE", help="try survivors on these tests")
     parser.add_argument("--here", action="store_true", help="one room and kind, in this process")
     given = parser.parse_args()
     if given.here:
-        work(given.room[0], given.kind == "kernels", given.seed, given.count)
+        work(given.room[0], given.kind == "kernels", given.seed, given.count, given.again)
         return
     kinds = [given.kind] if given.kind else ["kernels", "formulas"]
     jobs = [(room, kind) for kind in kinds for room in given.room or ROOMS.split()]
@@ -426,6 +447,7 @@ def main() -> None:
         began = time.monotonic()
         command = [sys.executable, __file__, "--here", "--room", one[0], "--kind", one[1]]
         command += ["--seed", str(given.seed), "--count", str(given.count)]
+        command += ["--again", *given.again] if given.again else []
         environment = os.environ | ({"NUMBA_DISABLE_JIT": "1"} if one[1] == "kernels" else {})
         subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, check=False)
         print(*one, f"{time.monotonic() - began:.0f} s", flush=True)
