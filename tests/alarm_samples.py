@@ -37,8 +37,11 @@ def log_uniform(rng, low, high):
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def random_drive(rng):
-    """A loop or line with gravity: slope, sag, carriages, motor and damping over wide ranges."""
+def random_drive(rng, heavy=False):
+    """A loop or line with gravity: slope, sag, carriages, motor and damping over wide ranges.
+
+    `heavy`: a span weighs 0.1 to 3 times as much as either rim.
+    """
     length, density = log_uniform(rng, 0.5, 20.0), log_uniform(rng, 3e-4, 3e-2)
     slope = float(rng.choice([0.0, 0.0, 0.5236, -0.5236, -pi / 2, rng.uniform(-1.4, 1.4)]))
     sag, strain = log_uniform(rng, 1e-5, 8e-3), log_uniform(rng, 1e-3, 8e-3)
@@ -46,6 +49,8 @@ def random_drive(rng):
     loop = rng.uniform() < 0.85
     weight = 2 * density * length
     masses = weight * log_uniform(rng, 1.0, 100.0), weight * log_uniform(rng, 0.3, 30.0)
+    if heavy:
+        masses = tuple(density * length / log_uniform(rng, 0.1, 3.0) for _ in range(2))
     damping = log_uniform(rng, 3e-4, 1e-2)
     lowest = pi * np.sqrt(pretension / density) / length
     elastic = np.sqrt(2 * pretension / strain / length / min(masses))
@@ -155,11 +160,11 @@ def unit_torque(rng, signal, time, omega):
     return sum(np.sin(omega * w * time + p) for w, p in zip(widths, phases, strict=True)) / 4.0
 
 
-def random_sample(rng, node_steps=MOST_NODE_STEPS):
+def random_sample(rng, node_steps=MOST_NODE_STEPS, heavy=False):
     """A drive and a motion of a random kind; one run of the full model takes no more than some node steps."""
     while True:
         kind, signal = str(rng.choice(KINDS)), str(rng.choice(SIGNALS))
-        found = tuned(rng, kind, random_drive(rng))
+        found = tuned(rng, kind, random_drive(rng, heavy))
         if found is None:
             continue
         drive, omega = found

@@ -56,8 +56,8 @@ class Row:
         sample, result = self.sample, self.result
         return (
             f"{sample.kind}, {sample.signal}, {sample.drive.kind} with {len(sample.drive.carriage)} carriages"
-            f": {result.verdict}, {result.largest_transverse / sample.limit:.3g} of the limit, bound "
-            f"{result.bound / sample.limit:.3g}; full model {self.true.driven / sample.limit:.3g} driven, "
+            f": {result.verdict}, {result.largest_transverse / sample.limit:.3g} of the limit, with changes "
+            f"{result.changed / sample.limit:.3g}; full model {self.true.driven / sample.limit:.3g} driven, "
             f"{self.true.grown / sample.limit:.3g} from the floor{', slack' if self.true.slack else ''}"
         )
 
@@ -105,12 +105,12 @@ def _largest_safe(sample):
         except NotComputed:  # the vibration diverges: not called safe
             high, factor = factor, 0.3 * factor if low == 0.0 else float(np.sqrt(low * factor))
             continue
-        share = result.bound / sample.limit
+        share = result.changed / sample.limit
         if result.verdict == SAFE:
             low, found = factor, (trial, result)
         else:
             high = factor
-        if found is not None and found[1].bound > 0.9 * sample.limit:
+        if found is not None and found[1].changed > 0.9 * sample.limit:
             break
         guess = factor * min(max(0.97 / share, 0.1), 10.0)
         factor = guess if low < guess < high else float(np.sqrt(low * high)) if low > 0.0 else 0.3 * high

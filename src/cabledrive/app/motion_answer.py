@@ -21,7 +21,7 @@ def alarm_data(judged: AlarmResult) -> dict[str, Any]:
         "limit": judged.limit,
         "floor": judged.floor,
         "largest_transverse": _or_beyond(judged.largest_transverse),
-        "upper_bound": _or_beyond(judged.bound),
+        "estimate_with_changes": _or_beyond(judged.changed),
         "reasons": judged.reasons,
         "assumptions": judged.assumptions,
         "remedy": judged.remedy,

@@ -9,13 +9,16 @@ from cabledrive.mechanics.compiled import njit
 SWEEPS = 12
 """Passes over the shafts' friction impulses."""
 
+MOTOR_SHAFT = 2
+"""Place of the motor among the shafts, on which the torque acts."""
+
 REFRESH = 8
 """Steps between two looks at the floor."""
 
 
 @njit
 def rub(shape, impulse_rate, solved, friction, h, p):
-    """Coulomb friction of the shafts: impulses up to h c, in place, towards a rim speed of zero."""
+    """Coulomb friction of the shafts: impulses up to h c towards a rim speed of zero, in place; returned."""
     shafts = friction.size
     given = np.zeros(shafts)
     for _ in range(SWEEPS):
@@ -34,6 +37,7 @@ def rub(shape, impulse_rate, solved, friction, h, p):
                     given[s] = wanted
         if settled:  # every further pass would change nothing
             break
+    return given
 
 
 @njit
@@ -47,8 +51,14 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
     modes, rows, most = c.direct.shape
     products = np.zeros((rows, (1 + modes) * most))  # of `c.table` and the amplitudes, stretch by stretch
     pulled, pushed, pull, above = np.zeros(modes), np.zeros(modes), np.zeros(most), np.zeros(most)
-    places = np.zeros(c.probes.shape[2])
+    places, rubbed = np.zeros(c.probes.shape[2]), np.zeros(c.friction.size)
+    inert = (
+        modes - c.followers.size
+    )  # the rows behind them are forces, to which the other modes' strain is tied
     for n in range(force.size):
+        for k in range(c.followers.size):
+            shaft = c.followers[k]
+            q[inert + k] = rubbed[shaft] / h + (c.rim_force * force[n] if shaft == MOTOR_SHAFT else 0.0)
         # forces at the time of the displacements; speeds live half a step earlier
         stretch = 0.0
         for k in range(modes):
@@ -90,11 +100,11 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
             for i in range(modes):
                 total += c.kept[k, i] * p[i] + h * c.solve[k, i] * pushed[i]
             pulled[k] = total
-        for k in range(modes):
+        for k in range(inert):
             p[k] = pulled[k]
-        rub(c.friction_shape, c.impulse_rate, c.solved, c.friction, h, p)
+        rubbed = rub(c.friction_shape, c.impulse_rate, c.solved, c.friction, h, p)
         for k in range(modes):
-            q[k] += h * p[k]
+            q[k] += h * p[k]  # a follower's speed is never set
             if history.shape[0] > 0:
                 history[n, k] = q[k]
         for r in range(rows):

@@ -13,7 +13,8 @@ of chapter 2 gives
     \qquad \text{Eq. (A.36)}
 
 with :math:`P = \int s\,\mathrm{d}x` over the whole cable. The last two terms let the longitudinal modes above
-the kept ones follow without inertia. :math:`L_k` is the direct excitation through the sag, the diagonal of
+the kept ones follow without inertia; what torque and friction do through them are further rows of strain, whose
+amplitude is a force. :math:`L_k` is the direct excitation through the sag, the diagonal of
 :math:`G_k` the parametric excitation of one mode, the rest of :math:`G_k` that of two (sum type).
 """
 
@@ -31,6 +32,7 @@ from cabledrive.modal.solver import chain_modes
 from cabledrive.modal.waves import waves
 from cabledrive.parameters import Drive
 from cabledrive.reduction.static_state import StaticState
+from cabledrive.reduction.static_strain import static_strain
 from cabledrive.reduction.transverse_shapes import TransverseShapes, transverse_shapes
 
 Array = NDArray[np.float64]
@@ -66,6 +68,9 @@ class LongitudinalModes:
 class SaggingModel:
     """Coefficients of the model; k longitudinal modes, b stretches and planes with up to m modes each.
 
+    The last of the k are followers: the static strain per force at a shaft of all modes that are not kept.
+    Their frequency, damping and shapes are zero.
+
     Attributes
     ----------
     natural : ndarray, shape (k,)
@@ -99,6 +104,10 @@ class SaggingModel:
         EA^2 / (4 K Lambda) [N/m].
     rigidity : float
         K = EA + T0, tension per strain of the pretensioned cable [N].
+    followers : ndarray of int
+        Shafts whose force the followers take, of `SHAFTS`.
+    rim_force : float
+        Of the motor per torque [1/m].
     """
 
     natural: Array
@@ -119,6 +128,8 @@ class SaggingModel:
     square: Array
     carried: float
     rigidity: float
+    followers: NDArray[np.int64]
+    rim_force: float
 
 
 def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int = 0) -> LongitudinalModes:
@@ -213,6 +224,13 @@ def _banded(dense: Array) -> Array:
     return np.stack([wide[..., j, j : j + 2 * BAND + 1] for j in range(m)], axis=-2)
 
 
+def _left_out(drive: Drive, state: StaticState, modes: LongitudinalModes, shafts: NDArray[np.int64]) -> Array:
+    """Static strain per force at some shafts less that of the kept modes, shape (shafts, segments)."""
+    softness = np.divide(1.0, modes.natural**2, out=np.zeros(modes.natural.size), where=modes.natural > 0.0)
+    kept = (modes.rims[:, shafts] * softness[:, None]).T @ modes.strain
+    return static_strain(drive, state.mesh, [SHAFTS[shaft] for shaft in shafts]) - kept
+
+
 def sagging_model(
     drive: Drive, state: StaticState, modes: LongitudinalModes, numbers: Sequence[Sequence[int]]
 ) -> SaggingModel:
@@ -224,16 +242,20 @@ def sagging_model(
     cable, most = drive.cable, max(len(part.numbers) for part in flat)
     rigidity, spacing = cable.axial_rigidity, state.mesh.spacing
     stretches, planes = (*flat, *flat), ("w",) * len(flat) + ("v",) * len(flat)
+    friction = _friction(drive)
+    followers = np.flatnonzero((friction > 0.0) | (np.arange(len(SHAFTS)) == SHAFTS.index(MOTOR)))
+    rows = np.concatenate([modes.strain, _left_out(drive, state, modes, followers)])
+    behind = (0, followers.size)
     size = (len(stretches), most)
     transverse, mass, loss, bend = np.ones(size), np.ones(size), np.zeros(size), np.zeros(size)
     square = np.zeros((*size, 2 * BAND + 1))
-    direct = np.zeros((modes.natural.size, *size))
-    coupling = np.zeros((modes.natural.size, *size, 2 * BAND + 1))
+    direct = np.zeros((len(rows), *size))
+    coupling = np.zeros((len(rows), *size, 2 * BAND + 1))
     for b, (part, plane) in enumerate(zip(stretches, planes, strict=True)):
         m, here = part.omega.size, part.segments
         slopes = part.slopes * np.sqrt(spacing[here])
         transverse[b, :m], mass[b, :m], loss[b, :m] = part.omega, part.mass, part.loss
-        strain = modes.strain[:, here]
+        strain = rows[:, here]
         coupling[:, b, :m] = rigidity * _banded(np.einsum("ki,ai,bi->kab", strain, slopes, slopes))
         square[b, :m] = _banded(slopes @ slopes.T)
         if plane == "w":
@@ -241,12 +263,12 @@ def sagging_model(
             direct[:, b, :m] = rigidity * np.einsum("ki,i,ai->ka", strain, sag, slopes)
             bend[b, :m] = 2.0 * slopes @ sag
     return SaggingModel(
-        natural=modes.natural,
-        damping=_damping(drive, modes, spacing),
-        torque_shape=modes.rims[:, 2] / drive.drive_pulley.radius,
-        friction_shape=np.ascontiguousarray(modes.rims.T),
-        friction=_friction(drive),
-        strain=modes.strain,
+        natural=np.pad(modes.natural, behind),
+        damping=np.pad(_damping(drive, modes, spacing), behind),
+        torque_shape=np.pad(modes.rims[:, 2], behind) / drive.drive_pulley.radius,
+        friction_shape=np.pad(modes.rims.T, ((0, 0), behind)),
+        friction=friction,
+        strain=rows,
         stretches=stretches,
         planes=planes,
         count=np.array([part.omega.size for part in stretches], dtype=np.int64),
@@ -259,4 +281,6 @@ def sagging_model(
         square=square,
         carried=rigidity**2 / (4.0 * (rigidity + cable.pretension) * _fixed_length(drive)),
         rigidity=rigidity + cable.pretension,
+        followers=followers,
+        rim_force=1.0 / drive.drive_pulley.radius,
     )

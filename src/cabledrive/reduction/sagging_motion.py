@@ -22,7 +22,8 @@ class SaggingNumbers(NamedTuple):
 
     ``table``, shape (b, m, (1 + k) m), is the model's ``square`` and then its ``coupling`` with each of the k
     longitudinal modes, in rows along which a step runs in one loop; ``probes``, shape (b, m, points). A rigid
-    motion strains nothing: its part of ``direct`` and ``table`` is zero.
+    motion strains nothing: its part of ``direct`` and ``table`` is zero. The last of the k are followers:
+    their amplitude is the force at the shafts ``followers`` [N], ``rim_force`` per torque of the motor.
     """
 
     stiff: Array
@@ -47,6 +48,8 @@ class SaggingNumbers(NamedTuple):
     probes: Array
     rest: Array
     watched: Array
+    followers: NDArray[np.int64]
+    rim_force: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -101,7 +104,7 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         spring=exact_spring(natural, h),
         mass=model.mass,
         loss=model.loss,
-        direct=model.direct * (model.natural > 0.0)[:, None, None],
+        direct=model.direct,
         table=_table(model),
         bend=model.bend,
         carried=model.carried,
@@ -109,13 +112,15 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         probes=_probes(model),
         rest=np.ascontiguousarray(state.tension[watched]),
         watched=np.ascontiguousarray(model.rigidity * model.strain[:, watched]),
+        followers=model.followers,
+        rim_force=model.rim_force,
     )
 
 
 def _table(model: SaggingModel) -> Array:
     """What the amplitudes are multiplied with, shape (b, m, (1 + k) m): a row for each of them."""
     rows, most = model.transverse.shape
-    banded = np.stack([model.square, *(model.coupling * (model.natural > 0.0)[:, None, None, None])])
+    banded = np.stack([model.square, *model.coupling])
     found = np.zeros((rows, most, banded.shape[0], most))
     for i in range(most):
         for j in range(max(0, i - BAND), min(most, i + BAND + 1)):

@@ -86,8 +86,9 @@ class AlarmResult:
         Amplitude of every transverse mode that is always there, and the largest displacement allowed [m].
     largest_transverse : float
         Largest transverse displacement from rest along the motion [m].
-    bound : float
-        The same against a change of the frequencies and the torque, with a margin [m].
+    changed : float
+        An estimate of the same under changes of the frequencies, the torque and the floor, with a margin [m];
+        no bound.
     modes : tuple of ModeAlarm
         The largest first.
     lowest_tension : float or None
@@ -105,7 +106,7 @@ class AlarmResult:
     floor: float
     limit: float
     largest_transverse: float
-    bound: float
+    changed: float
     modes: tuple[ModeAlarm, ...]
     lowest_tension: float | None
     slack: bool
@@ -131,7 +132,7 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
         for phase, detuned in ((0.25 * pi, -DETUNING), (0.75 * pi, 0.0), (0.5 * pi, DETUNING))
     ]
     largest = max(float(run.displacement.max()) for run in (driven, *grown))
-    bound = MARGIN * max(largest, *(float(run.displacement.max()) for run in varied))
+    changed = MARGIN * max(largest, *(float(run.displacement.max()) for run in varied))
     if not np.isfinite(largest):
         raise NotComputed(
             "the vibration along the planned motion diverges: plan a smaller or a slower motion"
@@ -139,18 +140,18 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     tension = min(run.tension for run in (driven, *grown))
     slack = tension < 0.0
     doubts = _doubts(prepared, slack)
-    verdict = verdict_of(largest, bound, limit, doubts)
+    verdict = verdict_of(largest, changed, limit, doubts)
     modes = _modes(prepared, prepared.response(parametric=False), driven, grown, floor)
     return AlarmResult(
         verdict=verdict,
         floor=floor,
         limit=limit,
         largest_transverse=largest,
-        bound=bound,
+        changed=changed,
         modes=modes,
         lowest_tension=tension if np.isfinite(tension) else None,
         slack=slack,
-        reasons=(size_words(largest, limit) + change_words(verdict, bound, limit), *doubts),
+        reasons=(size_words(largest, limit) + change_words(verdict, changed, limit), *doubts),
         assumptions=_assumptions(drive, motion),
         remedy=_remedy(verdict, modes[0]),
     )
@@ -207,9 +208,9 @@ def check_amplitudes(floor: float, limit: float) -> None:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
 
 
-def verdict_of(largest: float, bound: float, limit: float, doubts: list[str]) -> str:
-    """Verdict from the largest displacement, its bound against changes and the limit [m]."""
-    return DANGEROUS if largest > limit else UNKNOWN if bound > limit or doubts else SAFE
+def verdict_of(largest: float, changed: float, limit: float, doubts: list[str]) -> str:
+    """Verdict from the largest displacement, its estimate under changes and the limit [m]."""
+    return DANGEROUS if largest > limit else UNKNOWN if changed > limit or doubts else SAFE
 
 
 def excitation_of(largest: float, shaken: float, floor: float) -> str:
@@ -224,13 +225,13 @@ def size_words(largest: float, limit: float) -> str:
     return f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
 
 
-def change_words(verdict: str, bound: float, limit: float) -> str:
+def change_words(verdict: str, changed: float, limit: float) -> str:
     """What a change of frequencies and torque makes of it [m], where that decides; else nothing."""
-    if verdict != UNKNOWN or bound <= limit:
+    if verdict != UNKNOWN or changed <= limit:
         return ""
     return (
         f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
-        f"{MORE_TORQUE - 1.0:.0%} takes it to {1e3 * bound:.4g} mm"
+        f"{MORE_TORQUE - 1.0:.0%} takes it to an estimated {1e3 * changed:.4g} mm"
     )
 
 

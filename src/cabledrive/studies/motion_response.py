@@ -220,5 +220,5 @@ def _between(one: SaggingNumbers, other: SaggingNumbers, share: float) -> Saggin
     mixed: dict[str, Any] = {}
     for name, value in one._asdict().items():
         between = (1.0 - share) * value + share * getattr(other, name)
-        mixed[name] = value if name == "counts" else between
+        mixed[name] = value if name in ("counts", "followers") else between
     return SaggingNumbers(**mixed)

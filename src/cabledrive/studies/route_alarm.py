@@ -87,7 +87,7 @@ def route_alarm(
         floor=floor,
         limit=limit,
         largest_transverse=largest,
-        bound=bound,
+        changed=bound,
         modes=modes,
         lowest_tension=tension,
         slack=tension < 0.0,
