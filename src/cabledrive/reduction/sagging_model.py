@@ -13,8 +13,8 @@ of chapter 2 gives
     \qquad \text{Eq. (A.36)}
 
 with :math:`P = \int s\,\mathrm{d}x` over the whole cable. The last two terms let the longitudinal modes above
-the kept ones follow without inertia; what torque and friction do through them are further rows of strain, whose
-amplitude is a force. :math:`L_k` is the direct excitation through the sag, the diagonal of
+the kept ones follow without inertia; what torque and friction do through them are further rows of strain,
+whose amplitude is a force. :math:`L_k` is the direct excitation through the sag, the diagonal of
 :math:`G_k` the parametric excitation of one mode, the rest of :math:`G_k` that of two (sum type).
 """
 
