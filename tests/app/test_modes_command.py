@@ -154,5 +154,6 @@ def test_map_of_a_lift_names_speeds_to_avoid():
     assert found["shape"] == [2]
     assert [one["name"] for one in found["orders"]] == ["sheave", "rails"]
     assert found["orders"][1]["hz_per_speed"] == pytest.approx(0.2)
-    assert all(0.2 <= zone["low"] < zone["high"] <= 2.0 for zone in found["danger"])
-    assert "Avoid" in call("map", "lift-2-to-1", *vary, *order).stdout
+    assert all(0.2 <= zone["low"] < zone["high"] <= 2.0 for zone in found["zones"])
+    assert found["covered_hz"] >= 2.0 * found["orders"][0]["hz_per_speed"]
+    assert "\nClear of all modes: " in call("map", "lift-2-to-1", *vary, *order).stdout

@@ -122,3 +122,22 @@ def test_numba_s_folder_of_the_environment_is_checked_for_its_owner_and_mode(tmp
     compiled._cache_folder.cache_clear()
     assert compiled._cache_folder(source, str(tmp_path / "new")) == ""
     compiled._cache_folder.cache_clear()
+
+
+def test_a_process_that_needs_a_kernel_while_another_compiles_it_waits_and_loads_it(tmp_path):
+    """The first holds its claim for two seconds, as if it compiled; the second loads what it then keeps."""
+    slow = (
+        "import time; import numba.core.dispatcher as d; plain = d._FunctionCompiler.compile\n"
+        "def late(*a):\n    print('compiles', flush=True); time.sleep(2); return plain(*a)\n"
+        "d._FunctionCompiler.compile = late\n"
+    )
+    script = (
+        f"import sys, pathlib; sys.path[:0] = [{str(Path(__file__).parent)!r}]\n"
+        f"from test_kernel_cache import value\nprint(value(pathlib.Path({str(tmp_path)!r})))"
+    )
+    first = subprocess.Popen([sys.executable, "-c", slow + script], stdout=subprocess.PIPE, text=True)
+    assert first.stdout.readline() == "compiles\n"
+    second = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert first.communicate()[0] == "(42.0, 0)\n"
+    assert second.stdout == "(42.0, 1)\n"
+    assert len(list(tmp_path.iterdir())) == 1, "no claim is left behind"

@@ -1,21 +1,19 @@
 """Maps of modes over figures of a machine, and the speeds at which its motion excites them."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.studies.excitation_orders import (
-    Order,
-    clear_speeds,
-    danger_zones,
-    frequency_per_speed,
-    rates,
-    with_critical_speeds,
-)
+from cabledrive.mechanics.network import statics_of
+from cabledrive.parameters.drive_file import drive_from_text
+from cabledrive.parameters.route import moved
+from cabledrive.studies.excitation_orders import Order, excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import map_modes
-from cabledrive.studies.varied_drive import varied
+from cabledrive.studies.varied_drive import varied, varied_together
+from oracles.route_fem import frequencies_of_route
 
 BED = {"head.x": [0.06, 0.21, 0.36], "beam.y": [0.05, 0.33]}
 
@@ -96,17 +94,71 @@ def test_a_lift_roped_two_to_one_turns_its_sheave_by_two_metres_of_rope_a_metre(
         rates(lift, "tension frame.y")
 
 
-def test_danger_zones_hold_the_speeds_at_which_an_order_has_the_frequency_of_a_mode():
+SHEAVE = Order(name="sheave", pulley="traction sheave")
+
+
+def drawn_lift(seed):
+    """The packaged lift with limp ropes, other masses and another sheave."""
+    rng = np.random.default_rng(seed)
+    text = (Path(cd.__file__).parent / "parameters" / "drives" / "lift-2-to-1.toml").read_text()
+    limp = 'axial_rigidity = "1.4 MN"\nmass_per_length = "0.22 kg/m"'
+    drive = drive_from_text(text.replace('type = "8x19-8mm"', limp))
+    ranges = {
+        "body.car.mass": (1300.0, 2300.0),
+        "body.counterweight.mass": (1500.0, 2000.0),
+        "body.tension frame.mass": (200.0, 500.0),
+        "pulley.traction sheave.radius": (0.14, 0.18),
+    }
+    return varied_together(drive, {key: rng.uniform(*ends) for key, ends in ranges.items()})
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.verify) for seed in range(1, 10))]
+)
+def test_no_mode_of_finite_elements_lies_near_the_order_at_a_clear_speed(seed, measured):
+    """Places between those of the map; finite elements of the file, a mode at each within the margin."""
+    lift = drawn_lift(seed)
+    found = excitation(lift, {"car.y": np.linspace(5.0, 35.0, 7)}, [SHEAVE], ("car.y", 0.02, 0.8))
+    rate = found.orders["sheave"]
+    modes = []
+    for place in (7.3, 18.1, 33.4):
+        here = moved(lift, {"car.y": place})
+        statics = statics_of(here)
+        tensions = list(zip(statics.start, statics.end, strict=True))
+        below = frequencies_of_route(here, tensions, 12, found.covered)
+        modes.append(below[(below > 1e-3) & (below < found.covered)])
+    every = np.concatenate(modes)
+    measured(f"{every.size} modes below {found.covered:.3g} Hz; clear: {found.clear}")
+    assert every.size >= 6
+    assert found.clear
+    for low, high in found.clear:
+        for speed in np.linspace(low, high, 50):
+            assert np.all(np.abs(rate * speed - every) > 0.9 * found.margin * every), speed
+    touched = [f for f in every if f <= 0.75 * rate]
+    for hertz in touched:
+        assert any(zone.low <= hertz / rate <= zone.high for zone in found.zones), hertz
+
+
+def test_zones_name_ropes_and_places_and_reach_as_far_as_the_order():
     lift = cd.load_drive("lift-2-to-1")
-    found = map_modes(lift, {("car.y", "counterweight.y"): [[10.0, 30.0], [30.0, 10.0]]}, count=3)
-    sheave = Order(name="sheave", pulley="traction sheave")
-    mapped = with_critical_speeds(found, lift, [sheave], "car.y")
-    own = mapped["critical_speed_longitudinal"].sel(order="sheave", mode=1).values
-    np.testing.assert_allclose(own * 2.0 / (2 * np.pi * 0.16), found["longitudinal_hz"].values[:, 0])
-    zones = danger_zones(mapped, 0.1, 3.0, 0.05)
-    first = next(zone for zone in zones if zone.kind == "longitudinal" and zone.mode == 1)
-    assert (first.low, first.high) == pytest.approx((own.min() * 0.95, own.max() * 1.05))
-    for low, high in clear_speeds(zones, 0.1, 3.0):
-        inside = np.linspace(low, high, 7)[1:-1]
-        for zone in zones:
-            assert not np.any((inside > zone.low) & (inside < zone.high))
+    found = excitation(lift, {"car.y": np.linspace(5.0, 35.0, 7)}, [SHEAVE], ("car.y", 0.2, 1.0))
+    assert found.covered >= found.orders["sheave"] * 1.0 * 1.05
+    assert found.clear == (pytest.approx((0.2, 0.2902), abs=1e-4),), "not 0.742 to 1 m/s"
+    named = {zone.mode.partition(",")[0] for zone in found.zones}
+    assert {"car pulley to traction sheave", "car bottom to pit sheave"} < named
+    assert all(zone.place_low <= zone.place_high for zone in found.zones)
+    heavy = [zone.weight for zone in found.zones]
+    assert heavy == sorted(heavy, reverse=True)
+    poles = Order(name="poles", pulley="traction sheave", number=6.0)
+    sixth = excitation(lift, {"car.y": [10.0, 20.0]}, [SHEAVE, poles], ("car.y", 0.2, 0.6))
+    assert max(z.weight for z in sixth.zones if z.order == "poles") <= 1.0 / 6.0
+    assert sixth.clear == ()
+
+
+def test_speeds_and_margins_that_are_none_are_refused():
+    lift, vary = cd.load_drive("lift-2-to-1"), {"car.y": [20.0]}
+    for speed, margin in ((("car.y", 1.0, 0.2), 0.05), (("car.y", 0.2, 1.0), 1.5)):
+        with pytest.raises(cd.InputRefused):
+            excitation(lift, vary, [SHEAVE], speed, margin=margin)
+    with pytest.raises(cd.InputRefused, match="order"):
+        excitation(lift, vary, [SHEAVE, SHEAVE], ("car.y", 0.2, 1.0))

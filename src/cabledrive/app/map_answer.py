@@ -1,26 +1,25 @@
 """What `map` says: keys, shape, the range of each frequency and where its ends are, speeds to avoid."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.excitation_orders import Zone
+from cabledrive.studies.excitation_orders import Excitation, Zone
 
 if TYPE_CHECKING:
     import xarray as xr
 
 OWN = ("longitudinal_hz", "transverse_hz", "coordinate_hz")
+MOST_LINES = 12
+"""Zones that the text lists."""
 
 
 def map_answer(
     drive: Drive | RoutedDrive,
     found: "xr.Dataset",
-    asked: tuple[str, float, float] | None,
-    zones: Sequence[Zone],
-    clear: Sequence[tuple[float, float]],
+    excited: Excitation | None,
 ) -> tuple[dict[str, Any], str]:
     """JSON object and text of a map."""
     dims = [str(dim) for dim in found["certified"].dims]
@@ -41,18 +40,9 @@ def map_answer(
         text.append(
             f"{data['points_without_modes']} points have no modes, the first: {data['first_reason']}."
         )
-    if asked is not None:
-        key, low, high = asked
-        data["speed"] = {"key": key, "low": low, "high": high}
-        data["orders"] = [
-            {"name": str(name), "hz_per_speed": float(found["hz_per_speed"].sel(order=name))}
-            for name in found["order"].values
-        ]
-        data["danger"] = [
-            {"order": z.order, "kind": z.kind, "mode": z.mode, "low": z.low, "high": z.high} for z in zones
-        ]
-        data["clear_speeds"] = [list(part) for part in clear]
-        text += ["", *_speeds(data)]
+    if excited is not None:
+        data |= _excited(excited)
+        text += ["", *_speeds(excited)]
     return data, "\n".join(text)
 
 
@@ -95,13 +85,34 @@ def _table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _speeds(data: dict[str, Any]) -> list[str]:
-    unit = "m/s" if data["speed"]["key"].endswith((".x", ".y")) else "rad/s"
-    lines = [f"Order {one['name']}: {one['hz_per_speed']:.5g} Hz per {unit}." for one in data["orders"]]
-    for zone in data["danger"]:
-        lines.append(
-            f"Avoid {zone['low']:.4g} to {zone['high']:.4g} {unit}: {zone['order']} excites {zone['kind']} "
-            f"mode {zone['mode']}."
-        )
-    clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in data["clear_speeds"])
-    return [*lines, f"Clear of all listed modes: {clear or 'no speed of the range'}."]
+def _excited(found: Excitation) -> dict[str, Any]:
+    keys = ("order", "mode", "kind", "low", "high", "place_low", "place_high", "weight")
+    return {
+        "speed": {"key": found.coordinate, "low": found.low, "high": found.high},
+        "orders": [{"name": name, "hz_per_speed": rate} for name, rate in found.orders.items()],
+        "covered_hz": found.covered,
+        "covered_certified": found.certified,
+        "zones": [{key: getattr(zone, key) for key in keys} for zone in found.zones],
+        "clear": [{"low": low, "high": high} for low, high in found.clear],
+    }
+
+
+def _speeds(found: Excitation) -> list[str]:
+    """What to avoid, the heaviest first, and what is clear."""
+    unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
+    proof = "certified" if found.certified else "not certified"
+    lines = [f"Order {name}: {rate:.5g} Hz per {unit}." for name, rate in found.orders.items()]
+    lines.append(
+        f"Searched up to {found.covered:.4g} Hz ({proof} complete): {len(found.branches)} distinct modes."
+    )
+    lines += [_avoid(zone, found, unit) for zone in found.zones[:MOST_LINES]]
+    if len(found.zones) > MOST_LINES:
+        lines.append(f"{len(found.zones) - MOST_LINES} more zones of less weight: --json lists all.")
+    clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
+    return [*lines, f"Clear of all modes: {clear or 'none'}"]
+
+
+def _avoid(zone: Zone, found: Excitation, unit: str) -> str:
+    there = "" if zone.place_low == zone.place_high else f" to {zone.place_high:.4g}"
+    speeds, places = f"{zone.low:.4g} to {zone.high:.4g} {unit}", f"{zone.place_low:.4g}{there}"
+    return f"Avoid {speeds} with {found.key} at {places}: order {zone.order} excites {zone.mode}."

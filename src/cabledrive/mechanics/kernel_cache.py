@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from filelock import FileLock, Timeout
 from numba.core.caching import FunctionCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
@@ -29,6 +30,8 @@ from cabledrive.mechanics.compile_time import announce
 UNFINISHED = ".kernel-"
 STALE = 3600.0
 """Age of a half-written file that a killed process left behind [s]."""
+LONGEST = 90.0
+"""How long a process waits for another that compiles the same kernel, before it does so itself [s]."""
 _DIGEST = hashlib.sha256().digest_size
 _ADDRESS = re.compile(r"0x[0-9a-f]+")
 
@@ -48,6 +51,7 @@ class KernelCache(FunctionCache):
         code = function.__code__
         self._py_func, self._name, self._enabled = function, repr(function), True
         self._folder = folder
+        self._locks: dict[Path, Any] = {}
         plain = re.sub(r"[^\w.]", "", function.__qualname__)
         self._stem = f"{Path(code.co_filename).stem}.{plain}-{code.co_firstlineno}"
 
@@ -73,33 +77,66 @@ class KernelCache(FunctionCache):
             return None
         key = self._whole_key(sig, target_context.codegen())
         place = self._place(key)
+        found = self._load(place, key, target_context)
+        if found is None and self._compiled_elsewhere(place):
+            found = self._load(place, key, target_context)
+        if found is None:
+            announce(self._stem, self.cache_path)
+        return found
+
+    def _load(self, place: Path, key: Any, target_context: Any) -> Any:
+        """What a file holds of a kernel, or None; a file that is not to be believed is deleted."""
         try:
             payload = _own_content(place)
             kept, reduced = pickle.loads(payload) if payload else (None, ())
             if kept == key:
                 return CompileResult._rebuild(target_context, *reduced)
         except FileNotFoundError:
-            announce(self._stem, self.cache_path)
             return None
         except Exception:  # whatever a file can be that another build of numba wrote
             pass
         with suppress(OSError):
             place.unlink()
-        announce(self._stem, self.cache_path)
         return None
+
+    def _compiled_elsewhere(self, place: Path) -> bool:
+        """Wait while another process compiles this kernel; otherwise claim it, so that others wait."""
+        lock = FileLock(f"{place}.lock")
+        try:
+            lock.acquire(blocking=False)
+        except Timeout:
+            with suppress(Timeout, OSError):
+                lock.acquire(timeout=LONGEST)
+                _drop(lock)
+            return True
+        except OSError:  # nothing can be written here
+            return False
+        self._locks[place] = lock
+        return False
+
+    def _release(self, place: Path) -> None:
+        lock = self._locks.pop(place, None)
+        if lock is not None:
+            _drop(lock)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel, if it can be kept and the disk takes it.
 
         ``sig``: numba's.
         """
-        if not self._enabled or data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted):
-            return
         key = self._whole_key(sig, data.codegen)
-        payload = dumps((key, data._reduce()))
-        with suppress(OSError):
-            _sweep(self._folder)
-            _write(self._place(key), hashlib.sha256(payload).digest() + payload)
+        try:
+            if (
+                self._enabled
+                and not data.library.has_dynamic_globals
+                and all(x.can_cache for x in data.lifted)
+            ):
+                payload = dumps((key, data._reduce()))
+                with suppress(OSError):
+                    _sweep(self._folder)
+                    _write(self._place(key), hashlib.sha256(payload).digest() + payload)
+        finally:
+            self._release(self._place(key))
 
     def _whole_key(self, sig: Any, codegen: Any) -> Any:
         return numba.__version__, self._folder.name, self._stem, self._index_key(sig, codegen)
@@ -108,6 +145,12 @@ class KernelCache(FunctionCache):
         """Named by the key's words; two keys that differ in an address alone take turns in one file."""
         words = _ADDRESS.sub("", repr(key))
         return self._folder / f"{self._stem}.{hashlib.sha256(words.encode()).hexdigest()[:24]}"
+
+
+def _drop(lock: FileLock) -> None:
+    with suppress(OSError):
+        Path(lock.lock_file).unlink()
+    lock.release()
 
 
 def _own_content(path: Path) -> bytes | None:

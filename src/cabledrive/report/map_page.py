@@ -1,6 +1,5 @@
 """Natural frequencies over figures of a machine as one interactive page that needs no other file."""
 
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
@@ -9,6 +8,7 @@ import numpy as np
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Block, Chapter, Column, Figure, Note, RowGroup, Table
+from cabledrive.report.campbell_figure import draw_campbell
 from cabledrive.report.map_figure import draw_map, fields_of, plane_of
 from cabledrive.report.numbers import number
 from cabledrive.report.page import Page, render
@@ -16,19 +16,20 @@ from cabledrive.report.picture import picture
 from cabledrive.report.plot import Panel, Plot, Series
 from cabledrive.report.provenance import Provenance, versions
 from cabledrive.report.time_plots import COLOURS
-from cabledrive.studies.excitation_orders import Zone
+from cabledrive.studies.excitation_orders import Excitation
 
 if TYPE_CHECKING:
     import xarray as xr
 
 METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
 MOST_CURVES = 7
+MOST_BRANCHES = 10
 
 
 def map_html(
     drive: Drive | RoutedDrive,
     found: "xr.Dataset",
-    zones: Sequence[Zone] = (),
+    excited: Excitation | None = None,
     written_at: datetime | None = None,
 ) -> str:
     """The page of a map; HTML that needs no other file."""
@@ -36,7 +37,7 @@ def map_html(
     chapter = Chapter(
         title="Natural frequencies",
         anchor="map",
-        blocks=(*blocks, _curves(found), *([_zones(found, zones)] if "hz_per_speed" in found else [])),
+        blocks=(*blocks, _curves(found), *(_excited(excited) if excited is not None else ())),
         methods=(METHOD,),
     )
     origin = Provenance(
@@ -128,15 +129,63 @@ def _curves(found: "xr.Dataset") -> Plot:
     )
 
 
-def _zones(found: "xr.Dataset", zones: Sequence[Zone]) -> Table:
-    rows = tuple((z.order, f"{z.kind} {z.mode}", number(z.low, 4), number(z.high, 4)) for z in zones)
-    return Table(
-        caption=f"Speeds of {found.attrs['speed_of']} at which an excitation comes near a mode.",
+def _excited(found: Excitation) -> tuple[Block, ...]:
+    """Campbell picture, its modes over the first key to be read off, and the table of zones."""
+    unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
+    drawn = picture("campbell", lambda figure, narrow: draw_campbell(figure, found), wide=520.0, narrow=420.0)
+    shown = Figure(
+        name="campbell",
+        alt="Frequencies of the modes over speed with the orders of excitation as lines.",
+        caption="Each mode is the band of its frequencies over all places; shaded speeds are to be avoided. "
+        f"Every mode up to {number(found.covered, 4)} Hz was searched.",
+        wide=drawn.wide,
+        narrow=drawn.narrow,
+    )
+    places, first = np.unique(found.places, return_index=True)
+    series = [
+        Series(
+            name=branch.name,
+            values=np.where(np.isfinite(branch.hertz[first]), branch.hertz[first], np.nan),
+            colour=COLOURS[place % len(COLOURS)],
+        )
+        for place, branch in enumerate(sorted(found.branches, key=lambda own: -own.weight)[:MOST_BRANCHES])
+    ]
+    series += [
+        Series(name=f"{name} at {found.high:.4g} {unit}", values=np.full(places.size, rate * found.high))
+        for name, rate in found.orders.items()
+    ]
+    curves = Plot(
+        name="campbell-places",
+        alt=f"Modes that the orders can meet, over {found.key}.",
+        caption="The heaviest modes, and the frequency of each order at the highest speed.",
+        points=places,
+        along=found.key,
+        unit="m" if found.key.endswith((".x", ".y")) else "",
+        panels=(Panel(title="modes and orders", unit="Hz", series=tuple(series)),),
+    )
+    rows = tuple(
+        (
+            z.order,
+            z.mode,
+            number(z.low, 4),
+            number(z.high, 4),
+            number(z.place_low, 4),
+            number(z.place_high, 4),
+        )
+        for z in found.zones
+    )
+    clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
+    table = Table(
+        caption=f"Speeds of {found.coordinate} [{unit}] at which an excitation comes near a mode, heaviest "
+        f"first. Clear of all modes: {clear or 'none'}.",
         columns=(
             Column(title="Order"),
             Column(title="Mode"),
             Column(title="From", numeric=True),
             Column(title="To", numeric=True),
+            Column(title=f"{found.key} from", numeric=True),
+            Column(title="to", numeric=True),
         ),
-        groups=(RowGroup(rows=rows or (("none", "", "", ""),)),),
+        groups=(RowGroup(rows=rows or (("none", "", "", "", "", ""),)),),
     )
+    return shown, curves, table

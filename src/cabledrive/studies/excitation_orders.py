@@ -5,9 +5,8 @@ poles), a rail joint once in a length. Where a coordinate moves with speed v, it
 :math:`f = h v`; it meets a mode of frequency :math:`f_n` at the critical speed :math:`f_n/h`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +15,7 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
-
-if TYPE_CHECKING:
-    import xarray as xr
+from cabledrive.studies.mode_map import Listed, Vary, listed_below, points_of
 
 Array = NDArray[np.float64]
 
@@ -55,24 +52,91 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Zone:
-    """Speeds at which an excitation comes near a mode somewhere on the map.
+class Branch:
+    """One mode along a map: what it is, and its frequency at each point.
 
     Attributes
     ----------
-    order : str
     kind : {"longitudinal", "transverse"}
-    mode : int
-        Number of the mode in the map, from 1.
+    name : str
+        Its rope span, or the body or pulley that moves most, and its number among those of that name.
+    hertz : ndarray, shape (points,)
+        [Hz]; not finite where it lies above what was searched, or the point is no machine.
+    weight : float
+        0 to 1: the largest share of its kinetic energy that a body, pulley or carriage has on the map, or
+        1/n of the nth mode across a span.
+    """
+
+    kind: str
+    name: str
+    hertz: Array
+    weight: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Zone:
+    """Speeds, and places on the map, at which an excitation comes near a mode.
+
+    Attributes
+    ----------
+    order, mode, kind : str
     low, high : float
-        Within the asked range, the margin included [m/s] or [rad/s].
+        Speeds within the asked range, the margin included [m/s] or [rad/s].
+    place_low, place_high : float
+        First and last value of the map's first key where that is so, in SI.
+    weight : float
+        Of the mode, less for a higher number of the order.
     """
 
     order: str
+    mode: str
     kind: str
-    mode: int
     low: float
     high: float
+    place_low: float
+    place_high: float
+    weight: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excitation:
+    """What orders of excitation meet over a range of speed, at every point of a map.
+
+    Attributes
+    ----------
+    key : str
+        First key of the map.
+    places : ndarray, shape (points,)
+        Its value at each point, in SI.
+    coordinate : str
+        What moves with the speed.
+    low, high, margin : float
+        Range of speed [m/s] or [rad/s]; share of a frequency that is too near.
+    orders : dict of str to float
+        Frequency per unit speed [Hz s/m], [Hz s/rad].
+    covered : float
+        Every mode below it is known [Hz].
+    certified : bool
+        Whether each point's list is certified complete up to there.
+    branches : tuple of Branch
+    zones : tuple of Zone
+        The heaviest first.
+    clear : tuple of (float, float)
+        Speeds at which no order comes near a mode anywhere on the map.
+    """
+
+    key: str
+    places: Array
+    coordinate: str
+    low: float
+    high: float
+    margin: float
+    orders: dict[str, float]
+    covered: float
+    certified: bool
+    branches: tuple[Branch, ...]
+    zones: tuple[Zone, ...]
+    clear: tuple[tuple[float, float], ...]
 
 
 def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
@@ -114,60 +178,139 @@ def frequency_per_speed(drive: Drive | RoutedDrive, order: Order, coordinate: st
     return rate
 
 
-def with_critical_speeds(
-    found: "xr.Dataset", drive: Drive | RoutedDrive, orders: Sequence[Order], coordinate: str
-) -> "xr.Dataset":
-    """A map with the speed of a coordinate at which each order meets each mode.
+def excitation(
+    drive: Drive | RoutedDrive,
+    vary: Vary,
+    orders: Sequence[Order],
+    speed: tuple[str, float, float],
+    *,
+    margin: float = MARGIN,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+    workers: int = 1,
+) -> Excitation:
+    """Speeds at which orders of excitation come near a mode of a machine, over a grid of its figures.
 
-    ``found``: of `cabledrive.studies.mode_map.map_modes`.
-    Returns it with ``critical_speed_longitudinal`` and ``critical_speed_transverse`` (order, ..., mode) and
-    ``hz_per_speed`` (order).
+    Every mode is searched up to the frequency that the fastest order reaches at the highest speed, with its
+    margin: nothing above that is called clear.
+
+    Parameters
+    ----------
+    drive : Drive or RoutedDrive
+        Of kind "route".
+    vary : mapping
+        As of `cabledrive.studies.mode_map.map_modes`.
+    orders : sequence of Order
+    speed : (str, float, float)
+        A coordinate with the range of its speed [m/s] or [rad/s].
+    margin : float, default 0.05
+        Share of a mode's frequency that is too near.
+    motor : {"free", "held", "holding"}, optional
+    hold : sequence of str, optional
+        Both as of `cabledrive.modes`.
+    workers : int, default 1
+        Processes that share the points.
+
+    Returns
+    -------
+    Excitation
+
+    Raises
+    ------
+    InputRefused
+        For a range or a margin that is none, and for orders that are not tied to the motion.
     """
-    import xarray as xr
-
-    if not orders:
-        raise InputRefused("orders: none is given: name at least one")
-    names = [order.name for order in orders]
-    if len(set(names)) < len(names):
-        raise InputRefused("orders: two have one name: choose another")
-    slope = xr.DataArray(
-        [frequency_per_speed(drive, order, coordinate) for order in orders], {"order": names}, ["order"]
-    )
-    speeds = {
-        f"critical_speed_{kind}": found[f"{kind}_hz"] / slope for kind in ("longitudinal", "transverse")
-    }
-    return found.assign({"hz_per_speed": slope, **speeds}).assign_attrs(speed_of=coordinate)
-
-
-def danger_zones(found: "xr.Dataset", low: float, high: float, margin: float = MARGIN) -> tuple[Zone, ...]:
-    """Speeds within a range at which an order comes within a share of a mode's frequency somewhere."""
-    if not 0.0 <= low < high:
+    coordinate, low, high = speed
+    if not 0.0 <= low < high < np.inf:
         raise InputRefused(f"speed from {low:.9g} to {high:.9g}: give two, the larger last, none negative")
     if not 0.0 < margin < 1.0:
         raise InputRefused(f"margin = {margin:.9g} must lie between 0 and 1")
-    zones = []
-    for kind in ("longitudinal", "transverse"):
-        speeds = found[f"critical_speed_{kind}"]
-        for order in speeds["order"].values:
-            before = np.array([])
-            for mode in speeds["mode"].values:
-                own = speeds.sel(order=order, mode=mode).values
-                own = own[np.isfinite(own)]
-                if own.shape == before.shape and np.allclose(own, before, rtol=1e-9):
-                    continue  # the same mode once more, by its multiplicity
-                before = own
-                first, last = own.min(initial=np.inf) * (1 - margin), own.max(initial=-np.inf) * (1 + margin)
-                if first <= high and last >= low:
-                    zones.append(
-                        Zone(
-                            order=str(order),
-                            kind=kind,
-                            mode=int(mode),
-                            low=float(max(first, low)),
-                            high=float(min(last, high)),
-                        )
-                    )
-    return tuple(sorted(zones, key=lambda zone: (zone.low, zone.high)))
+    names = [order.name for order in orders]
+    if not names or len(set(names)) < len(names):
+        raise InputRefused("orders: name at least one, each with a name of its own")
+    rates_of = {order.name: frequency_per_speed(drive, order, coordinate) for order in orders}
+    covered = max(rates_of.values()) * high / (1.0 - margin)
+    axes, points = listed_below(drive, vary, covered, motor=motor, hold=hold, workers=workers)
+    places = points_of(axes)[0]
+    branches = tuple(_branches(points))
+    numbers = {order.name: max(order.number, 1.0) for order in orders}
+    zones = [
+        zone
+        for name, rate in rates_of.items()
+        for branch in branches
+        for zone in _zones(name, rate, numbers[name], branch, places, (low, high), margin)
+    ]
+    zones.sort(key=lambda zone: (-zone.weight, zone.low))
+    return Excitation(
+        key=axes[0].keys[0],
+        places=places,
+        coordinate=coordinate,
+        low=low,
+        high=high,
+        margin=margin,
+        orders=rates_of,
+        covered=covered,
+        certified=all(point.certified for point in points),
+        branches=branches,
+        zones=tuple(zones),
+        clear=clear_speeds(zones, low, high),
+    )
+
+
+def _branches(points: Sequence[Listed]) -> Iterator[Branch]:
+    """Modes joined from point to point: those of a span by their number, longitudinal ones by their order.
+
+    Where a mode lies above what was searched at some points it counts there as infinite, so that what comes
+    down from there is covered up to the first point that shows it.
+    """
+    groups: dict[tuple[str, str], int] = {}
+    for point in points:
+        for label in {(mode.kind, mode.group) for mode in point.modes}:
+            number = sum((mode.kind, mode.group) == label for mode in point.modes)
+            groups[label] = max(groups.get(label, 0), number)
+    for (kind, group), number in sorted(groups.items()):
+        own = [[m for m in point.modes if (m.kind, m.group) == (kind, group)] for point in points]
+        for n in range(number):
+            listed = [modes[n] if n < len(modes) else None for modes in own]
+            hertz = np.array(
+                [np.nan if point.reason else mode.hertz if mode else np.inf
+                 for point, mode in zip(points, listed, strict=True)]
+            )  # fmt: skip
+            found = [mode for mode in listed if mode is not None]
+            heaviest = max(found, key=lambda mode: mode.share)
+            name = f"{group}, mode {n + 1}" if kind == "transverse" else f"{heaviest.name} ({n + 1})"
+            weight = 1.0 / (n + 1) if kind == "transverse" else heaviest.share
+            yield Branch(kind=kind, name=name, hertz=hertz, weight=weight)
+
+
+def _zones(
+    name: str,
+    rate: float,
+    number: float,
+    branch: Branch,
+    places: Array,
+    speed: tuple[float, float],
+    margin: float,
+) -> Iterator[Zone]:
+    """The zone of one order and one mode: from its lowest to its highest critical speed on the map."""
+    low, high = speed
+    critical = branch.hertz[~np.isnan(branch.hertz)] / rate
+    where = places[~np.isnan(branch.hertz)]
+    first, last = critical.min() * (1.0 - margin), critical.max() * (1.0 + margin)
+    if first > high or last < low:
+        return
+    near = (critical * (1.0 - margin) <= high) & (critical * (1.0 + margin) >= low)
+    spread = near if near.any() else np.ones(near.shape, dtype=bool)  # it passes the range between two points
+    yield Zone(
+        order=name,
+        mode=branch.name,
+        kind=branch.kind,
+        low=float(max(first, low)),
+        high=float(min(last, high)),
+        place_low=float(where[spread].min()),
+        place_high=float(where[spread].max()),
+        weight=branch.weight / number,
+    )
 
 
 def clear_speeds(zones: Sequence[Zone], low: float, high: float) -> tuple[tuple[float, float], ...]:

@@ -26,6 +26,10 @@ Vary = Mapping[str, Any] | Mapping[tuple[str, ...], Any]
 
 MOST_POINTS = 20_000
 MOST_MODES = 200
+SAME = 1e-4
+"""Share of a frequency below which two modes of one span or kind are one to an excitation."""
+STILL = 1e-3
+"""Share of the searched range below which a mode is the travel itself, held by the weight of its ropes."""
 FEW = 64
 """Points below which a second process would cost more than it saves."""
 
@@ -102,19 +106,94 @@ def map_modes(
     """
     axes = _checked(drive, vary, count)
     held = condition(drive, motor) if isinstance(drive, RoutedDrive) else motor_condition(drive, motor)
-    settings = [
-        {key: float(value) for axis, i in zip(axes, place, strict=True) for key, value in _at(axis, i)}
-        for place in itertools.product(*(range(axis.values.shape[1]) for axis in axes))
-    ]
-    jobs = [(drive, setting, count, held, tuple(hold)) for setting in settings]
+    jobs = [(drive, setting, count, held, tuple(hold)) for setting in _settings(axes)]
     points = []
-    for number, point in enumerate(_solved(jobs, workers)):
+    for number, point in enumerate(_solved(jobs, workers, _point)):
         points.append(point)
         if progress is not None:
             progress(number + 1)
     if all(point.reason for point in points):
         raise InputRefused(f"no point of the map is a machine: {points[0].reason}")
     return _dataset(drive, axes, points, count, held)
+
+
+class Mode(NamedTuple):
+    """A distinct frequency of one point.
+
+    ``group``: the span of a transverse mode, else one for all; ``name``: what moves most in it; ``share``:
+    that part's share of the kinetic energy.
+    """
+
+    kind: str
+    group: str
+    name: str
+    share: float
+    hertz: float
+
+
+class Listed(NamedTuple):
+    """All distinct modes of one point of a map below a frequency, ascending, and why there are none."""
+
+    modes: tuple[Mode, ...]
+    certified: bool
+    reason: str
+
+
+def listed_below(
+    drive: Drive | RoutedDrive,
+    vary: Vary,
+    below: float,
+    *,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+    workers: int = 1,
+) -> tuple[list[Axis], list[Listed]]:
+    """Every distinct mode below a frequency [Hz] at each point of a grid of figures.
+
+    ``vary``, ``motor``, ``hold``, ``workers``: as of `map_modes`.
+    Returns the axes and the points in the order of `points_of`.
+    Raises `InputRefused` if no point is a machine.
+    """
+    axes = _checked(drive, vary, 1)
+    held = condition(drive, motor) if isinstance(drive, RoutedDrive) else motor_condition(drive, motor)
+    jobs = [(drive, setting, below, held, tuple(hold)) for setting in _settings(axes)]
+    points = list(_solved(jobs, workers, _below))
+    if all(point.reason for point in points):
+        raise InputRefused(f"no point of the map is a machine: {points[0].reason}")
+    return axes, points
+
+
+def points_of(axes: Sequence[Axis]) -> Array:
+    """Values of the first key of each axis at every point of a grid, shape (axes, points)."""
+    grid = np.meshgrid(*(axis.values[0] for axis in axes), indexing="ij")
+    return np.array([values.ravel() for values in grid])
+
+
+def _below(job: tuple[Any, ...]) -> Listed:
+    drive, setting, below, motor, hold = job
+    try:
+        found = certified_modes(varied_together(drive, setting), below=below, motor=motor, hold=hold)
+    except (InputRefused, NotComputed) as failure:
+        return Listed((), False, str(failure))
+    listed: list[Mode] = []
+    for mode in found.modes:
+        if mode.frequency < STILL * below:
+            continue
+        shares = {key: own for key, own in mode.kinetic_shares.items() if key != "cable"}
+        name, share = max(shares.items(), key=lambda own: own[1], default=(mode.family, 0.0))
+        group = (mode.span or "") if mode.kind == "transverse" else ""
+        before = next((own for own in reversed(listed) if (own.kind, own.group) == (mode.kind, group)), None)
+        if before is None or abs(mode.frequency - before.hertz) > SAME * mode.frequency:
+            listed.append(Mode(mode.kind, group, name if share > 0.0 else mode.family, share, mode.frequency))
+    return Listed(tuple(listed), found.certified, "")
+
+
+def _settings(axes: Sequence[Axis]) -> list[dict[str, float]]:
+    """Values by key at every point, in the order of `points_of`."""
+    return [
+        {key: float(value) for axis, i in zip(axes, place, strict=True) for key, value in _at(axis, i)}
+        for place in itertools.product(*(range(axis.values.shape[1]) for axis in axes))
+    ]
 
 
 def _at(axis: Axis, number: int) -> Iterable[tuple[str, float]]:
@@ -144,10 +223,10 @@ def _checked(drive: Drive | RoutedDrive, vary: Vary, count: int) -> list[Axis]:
     return axes
 
 
-def _solved(jobs: list[tuple[Any, ...]], workers: int) -> Iterable[_Point]:
+def _solved(jobs: list[tuple[Any, ...]], workers: int, solve: Callable[[Any], Any]) -> Iterable[Any]:
     """The points in order, by several processes where that pays."""
     if workers <= 1 or len(jobs) < FEW:
-        yield from map(_point, jobs)
+        yield from map(solve, jobs)
         return
     import multiprocessing
 
@@ -155,7 +234,7 @@ def _solved(jobs: list[tuple[Any, ...]], workers: int) -> Iterable[_Point]:
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
     # What the children have from this process they need not search for garbage.
     with multiprocessing.get_context(method).Pool(workers, initializer=gc.freeze) as pool:
-        yield from pool.imap(_point, jobs, chunksize=max(1, len(jobs) // (8 * workers)))
+        yield from pool.imap(solve, jobs, chunksize=max(1, len(jobs) // (8 * workers)))
 
 
 def _point(job: tuple[Any, ...]) -> _Point:

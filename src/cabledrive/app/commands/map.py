@@ -18,7 +18,7 @@ from cabledrive.parameters.route import RoutedDrive
 if TYPE_CHECKING:
     import xarray as xr
 
-    from cabledrive.studies.excitation_orders import Zone
+    from cabledrive.studies.excitation_orders import Excitation
 
 METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
 WORKERS = 2
@@ -85,7 +85,7 @@ def command(
     """Natural frequencies of DRIVE over a grid of its figures, and speeds at which it would be excited."""
     from cabledrive.app.map_answer import map_answer
     from cabledrive.app.vary_options import order_of, speed_range, vary_of
-    from cabledrive.studies.excitation_orders import clear_speeds, danger_zones, with_critical_speeds
+    from cabledrive.studies.excitation_orders import excitation
     from cabledrive.studies.mode_map import map_modes
 
     if bool(orders) != (speed is not None):
@@ -93,23 +93,22 @@ def command(
     if not orders:
         refuse_given("margin", why="belongs to --order and --speed: add those, or leave it out")
     workers = min(WORKERS, os.cpu_count() or 1)
-    found = map_modes(drive, vary_of(drive, texts), count=count, motor=motor, hold=hold, workers=workers)
-    zones: tuple[Zone, ...] = ()
-    clear: tuple[tuple[float, float], ...] = ()
-    asked = None
+    vary = vary_of(drive, texts)
+    found = map_modes(drive, vary, count=count, motor=motor, hold=hold, workers=workers)
+    excited = None
     if speed is not None:
-        asked = speed_range(speed)
-        found = with_critical_speeds(found, drive, [order_of(text) for text in orders], asked[0])
-        zones = danger_zones(found, asked[1], asked[2], margin)
-        clear = clear_speeds(zones, asked[1], asked[2])
-    data, text = map_answer(drive, found, asked, zones, clear)
+        asked = [order_of(text) for text in orders]
+        excited = excitation(
+            drive, vary, asked, speed_range(speed), margin=margin, motor=motor, hold=hold, workers=workers
+        )
+    data, text = map_answer(drive, found, excited)
     for file, content in ((output, _netcdf), (plot, _drawn), (page, _page)):
         if file is not None:
-            file.write(content(drive, found, file.path, zones))
+            file.write(content(drive, found, file.path, excited))
     return Answer(data=data, text=text, provenance=provenance(drive, method=METHOD))
 
 
-def _netcdf(drive: Any, found: "xr.Dataset", path: Path, zones: Any) -> bytes:
+def _netcdf(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | None") -> bytes:
     """The map as the content of a NetCDF file."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "map.nc"
@@ -117,13 +116,15 @@ def _netcdf(drive: Any, found: "xr.Dataset", path: Path, zones: Any) -> bytes:
         return file.read_bytes()
 
 
-def _drawn(drive: Any, found: "xr.Dataset", path: Path, zones: Any) -> bytes:
+def _drawn(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | None") -> bytes:
+    from cabledrive.report.campbell_figure import campbell_drawing
     from cabledrive.report.map_figure import map_drawing
 
-    return map_drawing(found, path.suffix[1:])
+    form = path.suffix[1:]
+    return map_drawing(found, form) if excited is None else campbell_drawing(excited, form)
 
 
-def _page(drive: Any, found: "xr.Dataset", path: Path, zones: Any) -> str:
+def _page(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | None") -> str:
     from cabledrive.report.map_page import map_html
 
-    return map_html(drive, found, zones)
+    return map_html(drive, found, excited)
