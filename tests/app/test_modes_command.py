@@ -2,10 +2,12 @@
 
 import re
 
+import numpy as np
 import pytest
 import xarray as xr
 
 import cabledrive as cd
+from cabledrive.modal.mode import multiplets
 from cabledrive.modal.mode_rows import mode_rows
 from command import answer, call
 
@@ -31,9 +33,31 @@ def test_json_has_what_the_contract_promises():
     assert proof["count"] == proof["longitudinal"] + proof["transverse"] == len(found["modes"])
 
 
-def test_count_lists_so_many_of_each_kind():
-    kinds = [mode["kind"] for mode in answer("modes", "elevator", "--count", "7")["modes"]]
-    assert (kinds.count("longitudinal"), kinds.count("transverse")) == (7, 7)
+@pytest.mark.parametrize("name", ["elevator", "lift-2-to-1", "corexy"])
+def test_count_lists_so_many_frequencies_of_each_kind_and_certifies_each_to_its_last(name):
+    """Twice the list is asked for: up to each bound of the certificate, by frequency, the same modes."""
+    few, many = (cd.modes(cd.load_drive(name), count=count) for count in (4, 12))
+    proof = answer("modes", name, "--count", "4")["certificate"]
+    bounds = {kind: proof[f"{kind}_below_hz"] for kind in ("longitudinal", "transverse")}
+    for kind, bound in bounds.items():
+        listed = [mode for mode in few.modes if mode.kind == kind]
+        assert len(multiplets(listed)) == 4
+        assert listed[-1].frequency < bound
+        again = [mode for mode in many.modes if mode.kind == kind and mode.frequency < bound]
+        assert sum(m.multiplicity for m in listed) == sum(m.multiplicity for m in again)
+    assert proof["below_hz"] == min(bounds.values())
+    below = sum(mode.multiplicity for mode in many.modes if mode.frequency < proof["below_hz"])
+    assert proof["count"] == below >= 4
+
+
+def test_four_frequencies_of_two_taut_spans_are_sixteen_modes():
+    """A string rings at n c / 2 L, in both planes of both spans alike where nothing weighs."""
+    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
+    found = cd.modes(drive, count=4)
+    first = found.transverse[0].frequency
+    expected = np.repeat(first * np.arange(1, 5), 4)
+    np.testing.assert_allclose([mode.frequency for mode in found.transverse], expected, rtol=1e-12)
+    assert expected[-1] < found.certificate.transverse_below < 5 * first
 
 
 def test_ring_of_four_equal_masses_has_a_double_root_first():

@@ -103,7 +103,7 @@ def test_beaded_string_rings_like_lagranges(beads, measured):
         pulley=[Pulley(radius=1.0, inertia=1.0)] * 2,
         carriage=carriages,
     )
-    planes = [m.frequency for m in cd.modes(drive, count=2 * beads).transverse if m.plane == "w"]
+    planes = [m.frequency for m in cd.modes(drive, count=beads).transverse if m.plane == "w"]
     k = np.arange(1, beads + 1)
     lagrange = 2 * np.sqrt(tension / (mass * gap)) * np.sin(k * np.pi / (2 * (beads + 1)))
     stretch = np.sqrt(1.0 + cable.prestrain)  # the gap is unstretched; the string pulls on the stretched one
@@ -115,7 +115,7 @@ def test_transverse_modes_of_an_empty_span_are_those_of_a_taut_string(measured):
     """n c_w/(2 Le), once in each plane of each span, where nothing weighs."""
     drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
     fundamental = drive.cable.transverse_wave_speed / (2 * drive.pulley_distance)
-    transverse = cd.modes(drive, count=40).transverse
+    transverse = cd.modes(drive, count=10).transverse
     expected = np.repeat(fundamental * np.arange(1, 11), 4)
     measured(relative_error([mode.frequency for mode in transverse], expected))
     np.testing.assert_allclose([mode.frequency for mode in transverse], expected, rtol=1e-13)

@@ -6,7 +6,7 @@ from typing import Any
 
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.modal.counting import counter_of
-from cabledrive.modal.mode import TRANSVERSE, Mode, make_mode
+from cabledrive.modal.mode import SAME, TRANSVERSE, Mode, make_mode, multiplets
 from cabledrive.modal.solver import ENCLOSURE, chain_modes
 
 PLANES = ("v", "w")
@@ -60,7 +60,25 @@ class Band:
         top = pi / self._travel_time / 8
         while self.count(top) < count:
             top *= 2
-        listed = self._modes(top, first=count)[:count]
+        return self._cleared(self._modes(top, first=count)[:count])
+
+    def first_distinct(self, count: int) -> tuple[list[Mode], float]:
+        """The modes of the first few distinct frequencies, the last multiplet whole.
+
+        ``count``: how many frequencies.
+        Returns ``clear``: frequency up to which the list is complete [rad/s].
+        """
+        top = pi / self._travel_time / 8
+        while self.count(top) < count:
+            top *= 2
+        groups = multiplets(self._modes(top))
+        while len(groups) < count or 2 * pi * groups[count - 1][-1].frequency * (1 + 2 * SAME) > top:
+            top *= 2
+            groups = multiplets(self._modes(top))
+        return self._cleared([mode for group in groups[:count] for mode in group])
+
+    def _cleared(self, listed: list[Mode]) -> tuple[list[Mode], float]:
+        """A list of the first modes, and the frequency up to which it is complete [rad/s]."""
         last = 2 * pi * listed[-1].frequency
         held = sum(mode.multiplicity for mode in listed)
         for room in (0.1, 1e-3, 1e-6, 1e-9, 2 * ENCLOSURE):

@@ -13,9 +13,12 @@ class Certificate:
     Attributes
     ----------
     below : float
-        Every mode below this frequency [Hz] is in the list.
+        Every mode of both kinds below this frequency [Hz] is in the list.
+    longitudinal_below, transverse_below : float
+        Every mode of the one kind below this frequency [Hz] is in the list; neither is less than `below`.
     count : int
-        How many these are, by the count of Wittrick and Williams, multiplicities and both planes included.
+        How many lie below `below`, by the count of Wittrick and Williams, multiplicities and both planes
+        included.
     longitudinal, transverse : int
         The two parts of `count`.
     enclosure : float
@@ -23,6 +26,8 @@ class Certificate:
     """
 
     below: float
+    longitudinal_below: float
+    transverse_below: float
     count: int
     longitudinal: int
     transverse: int

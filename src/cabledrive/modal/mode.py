@@ -1,5 +1,6 @@
 """A natural mode of a drive: frequency, kind, family, and its shape on every span and joint."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
@@ -16,10 +17,14 @@ STRING, HEAVY_STRING, SHALLOW_SAG = "string under static tension", "heavy string
 TENSIONED_BEAM = "tensioned beam"
 BOTH = "both"
 
+SAME = 1e-9
+"""Modes closer than this, relative, have one frequency; multiple roots are known to this."""
+
 __all__ = [
     "BOTH",
     "HEAVY_STRING",
     "LONGITUDINAL",
+    "SAME",
     "SHALLOW_SAG",
     "STRING",
     "TENSIONED_BEAM",
@@ -27,6 +32,7 @@ __all__ = [
     "Mode",
     "Motion",
     "make_mode",
+    "multiplets",
 ]
 
 
@@ -168,3 +174,14 @@ def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | N
         proven=solved.proven,
         _motion=ChainMotion(chain, solved),
     )
+
+
+def multiplets(modes: Iterable[Mode]) -> list[list[Mode]]:
+    """Gather modes, ascending, by distinct frequencies: those of both planes, and of equal ropes, are one."""
+    groups: list[list[Mode]] = []
+    for mode in modes:
+        if groups and mode.frequency <= groups[-1][0].frequency * (1.0 + SAME):
+            groups[-1].append(mode)
+        else:
+            groups.append([mode])
+    return groups

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal.certified import Modes
-from cabledrive.modal.mode import BOTH, LONGITUDINAL, Mode
+from cabledrive.modal.mode import BOTH, LONGITUDINAL, SAME, Mode
 
-SAME = 1e-9  # relative; multiple roots are known to this
 _WORTH_NAMING = 0.01
 _PLANES = {("v",): "horizontal plane", ("w",): "vertical plane", ("v", "w"): "both planes"}
 _OF_ROUTES = {"w": "in plane", "v": "out of plane"}

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from cabledrive.modal.certified import Modes
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.modal.model_range import INCOMPLETE
 
@@ -33,9 +34,11 @@ def certificate_line(found: Modes) -> str:
 
 def _remarks(found: Modes) -> Iterator[str]:
     """What the rows do not show."""
-    above = sorted({mode.kind for mode in found.modes if mode.frequency > found.certificate.below})
-    if above:
-        yield f"Above that, the list holds {' and '.join(above)} modes; others may lie between them."
+    proof = found.certificate
+    reached = ((LONGITUDINAL, proof.longitudinal_below), (TRANSVERSE, proof.transverse_below))
+    for kind, below in reached:
+        if any(mode.frequency > proof.below for mode in found.modes if mode.kind == kind):
+            yield f"{kind.capitalize()} modes alone are listed up to {below:.8g} Hz."
     yield from (f"Transverse modes: {line}." for line in [_models(found)] if line)
     yield from (f"Warning: {line}." for line in found.warnings)
     if found.rigid_body_modes:

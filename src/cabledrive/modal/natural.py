@@ -33,7 +33,7 @@ def modes(
     hold: Sequence[str] = (),
     at_torque: float = 0.0,
 ) -> Modes:
-    """All natural modes of a drive below a frequency, or the first few of each kind.
+    """All natural modes of a drive below a frequency, or those of the first few frequencies of each kind.
 
     Longitudinal motion by the exact dynamic stiffness of every span, of the taut cable. Transverse motion
     under the tension at rest (`cabledrive.mechanics.rest_state`), hanging carriages as point masses: strings
@@ -48,7 +48,8 @@ def modes(
     below : float, optional
         Upper end [Hz].
     count : int, optional
-        The first so many modes of each kind instead; ten where neither is given.
+        The first so many distinct frequencies of each kind instead, whole multiplets; ten where neither is
+        given.
     motor : {"free", "held", "holding"}, optional
         How the rotor is held: it turns, it does not (behind a flexible joint the drive pulley still does,
         without ``[motor]`` the drive pulley is held), or it turns on ``motor.holding_stiffness``. Default:
@@ -88,13 +89,20 @@ def modes(
         found = [band.below(2 * pi * below) for band in (along, across)]
     else:
         wanted = _checked_count(DEFAULT_COUNT if count is None else count)
-        found = [band.first(wanted) for band in (along, across)]
+        found = [band.first_distinct(wanted) for band in (along, across)]
     bound = min(clear for _, clear in found)
     listed = sorted((mode for part, _ in found for mode in part), key=order_of)
     parts = [band.count(bound) for band in (along, across)]
-    complete = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency < bound) == sum(parts)
+    complete = all(
+        sum(mode.multiplicity for mode in part if 2 * pi * mode.frequency < clear) == band.count(clear)
+        for (part, clear), band in zip(found, (along, across), strict=True)
+        if isfinite(clear)
+    )
+    highest = [_reached(clear, below) for _, clear in found]
     certificate = Certificate(
-        below=below if below is not None and bound == 2 * pi * below else bound / (2 * pi),
+        below=_reached(bound, below),
+        longitudinal_below=highest[0],
+        transverse_below=highest[1] if isfinite(highest[1]) else _reached(bound, below),
         count=sum(parts),
         longitudinal=parts[0],
         transverse=parts[1],
@@ -113,6 +121,11 @@ def modes(
         motor=motor_condition(drive, motor),
         hold=tuple(sorted(held_joints(drive, hold))),
     )
+
+
+def _reached(bound: float, below: float | None) -> float:
+    """A bound [rad/s] in Hz: the one that was asked for, to the last digit, where it is that."""
+    return below if below is not None and bound == 2 * pi * below else bound / (2 * pi)
 
 
 def _of_routes(
@@ -147,11 +160,11 @@ def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) 
         _check_below(below, count, band)
         found, bound = band.below(2 * pi * below)
     else:
-        found, bound = band.first(_checked_count(DEFAULT_COUNT if count is None else count))
+        found, bound = band.first_distinct(_checked_count(DEFAULT_COUNT if count is None else count))
     number = band.count(bound)
     listed = sum(mode.multiplicity for mode in found if 2 * pi * mode.frequency < bound)
     proven = listed == number and all(mode.proven for mode in found)
-    clear = below if below is not None and bound == 2 * pi * below else bound / (2 * pi)
+    clear = _reached(bound, below)
     return Modes(
         modes=tuple(found),
         certified=proven,
@@ -159,7 +172,13 @@ def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) 
         warnings=(),
         at_torque=0.0,
         certificate=Certificate(
-            below=clear, count=number, longitudinal=number, transverse=0, enclosure=band.enclosure
+            below=clear,
+            longitudinal_below=clear,
+            transverse_below=clear,
+            count=number,
+            longitudinal=number,
+            transverse=0,
+            enclosure=band.enclosure,
         ),
         rigid_body_modes=band.rigid_body_modes,
         drive_hash="",

@@ -94,6 +94,14 @@ class RestingBand(Band):
         """
         return super().first(count) if self._strings else ([], inf)
 
+    def first_distinct(self, count: int) -> tuple[list[Mode], float]:
+        """The modes of the first few distinct frequencies; none where every section hangs slack.
+
+        ``count``: how many frequencies.
+        Returns ``clear``: frequency up to which the list is complete [rad/s].
+        """
+        return super().first_distinct(count) if self._strings else ([], inf)
+
     def _modes(self, top: float, first: int | None = None) -> list[Mode]:
         found = []
         for number, string in self._strings.items():

@@ -27,7 +27,12 @@ METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 @saves_answer
 @machine_argument
 @click.option("--below", type=Quantity("Hz"), metavar="HZ", help="Every mode below this frequency.")
-@click.option("--count", type=int, metavar="N", help="The first N of each kind instead; default: 10.")
+@click.option(
+    "--count",
+    type=int,
+    metavar="N",
+    help="The first N frequencies of each kind instead; default: 10.",
+)
 @click.option(
     "--motor",
     type=click.Choice(CONDITIONS),
@@ -90,6 +95,8 @@ def modes_data(found: Modes) -> dict[str, Any]:
         "warnings": list(found.warnings),
         "certificate": {
             "below_hz": proof.below,
+            "longitudinal_below_hz": proof.longitudinal_below,
+            "transverse_below_hz": proof.transverse_below,
             "count": proof.count,
             "longitudinal": proof.longitudinal,
             "transverse": proof.transverse,

@@ -1,7 +1,7 @@
 """The certified modes of a machine with routes."""
 
 from collections.abc import Sequence
-from math import pi
+from math import isfinite, pi
 
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.modal.certified import Certificate, Modes
@@ -41,10 +41,12 @@ def routed_modes(
     spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold), hanging=hanging)
     if below is not None:
         top = _clear(spectrum, 2 * pi * below)
-        listed = spectrum.below(top)
-    else:
-        listed, top = first_of_each_kind(spectrum, DEFAULT_COUNT if count is None else count)
-    return _certified(spectrum, listed, top, below)
+        return _certified(spectrum, spectrum.below(top), (top, top), below)
+    wanted = DEFAULT_COUNT if count is None else count
+    parts = [spectrum.first_distinct(kind, wanted, LOOKED_THROUGH) for kind in (LONGITUDINAL, TRANSVERSE)]
+    listed = sorted((mode for part, _ in parts for mode in part), key=order_of)
+    along, across = (clear for _, clear in parts)
+    return _certified(spectrum, listed, (along, across), below)
 
 
 def routed_longitudinal(
@@ -65,7 +67,14 @@ def routed_longitudinal(
     return tuple(mode for mode in listed if mode.kind == LONGITUDINAL)
 
 
-def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below: float | None) -> Modes:
+def _certified(
+    spectrum: NetworkSpectrum, listed: list[Mode], tops: tuple[float, float], below: float | None
+) -> Modes:
+    """A list with its certificate; ``tops``: up to where each kind, along and across, is listed [rad/s]."""
+    top = min(tops)
+    if below is None:
+        top = _off_modes(spectrum, top)
+    along, across = (max(top, own) if isfinite(own) else top for own in tops)
     number = spectrum.count(top)
     under = [mode for mode in listed if 2 * pi * mode.frequency < top]
     parts = {
@@ -82,7 +91,9 @@ def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below:
         warnings=tuple(range_warnings(network, spectrum.straight)),
         at_torque=0.0,
         certificate=Certificate(
-            below=below if below is not None and top == 2 * pi * below else top / (2 * pi),
+            below=_hertz(top, below),
+            longitudinal_below=_hertz(along, below),
+            transverse_below=_hertz(across, below),
             count=number,
             longitudinal=parts[LONGITUDINAL],
             transverse=number - parts[LONGITUDINAL],
@@ -93,6 +104,11 @@ def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below:
         motor=network.motion.motor,
         hold=tuple(sorted(network.motion.hold)),
     )
+
+
+def _hertz(omega: float, below: float | None) -> float:
+    """A bound in Hz: the one that was asked for, to the last digit, where it is that."""
+    return below if below is not None and omega == 2 * pi * below else omega / (2 * pi)
 
 
 def straight_limit(network: Network, below: float, *, kind: str | None = None) -> str | None:
@@ -124,6 +140,11 @@ def _limit(spectrum: NetworkSpectrum, listed: Sequence[Mode]) -> str | None:
 def _clear(spectrum: NetworkSpectrum, omega: float) -> float:
     """The frequency, or one just below it, at which the count does not depend on round-off [rad/s]."""
     _check_number(spectrum, omega)
+    return _off_modes(spectrum, omega)
+
+
+def _off_modes(spectrum: NetworkSpectrum, omega: float) -> float:
+    """As `_clear`, of a frequency to which few modes are known to lie [rad/s]."""
     step = 4 * ENCLOSURE
     while spectrum.count(omega * (1 - ENCLOSURE)) != spectrum.count(omega * (1 + ENCLOSURE)):
         omega, step = omega * (1 - step), 2 * step
@@ -139,20 +160,6 @@ def _check_number(spectrum: NetworkSpectrum, omega: float) -> None:
             "it to about "
             f"{below * MOST_MODES / held:.3g} Hz"
         )
-
-
-def first_of_each_kind(spectrum: NetworkSpectrum, count: int) -> tuple[list[Mode], float]:
-    """The first modes of each kind, and the frequency up to which the list is complete [rad/s]."""
-    along = first_longitudinal(spectrum, count)
-    across = spectrum.first(TRANSVERSE, count, LOOKED_THROUGH)
-    listed = sorted([*along, *across], key=order_of)
-    ends = [part[-1].frequency for part in (along, across) if part]
-    lowest = 2 * pi * min(ends)
-    held = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency <= lowest * (1 + ENCLOSURE))
-    for room in (0.1, 1e-3, 1e-6, 1e-9, 2e-10, 2 * ENCLOSURE):
-        if spectrum.count(lowest * (1 + room)) == held:
-            return listed, lowest * (1 + room)
-    return listed, lowest * (1 - 2 * max(ENCLOSURE, spectrum.enclosure))
 
 
 def first_longitudinal(spectrum: NetworkSpectrum, count: int) -> list[Mode]:

@@ -8,7 +8,8 @@ import numpy as np
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
 from cabledrive.mechanics.network.hanging import hanging_elements
 from cabledrive.mechanics.network.motion import ALONG
-from cabledrive.modal.mode import LONGITUDINAL, STRING, TRANSVERSE, Mode
+from cabledrive.modal.mode import LONGITUDINAL, STRING, TRANSVERSE, Mode, multiplets
+from cabledrive.modal.mode import SAME as ONE_FREQUENCY
 from cabledrive.modal.network.component import HeldWaves, components_of
 from cabledrive.modal.network.elastic_links import elastic_links
 from cabledrive.modal.network.motion import PLANES, HeldMotion, NetworkMotion
@@ -88,14 +89,7 @@ class NetworkSpectrum:
         ``count``: how many; ``limit``: modes of each independent part that are looked through for them. Fewer
         are returned where more are not certain to be the first.
         """
-        found = self._first_waves(kind, count)
-        reach = np.inf
-        parts: list[ComponentStructure | RestingElement] = [*self._structures, *self._resting]
-        for part in parts:
-            own, end = self._first_of(part, kind, count, limit, _highest_of(found, count))
-            found += own
-            reach = min(reach, end)
-        found.sort(key=order_of)
+        found, reach = self._found(kind, count, limit, distinct=False)
         kept: list[Mode] = []
         for mode in found:
             if sum(own.multiplicity for own in kept) >= count or 2 * pi * mode.frequency > reach:
@@ -103,7 +97,35 @@ class NetworkSpectrum:
             kept.append(mode)
         return kept
 
-    def _first_waves(self, kind: str, count: int) -> list[Mode]:
+    def first_distinct(self, kind: str, count: int, limit: int) -> tuple[list[Mode], float]:
+        """The modes of the first distinct frequencies of one kind, ascending, the last multiplet whole.
+
+        ``count``, ``limit``: as of `first`.
+        Returns ``clear``: frequency up to which the list is complete [rad/s].
+        """
+        # One frequency more than is wanted: that the last multiplet is whole shows where the next one begins.
+        found, reach = self._found(kind, count + 1, limit, distinct=True)
+        groups = multiplets(mode for mode in found if 2 * pi * mode.frequency < reach)
+        listed = [mode for group in groups[:count] for mode in group]
+        if not listed:
+            return [], reach
+        last = 2 * pi * listed[-1].frequency
+        beyond = 2 * pi * groups[count][0].frequency if len(groups) > count else reach
+        return listed, min(1.1 * last, 0.5 * (last + beyond))
+
+    def _found(self, kind: str, count: int, limit: int, *, distinct: bool) -> tuple[list[Mode], float]:
+        """Modes of one kind, ascending, among them the first, and up to where these are all [rad/s]."""
+        found = self._first_waves(kind, count, distinct)
+        reach = np.inf
+        parts: list[ComponentStructure | RestingElement] = [*self._structures, *self._resting]
+        for part in parts:
+            highest = _highest_of(found, count, distinct)
+            own, end = self._first_of(part, kind, count, limit, highest, distinct)
+            found += own
+            reach = min(reach, end)
+        return sorted(found, key=order_of), reach
+
+    def _first_waves(self, kind: str, count: int, distinct: bool) -> list[Mode]:
         """As many waves between held ends, at least, as are asked for of one kind."""
         own = [wave for wave in self._held if self._held_kind(wave) == kind]
         if not own:
@@ -111,14 +133,23 @@ class NetworkSpectrum:
         every = np.concatenate(
             [np.repeat(np.arange(1, count + 1), wave.count) * pi / wave.time for wave in own]
         )
-        top = float(np.partition(every, count - 1)[count - 1]) * (1.0 + ENCLOSURE)
+        if distinct:
+            every = np.sort(every)
+            every = every[np.diff(every, prepend=0.0) > ONE_FREQUENCY * every]
+        top = float(np.partition(every, count - 1)[count - 1]) * (1.0 + ONE_FREQUENCY)
         return [mode for mode in self._waves(top) if mode.kind == kind]
 
     def _held_kind(self, wave: HeldWaves) -> str:
         return LONGITUDINAL if DIRECTIONS[self.network.direction[wave.link]] == ALONG else TRANSVERSE
 
     def _first_of(
-        self, part: ComponentStructure | RestingElement, kind: str, count: int, limit: int, highest: float
+        self,
+        part: ComponentStructure | RestingElement,
+        kind: str,
+        count: int,
+        limit: int,
+        highest: float,
+        distinct: bool,
     ) -> tuple[list[Mode], float]:
         """First modes of one kind of an independent part, and up to where these are all [rad/s].
 
@@ -131,7 +162,7 @@ class NetworkSpectrum:
         for modes in self._in_order(part):
             seen += sum(mode.multiplicity for mode in modes)
             found += [mode for mode in modes if mode.kind == kind]
-            if sum(own.multiplicity for own in found) >= count or modes[0].frequency > highest:
+            if _number(found, distinct) >= count or modes[0].frequency > highest:
                 break
             if seen >= limit:
                 return found, 2 * pi * modes[0].frequency
@@ -236,8 +267,16 @@ class NetworkSpectrum:
         )
 
 
-def _highest_of(found: list[Mode], count: int) -> float:
+def _number(modes: list[Mode], distinct: bool) -> int:
+    """Number of distinct frequencies, or of modes with their multiplicities; ``modes`` ascending."""
+    return len(multiplets(modes)) if distinct else sum(mode.multiplicity for mode in modes)
+
+
+def _highest_of(found: list[Mode], count: int, distinct: bool) -> float:
     """Frequency of the last of so many modes, the lowest that are found [Hz]; infinite if there are fewer."""
+    if distinct:
+        groups = multiplets(sorted(found, key=order_of))
+        return groups[count - 1][-1].frequency if len(groups) >= count else np.inf
     seen = 0
     for mode in sorted(found, key=order_of):
         seen += mode.multiplicity

@@ -33,7 +33,8 @@ class MachineContent(Protocol):
 
 def machine_card(page: MachineContent, sketch: Any, fact: Callable[[str, tuple[Mode, ...]], Fact]) -> Card:
     """The card that leads to a page; ``fact``: the lowest of some modes in words."""
-    below = f"{number(page.modes.certificate.below, 4)} Hz"
+    certificate = page.modes.certificate
+    below = f"{number(certificate.below, 4)} Hz"
     complete = Badge(text=f"Modes complete up to {below}", tone="good")
     doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
     facts = [fact("Longitudinal", page.modes.longitudinal), fact("Transverse", page.modes.transverse)]
@@ -42,6 +43,6 @@ def machine_card(page: MachineContent, sketch: Any, fact: Callable[[str, tuple[M
     return Card(
         text=page.drive.title,
         picture=sketch,
-        badges=(complete if page.modes.certified else doubtful, page.resonance.badge),
+        badges=(complete if page.modes.certified and certificate.count else doubtful, page.resonance.badge),
         facts=tuple(facts),
     )
