@@ -102,6 +102,7 @@ def test_few_repeats_without_noise_of_the_torque_do_not_contradict_their_interva
     assert np.all(inside >= stats.binom.ppf(1e-3, 6, 0.95)), f"observed {inside} of 6"
 
 
+@pytest.mark.verify
 def test_few_repeats_of_other_drives_do_not_contradict_their_intervals():
     """One of each, for time: 8 intervals of each parameter, at 90 % and once in 1,000."""
     shares = [held_by(name, 1, 840_000 + 100 * k) for k, name in enumerate(DRIVES)]

@@ -154,8 +154,8 @@ def test_what_drives_the_error_out_of_the_tube_is_named(overrides, choices, word
 
 
 def test_tube_is_never_left_without_a_named_assumption(measured):
-    """The first 100 of the 10,000 runs that `make verify` makes."""
-    check(adversarial_outcomes(100, SEED), measured)
+    """The first 300 of the 10,000 runs that `make verify` makes."""
+    check(adversarial_outcomes(300, SEED), measured)
 
 
 @pytest.mark.verify

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from cabledrive.parameters import load_drive
 from cabledrive.report.study.mechanics import modes_chapter
 from cabledrive.studies.study import run_study
@@ -12,6 +14,7 @@ def text_of(verdict):
     return " | ".join((*verdict.reasons, *verdict.remedies, *verdict.cautions))
 
 
+@pytest.mark.verify
 def test_a_missing_controller_is_stated_once():
     """At 100 Hz no bandwidth is left: the reason stands first, and acceptance points to it."""
     drive = drive_of("wrist")
