@@ -1,5 +1,6 @@
 """cabledrive simulate: what it answers, what it writes, how it ends."""
 
+import json
 import os
 import signal
 import subprocess
@@ -72,8 +73,11 @@ def test_from_equilibrium_starts_at_the_sag_and_stays_there():
     assert falling["upper_midpoint"]["peak"] == pytest.approx(2.4e-4, rel=0.1)
 
 
-def test_an_error_estimate_comes_with_the_answer():
-    found = answer("simulate", "dissertation-2", *SHORT, *FORCED, "--error-estimate")["error_estimate"]
+def test_an_error_estimate_comes_with_the_answer_and_in_the_file(tmp_path):
+    options = (*SHORT, *FORCED, "--error-estimate", "-o", tmp_path / "run.nc")
+    found = answer("simulate", "dissertation-2", *options)["error_estimate"]
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
+        assert json.loads(stored.attrs["error_estimate"]) == found
     assert found["segments"] == [20, 10, 5]
     assert 0.0 < found["load_angle"]["relative"] < 0.1
 

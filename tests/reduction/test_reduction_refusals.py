@@ -21,7 +21,7 @@ from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.python_control import to_control
 from cabledrive.reduction.threshold import growth_torque
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.simulation import Pluck, Setting, SimulationStopped, Sine, Start
+from cabledrive.simulation import Pluck, Setting, Sine, Start
 from resonance_samples import TUNED
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
@@ -102,6 +102,6 @@ STEEP = Start(plucks=tuple(Pluck(height=0.02, span=span) for span in ("upper", "
     ],
 )
 def test_a_motion_beyond_the_model_ends_with_its_cause(choices, cause):
-    with pytest.raises(SimulationStopped, match=cause) as stop:
-        simulate_fast(DRIVE, 0.2, **choices)
-    assert bool(stop.value.result.slack_events) == ("slack" in cause)
+    result = simulate_fast(DRIVE, 0.2, **choices)
+    assert cause in result.stopped
+    assert bool(result.slack_events) == ("slack" in cause)

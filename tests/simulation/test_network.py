@@ -22,6 +22,11 @@ PRINTER = cd.load_drive(ROUTES / "printer.toml")
 UPPER = "drive pulley to load pulley"
 
 
+def shaped(shape):
+    """The start of the printer, one span plucked."""
+    return NetworkStart(plucks=(Pluck(height=1e-3, span="motor to lower idler", shape=shape),))
+
+
 def loop_and_route(damping=30.0):
     """A loop with joint, frictions and dampings, and the same as a machine with routes."""
     drive = without_gravity(cd.load_drive("dissertation-3"))
@@ -326,6 +331,14 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_file(tmp_path, monkeypatc
         ({"scheme": Scheme(friction="smoothed")}, "set-valued"),
         ({"torque": {"engine": 1.0}}, "the motors are motor"),
         ({"start": NetworkStart(plucks=(Pluck(height=1e-3, span="upper"),))}, "is no span"),
+        (
+            {"start": NetworkStart(plucks=(Pluck(height=1e-3, span=SPAN, shape="sine-x"),))},
+            'shape = "sine-x"',
+        ),
+        (
+            {"start": NetworkStart(plucks=(Pluck(height=1e-3, span=SPAN, shape="sine-0"),))},
+            'shape = "sine-0"',
+        ),
         ({"start": NetworkStart(places={"tail": 1.0})}, "take one of"),
         ({"error_estimate": True}, "error_estimate"),
     ],

@@ -1,5 +1,6 @@
 """How runs start, which grids of time they take, and which starts and grids are refused."""
 
+import re
 from dataclasses import replace
 from math import pi
 
@@ -22,7 +23,6 @@ from cabledrive.simulation import (
     Recording,
     Sampled,
     Scheme,
-    SimulationStopped,
     Start,
     simulate,
 )
@@ -250,25 +250,21 @@ def test_a_run_that_makes_no_sense_is_refused_in_one_line(words, options):
 
 def test_a_torque_function_that_fails_in_mid_run_stops_it_there():
     """NaN from a callable at 6 ms: what came before is kept."""
-    with pytest.raises(SimulationStopped, match=r"is not finite at t = 0\.006\d* s") as caught:
-        simulate(DRIVE, 0.01, torque=lambda t: np.where(t < 6e-3, 0.1, np.nan))
-    assert caught.value.result.time[-1] == pytest.approx(6e-3, abs=2e-4)
+    result = simulate(DRIVE, 0.01, torque=lambda t: np.where(t < 6e-3, 0.1, np.nan))
+    assert re.search(r"is not finite at t = 0\.006\d* s", result.stopped)
+    assert result.time[-1] == pytest.approx(6e-3, abs=2e-4)
 
 
 def test_a_run_that_diverges_stops_at_the_first_energy_that_is_not_finite():
     """A torque beyond all bounds: the line says when and where, and the record before it is finite."""
-    with pytest.raises(
-        SimulationStopped, match=r"diverged: the energy is not finite from t = .* s on"
-    ) as caught:
-        simulate(
-            DRIVE,
-            0.1,
-            torque=lambda t: 1e150 * t,
-            scheme=Scheme(segments=10, slack="record", model="weak-consistent"),
-        )
-    result = caught.value.result
+    result = simulate(
+        DRIVE,
+        0.1,
+        torque=lambda t: 1e150 * t,
+        scheme=Scheme(segments=10, slack="record", model="weak-consistent"),
+    )
+    assert re.search(r"diverged: the energy is not finite from t = .* s on", result.stopped)
     assert np.isfinite(result.rows).all()
-    assert result.stopped == str(caught.value)
 
 
 @pytest.mark.parametrize("joint", [135.0, 2.0, None])

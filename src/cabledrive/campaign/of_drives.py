@@ -175,7 +175,6 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
         Pluck,
         Recording,
         Scheme,
-        SimulationStopped,
         Sine,
         Start,
         simulate,
@@ -193,19 +192,17 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
         slack="tension-only" if o.get("tension_only") else "stop",
         friction="smoothed" if o.get("smooth_friction") else "stick-slip",
     )
-    try:
-        result = simulate(
-            row.drive,
-            o["duration"],
-            torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude),
-            start=Start(plucks=plucks, from_equilibrium=o.get("from_equilibrium", False)),
-            scheme=scheme,
-            recording=Recording(rate=o.get("rate", 10_000.0)),
-            progress=False,
-        )
-    except SimulationStopped as stopped:
-        return Found(values=_of_run(stopped.result.summary()), incomplete=str(stopped))
-    return _of_run(result.summary())
+    result = simulate(
+        row.drive,
+        o["duration"],
+        torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude),
+        start=Start(plucks=plucks, from_equilibrium=o.get("from_equilibrium", False)),
+        scheme=scheme,
+        recording=Recording(rate=o.get("rate", 10_000.0)),
+        progress=False,
+    )
+    values = _of_run(result.summary())
+    return values if result.stopped is None else Found(values=values, incomplete=result.stopped)
 
 
 def _of_run(said: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.simulation import Pluck, Scheme, Start, simulate
+from cabledrive.simulation.stopped import whole
 from cabledrive.studies.determinant import modal_determinant
 
 RANGES = {"whole": (0.0, 3000.0), "zoomed": (0.0, 200.0)}
@@ -90,7 +91,7 @@ def figure_3_6(quick: bool) -> Outcome:
     )
     plucks = (Pluck(height=2e-3), Pluck(height=1e-3, span="lower"))
     segments, duration = (40, 2.0) if quick else (100, 3.0)
-    result = simulate(drive, duration, start=Start(plucks=plucks), scheme=Scheme(segments=segments))
+    result = whole(simulate(drive, duration, start=Start(plucks=plucks), scheme=Scheme(segments=segments)))
     angle = result.load_angle - np.polyval(np.polyfit(result.time, result.load_angle, 1), result.time)
     size = 8 * angle.size
     spectrum = np.abs(np.fft.rfft(angle * np.hanning(angle.size), size))

@@ -16,7 +16,7 @@ from cabledrive.parameters.one_process import one_process
 from cabledrive.reduction.fast_record import bounded_part, fast_result, fast_rows
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel, uniform_tension_model
 from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
-from cabledrive.simulation import Recording, Signal, SimulationResult, SimulationStopped, Start
+from cabledrive.simulation import Recording, Signal, SimulationResult, Start
 from cabledrive.simulation.labels import content_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.records import MOST_MEMORY
@@ -90,13 +90,12 @@ def simulate_fast(
     Returns
     -------
     SimulationResult
+        Also where a span would go slack or the cable gets too steep: ``stopped`` says so.
 
     Raises
     ------
     InputRefused
         If the drive, the start or the torque does not fit the model.
-    SimulationStopped
-        If a span would go slack or the cable gets too steep; it carries the result.
     """
     began = time.perf_counter()
     path = None if output is None else check_writable(output, force=force)
@@ -124,8 +123,6 @@ def simulate_fast(
     if path is not None:
         _keep(result, path, force=force)
         result = replace(result, path=path)
-    if result.stopped is not None:
-        raise SimulationStopped(result.stopped, result)
     return result
 
 

@@ -17,7 +17,7 @@ from cabledrive.simulation.signals import (
     Sweep,
 )
 from cabledrive.simulation.start import Pluck, Start
-from cabledrive.simulation.stopped import SimulationInterrupted, SimulationStopped
+from cabledrive.simulation.stopped import SimulationInterrupted
 
 __all__ = [
     "CarriageForce",
@@ -33,7 +33,6 @@ __all__ = [
     "Signal",
     "SimulationInterrupted",
     "SimulationResult",
-    "SimulationStopped",
     "Sine",
     "SlackEvent",
     "Start",

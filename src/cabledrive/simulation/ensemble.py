@@ -20,7 +20,6 @@ from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Constant, Signal, Sine
 from cabledrive.simulation.start import Pluck, Start
-from cabledrive.simulation.stopped import SimulationStopped
 
 if TYPE_CHECKING:
     import xarray
@@ -207,17 +206,14 @@ def _runner(
     drive: Drive, duration: float, shape: str, scheme: Scheme, rate: float
 ) -> Callable[[Setting], SimulationResult]:
     def run(member: Setting) -> SimulationResult:
-        try:
-            return simulate(
-                member.drive(drive),
-                duration,
-                torque=member.torque(),
-                start=member.start(shape),
-                scheme=scheme,
-                recording=Recording(rate=rate),
-            )
-        except SimulationStopped as stopped:
-            return stopped.result
+        return simulate(
+            member.drive(drive),
+            duration,
+            torque=member.torque(),
+            start=member.start(shape),
+            scheme=scheme,
+            recording=Recording(rate=rate),
+        )
 
     return run
 

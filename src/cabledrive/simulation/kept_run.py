@@ -88,6 +88,16 @@ def _take(
     return replace(result, path=path), outcome
 
 
+def keep_again(content: Content, path: Path) -> None:
+    """Replace a file that was just written by one that says more."""
+    with one_process(part_of(path)):
+        try:
+            write_netcdf(content, path, part_of(path) / RESULT, force=True)
+        except OSError as error:
+            why = f"cannot be written again ({error.strerror or error})"
+            raise NotComputed(f"{path}: {why}: it lacks the estimate of its error") from error
+
+
 def how_to_go_on(reached: float, output: str | Path | None) -> str:
     """One line about an interrupted run; ``reached``: time up to there [s]."""
     line = f"{reached:.6g} s were simulated"

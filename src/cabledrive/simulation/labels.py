@@ -109,7 +109,9 @@ def attributes(result: SimulationResult) -> dict[str, Any]:
     Returns no time of day and no wall time in it: the same run gives the same file.
     """
     whole = {**result.provenance, **result.summary()}
-    del whole["wall_time"], whole["error_estimate"]
+    del whole["wall_time"]
+    if whole["error_estimate"] is None:
+        del whole["error_estimate"]
     return storable(whole)
 
 

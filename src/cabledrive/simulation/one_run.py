@@ -13,7 +13,7 @@ from cabledrive.parameters.route.axis import require_own_spans
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.simulation.case import CarriageForce, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
-from cabledrive.simulation.kept_run import how_to_go_on, keep_run
+from cabledrive.simulation.kept_run import how_to_go_on, keep_again, keep_run
 from cabledrive.simulation.labels import content_of
 from cabledrive.simulation.network import NetworkStart, simulate_network
 from cabledrive.simulation.network.door import refuse_of_routes
@@ -22,7 +22,7 @@ from cabledrive.simulation.result_of_run import result_of
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Start
-from cabledrive.simulation.stopped import SimulationInterrupted, SimulationStopped
+from cabledrive.simulation.stopped import SimulationInterrupted
 from cabledrive.simulation.travel import PlannedMove, simulate_travel
 
 
@@ -83,15 +83,13 @@ def simulate(
     Returns
     -------
     SimulationResult or NetworkResult
-        The second of a machine with routes, also where it ended early, with ``stopped``.
+        The second of a machine with routes. Also of a run that ended early (slack, a number that is not
+        finite, a full disk): ``stopped`` says why.
 
     Raises
     ------
     InputRefused
         If anything about the run is not possible; nothing was written.
-    SimulationStopped
-        If the run could not go on: slack, a number that is not finite, a full disk. It carries the result so
-        far.
     SimulationInterrupted
         On Ctrl-C. It carries the result so far.
     """
@@ -142,8 +140,8 @@ def simulate(
                 raise
             raise KeyboardInterrupt(f"{output} is written, its error was not estimated") from None
         result = replace(result, error_estimate=estimate)
+        if result.path is not None:
+            keep_again(content_of(result), result.path)
     if outcome.interrupted:
         raise SimulationInterrupted(how_to_go_on(result.steps * result.step, output), result)
-    if result.stopped is not None:
-        raise SimulationStopped(result.stopped, result)
     return result

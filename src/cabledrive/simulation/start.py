@@ -199,7 +199,7 @@ def _shape(pluck: Pluck, x: Array, held: Array) -> Array:
                 f"pluck: its place, x = {place:.6g} m, is held by a guided carriage: pluck beside it"
             )
         inside = (x > first) & (x < last)
-        return np.where(inside, _named_shape(pluck.shape, x, first, place, last), 0.0)
+        return np.where(inside, named_shape(pluck.shape, x, first, place, last), 0.0)
     values = pluck.shape(x) if callable(pluck.shape) else pluck.shape
     profile = np.asarray(values, dtype=np.float64)
     if profile.ndim != 1 or profile.size < 3 or not np.isfinite(profile).all():
@@ -211,7 +211,8 @@ def _shape(pluck: Pluck, x: Array, held: Array) -> Array:
     return np.interp(x / x[-1], np.linspace(0.0, 1.0, profile.size), profile)
 
 
-def _named_shape(name: str, x: Array, first: float, place: float, last: float) -> Array:
+def named_shape(name: str, x: Array, first: float, place: float, last: float) -> Array:
+    """Profile of height one between two held points; ``place``: corner of a triangle."""
     if name == "triangle":
         return np.minimum((x - first) / (place - first), (last - x) / (last - place))
     waves = {"half-sine": "1"}.get(name, name.removeprefix("sine-"))

@@ -1,6 +1,6 @@
-"""A run that ended before its time, with what was computed until then."""
+"""Runs that ended before their time."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from cabledrive.parameters.errors import NotComputed
 
@@ -9,18 +9,17 @@ if TYPE_CHECKING:
     from cabledrive.simulation.result import SimulationResult
 
 
-class SimulationStopped(NotComputed):
-    """The run could not go on: a span went slack, a number was not finite, the disk was full.
+Result = TypeVar("Result", bound="SimulationResult | NetworkResult")
 
-    Attributes
-    ----------
-    result : SimulationResult
-        Everything up to there.
+
+def whole(result: Result) -> Result:
+    """A result of a run that came to its end, for what cannot use a part of it.
+
+    Raises `NotComputed` with the reason of a run that ended early.
     """
-
-    def __init__(self, message: str, result: "SimulationResult") -> None:
-        super().__init__(message)
-        self.result = result
+    if result.stopped is not None:
+        raise NotComputed(result.stopped)
+    return result
 
 
 class SimulationInterrupted(KeyboardInterrupt):

@@ -18,11 +18,11 @@ from cabledrive.simulation import (
     Sampled,
     Scheme,
     SimulationResult,
-    SimulationStopped,
     Sine,
     Start,
     simulate,
 )
+from cabledrive.simulation.stopped import whole
 
 PLUCKS = (2e-3, 1e-3)  # m, upper and lower span
 WHIRL = 8e-3  # m
@@ -90,7 +90,9 @@ def plucked_run(drive: Drive, duration: float, *, rate: float = 4000.0, fields: 
     ``duration`` [s]; ``rate``: records per second [Hz]; ``fields``: keep all nodes at every so many records.
     """
     recording = Recording(rate=rate, fields=fields)
-    return simulate(drive, duration, start=plucks(), scheme=Scheme(segments=SEGMENTS), recording=recording)
+    return whole(
+        simulate(drive, duration, start=plucks(), scheme=Scheme(segments=SEGMENTS), recording=recording)
+    )
 
 
 def forced_run(drive: Drive, duration: float) -> SimulationResult:
@@ -135,16 +137,13 @@ def slackened_run(drive: Drive, duration: float = 4.0) -> SimulationResult:
     pulleys = (drive.pulley[0], replace(drive.pulley[1], fixed=True))
     held = replace(drive, pulley=pulleys, layout=replace(drive.layout, gravity=0.0))
     ramp = Sampled(values=np.array([0.0, 2.0 * slack_torque(drive)]), rate=1.0 / duration)
-    try:
-        return simulate(
-            held,
-            duration,
-            torque=ramp,
-            scheme=Scheme(segments=30),
-            recording=Recording(rate=500.0),
-        )
-    except SimulationStopped as stopped:
-        return stopped.result
+    return simulate(
+        held,
+        duration,
+        torque=ramp,
+        scheme=Scheme(segments=30),
+        recording=Recording(rate=500.0),
+    )
 
 
 def slack_torque(drive: Drive) -> float:
@@ -172,8 +171,9 @@ def by_every_way(drive: Drive, duration: float) -> Iterator[tuple[str, str, Simu
     start = replace(plucks(), from_equilibrium=False)
     for model, method in WAYS:
         scheme = Scheme(model=model, method=method, segments=60)
-        yield model, method, simulate(drive, duration, start=start, scheme=scheme, recording=recording)
-    yield "fast", "modes", simulate_fast(drive, duration, start=start, recording=recording)
+        run = simulate(drive, duration, start=start, scheme=scheme, recording=recording)
+        yield model, method, whole(run)
+    yield "fast", "modes", whole(simulate_fast(drive, duration, start=start, recording=recording))
 
 
 def largest_difference(result: SimulationResult, reference: SimulationResult) -> float:

@@ -12,6 +12,7 @@ from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.exchange import exchange_period, largest_exchange
 from cabledrive.reduction.threshold import pulley_amplitude
 from cabledrive.simulation import Pluck, Recording, Scheme, SimulationResult, Sine, Start, simulate
+from cabledrive.simulation.stopped import whole
 from cabledrive.studies.resonance_validation import (
     ForcedCase,
     averaged_motion,
@@ -165,13 +166,15 @@ def free_response(drive: Drive, duration: float = 1.5) -> FreeResponse:
     ``drive``: of `tuned_drive`; ``duration`` [s].
     """
     plucks = tuple(Pluck(height=a, span=s) for a, s in zip(FREE_PLUCKS, ("upper", "lower"), strict=True))
-    result = simulate(
-        drive,
-        duration,
-        torque=Sine(amplitude=0.0, frequency=1.0),
-        start=Start(plucks=plucks),
-        scheme=Scheme(segments=100),
-        recording=Recording(rate=3000.0),
+    result = whole(
+        simulate(
+            drive,
+            duration,
+            torque=Sine(amplitude=0.0, frequency=1.0),
+            start=Start(plucks=plucks),
+            scheme=Scheme(segments=100),
+            recording=Recording(rate=3000.0),
+        )
     )
     model = autoparametric_model(drive)
     first_sines = 8 / np.pi**2 * np.array(FREE_PLUCKS)

@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.simulation import Pluck, Recording, Scheme, SimulationStopped, Sine, Start, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.studies.resonance_map import GrowthMap
 
 POINTS = 3
@@ -68,18 +68,16 @@ def _checked(drive: Drive, growth: GrowthMap, natural: float, row: int, column: 
     )
     heights = {"upper": growth.pluck, "lower": 0.5 * growth.pluck}
     plucks = tuple(Pluck(height=height, span=span, shape="half-sine") for span, height in heights.items())
-    try:
-        result = simulate(
-            bare,
-            growth.duration,
-            torque=Sine(amplitude=torque, frequency=natural / (2 * np.pi)),
-            start=Start(plucks=plucks),
-            scheme=Scheme(segments=100),
-            recording=Recording(rate=8 * natural / (2 * np.pi)),
-        )
-    except SimulationStopped:
-        exact = None
-    else:
+    result = simulate(
+        bare,
+        growth.duration,
+        torque=Sine(amplitude=torque, frequency=natural / (2 * np.pi)),
+        start=Start(plucks=plucks),
+        scheme=Scheme(segments=100),
+        recording=Recording(rate=8 * natural / (2 * np.pi)),
+    )
+    exact = None
+    if result.stopped is None:
         largest = max(float(np.max(np.abs(result.midpoint(span)[:, 2]))) for span in heights)
         exact = largest / growth.pluck
     found = float(growth.growth[row, column])

@@ -16,6 +16,7 @@ from cabledrive.reduction.averaging import (
 )
 from cabledrive.reduction.start_map import plucked, rigid_rotation
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
+from cabledrive.simulation.stopped import whole
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -85,13 +86,15 @@ def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) ->
         for height, span in zip(case.plucks, ("upper", "lower"), strict=True)
         if height != 0.0
     ]
-    result = simulate(
-        case.drive,
-        case.duration,
-        torque=Sine(amplitude=case.torque, frequency=omega / (2 * np.pi)),
-        start=Start(plucks=tuple(shapes)),
-        scheme=Scheme(segments=segments),
-        recording=Recording(rate=rate),
+    result = whole(
+        simulate(
+            case.drive,
+            case.duration,
+            torque=Sine(amplitude=case.torque, frequency=omega / (2 * np.pi)),
+            start=Start(plucks=tuple(shapes)),
+            scheme=Scheme(segments=segments),
+            recording=Recording(rate=rate),
+        )
     )
     return SeenMotion(
         time=result.time, load_angle=result.channel("load_angle"), midpoint=result.midpoint("upper")[:, 2]

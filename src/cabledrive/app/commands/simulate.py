@@ -21,7 +21,6 @@ from cabledrive.simulation import (
     Scheme,
     Signal,
     SimulationResult,
-    SimulationStopped,
     Sine,
     Start,
     simulate,
@@ -138,10 +137,7 @@ def command(
     if animate is not None:
         options["fields"] = fields_to_animate(drive, options)
     run = _fast_run if options["model"] == "fast" else _exact_run
-    try:
-        result = run(drive, output, options)
-    except SimulationStopped as stopped:
-        result = stopped.result
+    result = run(drive, output, options)
     if result.path is not None:
         note(f"written to {result.path}")
     return _answer(drive, result, undrawn(drive, result, plot, animate))

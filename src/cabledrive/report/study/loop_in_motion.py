@@ -8,6 +8,7 @@ from cabledrive.report.blocks import Block, Figure, Paragraph
 from cabledrive.report.wording import texts
 from cabledrive.simulation import Recording, Scheme, simulate
 from cabledrive.simulation.signals import Sampled
+from cabledrive.simulation.stopped import whole
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.resonance_stage import motion_torque
 
@@ -30,12 +31,14 @@ def loop_in_motion(result: StudyResult) -> Block:
         return Paragraph(text=say("too_stiff"))
     time, torque = motion_torque(machine, motion)
     try:
-        run = simulate(
-            machine,
-            duration,
-            torque=Sampled(values=torque, rate=(len(time) - 1) / duration),
-            scheme=Scheme(slack="tension-only", segments=SEGMENTS),
-            recording=Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES))),
+        run = whole(
+            simulate(
+                machine,
+                duration,
+                torque=Sampled(values=torque, rate=(len(time) - 1) / duration),
+                scheme=Scheme(slack="tension-only", segments=SEGMENTS),
+                recording=Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES))),
+            )
         )
         switch, wide, narrow = animation_svg("loop-in-motion", machine, run)
     except (InputRefused, NotComputed) as failure:

@@ -35,6 +35,8 @@ def loop_with_loads(loop: Loop, motion: Motion, options: RigOptions) -> Loop:
         raise InputRefused(
             f"load_change at {options.load_change[0]:.4g} s: the run ends at {end:.4g} s: name a time in it"
         )
+    if options.load_change[1] == 1.0:
+        return loop  # no change: the plant's own kernel, of another order than that of a changing load
     if loop.cable is not None or loop.own_plant is not None:
         raise InputRefused("load_change is of a lumped chain: leave the plant or --load-change out")
     none = Disturbances()

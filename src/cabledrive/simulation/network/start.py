@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.network.mesh import NetworkMesh
-from cabledrive.simulation.start import PLANES, Pluck
+from cabledrive.simulation.start import PLANES, Pluck, named_shape
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,16 +56,12 @@ def _shape(pluck: Pluck, x: Array) -> Array:
     """Profile of a pluck along one piece, zero at its ends."""
     if not abs(pluck.height) < x[-1]:
         raise InputRefused(f"pluck: {pluck.height:.6g} m is longer than its span of {x[-1]:.6g} m: lower it")
-    share = x / x[-1]
-    if pluck.shape == "triangle":
-        return pluck.height * np.minimum(share / pluck.place, (1.0 - share) / (1.0 - pluck.place))
-    if pluck.shape == "half-sine" or (isinstance(pluck.shape, str) and pluck.shape.startswith("sine-")):
-        waves = 1 if pluck.shape == "half-sine" else int(pluck.shape[5:])
-        return pluck.height * np.sin(waves * np.pi * share)
+    if isinstance(pluck.shape, str):
+        return pluck.height * named_shape(pluck.shape, x, 0.0, pluck.place * x[-1], x[-1])
     values = pluck.shape(x) if callable(pluck.shape) else pluck.shape
     profile = np.asarray(values, dtype=np.float64)
     if not callable(pluck.shape):
-        profile = np.interp(share, np.linspace(0.0, 1.0, profile.size), profile)
+        profile = np.interp(x / x[-1], np.linspace(0.0, 1.0, profile.size), profile)
     profile = pluck.height * profile
     if profile.shape != x.shape or not np.isfinite(profile).all() or abs(profile[[0, -1]]).max() > 1e-12:
         raise InputRefused("pluck: the profile must be finite, and zero at both ends of its span")
