@@ -213,6 +213,16 @@ def test_announcements_are_in_force_from_their_time_on_in_any_order():
     assert parse_payload_range("0.5:4") == (0.5, 4.0)
 
 
+def test_a_load_that_does_not_change_changes_nothing():
+    """A factor of one is the run without the option, to 1e-6."""
+    kind = {"controller": "lqi", "bandwidth": 20.0, "seed": 4}
+    plain = track(DRIVE, **kind)
+    same = track(DRIVE, options=RigOptions(load_change=(0.05, 1.0)), **kind)
+    assert same.summary["peak_error_deg"] == pytest.approx(plain.summary["peak_error_deg"], rel=1e-6)
+    scale = np.abs(plain.load_angle).max()
+    np.testing.assert_allclose(same.load_angle, plain.load_angle, rtol=0.0, atol=1e-6 * scale)
+
+
 def test_the_changing_load_of_a_run_is_that_of_a_heavier_drive():
     """From the first instant on, the disturbed plant and the exact one of a heavier drive: 0.01 deg apart."""
     motion = Motion(order=11, payload=(Payload(factor=1.5),))

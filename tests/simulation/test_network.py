@@ -331,14 +331,8 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_file(tmp_path, monkeypatc
         ({"scheme": Scheme(friction="smoothed")}, "set-valued"),
         ({"torque": {"engine": 1.0}}, "the motors are motor"),
         ({"start": NetworkStart(plucks=(Pluck(height=1e-3, span="upper"),))}, "is no span"),
-        (
-            {"start": NetworkStart(plucks=(Pluck(height=1e-3, span=SPAN, shape="sine-x"),))},
-            'shape = "sine-x"',
-        ),
-        (
-            {"start": NetworkStart(plucks=(Pluck(height=1e-3, span=SPAN, shape="sine-0"),))},
-            'shape = "sine-0"',
-        ),
+        ({"start": shaped("sine-x")}, 'shape = "sine-x" is not one'),
+        ({"start": shaped("sine-0")}, 'shape = "sine-0" is not one'),
         ({"start": NetworkStart(places={"tail": 1.0})}, "take one of"),
         ({"error_estimate": True}, "error_estimate"),
     ],
