@@ -75,7 +75,7 @@ def test_a_machine_as_the_sheet_has_it_gives_no_finding(seed, tmp_path, measured
 def test_what_the_sheet_lacks_is_a_finding(changes, words, tmp_path, measured):
     found = known(SHEET.but(**changes), tmp_path)
     measured(f"{changes}: {found.findings}")
-    assert any(words in finding for finding in found.findings), found.findings
+    assert any(words in finding.words for finding in found.findings), found.findings
 
 
 def test_friction_of_the_load_and_backlash_are_identified(tmp_path, measured):

@@ -144,7 +144,9 @@ def failures(found, truth, goal, runs):
 def kept(found, truth, measured, runs=RUNS):
     goal, answer = asked_for_what_it_reached(found)
     if answer != "yes":
-        measured(f"{answer}: {found.knowledge.findings[:1] or found.verdict.reasons[0]}")
+        measured(
+            f"{answer}: {[str(one) for one in found.knowledge.findings[:1]] or found.verdict.reasons[0]}"
+        )
         return True
     missed = failures(found, truth, goal, runs)
     measured(

@@ -56,6 +56,7 @@ def _words(source: ExportSource, made: TargetProgram, tolerance: float) -> dict[
     return {
         "title": f"{named}: {law.name}",
         "version": __version__,
+        "caution": source.c_caution,
         "law": law,
         "encoders": law.encoders,
         "columns": law.columns,

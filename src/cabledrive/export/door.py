@@ -39,6 +39,7 @@ def export_to(
     axis: str | None = None,
     what: str = "controller",
     float32: bool = False,
+    anyway: bool = False,
 ) -> dict[str, Any]:
     """Write a controller, a plant or a loop in a form that runs elsewhere.
 
@@ -59,6 +60,8 @@ def export_to(
         Which part; "cable": the distributed cable in modes, or the network of a machine with routes.
     float32 : bool, default False
         Single precision, where the law holds in it.
+    anyway : bool, default False
+        Also the law of a study whose verdict is not yes; the reason stands in the files.
 
     Returns
     -------
@@ -86,6 +89,8 @@ def export_to(
     if format in ("mjcf", "modelica", "klipper"):
         return _model(place, source, format, what, axis)
     found = read_source(source, controller, axis)
+    if found.caution and what != "plant" and not anyway:
+        raise InputRefused(f"{source}: {found.caution}: add --anyway to export its law all the same")
     if found.law.own is not None and (float32 or what != "controller"):
         raise InputRefused(
             f'controller "{found.law.name}" is your own: it is exported alone and in double precision; the '
@@ -93,6 +98,7 @@ def export_to(
         )
     files, notes = _package(found, format, what, float32)
     write_folder(place, files)
+    notes = [*([found.caution] if found.caution else []), *notes]
     return _said(format, files, found.law.sample_time, found.law.drive_hash, notes)
 
 

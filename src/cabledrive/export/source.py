@@ -53,6 +53,19 @@ class ExportSource:
     drive: Drive | None
     notes: tuple[str, ...] = ()
 
+    @property
+    def caution(self) -> str:
+        """Why the study behind the law does not say yes; empty where it does, or where there is none."""
+        judged = self.data.get("study") or {}
+        if judged.get("verdict", "yes") == "yes":
+            return ""
+        return f"the verdict of its study is {judged['verdict']}: {judged.get('reason', 'no reason kept')}"
+
+    @property
+    def c_caution(self) -> str:
+        """The same as it may stand in a comment of C."""
+        return " ".join(self.caution.replace("*/", "* /").replace("/*", "/ *").split())
+
 
 def read_source(
     source: Any, controller: str | ControllerProtocol | None = None, axis: str | None = None

@@ -99,6 +99,7 @@ def system_code(source: ExportSource, what: str) -> dict[str, str]:
     words: dict[str, Any] = {
         "title": f"{source.drive.title or source.drive.name if source.drive else ''}: {what}",
         "version": __version__,
+        "caution": source.c_caution if what == "loop" else "",
         "law": source.law,
         "what": what,
         "literal": made.program.precision.literal,
@@ -133,8 +134,10 @@ def system_package(source: ExportSource, what: str) -> dict[str, str]:
     }
     if source.drive is not None:
         files["drive.toml"] = drive_text(source.drive)
+    words = {"what": what, "law": source.law, "version": __version__, "note": NOTE}
+    words["caution"] = source.c_caution if what == "loop" else ""
     readme = templates().get_template("README_system.md.jinja")
-    return files | {"README.md": readme.render(what=what, law=source.law, version=__version__, note=NOTE)}
+    return files | {"README.md": readme.render(**words)}
 
 
 def vectors(source: ExportSource, what: str, inputs: tuple[str, ...]) -> str:

@@ -38,6 +38,9 @@ METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` f
     help="Which part is written.",
 )
 @click.option("--float32", is_flag=True, help="Single precision; refused where the law does not hold in it.")
+@click.option(
+    "--anyway", is_flag=True, help="Also the law of a study without yes; the reason stands in the files."
+)
 @click.option("-o", "--output", type=click.Path(), required=True, metavar="DIR", help="New folder to write.")
 def command(
     source: str,
@@ -46,6 +49,7 @@ def command(
     axis: str | None,
     what: str,
     float32: bool,
+    anyway: bool,
     output: str,
 ) -> Answer:
     """Export SOURCE: a study's folder, a controller.json, a drive (name or file), or the JSON of `shaper`."""
@@ -53,7 +57,9 @@ def command(
 
     if not source:
         raise InputRefused("SOURCE names nothing: give a study's folder, a controller.json or a drive")
-    found = export_to(output, source, format_, controller=controller, axis=axis, what=what, float32=float32)
+    found = export_to(
+        output, source, format_, controller=controller, axis=axis, what=what, float32=float32, anyway=anyway
+    )
     lines = [f"{format_}: {len(found['files'])} files in {Path(output)}", *(f"  {n}" for n in found["files"])]
     if format_ == "c99":
         compile_ = "cc -std=c99 -ffp-contract=off *.c -lm -o check && ./check"

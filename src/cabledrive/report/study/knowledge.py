@@ -25,7 +25,7 @@ def knowledge_chapter(result: StudyResult) -> Chapter:
     if known.undetermined:
         blocks.append(Note(text=listed(say("undetermined"), known.undetermined), tone="warning"))
     if known.findings:
-        blocks.append(Note(text=listed(say("findings"), known.findings)))
+        blocks.append(Note(text=listed(say("findings"), tuple(str(one) for one in known.findings))))
     blocks.append(_table(result))
     blocks.append(_picture(result))
     return Chapter(

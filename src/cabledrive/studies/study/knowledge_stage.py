@@ -1,7 +1,7 @@
 """Stage 2: what is identified from the logs; of the rest, the datasheet's values with stated uncertainty."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from cabledrive.identification.estimates import Identification
@@ -12,6 +12,7 @@ from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import identify_chain, whole_drive, with_torque_at
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
+from cabledrive.studies.study.log_finding import LogFinding, coarser_encoders, encoder_findings
 from cabledrive.studies.study.log_replay import Replay, replay
 from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, WORDS, Quantity, drive_with
 from cabledrive.studies.study.sampled_plants import sampled_plant
@@ -40,8 +41,8 @@ class Knowledge:
         What is not identifiable from the logs, in words; empty without logs.
     open_names : tuple of str
         The essential quantities among them.
-    findings : tuple of str
-        What contradicts the model.
+    findings : tuple of LogFinding
+        What contradicts the drive file.
     residual : float or None
         Of the torque, relative; None without logs.
     method : str
@@ -49,16 +50,22 @@ class Knowledge:
         Of the identified numbers; of the others none is known.
     replays : tuple of Replay
         The identified model over each log; empty where no log shows the whole drive.
+    encoders : dict of str to int
+        Counts per revolution of the encoders that a log shows coarser than the file, by their keys.
+    late : float
+        By how much the angles of the logs are later than sampling and the file's own lags explain [s].
     """
 
     quantities: dict[str, Quantity]
     undetermined: tuple[str, ...]
     open_names: tuple[str, ...]
-    findings: tuple[str, ...]
+    findings: tuple[LogFinding, ...]
     residual: float | None
     method: str
     correlations: tuple[Correlation, ...] = ()
     replays: tuple[Replay, ...] = ()
+    encoders: dict[str, int] = field(default_factory=dict)
+    late: float = 0.0
 
     @property
     def values(self) -> dict[str, float]:
@@ -94,6 +101,8 @@ def know(
         found = _by_regression(drive, [log for log in logs if whole_drive(log)], known)
     else:
         found = _as_one_axis(drive, logs, known)
+    coarser = coarser_encoders(drive, logs)
+    found = replace(found, encoders=coarser, findings=encoder_findings(drive, coarser) + found.findings)
     return found if load_inertia is None else with_load(found, load_inertia)
 
 
@@ -104,7 +113,8 @@ def usable_log(log: Log) -> Log:
     """
     if "angle" not in log.channels and "motor_angle" in log.channels:
         tables = [_renamed(table) for table in (log.channels, log.units, log.saturated)]
-        log = replace(log, channels=tables[0], units=tables[1], saturated=tables[2])
+        report = replace(log.report, quantum=_renamed(log.report.quantum))
+        log = replace(log, channels=tables[0], units=tables[1], saturated=tables[2], report=report)
     if not {"torque", "angle"} <= set(log.channels):
         raise InputRefused(
             f'{log.source}: needs "torque [N m]" and "angle [rad]", has {", ".join(log.channels)}: name its '
@@ -118,11 +128,15 @@ def _renamed(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def known_drive(drive: Drive, knowledge: Knowledge) -> Drive:
-    """The drive with the best value of every quantity.
+    """The drive with the best value of every quantity, the encoders and the delay that its logs show.
 
     ``drive``: the datasheet.
     """
-    return drive_with(drive, knowledge.values)
+    known = drive_with(drive, knowledge.values)
+    if known.sensors is None:
+        return known
+    seen: dict[str, Any] = {**knowledge.encoders, "delay": known.sensors.delay + knowledge.late}
+    return replace(known, sensors=replace(known.sensors, **seen))
 
 
 def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
@@ -147,18 +161,24 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
     correlations = among(result.correlations, fresh)
     likely = [drive_with(drive, sampled_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
     replays = tuple(replay(with_torque_at(log, result.lag), machine, likely=likely) for log in logs)
-    findings = _against_the_datasheet(fresh, known) + _late_words(result.lag, drive, logs)
+    late = _late(result.lag, drive, logs)
+    findings = _against_the_datasheet(fresh, known) + late
     return Knowledge(
         quantities=fresh,
         undetermined=words,
         open_names=tuple(name for name in ESSENTIAL if fresh[name].source != LOG),
-        findings=findings + tuple(one.words for one in replays if one.contradicts),
+        findings=findings + tuple(_of_a_replay(one) for one in replays if one.contradicts),
         replays=replays,
         residual=result.residual,
         method="sum of torques, equation of the load and twist of the joint; "
         f"{100 * result.kept:.0f} % of the samples could be used",
         correlations=correlations,
+        late=_excess(result.lag, drive, logs) if late else 0.0,
     )
+
+
+def _of_a_replay(one: Replay) -> LogFinding:
+    return LogFinding(id="replay", value=one.ratio, limit=one.limit, words=one.words)
 
 
 def _quiet(known: Mapping[str, Quantity], residual: float) -> dict[str, Quantity]:
@@ -167,17 +187,31 @@ def _quiet(known: Mapping[str, Quantity], residual: float) -> dict[str, Quantity
     return {name: replace(known[name], high=min(most, known[name].high)) for name, most in limits.items()}
 
 
-def _late_words(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[str, ...]:
+def _own_lags(drive: Drive) -> float:
+    """Delay and torque loop of the drive file [s]."""
+    rate = current_rate(drive)
+    return control_delay(drive) + (1.0 / rate if rate > 0.0 else 0.0)
+
+
+def _excess(lag: float, drive: Drive, logs: Sequence[Log]) -> float:
+    """Of a lag, what a torque held from its sample on and the drive file do not explain [s]."""
+    return max(lag - 0.5 * max(log.interval for log in logs) - _own_lags(drive), 0.0)
+
+
+def _late(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[LogFinding, ...]:
     """A lag between torque and angles that neither sampling nor the drive file's own lags explain."""
-    rate, interval = current_rate(drive), max(log.interval for log in logs)
-    known = control_delay(drive) + (1.0 / rate if rate > 0.0 else 0.0)
+    interval, known = max(log.interval for log in logs), _own_lags(drive)
     if -interval <= lag <= 1.5 * interval + known:
         return ()
     allowed = 1e3 * (1.5 * interval + known)
-    return (
+    words = (
         f"the angles lag the torque by {1e3 * lag:.3g} ms; sampling and the lags of the drive file allow "
-        f"{-1e3 * interval:.3g} to {allowed:.3g} ms",
+        f"{-1e3 * interval:.3g} to {allowed:.3g} ms"
     )
+    if lag > 0.0:
+        words += "; the controller is designed for the rest as a delay"
+    limit = 1e-3 * allowed if lag > 0.0 else -interval
+    return (LogFinding(id="delay", value=lag, limit=limit, unit="s", words=words),)
 
 
 def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
@@ -201,7 +235,7 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         open_names=tuple(
             name for name in ESSENTIAL[:4] if name != "load_inertia" and fresh[name].source != LOG
         ),
-        findings=tuple(f for f in found.findings if f not in wrong),
+        findings=tuple(LogFinding(id="identification", words=f) for f in found.findings if f not in wrong),
         residual=float(found.residual["relative"]),
         method="one rigid axis, inverse dynamics; the split between motor and load is from the data sheet",
         correlations=among(together, fresh),
@@ -256,13 +290,17 @@ def with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
     return replace(found, quantities=quantities, correlations=among(found.correlations, quantities))
 
 
-def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity]) -> tuple[str, ...]:
-    words = []
+def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity]) -> tuple[LogFinding, ...]:
+    found = []
     for name, quantity in fresh.items():
         sheet = known[name]
         if quantity.source == LOG and (quantity.low > sheet.high or quantity.high < sheet.low):
-            words.append(
+            words = (
                 f"{WORDS[name]}: {quantity.value:.4g} {quantity.unit} from the log, outside the data-sheet "
                 f"interval {sheet.low:.4g} to {sheet.high:.4g} {quantity.unit}"
             )
-    return tuple(words)
+            limit = sheet.high if quantity.low > sheet.high else sheet.low
+            found.append(
+                LogFinding(id=name, value=quantity.value, limit=limit, unit=quantity.unit, words=words)
+            )
+    return tuple(found)

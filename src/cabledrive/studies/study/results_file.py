@@ -56,6 +56,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         **_reached(result),
         "candidates": [_candidate(one, result.goals) for one in result.scores],
         "reasons": list(verdict.reasons),
+        "findings": [finding.data for finding in result.knowledge.findings],
         "remedies": list(verdict.remedies),
         "cautions": list(verdict.cautions),
         "margins": as_plain(verdict.margins),
@@ -144,6 +145,7 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,
+        "study": _judged(result),
         "stated_bound": control.bound if chosen.model is not None and control is not None else None,
     }
 
@@ -165,7 +167,13 @@ def _carriage_numbers(result: StudyResult, found: CarriageController) -> dict[st
         "torque_limit": case.limit * case.design.radius if np.isfinite(case.limit) else None,
         "law": plain_numbers(law._asdict()),
         "stated_bound": None,
+        "study": _judged(result),
     }
+
+
+def _judged(result: StudyResult) -> dict[str, str]:
+    """What the study says of the law, so that who exports it is told."""
+    return {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
 
 
 def _file_of(result: StudyResult) -> str:

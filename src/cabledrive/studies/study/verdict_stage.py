@@ -148,7 +148,7 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
     goals, unit, cable = found.goals, error_unit(found.goals), found.cable_score
     goal, doubts = goal_of(goals), _doubts(found)
     if goal is None:
-        reasons = [reached_words(chosen, cable, goals, unit), *doubts]
+        reasons = [*doubts, reached_words(chosen, cable, goals, unit)]
         return (
             UNKNOWN,
             reasons,
@@ -170,7 +170,9 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
 def _doubts(found: Findings) -> list[str]:
     """What makes the plants of the acceptance other than the machine that was logged."""
     known = found.knowledge
-    words = [f"the log contradicts the assumptions: {finding}" for finding in known.findings]
+    words = [
+        f"the log contradicts the assumptions: {finding}" for finding in known.findings if finding.decides
+    ]
     open_words = [WORDS[name] for name in known.open_names]
     if open_words:
         words += [f"the log does not determine {', '.join(open_words)}", *known.undetermined]
