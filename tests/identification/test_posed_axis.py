@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import io
 
-from cabledrive.identification.axis_problem import axis_problem, solve_axis_problem
+from cabledrive.identification.axis_problem import AxisPrediction, axis_problem, solve_axis_problem
 from cabledrive.identification.logs.log import log_of
 
 FILE = "kuka_kr300/run_a.mat"
@@ -65,9 +65,17 @@ def test_a_prediction_holds_where_the_axes_moved_before_and_is_missing_elsewhere
     measured(
         """Learnt with the third axis at rest: a run like it to 3 %, nothing where the third axis moves."""
     )
-    assert alike.explained > 0.99, alike.explained
+    assert alike.covered > 0.99, alike.covered
+    assert alike.explained == pytest.approx(1.0 - alike.error**2)
     assert alike.error < 0.03, alike.error
-    assert other.explained < 0.2, other.explained
+    assert other.covered < 0.2, other.covered
+
+
+def test_a_prediction_that_is_wrong_throughout_explains_nothing():
+    torque = np.sin(np.arange(400.0))
+    wrong = AxisPrediction(time=np.arange(400.0), torque=4.45 * torque, measured=torque)
+    assert wrong.error == pytest.approx(3.45)
+    assert (wrong.covered, wrong.explained) == (1.0, 0.0)
 
 
 def test_axis_1_of_the_robot_has_the_friction_of_its_authors(shared_data, measured):

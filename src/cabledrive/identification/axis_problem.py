@@ -89,9 +89,14 @@ class AxisPrediction:
     measured: Array
 
     @property
-    def explained(self) -> float:
+    def covered(self) -> float:
         """Share of the rows with a prediction."""
         return float(np.isfinite(self.torque).mean())
+
+    @property
+    def explained(self) -> float:
+        """Share of the measured torque's power that the prediction explains, where there is one; 0: none."""
+        return max(0.0, 1.0 - self.error**2) if self.covered > 0.0 else 0.0
 
     @property
     def error(self) -> float:

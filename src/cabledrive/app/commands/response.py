@@ -96,6 +96,7 @@ def command(
     phase; repeats are averaged robustly. LOG may also be the file of a machine with routes: its response is
     computed, --input and --response are then coordinates such as "motor" and head.x.
     """
+    from cabledrive.identification.coherence_words import coherence_words
     from cabledrive.identification.log_response import response
     from cabledrive.identification.one_log import IdentifyOptions, load_options
     from cabledrive.identification.response_inputs import read_pair
@@ -129,15 +130,18 @@ def command(
         offset=offset,
     )
     fitted, words = _amplifier(read, source, target, segment) if amplifier else ({}, "")
+    said, warnings = coherence_words(found, read.channel(source), read.interval)
     answer = Answer(
         data=_lines_of(found)
         | {
             "left_out": [{"start": b.start, "end": b.end, "reason": b.reason} for b in found.blows],
             "input": input_,
             "output": output,
+            "warnings": warnings,
         }
         | fitted,
         text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages"
+        + f"\n{said}"
         + "".join(f"\nexcluded, {b.start:.4g} to {b.end:.4g} s: {b.reason}" for b in found.blows)
         + words,
         provenance=provenance(method=f"{estimator}, Hann windows of {segment:g} s"),
