@@ -10,7 +10,10 @@ from time import monotonic
 
 import numpy as np
 import pytest
+from click import Context
 
+from cabledrive.app.combinations import OptionOf
+from cabledrive.app.main import main
 from command import call, refusal, run
 from study_drives import FOLDER
 
@@ -337,3 +340,26 @@ def test_a_file_that_is_read_is_never_written_over(arguments, tmp_path):
     for output in (path, tmp_path / "link", tmp_path / "." / "mine"):
         refusal(name, path, *options, "-o", output, "--force")
         assert path.read_text() == "precious"
+
+
+def _values():
+    """A value for each option of `response` that says of which kinds of input it is."""
+    given = {"--config": "log.toml", "--column": "torque=tau:N mm", "--estimator": "H2", "--skip-rows": "1"}
+    for option in main.get_command(Context(main), "response").params:
+        if isinstance(option, OptionOf):
+            name = option.opts[0]
+            yield name, option.of, [name] if option.is_flag else [name, given.get(name, "1")]
+
+
+@pytest.mark.parametrize("kind", ["drive", "file"])
+def test_response_refuses_every_option_that_its_input_does_not_have(kind, tmp_path):
+    """Of ten options for logs none is ignored with a drive file or a measured response."""
+    source = "printer-idlers"
+    if kind == "file":
+        source = tmp_path / "measured.csv"
+        source.write_text("frequency [Hz],magnitude,phase [deg]\n1,1,0\n2,0.5,-10\n")
+    refused = [name for name, of, words in _values() if kind not in of]
+    assert {"--segment", "--coulomb", "--amplifier", "--estimator", "--resample"} <= set(refused)
+    for name, of, words in _values():
+        if kind not in of:
+            assert refusal("response", source, *words).startswith(f"{name} is for "), name

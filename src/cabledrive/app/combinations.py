@@ -1,6 +1,7 @@
 """Options that have no effect beside others: refused or reported, never ignored."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -18,6 +19,31 @@ def refuse_given(*names: str, why: str) -> None:
     """
     for option in _given(names):
         raise InputRefused(f"{option} {why}")
+
+
+class OptionOf(click.Option):
+    """An option that says of which kinds of input it is; `refuse_not_of` refuses it with others.
+
+    Parameters
+    ----------
+    *args
+        For click.
+    of : tuple of str
+        Kinds of input, by the words of the command.
+    **options
+        For click.
+    """
+
+    def __init__(self, *args: Any, of: tuple[str, ...], **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.of = of
+
+
+def refuse_not_of(kind: str, why: str) -> None:
+    """Refuse the options that are not declared for a kind of input; ``why``: as of `refuse_given`."""
+    for option in click.get_current_context().command.params:
+        if isinstance(option, OptionOf) and kind not in option.of:
+            refuse_given(option.name or "", why=why)
 
 
 def tell_given(*names: str, why: str) -> None:

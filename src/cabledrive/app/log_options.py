@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from cabledrive.app.combinations import OptionOf
+
 Chooser = Callable[[Any], Any]
 """From the `ColumnMap` of a configuration to that of the command line."""
 
@@ -19,18 +21,26 @@ def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @click.option(
         "--column",
         "columns",
+        cls=OptionOf,
+        of=("log",),
         multiple=True,
         metavar="CHANNEL=COLUMN:UNIT",
         help="Which column is a channel, as torque=tau:N mm; repeatable.",
     )
     @click.option(
         "--skip-rows",
+        cls=OptionOf,
+        of=("log",),
         type=click.IntRange(0),
         metavar="N",
         help="Lines at the top of a text log to skip; default: metadata is recognised.",
     )
     @click.option(
-        "--resample", is_flag=True, help="Put uneven samples, or several topics, onto one even grid."
+        "--resample",
+        cls=OptionOf,
+        of=("log",),
+        is_flag=True,
+        help="Put uneven samples, or several topics, onto one even grid.",
     )
     @functools.wraps(function)
     def _reading(*, columns: tuple[str, ...], skip_rows: int | None, resample: bool, **options: Any) -> Any:

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.combinations import refuse_given
+from cabledrive.app.combinations import OptionOf, refuse_given, refuse_not_of
 from cabledrive.app.log_options import Chooser, reading_options
 from cabledrive.app.machine_response import is_machine, response_of_machine
 from cabledrive.app.new_file import OBJECT, NewFile, NewFileType
@@ -13,7 +13,7 @@ from cabledrive.app.options import FREQUENCY, Quantity, Subcommand, answering, f
 from cabledrive.app.results import Answer, json_text, provenance
 from cabledrive.parameters import InputRefused
 
-_OF_LOGS = ("config", "segment", "overlap", "estimator", "keep_all", "coulomb", "offset", "amplifier")
+LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
 
 
 class _Response(Subcommand):
@@ -46,23 +46,67 @@ class _OutputPath(click.Option):
 @click.option("--response", "column", metavar="COL", help="Channel or column of the output.")
 @click.option("--output", "former", hidden=True)
 @reading_options
-@click.option("--config", type=click.Path(), metavar="FILE", help="TOML file with [log].")
 @click.option(
-    "--segment", type=Quantity("s"), default=1.0, show_default=True, help="Length of the Hann windows."
+    "--config", cls=OptionOf, of=LOG, type=click.Path(), metavar="FILE", help="TOML file with [log]."
+)
+@click.option(
+    "--segment",
+    cls=OptionOf,
+    of=LOG,
+    type=Quantity("s"),
+    default=1.0,
+    show_default=True,
+    help="Length of the Hann windows.",
 )
 @click.option(
     "--overlap",
+    cls=OptionOf,
+    of=LOG,
     type=Quantity("s"),
     help="Overlap of neighbouring windows; default: 0.2 s, at most half a window.",
 )
-@click.option("--estimator", type=click.Choice(["H1", "H2", "Hv"]), default="H1", show_default=True)
-@click.option("--below", type=FREQUENCY, metavar="HZ", help="Of a drive file: highest line.")
-@click.option("--keep-all", is_flag=True, help="Keep all records, also those with a disturbance.")
-@click.option("--differentiate", is_flag=True, help="The speed of the output, an angle or position.")
-@click.option("--coulomb", type=Quantity("N m"), help="Coulomb friction to take off the input first.")
-@click.option("--offset", type=Quantity("N m"), default=0.0, help="Offset to add to the input first.")
 @click.option(
-    "--amplifier", is_flag=True, help="Fit gain and bandwidth, from a command [V] to a torque [N m]."
+    "--estimator",
+    cls=OptionOf,
+    of=LOG,
+    type=click.Choice(["H1", "H2", "Hv"]),
+    default="H1",
+    show_default=True,
+)
+@click.option(
+    "--below", cls=OptionOf, of=DRIVE, type=FREQUENCY, metavar="HZ", help="Of a drive file: highest line."
+)
+@click.option(
+    "--keep-all", cls=OptionOf, of=LOG, is_flag=True, help="Keep all records, also those with a disturbance."
+)
+@click.option(
+    "--differentiate",
+    cls=OptionOf,
+    of=LOG_OR_DRIVE,
+    is_flag=True,
+    help="The speed of the output, an angle or position.",
+)
+@click.option(
+    "--coulomb",
+    cls=OptionOf,
+    of=LOG,
+    type=Quantity("N m"),
+    help="Coulomb friction to take off the input first.",
+)
+@click.option(
+    "--offset",
+    cls=OptionOf,
+    of=LOG,
+    type=Quantity("N m"),
+    default=0.0,
+    help="Offset to add to the input first.",
+)
+@click.option(
+    "--amplifier",
+    cls=OptionOf,
+    of=LOG,
+    is_flag=True,
+    help="Fit gain and bandwidth, from a command [V] to a torque [N m].",
 )
 @click.option(
     "-o",
@@ -103,14 +147,16 @@ def command(
 
     output = column or former
     if is_machine(log):
-        refuse_given(*_OF_LOGS, why="is for logs: leave it out with a drive file")
+        refuse_not_of("drive", "is for logs: leave it out with a drive file")
         answer = response_of_machine(log, input_, output, below, speed=differentiate)
         if file is not None:
             file.write(json_text(answer) + "\n")
         return answer
-    refuse_given("below", why="is for drive files: leave it out with a log")
     if input_ is None and output is None:
+        refuse_given("below", why="is for drive files: leave it out with a log")
+        refuse_not_of("file", "is for logs: name the channels with --input and --response, or leave it out")
         return _of_a_file(log, file)
+    refuse_not_of("log", "is for drive files: leave it out with a log")
     if input_ is None or output is None:
         raise InputRefused("a response needs both --input COL and --response COL: name the columns")
     if coulomb is None:
