@@ -169,7 +169,12 @@ def axis_or_winches(function: Function) -> Function:
 def _with_axis_argument(function: Function, *, winches: bool) -> Function:
 
     @machine_argument
-    @click.option("--axis", metavar="NAME", help="Axis of a machine with routes: its load, such as head.x.")
+    @click.option(
+        "--axis",
+        metavar="NAME",
+        help="Axis of a machine with routes: its load, such as joint of capstan-arm; default: the only one "
+        "that has a chain.",
+    )
     @functools.wraps(function)
     def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
         if isinstance(drive, RoutedDrive) or axis is not None:

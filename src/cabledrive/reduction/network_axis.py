@@ -31,7 +31,7 @@ _NO_MASS = 1e-12
 def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
     """A drive for control: itself, or an axis of a machine with routes.
 
-    ``axis``: its load, such as "head.x"; needed where two motors drive two axes.
+    ``axis``: its load, such as "head.x"; needed where two motors drive two axes that both have a chain.
     Raises `InputRefused` if there is no such axis, or its load is not the end of a lumped chain.
     """
     if not isinstance(drive, RoutedDrive):
@@ -53,6 +53,9 @@ def _chain_of(drive: RoutedDrive, axis: str | None) -> NetworkChain:
     """The chain of an axis whose load is its end."""
     chains = network_chains(drive)
     known = ", ".join(chain.load for chain in chains)
+    usable = [chain for chain in chains if chain.refusal is None]
+    if axis is None and len(usable) == 1:
+        return usable[0]
     if axis is None and len(chains) > 1:
         raise InputRefused(f"two motors drive two axes, {known}: name one with --axis (axis=)")
     found = [chain for chain in chains if axis in (None, chain.load)]
