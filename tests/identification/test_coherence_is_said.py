@@ -17,7 +17,7 @@ def written(path, coherence):
 
 
 @pytest.mark.parametrize("coherence", [0.23, 0.95])
-def test_the_median_coherence_is_printed_and_a_low_one_warned_of(coherence, tmp_path):
+def test_the_median_coherence_is_printed_and_a_low_one_warned_of(coherence, tmp_path, measured):
     log = written(tmp_path / "log.csv", coherence)
     arguments = (
         "response",
@@ -31,6 +31,7 @@ def test_the_median_coherence_is_printed_and_a_low_one_warned_of(coherence, tmp_
     )
     said = call(*arguments).output
     printed = float(said.split("coherence ")[1].split()[0])
+    measured(f"coherence {printed} for {coherence}")
     assert printed == pytest.approx(coherence, abs=0.03)
     warnings = object_of(call(*arguments, "--json").stdout)["warnings"]
     assert ("warning: coherence" in said) == (coherence < 0.8) == bool(warnings)

@@ -65,6 +65,8 @@ class TorqueTiming:
         Whether it is given by an option.
     determined : bool
         Whether the log determines it; else the instant of logging is taken, with a doubt of half an interval.
+    stated : str
+        Convention that was given, whose shift is that of each log's own interval; empty: none.
     """
 
     shift: float
@@ -72,6 +74,11 @@ class TorqueTiming:
     law: str = "shift"
     known: bool = False
     determined: bool = True
+    stated: str = ""
+
+    def of(self, interval: float) -> "TorqueTiming":
+        """The timing of a log with this interval [s]."""
+        return replace(self, shift=CONVENTIONS[self.stated] * interval) if self.stated else self
 
     def convention(self, interval: float) -> str | None:
         """The convention that the shift agrees with, None where there is none.
@@ -170,7 +177,10 @@ def with_torque_moved(logs: Sequence[Log], torque: str, timing: TorqueTiming) ->
     return [
         replace(
             log,
-            channels={**log.channels, torque: moved_torque(log.channel(torque), timing, log.interval)},
+            channels={
+                **log.channels,
+                torque: moved_torque(log.channel(torque), timing.of(log.interval), log.interval),
+            },
         )
         for log in logs
     ]
@@ -184,4 +194,4 @@ def given_timing(name: str, interval: float) -> TorqueTiming:
     """
     if name not in CONVENTIONS:
         raise InputRefused(f'identify.torque = "{name}" is unknown: take one of {", ".join(TIMINGS)}')
-    return TorqueTiming(shift=CONVENTIONS[name] * interval, error=0.0, known=True)
+    return TorqueTiming(shift=CONVENTIONS[name] * interval, error=0.0, known=True, stated=name)
