@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import cabledrive as cd
 from cabledrive.app.main import main as command
 from cabledrive.app.options import ANGLE, DURATION, FREQUENCY
-from cabledrive.app.results import Absent, Answer, json_text, plain, provenance
+from cabledrive.app.results import Absent, Answer, json_text, plain, provenance, show
 from cabledrive.parameters import InputRefused
+from cabledrive.report.numbers import number
 from command import call, object_of, refusal
 
 
@@ -151,3 +152,10 @@ def test_a_position_in_degrees_is_refused_with_a_mapping_that_works(log):
     assert '--column "torque=torque" --column "angle=position"' in line
     mapped = ("--column", "torque=torque", "--column", "angle=position")
     assert call("identify", "servo.csv", *mapped).stdout == call("identify", log).stdout
+
+
+def test_a_text_on_a_terminal_has_minus_signs_of_one_kind(capsys):
+    """Numbers of the pages have the typographic sign, all others the one of a keyboard."""
+    text = f"{number(-1.5)} m, {-1.5:g} m"
+    show(Answer(data={}, text=text, provenance={}), as_json=False)
+    assert capsys.readouterr().out == "-1.5 m, -1.5 m\n"

@@ -115,7 +115,7 @@ def show(answer: Answer, *, as_json: bool) -> None:
 
     ``as_json``: whether a program reads it.
     """
-    text = json_text(answer) if as_json else _printable(answer.text)
+    text = json_text(answer) if as_json else _printable(answer.text.replace("\N{MINUS SIGN}", "-"))
     with watched_output():
         click.echo(text, color=colours())
 
