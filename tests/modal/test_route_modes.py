@@ -15,6 +15,7 @@ from cabledrive.modal.network.elastic_links import elastic_links
 from cabledrive.modal.network.motion import NetworkMotion
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
+from cabledrive.parameters.route import posed
 from cabledrive.parameters.route.parts import RoutedCarriage
 from network_samples import as_route, without_gravity
 
@@ -219,7 +220,7 @@ def test_a_ring_of_running_spans_over_sprung_masses(share):
 
 def belt_length(drive, angle):
     """Length of the serpentine belt, arcs included [m], with the arm turned."""
-    turned = cd.load_drive(ROUTES / "serpentine.toml", overrides=[f"arm.turn={angle!r}"])
+    turned = posed(drive, {"arm.turn": angle})
     total = sum(span.length for span in turned.free_spans)
     return total + sum(span.wrap * span.end.radius for span in turned.free_spans)
 
