@@ -45,6 +45,8 @@ class Job:
         "running", "interrupted", or one of `WORDS`.
     lines : list of str
         What it said on standard error.
+    ending : bool
+        Whether it was told to end: before its libraries are loaded it does so with any status.
     """
 
     number: int
@@ -56,6 +58,7 @@ class Job:
     lines: list[str] = field(default_factory=list)
     process: asyncio.subprocess.Process | None = None
     news: asyncio.Event = field(default_factory=asyncio.Event)
+    ending: bool = False
 
     @property
     def answer(self) -> dict[str, Any]:
@@ -154,7 +157,7 @@ class Jobs:
             )
 
     async def _run(self, job: Job) -> None:
-        job.status = RUNNING
+        job.status, job.ending = RUNNING, False
         write_whole(job.folder / CARD, job.card(), force=True)
         with (job.folder / "answer.json").open("wb") as answer:
             job.process = await asyncio.create_subprocess_exec(
@@ -179,7 +182,7 @@ class Jobs:
                 job.lines.append(line.decode(errors="replace").rstrip())
             _tell(job)
         code = await job.process.wait()
-        job.status = WORDS.get(code, "cancelled" if code < 0 else "failed")
+        job.status = WORDS.get(code, "cancelled" if code < 0 or job.ending else "failed")
         write_whole(job.folder / CARD, job.card(), force=True)
         _tell(job)
 
@@ -188,6 +191,7 @@ class Jobs:
         process = job.process
         if process is None or process.returncode is not None:
             return
+        job.ending = True
         _signal(process.pid, signal.SIGINT)
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(process.wait(), PATIENCE)
