@@ -1,8 +1,26 @@
 """Ctrl-C while the libraries of the command load: imported before all of them, and of no effect elsewhere."""
 
 import _signal as signal  # type: ignore[import-not-found]  # the module signal would load others first
+import atexit
 import os
 import sys
+from contextlib import suppress
+
+LEAVE_WITH: list[int] = []
+"""The status of an interrupted command, left with after all else is put away."""
+
+
+def leave_with_status() -> None:
+    """Leave with the status of an interrupted command.
+
+    Python itself leaves by the signal, whatever the status, once an interrupt has met code that it compiles
+    from text, as dataclasses are.
+    """
+    if LEAVE_WITH:
+        for file in (sys.stdout, sys.stderr):
+            with suppress(AttributeError, OSError, ValueError):  # closed, or nobody reads
+                file.flush()
+        os._exit(LEAVE_WITH[0])
 
 
 def leave_at_once(number: int, frame: object) -> None:
@@ -30,6 +48,7 @@ def _listen() -> bool:
         signal.signal(signal.SIGINT, leave_at_once)
     except ValueError:  # not in the main thread
         return False
+    atexit.register(leave_with_status)  # the first to be registered is the last to run
     return True
 
 

@@ -25,6 +25,7 @@ import click
 
 from cabledrive.app.interrupts import Interrupted
 from cabledrive.app.messages import complain
+from cabledrive.at_once import LEAVE_WITH
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
 
@@ -99,6 +100,7 @@ def interrupted(end: BaseException | None = None) -> int:
     Returns exit status.
     """
     cause = end.__cause__ if isinstance(end, click.Abort) else end
+    LEAVE_WITH.append(INTERRUPTED)
     return _reported(f"interrupted; {str(cause or '') or GO_ON}", INTERRUPTED)
 
 
