@@ -21,8 +21,6 @@ FILES = {
 MOVE = "time [ms],torque [mN m]\n" + "".join(f"{k},{4 * sin(2 * pi * 0.08174 * k):.6g}\n" for k in range(400))
 """A motion for the page that reads one: 4 mN m at the pulley mode of its drive."""
 SHARED = "../shared/data"
-
-
 WITH_COMMANDS = {"tutorial_lift.md", "tutorial_printer.md"}
 """Pages whose Python reads what their commands write: `tests/test_route_tutorials.py` runs both."""
 

@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 
 SCRIPTS = sorted((Path(__file__).resolve().parent.parent / "examples").glob("*.py"))
-
-
 LONG = {"study_of_a_drive.py"}
 """Whole studies: run by ``make verify``."""
 

@@ -19,8 +19,6 @@ TUTORIAL, HOWTO, STUDY = ((DOCS / name).read_text() for name in ("tutorial.md", 
 FILES = re.findall(r"```\{code-block\} toml\n:caption: (\S+)\n\n(.*?)```", TUTORIAL, re.S)
 COMMANDS = re.findall(r"^\$ cabledrive (.+)\n((?:(?!\$|```).*\n)*)", TUTORIAL, re.M)
 FEW = "\n[acceptance]\ndraws = 300\ncable_draws = 0\n"
-
-
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 

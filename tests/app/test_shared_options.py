@@ -23,8 +23,6 @@ from printer_logs import samples, write_densities
 
 COMMANDS = main.list_commands(Context(main))
 EXAMPLES = {name: main.get_command(Context(main), name).epilog.split("Example:\n")[1] for name in COMMANDS}
-
-
 CAMPAIGN = """
 drive = "dissertation-3"
 [vary]

@@ -38,11 +38,7 @@ from control_chains import INTERVAL, model, state_of
 from oracles.printed_backstepping import Gains, corrected_backstepping, plant
 
 CHAIN = model(3)
-
-
 GAINS = backstepping_gains()
-
-
 LAW = backstepping_numbers(CHAIN, GAINS, INTERVAL)
 
 
@@ -114,17 +110,9 @@ def test_scaled_condition_holds_without_adaptation():
 
 
 SIX_STATES = model(4)
-
-
 LAW_OF_SIX = chain_numbers(SIX_STATES, 25.0, 1e-12, INTERVAL)
-
-
 NOMINAL, WIDTHS = chain_parameters(SIX_STATES)
-
-
 S1, S2 = chain_scales(SIX_STATES)
-
-
 UNIT = np.array([1.0, 10.0, S1 * 0.01, S1 * 0.3, S2 * 1e-3, S2 * 0.05])
 
 

@@ -192,17 +192,9 @@ def test_printed_gains_and_bounds_are_those_of_sections_6_5_1_and_6_6_1():
 
 
 CHAIN = model(4)
-
-
 FLAT = flat_output(CHAIN)
-
-
 GAINS = darc_gains(4)
-
-
 LAW = darc_numbers(FLAT, GAINS, printed_bounds(CHAIN, flexible_joint=True), np.zeros((1, 9)), INTERVAL)
-
-
 REST = np.tile([0.0, 0.0, 0.0, 1.0], (20_000, 1))
 
 
@@ -245,16 +237,10 @@ def test_a_constant_gain_meets_condition_1_with_h_squared_over_four_gains():
 
 
 LOW, HIGH = np.array([-1.0, 0.0, 2.0, -3.0]), np.array([1.0, 0.5, 2.5, 3.0])
-
-
 inside = arrays(float, 4, elements=st.sampled_from([0.0, 1.0, 0.25, 0.6])).map(
     lambda s: LOW + s * (HIGH - LOW)
 )
-
-
 vectors = arrays(float, 4, elements=st.floats(-1e3, 1e3))
-
-
 gains = arrays(float, 4, elements=st.floats(1e-3, 1e3))
 
 

@@ -28,14 +28,8 @@ from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, row_of, state_of
 
 COUNTS = 2.0 * np.pi / np.array([2600.0, 10000.0, 10000.0])
-
-
 CHAIN = model(4)
-
-
 BETA, GAMMA = CHAIN.stiffness[-1] / CHAIN.inertias[-1], CHAIN.damping[-1] / CHAIN.inertias[-1]
-
-
 WHOLE = np.array([sum(CHAIN.inertias), CHAIN.viscous[0], CHAIN.coulomb[0], CHAIN.offsets[0]])
 
 

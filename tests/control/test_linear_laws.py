@@ -14,8 +14,6 @@ from cabledrive.rig import Disturbance, Motion, RigOptions, track
 from control_chains import DRIVE, INTERVAL, model, row_of, state_of
 
 COUNT, TORQUE, TIME = 2.0 * np.pi / 10_000, 0.05, 0.03
-
-
 HELD = Disturbance(torque=0.03, start=0.05, end=float("inf"))
 
 
@@ -142,8 +140,6 @@ def test_lqi_takes_a_constant_torque_of_the_load_away_and_lqg_does_not():
 
 
 LASTING = 0.03
-
-
 SAMPLES = 10_000
 
 

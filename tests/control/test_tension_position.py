@@ -30,11 +30,7 @@ PAIR = TwoMotors(  # a mass on a rail between two winches 8 m apart
     turning_coulomb=np.zeros(2),
     limit=np.array([40.0, 40.0]),
 )
-
-
 REST = np.array([100.0, 100.0])
-
-
 GAINS = TensionGains(
     machine=PAIR,
     low=np.array([30.0, 30.0]),

@@ -74,43 +74,6 @@ def summed(answers):
     return f"{message}; at most {max(err.count(chr(10)) for _, _, err in answers)} line on standard error"
 
 
-def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(
-    tmp_path, capsys, sound, measured
-):
-    torque, angle = sound
-    torque, angle, time = torque[:200], angle[:200], TIME[:200]
-
-    def short(**options):
-        return text(torque, angle, time=time, **options)
-
-    lines = short().splitlines()
-    lines[50] = lines[50].replace(lines[50].split(",")[1], "high")
-    logs = (
-        ("empty.csv", "", "is empty"),
-        ("one.csv", "torque [N m]\n1\n2\n3\n", "one column only"),
-        ("words.csv", "\n".join(lines), 'line 51, column "torque" holds "high"'),
-        ("mixed.csv", short(head="time [s],torque [rad],angle [N m]"), "not N m"),
-        ("twice.csv", short(head="time [s],angle [deg],angle [rad]"), 'two columns are called "angle"'),
-        ("back.csv", short(rows=np.r_[0:100, 50:200]), "time runs backwards at row 101"),
-        ("heads.csv", short(head="a,b,c"), "no column head names a channel"),
-        ("brief.csv", text(TIME[:9], TIME[:9] ** 2, time=TIME[:9]), "9 samples are too few"),
-        ("log.pkl", b"\x80\x04", "logs end in"),
-        ("log.npy", b"\x93NUMPY", "logs end in"),
-        ("log.csv.gz", b"\x1f\x8b", "unpack compressed files"),
-        ("log.zip", b"PK", "unpack compressed files"),
-        ("log.mat", b"MATLAB 5.0 MAT-file".ljust(126) + b"IM" + bytes(range(200)) * 5, "no readable MATLAB"),
-    )
-    answers = [answer_to(capsys, tmp_path, name, content) for name, content, _ in logs]
-    measured(summed(answers))
-    for answer, (name, _, words) in zip(answers, logs, strict=True):
-        refused(answer, name, words)
-
-
-def test_a_matlab_object_is_refused(tmp_path, capsys):
-    io.savemat(tmp_path / "o.mat", {"cell": np.array(["a", "b"], dtype=object), "word": "x"})
-    refused(identify(capsys, tmp_path / "o.mat"), "o.mat", "holds no vector of numbers")
-
-
 def test_constant_signals_are_refused(tmp_path, capsys, sound):
     torque, angle = sound
     torque_stands = answer_to(capsys, tmp_path, "t.csv", text(0 * torque + 0.1, angle))
@@ -122,16 +85,6 @@ def test_a_torque_that_saturates_nearly_always_is_refused(tmp_path, capsys):
     torque, angle = rig_log(sines(0.3), limit=0.35)
     answer = answer_to(capsys, tmp_path, "s.csv", text(np.clip(torque, -0.35, 0.35), angle))
     refused(answer, "s.csv", "the torque saturates")
-
-
-def test_one_per_cent_of_dropped_rows_is_filled_and_said_in_the_answer(tmp_path, capsys, sound):
-    kept = np.sort(np.random.default_rng(1).choice(ROWS, round(0.99 * ROWS), replace=False))
-    (tmp_path / "d.csv").write_text(text(*sound, rows=kept))
-    status, out, err = identify(capsys, tmp_path / "d.csv", "--no-check")
-    answer = json.loads(out)
-    assert (status, err) == (0, "")
-    assert "missing rows filled" in answer["data"][0]["repaired"][0]
-    assert answer["parameters"]["inertia"]["value"] == pytest.approx(0.001742, rel=0.01)
 
 
 def test_motion_in_one_direction_cannot_part_coulomb_friction_and_offset(tmp_path, capsys):
@@ -248,25 +201,6 @@ def test_an_mcap_bomb_is_refused_by_the_heads_of_its_chunks(tmp_path):
         read_log(tmp_path / "b.mcap")
 
 
-def test_a_video_without_a_marker_is_status_2_in_one_line(tmp_path, capsys):
-    cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
-    from cabledrive.app.main import main
-
-    rng = np.random.default_rng(0)
-    video = cv2.VideoWriter(str(tmp_path / "dark.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, (64, 48))
-    for _ in range(12):
-        video.write(np.clip(25 + 8 * rng.normal(size=(48, 64, 3)), 0, 255).astype(np.uint8))
-    video.release()
-    capsys.readouterr()
-    arguments = ["camera", str(tmp_path / "dark.avi"), "--frame-rate", "480", "--scale", "1 mm", "--json"]
-    with pytest.raises(SystemExit) as end:
-        main([*arguments, "-o", str(tmp_path / "x.csv")])
-    out = capsys.readouterr()
-    assert (end.value.code, out.out, out.err.count("\n")) == (2, "", 1), out.err
-    assert "no marker" in out.err
-    assert not (tmp_path / "x.csv").exists()
-
-
 def test_a_corrupt_video_is_status_2_in_one_line(tmp_path):
     """In a process of its own: the decoder must not speak on standard error either."""
     pytest.importorskip("cv2", reason="needs the extra camera")
@@ -276,18 +210,3 @@ def test_a_corrupt_video_is_status_2_in_one_line(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
     assert "is no video" in done.stderr
-
-
-def test_options_of_the_camera_are_refused_in_one_line(tmp_path, monkeypatch):
-    from click.testing import CliRunner
-
-    from cabledrive.app.commands.camera import command
-
-    for arguments, words in (
-        (["a.avi", "-o", "x.csv"], "no scale"),
-        (["a.avi", "-o", "x.csv", "--scale", "1 mm", "--region", "3-4"], "no such file"),
-        (["a.avi", "-o", "x.csv", "--scale", "1 kg"], "1 kg"),
-    ):
-        monkeypatch.chdir(tmp_path)
-        done = CliRunner().invoke(command, arguments)
-        assert words in str(done.exception), (arguments, done.exception)

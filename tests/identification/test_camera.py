@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from cabledrive.identification.camera import clip_of, marker_log, open_clip, scale_from, track_marker
+from cabledrive.identification.camera import clip_of, marker_log, open_clip, track_marker
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.tension.partials import (
     amplitude_spectrum,
@@ -166,12 +166,6 @@ def test_a_video_file_and_a_folder_of_pictures_are_the_same_clip(clip, tmp_path)
     assert "1 frames dropped" in track.findings[0]
 
 
-def test_the_scale_comes_from_a_known_length():
-    assert scale_from(0.03, (10.0, 20.0), (10.0, 95.0)) == pytest.approx(4e-4)
-    with pytest.raises(InputRefused, match="no scale"):
-        scale_from(0.03, (10.0, 20.0), (10.0, 20.0))
-
-
 def test_the_door_writes_a_log_that_identify_reads(clip, tmp_path, capsys):
     pytest.importorskip("cv2", reason="needs the extra camera")
     import cv2
@@ -192,32 +186,3 @@ def test_the_door_writes_a_log_that_identify_reads(clip, tmp_path, capsys):
     log = read_log(tmp_path / "a.csv")
     assert log.sample_rate == pytest.approx(480.0)
     assert set(log.channels) == {"position", "along_position"}
-
-
-@pytest.mark.parametrize(
-    "content", [b"", b"no video at all" * 50, b"RIFF\x00\x00\x00\x00AVI LIST" + bytes(300)]
-)
-@pytest.mark.parametrize("name", ["clip.avi", "clip.mp4"])
-def test_a_corrupt_video_is_refused_in_one_line(tmp_path, content, name):
-    pytest.importorskip("cv2", reason="needs the extra camera")
-    (tmp_path / name).write_bytes(content)
-    with pytest.raises(InputRefused, match=name) as refusal:
-        open_clip(tmp_path / name, RATE)
-    assert "\n" not in str(refusal.value)
-
-
-@pytest.mark.verify
-def test_a_filmed_ping_gives_the_tension(tmp_path):
-    """Configuration 3 filmed for 1 s, 0.15 mm per pixel: 101.26 Hz, and 7 N within 1 %."""
-    from cabledrive.identification.tension import read_ping, tension_from_ping
-    from cabledrive.modal import modes
-    from cabledrive.parameters import load_drive
-
-    drive, rng = load_drive("dissertation-3"), np.random.default_rng(11)
-    first = next(m.frequency for m in modes(drive, count=2).transverse)
-    time = np.arange(480)[:, None] / RATE + 0.5 / RATE * np.linspace(-0.5, 0.5, 9)
-    rows = 80.2 + 12.0 * np.exp(-1.5 * time) * np.cos(2 * np.pi * first * time)
-    track = track_marker(clip_of(list(filmed(VirtualCamera(), rows, rng)), RATE))
-    (tmp_path / "track.csv").write_text(log_csv(marker_log(track, 1.5e-4)))
-    found = tension_from_ping(read_ping(tmp_path / "track.csv"), drive)
-    assert found["upper"] == pytest.approx(7.0, rel=0.01)

@@ -83,15 +83,6 @@ def test_the_belt_model_predicts_the_last_hundred_samples(records, belt, measure
     assert errors[1] <= 0.20, f"{errors}"
 
 
-@pytest.mark.parametrize("starts", [1, pytest.param(3, marks=pytest.mark.verify)])
-def test_no_start_leads_to_a_smaller_residual(records, belt, starts):
-    rng = np.random.default_rng(2017)
-    for _ in range(starts):
-        start = {name: min(value * np.exp(0.4 * rng.normal()), 0.9) for name, value in START.items()}
-        start["belt stiffness"] = 2.0 * np.exp(0.4 * rng.normal())
-        assert fit_output_error(records, BELT, start).residual > belt.residual * (1 - 1e-4)
-
-
 def test_every_linear_model_is_worse(records, belt, measured):
     """Output error of orders 1 to 5, to the rectified speed and to the speed with the belt model's signs."""
     own = [rms_of(r.output[TRAINING:], belt.simulated(r)[TRAINING:]) for r in records]

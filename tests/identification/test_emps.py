@@ -7,9 +7,9 @@ from scipy import io, signal
 from cabledrive.identification.friction_regressors import FrictionModel
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.recipe import published_recipe, recipe_regressor, recipe_rows
+from cabledrive.identification.recipe import published_recipe, recipe_rows
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
-from oracles.position_loop import PositionLoop, integrate_open_loop, integrate_position_loop_of
+from oracles.position_loop import PositionLoop, integrate_position_loop_of
 
 FILE = "emps/DATA_EMPS.mat"
 COLUMNS = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
@@ -19,6 +19,7 @@ PUBLISHED = {
     "coulomb_friction": 20.3935,
     "offset_force": 3.1648,
 }
+OPEN = PositionLoop(position_gain=0.0, speed_gain=0.0, force_per_volt=0.0)
 BOUNDS = {"mass": 0.01, "viscous_friction": 0.02, "coulomb_friction": 0.02, "offset_force": 0.05}
 
 
@@ -140,38 +141,6 @@ def test_parameters_of_one_half_explain_the_force_of_the_other(log, measured):
     assert max(shares) < 0.06, shares
 
 
-def test_the_recipe_serves_an_axis_that_turns():
-    """Another log, rate and cutoff: 0.01 kg m^2, 0.05 N m s/rad, 0.2 N m, offset 0.03 N m."""
-    time = 2e-4 * np.arange(50_000)
-    angle = np.sin(2 * np.pi * 1.1 * time) + 0.3 * np.sin(2 * np.pi * 2.7 * time)
-    columns = recipe_regressor(angle, 2e-4, cutoff=200.0)
-    torque = columns @ np.array([0.01, 0.05, 0.2, 0.03])
-    found = published_recipe(angle, torque, 2e-4, cutoff=200.0)
-    np.testing.assert_allclose(found.values, [0.01, 0.05, 0.2, 0.03], rtol=1e-6)
-    assert unexplained(found.values, angle, torque, 2e-4, cutoff=200.0) < 1e-6
-
-
-def test_a_constant_force_and_a_disturbance_move_a_free_axis_along_a_parabola():
-    """2 kg under 3 N and -1 N from outside: exact, since the speed is linear in time."""
-    time = 1e-3 * np.arange(2001)
-    values = np.array([2.0, 0.0, 0.0, 0.0])
-    position, speed = integrate_open_loop(
-        values, np.full(2001, 3.0), 1e-3, start=(0.5, 0.1), disturbance=np.full(2001, -1.0)
-    )
-    np.testing.assert_allclose(position, 0.5 + 0.1 * time + 0.5 * time**2, rtol=1e-12)
-    np.testing.assert_allclose(speed, 0.1 + time, rtol=1e-12)
-
-
-def test_a_disturbance_against_the_offset_leaves_the_loop_as_it_would_be_without_one():
-    loop = PositionLoop(position_gain=20.0, speed_gain=40.0, force_per_volt=2.0)
-    reference = np.sin(2 * np.pi * 0.5e-3 * np.arange(3000))
-    without = integrate_position_loop_of(np.array([2.0, 5.0, 1.0, 0.0]), loop, reference, 1e-3)[0]
-    values = np.array([2.0, 5.0, 1.0, 0.7])
-    against = integrate_position_loop_of(values, loop, reference, 1e-3, disturbance=np.full(3000, -0.7))[0]
-    np.testing.assert_allclose(against, without, atol=1e-12)
-    assert np.abs(integrate_position_loop_of(values, loop, reference, 1e-3)[0] - without).max() > 1e-4
-
-
 def test_the_open_loop_needs_a_small_disturbance_to_follow(log, measured):
     """Half a second under the measured force alone drifts by a tenth of the stroke.
 
@@ -183,8 +152,8 @@ def test_the_open_loop_needs_a_small_disturbance_to_follow(log, measured):
     start = (record[0], (record[1] - record[0]) / 1e-3)
 
     def off(disturbance):
-        more = np.full(500, disturbance)
-        position, _ = integrate_open_loop(values, force, 1e-3, start=start, disturbance=more)
+        more = force + disturbance
+        position = integrate_position_loop_of(values, OPEN, 0 * force, 1e-3, start=start, disturbance=more)[0]
         return float(np.abs(position - record).max() / np.ptp(record))
 
     best = min(np.linspace(-4.0, 4.0, 81), key=off)

@@ -7,18 +7,14 @@ from math import radians
 import numpy as np
 import pytest
 from scipy.stats import binom
-from threadpoolctl import threadpool_info, threadpool_limits
 
 from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
-from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.one_log import IdentifyOptions, identify, load_options
-from cabledrive.identification.regression import solve
+from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, run_rig
-from cabledrive.rig.log_table import log_csv
 
 TEST = BENCH_TESTS[1]
 NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
@@ -33,8 +29,6 @@ JOINTED = LumpedChain(
     ratios=((1.0, 1.0),),
 )
 PLAIN = IdentifyOptions(check=False)
-FEW = 3
-"""Repeats in the quick tests, for time."""
 
 
 def printed(test):
@@ -115,14 +109,6 @@ def coverage(test, repeats, seed, method=None):
     return np.mean(inside, axis=0)
 
 
-@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
-def test_a_few_repeats_do_not_contradict_the_coverage(test, measured):
-    """So few inside that chance in a thousand allows it at most, were each 93 % right."""
-    inside = FEW * coverage(test, FEW, 10_000)
-    measured("J, b, c, d: " + ", ".join(f"{one:.0f} of {FEW}" for one in inside))
-    assert np.all(inside >= binom.ppf(1e-3, FEW, 0.93)), f"observed {inside} of {FEW}"
-
-
 @pytest.mark.verify
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
 def test_intervals_cover_the_truth_in_a_thousand_repeats(test, measured):
@@ -187,52 +173,6 @@ def test_two_hundred_logs_of_each_fault(case, measured):
         assert named >= 180, f"{named} of 200 named"
 
 
-def test_its_many_small_decompositions_have_one_thread(monkeypatch):
-    """More only wait for one another, many times the work's own length where the machine is busy."""
-    seen = []
-
-    def counted(factors):
-        seen.append({pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"})
-        return solve(factors)
-
-    monkeypatch.setattr("cabledrive.identification.loop_check.solve", counted)
-    with threadpool_limits(limits=2, user_api="blas"):
-        identify(bench_log(TEST, 7).part(start=0.3))
-        after = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
-    assert seen
-    assert all(threads == {1} for threads in seen)
-    assert after == {2}
-
-
-def test_motion_in_one_direction_is_not_identifiable_and_says_why():
-    rng = np.random.default_rng(3)
-    t = 1e-3 * np.arange(20_000)
-    command = 0.12 + 0.03 * np.sin(2 * np.pi * 1.0 * t) + 0.03 * np.sin(2 * np.pi * 3.0 * t)
-    log = run_rig(bench_rig(TEST), command, rng)
-    log = replace(log.part(start=2.0))
-    found = identify(log)
-    assert not found.identifiable
-    assert "coulomb friction, offset torque are not identifiable separately" in found.unidentifiable[0]
-    assert any("one direction" in finding for finding in found.findings)
-
-
-def test_swapped_columns_are_a_finding_and_no_result():
-    log = bench_log(TEST, 4)
-    swapped = replace(
-        log, channels={**log.channels, "torque": log.channel("angle"), "angle": 0.1 * log.channel("torque")}
-    )
-    found = identify(swapped)
-    assert found.findings
-    assert not found.identifiable
-
-
-def test_a_constant_channel_is_refused():
-    t = 1e-3 * np.arange(5000)
-    log = log_of(t, {"torque": 0 * t, "angle": np.sin(t)}, {"torque": "N m", "angle": "rad"})
-    with pytest.raises(InputRefused, match="torque is constant"):
-        identify(log)
-
-
 def test_a_saturated_torque_is_left_out():
     """Clipped where it is measured, not where it acts: without those samples the inertia is right."""
     log = bench_log(TEST, 5)
@@ -266,25 +206,3 @@ def test_several_logs_narrow_the_intervals():
         < one.parameters["viscous_friction"].standard_error
     )
     assert len(three.reports) == 3
-
-
-def test_a_log_written_and_read_again_gives_the_same(tmp_path):
-    """To twice the tenth of a standard error at which the refinement ends."""
-    log = bench_log(TEST, 11).part(end=15.0)
-    (tmp_path / "log.csv").write_text(log_csv(log))
-    direct, read = identify(log, PLAIN), identify(tmp_path / "log.csv", PLAIN)
-    for name in NAMES:
-        off = abs(read[name] - direct[name]) / direct.parameters[name].standard_error
-        assert off < 0.2, f"{name}: {off:.3f} standard errors"
-
-
-def test_a_configuration_is_read_and_a_mistyped_key_is_named(tmp_path):
-    path = tmp_path / "config.toml"
-    path.write_text('[identify]\nmodel = "rigid-axis-tanh"\nbandwidth = "20 Hz"\n[log]\nstart = "1 s"\n')
-    options = load_options(path)
-    assert (options.model, options.axis.bandwidth, options.columns.start) == ("rigid-axis-tanh", 20.0, 1.0)
-    path.write_text('[identify]\nbandwith = "20 Hz"\n')
-    with pytest.raises(InputRefused, match='did you mean "bandwidth"'):
-        load_options(path)
-    with pytest.raises(InputRefused, match="unknown"):
-        identify(bench_log(TEST, 1), model="rigid-axes")

@@ -114,30 +114,6 @@ def test_classic_netcdf_is_the_same_log(tmp_path):
     is_the_log(read_log(tmp_path / "log.nc"))
 
 
-def test_mcap_is_the_same_log_and_topics_are_not_mixed(tmp_path):
-    writing = pytest.importorskip("mcap.writer", reason="needs the extra mcap")
-    with (tmp_path / "log.mcap").open("wb") as stream:
-        writer = writing.Writer(stream)
-        writer.start()
-        schema = writer.register_schema(name="s", encoding="jsonschema", data=b"{}")
-        topics = [
-            writer.register_channel(schema_id=schema, topic=t, message_encoding="json")
-            for t in ("/axis", "/x")
-        ]
-        for k in range(N):
-            message = json.dumps({"torque": TORQUE[k], "angle": ANGLE[k]}).encode()
-            writer.add_message(topics[0], log_time=k * 1_000_000, publish_time=k, data=message)
-            writer.add_message(
-                topics[1], log_time=k * 1_000_000 + 300, publish_time=k, data=b'{"torque": 1.0}'
-            )
-        writer.finish()
-    choices = ["time=axis.log_time", "torque=axis.torque", "angle=axis.angle"]
-    is_the_log(read_log(tmp_path / "log.mcap", with_choices(ColumnMap(), choices)))
-    mixed = with_choices(ColumnMap(), [*choices[:2], "angle=x.torque:rad"])
-    with pytest.raises(InputRefused, match="several topics"):
-        read_log(tmp_path / "log.mcap", mixed)
-
-
 def test_the_map_is_read_from_toml(tmp_path):
     content = '[log]\nsample_rate = "1 kHz"\ncounts_per_revolution = 2600\nstart = "0.5 s"\n[log.columns]\n'
     content += 'torque = {column = "a", unit = "N mm"}\nangle = {column = "b", unit = "counts"}\n'
@@ -169,14 +145,6 @@ def test_few_missing_rows_are_filled_and_said(tmp_path):
     assert "4 missing rows" in log.report.repaired[0]
 
 
-def test_missing_values_are_filled_and_said(tmp_path):
-    torque = TORQUE.copy()
-    torque[[5, 6, 900]] = np.nan
-    log = read_log(written(tmp_path, text(columns=(TIME, torque, ANGLE)).replace("nan", "")))
-    assert np.abs(log.channel("torque") - TORQUE).max() < 1e-3
-    assert "3 missing values of torque" in log.report.repaired[0]
-
-
 def test_lost_counts_and_saturation_are_found(tmp_path):
     lost = ANGLE.copy()
     lost[1000:] += 40 * QUANTUM
@@ -184,11 +152,6 @@ def test_lost_counts_and_saturation_are_found(tmp_path):
     report = read_log(written(tmp_path, text(columns=(TIME, clipped, lost)))).report
     assert any("angle jumps at 1 samples" in finding for finding in report.findings), report.findings
     assert any("torque stands at the end" in finding for finding in report.findings), report.findings
-
-
-def test_a_sound_log_has_no_findings(tmp_path):
-    report = read_log(written(tmp_path, text())).report
-    assert (report.findings, report.repaired) == ((), ())
 
 
 def test_jitter_is_reported_and_uneven_samples_are_not_resampled_unasked(tmp_path):
@@ -269,42 +232,15 @@ def test_a_matlab_file_of_objects_only_is_refused(tmp_path):
         read_log(tmp_path / "log.mat", ColumnMap(sample_rate=1.0))
 
 
-def test_a_compressed_container_is_refused(tmp_path):
-    with pytest.raises(InputRefused, match="unpack"):
-        read_log(written(tmp_path, b"\x1f\x8b", "log.csv.gz"))
-
-
 def test_a_mistyped_column_is_named_with_the_nearest(tmp_path):
     columns = ColumnMap(columns={"torque": Column(column="torqe")})
     with pytest.raises(InputRefused, match='did you mean "torque"'):
         open_log(written(tmp_path, text()), columns)
 
 
-def test_emps_is_read_by_its_own_gain(shared_data):
-    columns = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
-    log = read_log(shared_data("emps/DATA_EMPS.mat"), columns)
-    assert len(log) == 24841
-    assert log.channel("force")[0] / 35.15065188 == pytest.approx(2.5386, rel=1e-3)
-
-
 def test_a_file_that_holds_objects_beside_numbers_is_read(shared_data):
     columns = with_choices(ColumnMap(), ["time=rec.time_cont", "angle=rec.act_pos_mot_deg[0]:deg"])
     assert len(read_log(shared_data("kuka_kr300/run_a.mat"), columns)) == 2501
-
-
-@pytest.mark.parametrize(("encoding", "data"), [("json", b"{torque: 1"), ("cdr", b"\0")])
-def test_an_mcap_message_that_does_not_decode_is_refused(tmp_path, encoding, data):
-    """Neither half a JSON object nor a ROS 2 message without its schema is a defect of the reader."""
-    writing = pytest.importorskip("mcap.writer", reason="needs the extra mcap")
-    with (tmp_path / "log.mcap").open("wb") as stream:
-        writer = writing.Writer(stream)
-        writer.start()
-        schema = writer.register_schema(name="s", encoding="ros2msg", data=b"float64 torque")
-        topic = writer.register_channel(schema_id=schema, topic="/axis", message_encoding=encoding)
-        writer.add_message(topic, log_time=0, publish_time=0, data=data)
-        writer.finish()
-    with pytest.raises(InputRefused, match="is damaged"):
-        read_log(tmp_path / "log.mcap")
 
 
 def test_a_comma_is_no_decimal_mark_where_points_are(tmp_path):
@@ -472,19 +408,6 @@ def test_a_line_of_twenty_megabytes_is_refused_before_it_is_read_whole(tmp_path)
 def test_utf_16_that_ends_within_a_character_is_refused(tmp_path):
     with pytest.raises(InputRefused, match="is damaged"):
         read_log(written(tmp_path, text().encode("utf-16")[:-1]))
-
-
-def test_twenty_per_cent_of_jitter_is_resampled(tmp_path):
-    """Normally distributed, one interval in five: neighbouring steps from 0.1 to 2 intervals."""
-    rng = np.random.default_rng(7)
-    stamps = np.sort(TIME + 0.2 * DT * rng.normal(size=N))
-    torque = 0.2 * np.sin(2 * np.pi * 3 * stamps + 0.3)
-    angle = 0.5 * np.sin(2 * np.pi * 3 * stamps)
-    log = read_log(written(tmp_path, text(columns=(stamps, torque, angle))), ColumnMap(resample=True))
-    error = np.abs(log.channel("torque") - 0.2 * np.sin(2 * np.pi * 3 * log.time + 0.3)).max()
-    assert error < 1e-4, error
-    assert abs(len(log) - N) < 0.02 * N, len(log)
-    assert log.interval == pytest.approx(DT, rel=0.02)
 
 
 def ros_messages(rate):

@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 import cabledrive as cd
 from cabledrive.identification.printer_spectrum import read_printer_spectrum
 from cabledrive.identification.spectrum_peaks import spectrum_peaks
-from cabledrive.parameters import InputRefused
-from cabledrive.trajectories import input_shaper
 from command import answer, call, object_of, refusal
 from printer_logs import samples, write_densities, write_samples
 
@@ -107,18 +105,6 @@ def test_remaining_vibration_is_that_of_the_definition(logs):
         )
 
 
-def test_no_frequency_near_the_choice_has_a_better_score_among_those_that_vibrate_as_little(logs):
-    """The choice within a type by its rule: the best score within 1.1 of the least vibration and 0.05 %."""
-    found = cd.shaper(logs["densities"])
-    spectrum = found.spectra[0]
-    fit = found.shapers[1]
-    tried = [input_shaper(fit.type, f, 0.1) for f in np.arange(23.0, 200.0, 4.0)]
-    left = [
-        max(one_by_one(s, z, spectrum.frequency, spectrum.density) for z in (0.075, 0.1, 0.15)) for s in tried
-    ]
-    assert fit.vibration < 1.1 * min(left) + 5e-4, (fit.vibration, min(left))
-
-
 def test_the_three_kinds_of_file_ask_for_the_same_shaper(logs):
     found = [cd.shaper(log) for log in logs.values()]
     assert len({one.recommended.type for one in found}) == 1
@@ -211,19 +197,6 @@ def test_a_file_without_a_spectrum_is_refused(tmp_path, content, words):
     assert words in refusal("shaper", tmp_path / "a.csv")
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--damping 1", "damping = 1 must lie from 0 to 0.99"),
-        ("--corner-speed -1", "corner-speed = -1 m/s must lie"),
-        ("--max-smoothing 0", "max-smoothing = 0 m must be above 0"),
-        ("--axis w", "axis"),
-    ],
-)
-def test_an_option_out_of_range_is_refused(logs, options, words):
-    assert words in refusal("shaper", logs["densities"], *options.split())
-
-
 @settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     values=st.lists(st.floats(allow_nan=True, width=32) | st.sampled_from([0.0, 1e300, 5e-324]), min_size=5),
@@ -241,13 +214,6 @@ def test_a_random_spectrum_is_read_or_refused_in_one_line(tmp_path, values, step
         assert object_of(done.stdout)["recommended"] in SHAPERS
     else:
         assert (done.stdout, done.stderr.count("\n")) == ("", 1)
-
-
-def test_refusals_of_the_python_verb_are_the_command_s(tmp_path):
-    with pytest.raises(InputRefused, match="0 logs"):
-        cd.shaper([])
-    with pytest.raises(InputRefused, match="must be x, y or z"):
-        cd.shaper(tmp_path / "a.csv", axis="w")
 
 
 @pytest.mark.parametrize("interval", [1.5625, 0.5, 0.2])

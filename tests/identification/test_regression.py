@@ -14,7 +14,6 @@ from cabledrive.identification.regression import (
     factor,
     joined,
     merged,
-    only,
     solve,
     suited_segments,
 )
@@ -49,12 +48,6 @@ def test_a_nearly_collinear_regression_loses_half_of_the_digits_of_normal_equati
     np.testing.assert_allclose(fit.values, TRUE, rtol=1e-7)
 
 
-def test_fewer_regressors_are_the_regression_without_the_others():
-    phi, y = coloured(np.random.default_rng(3))
-    fit = solve(only(factor(phi, y, NAMES, 9), ("inertia", "coulomb_friction")))
-    np.testing.assert_allclose(fit.values, np.linalg.lstsq(phi[:, [0, 2]], y, rcond=None)[0], rtol=1e-11)
-
-
 def test_intervals_of_coloured_residuals_cover_as_they_say():
     """Residuals with memory, where plain errors would be too small by about 3; 300 runs of 3 parameters."""
     rng = np.random.default_rng(4)
@@ -86,13 +79,6 @@ def test_two_regressors_that_are_one_are_named_and_get_no_number():
     assert "(- viscous friction + coulomb friction)" in words
     assert fit.condition == float("inf")
     assert fit.values[0] == pytest.approx(TRUE[0], rel=0.05)
-
-
-def test_a_parameter_that_nothing_moves_is_named():
-    phi, y = coloured(np.random.default_rng(7))
-    phi[:, 1] = 0.0
-    fit = solve(factor(phi, y, NAMES, 9))
-    assert unidentifiable_words(fit)[0].startswith("viscous friction is not identifiable")
 
 
 def test_a_parameter_is_weak_only_if_its_uncertainty_matters():

@@ -26,13 +26,6 @@ def tension_by_counts(drive, run, phase):
     return tension_from_ping(log, drive).spans["upper"].tension.value
 
 
-def test_the_encoder_of_a_light_pulley_feels_the_stretch_at_twice_the_frequency(measured):
-    """Configuration 2 at 5 N, 8 mm: the load pulley answers with half a count of 10,000."""
-    tension = tension_by_counts(*turning("dissertation-2", 5.0, 8e-3), 0.3)
-    measured(f"{100 * (tension / 5.0 - 1.0):+.3f} %")
-    assert tension == pytest.approx(5.0, rel=0.01), tension
-
-
 @pytest.mark.parametrize(
     "name, tension, height, least",
     [

@@ -4,20 +4,15 @@ Recordings are made by the exact loop.
 """
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.io import wavfile
 
 from cabledrive.app.main import main
-from cabledrive.identification.filters import zero_phase
-from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.tension import tension_of_both
 from cabledrive.identification.tension.decaying_tones import Tones, fit_tones
-from cabledrive.parameters import InputRefused, NotComputed, load_drive
-from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
-from played_spans import BRAKED, SPANS, carrying, errors, played
+from played_spans import SPANS, carrying, errors, played
 
 
 def called(capsys, *arguments):
@@ -124,49 +119,6 @@ def test_beside_a_carrying_span_the_silent_one_is_named():
     found = tension_of_both(one.log, one.drive)
     assert list(found.families) == ["lower"]
     assert "upper span is not detected" in found.unidentifiable[0]
-
-
-def test_one_partial_of_each_span_may_be_taken_either_way():
-    """Without what lies above 115 Hz one tone is left of each: neither is known to be whose."""
-    one = played(10_052, drive=carrying(), pretension=7.0, share=0.1, probe=0.19, noise=0.0)
-    low = zero_phase(one.log.channel("sound"), one.log.interval, 115.0, order=8)
-    low = low + 0.02 * np.abs(low).max() * np.random.default_rng(1).normal(size=low.size)
-    with pytest.raises(NotComputed, match="two assignments") as refusal:
-        tension_of_both(log_of(one.log.time, {"sound": low}, {}), one.drive)
-    assert "\n" not in str(refusal.value)
-
-
-def test_noise_has_no_families_and_bad_input_is_refused():
-    time = np.arange(4000) / 2000.0
-    loop, line = load_drive("dissertation-3"), load_drive("camera-line")
-    noise = log_of(time, {"sound": np.random.default_rng(5).normal(size=time.size)}, {})
-    with pytest.raises(NotComputed, match="no tone"):
-        tension_of_both(noise, loop)
-    with pytest.raises(InputRefused, match="constant"):
-        tension_of_both(log_of(time, {"sound": np.zeros(time.size)}, {}), loop)
-    with pytest.raises(InputRefused, match="one span"):
-        tension_of_both(noise, line)
-    with pytest.raises(InputRefused, match="plucked"):
-        tension_of_both(noise, loop, plucked="middle")
-
-
-def test_counts_of_an_encoder_make_no_families_of_their_own():
-    """Both spans pull at the drive pulley of configuration 2 by a few counts of 40,000 in all: too little."""
-    known = load_drive("dissertation-2", overrides=BRAKED)
-    drive = replace(known, cable=replace(known.cable, pretension=5.0, transverse_damping=2.0))
-    plucks = (Pluck(height=8e-3, place=0.4), Pluck(height=6e-3, place=0.3, span="lower"))
-    run = simulate(
-        drive,
-        2.0,
-        start=Start(plucks=plucks),
-        scheme=Scheme(segments=60),
-        recording=Recording(rate=2000.0),
-    )
-    count = 2 * np.pi / 40_000
-    angle = count * np.floor(run.drive_angle / count + 0.3)
-    assert np.ptp(angle) > 1.5 * count, "the encoder does turn"
-    with pytest.raises(NotComputed, match="no tone"):
-        tension_of_both(log_of(run.time, {"drive_angle": angle}, {"drive_angle": "rad"}), known)
 
 
 def test_the_command_reads_both_spans_of_a_sound_file(tmp_path, capsys):

@@ -41,9 +41,3 @@ def test_a_weighted_residual_is_white_from_the_lowest_frequency_up(rate):
     assert level.max() / level.min() > 300.0, f"observed {level}"
     white = np.mean(seen, axis=0)
     assert np.all(np.abs(white - 1.0) < 0.2), f"observed {white}"
-
-
-def test_a_short_log_keeps_most_of_its_rows_untouched_by_its_ends():
-    """The filter reaches over an eighth of the log at most."""
-    residual = residual_of_an_axis(np.random.default_rng(32), 1e-3, duration=6.0)
-    assert whitener([residual], 1e-3, BANDWIDTH).size <= residual.size / 8 + 1

@@ -65,30 +65,6 @@ def integrate_position_loop_of(
     return out[0], out[1], out[2]
 
 
-def integrate_open_loop(
-    values: Array,
-    force: Array,
-    interval: float,
-    substeps: int = 10,
-    start: tuple[float, float] = (0.0, 0.0),
-    disturbance: Array | None = None,
-) -> tuple[Array, Array]:
-    """Move an axis under a force alone: the harder test, since nothing brings it back.
-
-    ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset with the sign of (4.16);
-    ``force``, shape (samples,) [N m or N], standing from sample to sample; ``interval`` [s]; ``substeps``:
-    steps per sample; ``start``: position and speed at the first sample; ``disturbance``, shape (samples,):
-    torque or force from outside; default: none.
-    Returns ``position, speed``, shape (samples,).
-    """
-    given = force if disturbance is None else force + disturbance
-    still = PositionLoop(position_gain=0.0, speed_gain=0.0, force_per_volt=0.0)
-    position, speed, _ = integrate_position_loop_of(
-        values, still, np.zeros(force.size), interval, substeps, start, given
-    )
-    return position, speed
-
-
 @njit
 def integrate_position_loop(
     p: Array,

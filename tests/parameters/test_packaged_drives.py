@@ -13,8 +13,6 @@ import cabledrive as cd
 PAGE = Path(__file__).parents[2] / "docs" / "drives.md"
 COMPOSITES = [name for name in cd.packaged_drives("loop", "line") if not name.startswith("dissertation")]
 DISSERTATION = [name for name in cd.packaged_drives("loop", "line") if name.startswith("dissertation")]
-
-
 MOTORS = {name: cd.load_drive(name).motor for name in cd.packaged_drives("loop", "line")}
 STATED_ROTORS = [
     name for name, motor in MOTORS.items() if motor is not None and motor.rotor_inertia is not None

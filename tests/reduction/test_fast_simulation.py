@@ -11,11 +11,7 @@ from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.simulation import Pluck, Recording, Scheme, Setting, Sine, Start, simulate
 
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
-
-
 SEGMENTS = 400  # the corners of a triangle want a fine chain as referee
-
-
 TORQUE = Sine(amplitude=0.02, frequency=81.6)
 
 
@@ -80,11 +76,7 @@ def test_a_motion_that_outgrows_everything_ends_there_and_keeps_what_came_before
 
 
 FORCED = cd.load_drive("dissertation-2", overrides=["cable.transverse_damping=2"])
-
-
 SCHEME = FastScheme(sines=3, step=2e-4)
-
-
 COMMON = Setting(torque_frequency=81.6, pluck_upper=1e-3, pluck_lower=-5e-4)
 
 

@@ -31,14 +31,8 @@ from cabledrive.reduction.reflected import reflected
 from cabledrive.simulation import Recording, Scheme, Sine, simulate
 
 DRIVE = load_drive("dissertation-3")
-
-
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
-
-
 K_M, B_M, KK, BB = 135.0, 0.075, 2 * 850 * 0.04**2, 2 * 0.18 * 0.04
-
-
 OMEGA = 2 * np.pi * np.geomspace(0.3, 400.0, 60)
 
 
@@ -176,11 +170,7 @@ def test_distributed_drive_turns_its_motor_as_model_4_does_up_to_the_joints_mode
 
 
 HOLDING = 25.0
-
-
 BASE = cd.load_drive("dissertation-3")
-
-
 SMOOTH = replace(
     BASE,
     cable=replace(BASE.cable, mass_per_length=1e-6),
@@ -188,8 +178,6 @@ SMOOTH = replace(
     motor=replace(BASE.motor, holding_stiffness=HOLDING, coulomb_friction=0.0, offset_torque=0.0),
     lumped=None,
 )
-
-
 JOINTS = pytest.mark.parametrize("joint", [135.0, None])
 
 

@@ -17,14 +17,8 @@ from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
 from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent
-
-
 ROUTES = TESTS / "parameters" / "routes"
-
-
 SENSORS = ("sensors.sample_rate=5000", "sensors.motor_encoder=4000", "sensors.load_encoder=4000")
-
-
 MIDDLE = "head.x=0.21"
 
 

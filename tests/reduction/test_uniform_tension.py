@@ -152,8 +152,6 @@ def test_equal_plucks_leave_the_pulleys_at_rest():
 
 
 DAMPED = ["cable.transverse_damping=2", "pulley.1.viscous_friction=2e-5", "cable.pretension=3.26"]
-
-
 JOINTED = [*DAMPED[:2], "motor.coulomb_friction=0"]
 
 

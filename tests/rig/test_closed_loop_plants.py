@@ -18,23 +18,19 @@ from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.batch_kernels import integrate_many, integrate_one, smooth_sign
 from cabledrive.rig.closed_loop.batch_tables import exponentials, free_transitions
-from cabledrive.rig.closed_loop.cable_plant import drive_like
-from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
+from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
 from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
 from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_one
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples, sampled_chain, sampled_loops
-from cabledrive.rig.run_facts import why_ended
 from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model
 from dissertation_runs import track
 from oracles.readable_plant import ReadablePlant
 
 CHAIN = model(4)
-
-
 LOOSE = replace(CHAIN, coulomb=(0.0,) * 3, offsets=(0.0,) * 3)
 
 
@@ -158,15 +154,6 @@ def test_torque_loop_of_first_order_follows_its_time_constant():
     assert states[0, -1] == pytest.approx(0.2 * (1 - np.exp(-1.0)), rel=1e-12)
 
 
-def test_smoothed_friction_is_of_second_order_in_the_step():
-    u = wave(1000)
-    fine = motion(u, smooth=True, substeps=64)[-1, 2]
-    errors = [abs(motion(u, smooth=True, substeps=k)[-1, 2] - fine) for k in (1, 2, 4)]
-    assert errors[0] < 1e-5
-    assert errors[1] < errors[0] / 3.0, f"observed {errors}"
-    assert errors[2] < errors[1] / 3.0, f"observed {errors}"
-
-
 def test_energy_only_falls_without_torque():
     """Stored energy after each sample, from a wound-up cable with the motor stuck and free."""
     chain = replace(CHAIN, offsets=(0.0, 0.0, 0.0))
@@ -185,11 +172,7 @@ def test_energy_only_falls_without_torque():
 
 
 DRIVE = load_drive("dissertation-3")
-
-
 SMOOTH = RigOptions(ideal_sensors=True, smooth_friction=True)
-
-
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
 
 
@@ -253,19 +236,6 @@ def test_exponentials_of_small_matrices_are_scipys():
     for made, matrix in zip(exponentials(matrices), matrices, strict=True):
         exact = expm(matrix)
         assert np.abs(made - exact).max() <= 1e-12 * np.abs(exact).max()
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        RigOptions(),
-        replace(SMOOTH, smooth_friction=False),
-        replace(SMOOTH, jitter=1e-5),
-        replace(SMOOTH, substeps=2),
-    ],
-)
-def test_what_a_batch_cannot_follow_runs_one_by_one(options):
-    assert not fits_batch(loop_of("darc-4", options))
 
 
 def test_a_slack_span_fails_the_draw_in_its_batch():
@@ -333,21 +303,6 @@ def test_cable_as_printed_is_softer_than_the_design_believes(measured):
     assert on_cable("darc-4-damped").summary["cable"]["stiffness"] == pytest.approx(850.0)
 
 
-def test_damping_of_the_cable_is_the_measured_one():
-    """b_c = 0.18 N s/rad at a pulley of 4 cm is 4.5 N s along a cable of 1 m."""
-    assert on_cable("pd", motion=SHORT).summary["cable"]["axial_damping"] == pytest.approx(0.18 / 0.04)
-
-
-def test_encoders_delay_and_torque_loop_act_on_the_cable_too():
-    late = replace(DRIVE, sensors=replace(DRIVE.sensors, delay=1.3e-4))
-    row, cable = (
-        track(late, controller="darc-4", plant=plant, seed=2, motion=SHORT).summary
-        for plant in (None, "cable")
-    )
-    assert cable["encoder_phases"] == row["encoder_phases"]
-    assert cable["peak_error_deg"] == pytest.approx(row["peak_error_deg"], rel=0.1)
-
-
 def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
     """Some milliseconds after the lumped chain: a span that hangs keeps some tension for a while."""
     push = Disturbance(torque=0.9, start=0.1, end=0.5)
@@ -358,49 +313,3 @@ def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
     later, least = len(result.time) - len(row.time), result.tensions.min() / DRIVE.cable.pretension
     measured(f"ends {1e3 * (result.time[-1] - row.time[-1]):.1f} ms after the row, at {100 * least:.2f} %")
     assert 0 < later < 50
-
-
-def test_a_span_that_goes_slack_in_the_last_sample_is_reported_too():
-    """The same run, of a motion that ends where it did: as many samples as were asked for, and yet failed."""
-    push = Disturbance(torque=0.9, start=0.1, end=0.5)
-    options, law = replace(IDEAL, disturbances=(push,)), design("darc-4", spec_for(DRIVE, SHORT))
-    loop = close_loop(DRIVE, DRIVE, law, SHORT, options, np.random.default_rng(0), cable=True)
-    early = run(loop)
-    assert early.failed
-    assert early.ended < len(loop.target)
-    whole = run(replace(loop, target=loop.target[: early.ended]))
-    assert whole.ended == early.ended
-    assert whole.failed
-    assert why_ended(replace(loop, target=loop.target[: early.ended]), whole) == why_ended(loop, early)
-    assert not run(replace(loop, target=loop.target[: early.ended - 1])).failed
-
-
-def test_spans_carry_the_pretension_together():
-    result = on_cable("darc-4", motion=SHORT)
-    assert result.tensions.sum(axis=1) == pytest.approx(14.0, abs=0.01)
-    row = track(DRIVE, controller="darc-4", options=IDEAL, motion=SHORT)
-    assert np.abs(row.tensions - result.tensions).max() < 0.1
-
-
-@pytest.mark.parametrize(
-    "law, choices",
-    [
-        *(("darc-1", {"bandwidth": hertz, "options": RigOptions(feedback="drive")}) for hertz in (3.0, 11.0)),
-        *((law, {}) for law in ("darc-2", "darc-3", "darc-4", "backstepping", "darc-4-damped")),
-        ("darc-4-damped", {"gains": "best"}),
-    ],
-)
-def test_cable_keeps_its_own_modes_small_at_two_phases(law, choices, measured):
-    """Two of 16: each run to its end, the middle of a span within 0.002 deg of the line between its ends."""
-    runs = [track(DRIVE, controller=law, plant="cable", seed=seed, **choices) for seed in range(2)]
-    spillover = max(one.summary["cable"]["spillover_deg"] for one in runs)
-    measured(f"spillover {spillover:.1e} deg")
-    assert all(one.incomplete is None for one in runs)
-    assert spillover < 2e-3
-
-
-def test_a_drawn_row_of_inertias_has_a_drive_of_its_own():
-    chain = sampled_chain(plant_chain(DRIVE, 4), np.random.default_rng(1))
-    again = plant_chain(drive_like(DRIVE, chain), 4)
-    for name in ("inertias", "stiffness", "damping", "coulomb", "viscous", "offsets"):
-        assert getattr(again, name) == pytest.approx(getattr(chain, name))

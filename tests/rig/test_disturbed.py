@@ -22,24 +22,15 @@ from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_distur
 from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop, disturbed_numbers
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.log_file import log_text
-from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
 from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model
 from dissertation_runs import track
 from true_plants import followed, truth_of
 
 DRIVE = load_drive("dissertation-3")
-
-
 IDEAL = RigOptions(ideal_sensors=True)
-
-
 CENTRED = RigOptions(encoder_phase="centred")
-
-
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
-
-
 CHAIN = replace(model(4), coulomb=(0.0,) * 3, offsets=(0.0,) * 3)
 
 
@@ -67,20 +58,6 @@ def test_motor_turns_alone_through_its_backlash():
     assert np.all(states[:, 1:3] == 0.0)
     time = INTERVAL * 20
     assert states[-1, 0] == pytest.approx(0.5 * 1e-3 / CHAIN.inertias[0] * time**2, rel=0.01)
-
-
-def test_beyond_its_play_the_joint_is_the_spring_it_was_shifted_by_half_of_it():
-    """At rest under a torque against a held load the joint twists by half the play more."""
-    plain, loose = (
-        track(
-            with_motor(backlash=play, coulomb_friction=0.0, offset_torque=0.0),
-            controller="pd",
-            options=replace(IDEAL, disturbances=(Disturbance(torque=-0.1, start=0.0, end=9.0),)),
-        )
-        for play in (0.0, radians(0.5))
-    )
-    twist = [run.angles[-1, 0] - run.angles[-1, 1] for run in (plain, loose)]
-    assert twist[1] - twist[0] == pytest.approx(radians(0.25), rel=0.02)
 
 
 def test_backlash_costs_energy_never_gives_it():
@@ -276,15 +253,6 @@ def test_a_load_of_three_times_the_inertia_a_shock_and_wear_change_the_run(loop)
     assert np.degrees(change[2500:].max()) > 0.1
 
 
-def test_the_same_seed_draws_the_same_plant_for_every_law(loop):
-    ranges = Disturbances(load_coulomb=(0.0, 0.02), jitter=(1e-6, 2e-6), added_delay=(0.0, 1e-4))
-    one, other = (disturbed_loop(loop, ranges, OPTIONS, np.random.default_rng([7, 3])) for _ in range(2))
-    assert one.chain == other.chain
-    assert 0.0 < one.chain.coulomb[-1] < 0.02
-    assert 0.0 < one.rig.late_part < 1e-4
-    np.testing.assert_array_equal(one.rig.jitter, other.rig.jitter)
-
-
 def test_a_file_of_ranges_is_read_with_its_units(tmp_path):
     path = tmp_path / "disturbances.toml"
     path.write_text('load_coulomb = ["0 N m", "20 mN m"]\nbacklash = "1 deg"\nload_factor = [0.5, 3]\n')
@@ -293,24 +261,3 @@ def test_a_file_of_ranges_is_read_with_its_units(tmp_path):
     assert found.backlash == (pytest.approx(np.radians(1.0)),) * 2
     assert found.load_factor == (0.5, 3.0)
     assert found.cogging == (0.0, 0.0)
-
-
-def test_disturbances_and_failures_are_read_with_their_units():
-    read = parse_disturbance("motor:20 mN m:0.1 s:200 ms")
-    assert read == Disturbance(torque=0.02, start=0.1, end=0.2, on="motor")
-    assert parse_encoder_dropout("load:0.1:0.2") == ("load", 0.1, 0.2)
-
-
-def test_backlash_of_the_gearhead_is_reported_and_costs_accuracy(measured):
-    """Table A.3's 1 deg, unknown to the law."""
-    plain, loose = (
-        track(
-            DRIVE, controller="darc-4-damped", plant_drive=with_motor(backlash=radians(play)), seed=1
-        ).summary
-        for play in (0.0, 1.0)
-    )
-    measured(f"{loose['peak_error_deg']:.3f} deg beside {plain['peak_error_deg']:.3f} deg, phases 1")
-    assert loose["backlash"] == pytest.approx(radians(1.0))
-    assert loose["free_play_samples"] > 100
-    assert "backlash in the gearhead" in loose["broken_assumptions"]
-    assert 2.0 * plain["peak_error_deg"] < loose["peak_error_deg"] < 1.0

@@ -18,20 +18,10 @@ from oracles.motor_pair import MotorPair
 from oracles.motor_pair import run as run_by_scipy
 
 DEGREE, COUNT = np.pi / 180.0, 0.036
-
-
 BACKLASH, FRICTIONLESS = ["motor.backlash=1 deg"], ["motor.coulomb_friction=0", "motor.offset_torque=0"]
-
-
 DRIVE = cd.load_drive("dissertation-3", overrides=BACKLASH)
-
-
 SMOOTH = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS])
-
-
 PAIR = RigOptions(pair=True)
-
-
 SHORT = Motion(angle=10.0, rise=0.12, dwell=0.05, order=11)
 
 
@@ -121,28 +111,6 @@ def test_the_pair_keeps_its_flanks_closed_and_comes_to_rest_within_a_count(draws
     assert np.mean(alone > 1.0) > 0.5
 
 
-@pytest.mark.verify
-@pytest.mark.parametrize(
-    ("law", "hertz", "goal"), [("darc-4-damped", 25.0, 0.15), ("lqg", 20.0, 0.19), ("lqi", 30.0, 0.12)]
-)
-def test_what_is_left_at_rest_at_higher_bandwidth_is_there_without_backlash_too(law, hertz, goal, measured):
-    """Counts and friction that sticks: the motor of twice the size without backlash on the same draws."""
-    peaks, swings, least = over_draws(law, hertz, 100, 5)
-    twice = doubled(DRIVE)
-    plain = replace(twice, motor=replace(twice.motor, backlash=0.0))
-    _, without, _ = over_draws(law, hertz, 100, 5, RigOptions(), plain)
-    _, alone, _ = over_draws(law, hertz, 100, 5, RigOptions())
-    shares = [float(np.mean(one > 1.0)) for one in (swings, without, alone)]
-    measured(
-        f"{law} at {hertz:.0f} Hz: median {np.median(peaks):.3f}, worst {peaks.max():.3f} deg; above a count "
-        f"at rest {shares[0]:.0%}, without backlash {shares[1]:.0%}, one motor {shares[2]:.0%}"
-    )
-    assert least.min() > 0.0
-    assert peaks.max() < goal
-    assert shares[0] <= shares[1] + 0.15
-    assert shares[0] <= shares[2]
-
-
 def shock(torque):
     return Disturbance(torque=torque, start=0.7, end=0.75)
 
@@ -188,12 +156,3 @@ def test_the_observer_finds_the_flank_torques_within_rounding_and_friction(measu
     measured(f"largest error {said['flank_observer_error']:.3f} N m")
     assert said["flank_observer_error"] < 135.0 * np.pi / 2600 + 0.04
     assert said["motor_peak_torque"][0] < said["torque_limit"] == pytest.approx(2.1)
-
-
-def test_a_law_made_anew_after_a_pulse_keeps_the_flanks_of_both_parts():
-    found = cd.track(
-        DRIVE, controller="darc-indirect", bandwidth=20.0, motion=Motion(pulses=2), options=PAIR
-    ).summary
-    assert found["learnt"]["used"]
-    assert found["pair"]["flanks_closed"] is True
-    assert found["pair"]["flank_observer_error"] > 0.0

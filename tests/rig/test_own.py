@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control import ControllerProtocol
 from cabledrive.control.linear_laws import pd_law, pid_law
-from cabledrive.control.own_controller import checked_controller
 from cabledrive.mechanics.compiled import numba_at_hand, why_plain
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.reflected import reflected
@@ -21,11 +19,7 @@ from cabledrive.rig.setting import DEGREE, sample_interval
 from cabledrive.rig.trial import spec_for
 
 DRIVE = cd.load_drive("dissertation-3")
-
-
 CHAIN, INTERVAL = reflected(lumped_model(DRIVE, 4))[0], sample_interval(DRIVE)
-
-
 SHORT = Motion(angle=5.0, rise=0.15, dwell=0.05, order=11)
 
 
@@ -91,18 +85,6 @@ def test_a_controller_with_memory_is_the_packaged_pid():
     assert found < 1e-9, f"observed {found:.1e} N m"
 
 
-@pytest.mark.verify
-def test_on_the_distributed_cable_too():
-    row, options = pd_law(CHAIN, 5.0, INTERVAL).rows[0], RigOptions(segments=3)
-    short = Motion(angle=3.0, rise=0.07, dwell=0.01, order=11)
-    packaged = track(DRIVE, controller="pd", bandwidth=5.0, motion=short, options=options, plant="cable")
-    own = cd.OwnController(step=feedback, gains=row)
-    found = track(DRIVE, controller=own, motion=short, options=options, plant="cable")
-    difference = largest(packaged.torque, found.torque)
-    assert difference < 1e-10, f"observed {difference:.1e} N m"
-    assert largest(packaged.tensions, found.tensions) < 1e-8
-
-
 def test_readings_come_in_counts_and_the_wanted_motion_with_its_derivatives():
     seen = []
 
@@ -159,11 +141,7 @@ SMOOTH = (
     "pulley.0.coulomb_friction=0 N m",
     "pulley.1.coulomb_friction=0 N m",
 )
-
-
 LINEAR = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0"])
-
-
 MODEL_2 = reflected(lumped_model(LINEAR, 2))[0]
 
 
@@ -240,16 +218,6 @@ def test_two_masses_in_plain_python_are_model_2(settings, measured):
     assert fine < 0.4 * coarse, f"observed {coarse:.1e} and {fine:.1e} deg"
 
 
-def test_nothing_is_claimed_of_a_plant_whose_parameters_are_unknown():
-    own = track(LINEAR, controller="darc-2", plant=own_model_2(), motion=SHORT)
-    assert own.summary["plant"] == "two masses"
-    assert own.summary["within_bound"] is None
-    assert own.summary["closed_loop_poles"] is None
-    assert own.summary["backlash"] is None
-    assert own.tensions is None
-    assert own.interpreted == "plant"
-
-
 def test_an_own_controller_on_an_own_plant():
     def step(gains, state, measurement, reference):
         return state, reference[-1] - 5.0 * (measurement[0] - reference[0]) - 0.05 * (
@@ -292,17 +260,3 @@ def test_four_inertias_run_as_model_4_when_the_gear_is_stiff(measured):
     measured(f"{gaps[0] / DEGREE:.1e} and {gaps[1] / DEGREE:.1e} deg")
     assert gaps[1] < 0.2 * gaps[0], f"observed {gaps} rad"
     assert gaps[0] < 0.1 * DEGREE, f"observed {gaps} rad"
-
-
-def test_the_protocol_is_structural():
-    class Mine:
-        name, gains, initial_state, sample_time = "mine", 2.0, [0.0], None
-        shafts, measures, follows = ("load",), "states", "motion"
-
-        def step(self, gains, state, measurement, reference):
-            return state, gains * (reference[0] - measurement[0]) - 0.01 * measurement[1]
-
-    own = checked_controller(Mine())
-    assert (own.name, own.shafts, own.follows) == ("mine", ("load",), "motion")
-    assert isinstance(Mine(), ControllerProtocol)
-    assert track(DRIVE, controller=Mine(), motion=SHORT).summary["controller"] == "mine"

@@ -110,8 +110,6 @@ RUNS = [
     *(tracked("two winches", **{key: value}) for key, value in
       {"gust": 3.0, "least_tension": 3.0, "motion": BodyMotion()}.items()),
 ]  # fmt: skip
-
-
 WINCHES = [
     row(lambda: track_two_motors(CAMERA, least_tension=1000.0), "tension at rest"),
     row(

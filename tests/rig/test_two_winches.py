@@ -8,9 +8,9 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control.tension_position import first_state, step
-from cabledrive.reduction.two_motors import is_winched, winched_machine
+from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
-from cabledrive.rig import BodyMotion, Disturbance, RigOptions
+from cabledrive.rig import BodyMotion, Disturbance
 from cabledrive.rig.two_motors.design import design_tensions
 from cabledrive.rig.two_motors.place_check import bound_of_place, part_used
 from cabledrive.rig.two_motors.plan import plan_motion
@@ -20,8 +20,6 @@ from cabledrive.rig.two_motors.summary import summarize
 from oracles.two_winches import Winches, run
 
 CAMERA = cd.load_drive("camera-winches")
-
-
 RAIL = cd.load_drive(str(Path(__file__).parents[2] / "examples" / "rail_winches.toml"))
 
 
@@ -242,29 +240,3 @@ def test_where_the_torque_ends_no_law_can_and_the_result_says_so():
     assert found.summary["peak_torque"] == pytest.approx(140.0)
     assert found.summary["peak_error_mm"] > 100.0
     assert found.summary["within_bound"] is None
-
-
-def test_a_guided_body_keeps_the_internal_tension_of_the_file():
-    """At rest both lines have the pretension, and a move shifts them against each other."""
-    found = track_two_motors(RAIL, motion=BodyMotion(moves={"trolley.x": 4.0}, rise=3.0))
-    assert found.summary["peak_error_mm"] < 2.0
-    assert found.summary["within_bound"]
-    m = winched_machine(RAIL)
-    mean = found.tensions.mean(axis=1)
-    assert np.abs(mean - 700.0).max() < 25.0, np.abs(mean - 700.0).max()
-    np.testing.assert_allclose(m.tension, [700.0, 700.0], rtol=1e-3)
-
-
-def test_the_door_of_python_takes_winches_with_the_same_answer():
-    motion = BodyMotion(moves={"camera.x": 0.4}, rise=2.0)
-    push = Disturbance(on="camera.y", torque=-20.0, start=1.0, end=1.5)
-    ours = cd.track(CAMERA, motion=motion, options=RigOptions(disturbances=(push,)), gust=40.0, seed=4)
-    theirs = track_two_motors(CAMERA, motion=motion, disturbances=(push,), gust=40.0, seed=4)
-    assert ours.summary == theirs.summary
-    np.testing.assert_array_equal(ours.tensions, theirs.tensions)
-
-
-def test_machines_that_are_no_winches_are_told_apart():
-    assert is_winched(CAMERA)
-    assert is_winched(RAIL)
-    assert not any(is_winched(cd.load_drive(name)) for name in ("corexy", "lift-2-to-1", "dissertation-3"))

@@ -26,8 +26,6 @@ pytestmark = pytest.mark.kernel
 
 LOOP = load_drive("dissertation-2")
 SEGMENTS, STEPS, EVERY = 9, 60, 20
-
-
 SLOPED = replace(LOOP.layout, inclination=0.4)
 CARRIAGES = (
     Carriage(mass=2e-3, position=0.31),

@@ -14,8 +14,6 @@ from studio_browser import CHROMIUM, VIEWS, browser_page, need_browser, studio_p
 
 AXE = os.environ.get("AXE_CORE")  # path of axe.min.js
 PICTURES = os.environ.get("STUDIO_PICTURES")  # folder that keeps the screenshots
-
-
 WATCH = """() => {
   window.times = [];
   let begun = 0;

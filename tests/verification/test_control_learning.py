@@ -1,9 +1,10 @@
-"""The law that learns, the bound, the baselines: figures of docs/validation.md over many draws."""
+"""The law that learns, the bound, the baselines over many draws; a seeded tenth of some in `make test`."""
 
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
@@ -17,11 +18,11 @@ from cabledrive.rig.plant_samples import run_samples, sampled_loops
 from cabledrive.rig.trial import spec_for
 from dissertation_runs import track
 
-pytestmark = pytest.mark.verify
-
 DRIVE = load_drive("dissertation-3")
 TWO = Motion(pulses=2)
 DRAWS, SEED = 1000, 2027
+WHOLE = pytest.param(DRAWS, marks=pytest.mark.verify)
+RARE = 1e-3
 BASELINES, KINDS = ("pd", "pid", "lqg", "dob", "shaper"), ("damped", "undamped", "rigid")
 
 
@@ -31,11 +32,11 @@ def loop_of(name: str, motion: Motion, **choices) -> Loop:
 
 
 @cache
-def learning(rubbing: bool = False) -> LearningSamples:
+def learning(draws: int = DRAWS, rubbing: bool = False) -> LearningSamples:
     spec = spec_for(DRIVE, TWO, best=True)
     loop = loop_of("darc-indirect", TWO, best=True)
     spreads = RUBBING_LOAD if rubbing else None
-    return run_learning_samples(loop, spec, RigOptions(), DRAWS, SEED, spreads=spreads)
+    return run_learning_samples(loop, spec, RigOptions(), draws, SEED, spreads=spreads)
 
 
 def errors_in(said: dict) -> str:
@@ -48,16 +49,21 @@ def errors_in(said: dict) -> str:
     return f"own zero {own}; true {true}; first pulse {said['worst_first_pulse_error_deg']:.4f} deg"
 
 
-def test_law_that_learns_keeps_within_its_encoders_count(measured):
+@pytest.mark.parametrize("draws", [20, WHOLE])
+def test_law_that_learns_keeps_within_its_encoders_count(draws, measured):
     """99 of 100 draws within 0.036 deg of the encoder's zero, 0.050 deg true; first pulse 0.10 deg."""
-    said = learning().words
-    measured(f"{said['draws']} draws: {errors_in(said)}")
-    assert said["failed"] == 0
-    assert said["encoder_error_99_deg"] <= 0.036
-    assert said["peak_error_99_deg"] <= 0.050
-    assert said["worst_first_pulse_error_deg"] <= 0.10
+    found = learning(draws)
+    measured(f"{draws} draws: {errors_in(found.words)}")
+    beyond = [
+        np.count_nonzero(np.degrees(angles) > limit)
+        for angles, limit in ((found.own_later, 0.036), (found.later, 0.050))
+    ]
+    assert found.words["failed"] == 0
+    assert max(beyond) <= (0.01 * DRAWS if draws == DRAWS else binom.isf(RARE, draws, 0.01)), beyond
+    assert found.words["worst_first_pulse_error_deg"] <= 0.10
 
 
+@pytest.mark.verify
 def test_friction_of_the_load_stays_in_the_error_and_out_of_beta(measured):
     """Up to 0.02 N m drawn as well: no torque of the motor cancels it, and no law here compensates it."""
     said = learning(rubbing=True).words
@@ -70,17 +76,24 @@ def test_friction_of_the_load_stays_in_the_error_and_out_of_beta(measured):
 @pytest.mark.parametrize(
     "rubbing", [False, True], ids=["load without friction", "up to 0.02 N m at the load"]
 )
-def test_beta_after_one_pulse_and_the_coverage_of_its_interval(rubbing, measured):
-    said = learning(rubbing=rubbing).words
+@pytest.mark.parametrize("draws", [20, WHOLE])
+def test_beta_after_one_pulse_and_the_coverage_of_its_interval(draws, rubbing, measured):
+    """Of twenty draws the lower end only: as many hold as 93 % leave but once in 1,000."""
+    found = learning(draws, rubbing)
+    said, covered = found.words, found.covered.sum(axis=0)
     shares = ", ".join(f"{name} {100 * share:.1f}" for name, share in said["interval_coverage"].items())
     measured(f"beta {100 * said['worst_relative_error_of_beta']:.3f} % at most; intervals hold {shares} %")
     assert said["worst_relative_error_of_beta"] <= 2e-3
+    if draws < DRAWS:
+        assert min(covered) >= binom.ppf(RARE, draws, 0.93), covered
+        return
     slack = 2.0 * np.sqrt(0.95 * 0.05 / DRAWS)  # two standard errors
     for name, share in said["interval_coverage"].items():
         highest = 0.99 if name == "beta" and not rubbing else 0.97 + slack
         assert 0.93 - slack <= share <= highest, f"observed {share:.3f} of {name}"
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("gains", ["printed", "best"])
 def test_cable_of_438_under_a_design_for_850(gains, measured):
     soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=438"])
@@ -95,6 +108,7 @@ def test_cable_of_438_under_a_design_for_850(gains, measured):
     assert max(later) <= 0.04
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("gains, stiffness", [("best", 850), ("printed", 800)])
 def test_making_the_law_anew_gives_no_bump_at_any_of_12_phases(gains, stiffness, measured):
     """The 0.1 s after the rebuilding beside the 0.1 s before it, under a design for 850 N/m."""
@@ -112,18 +126,7 @@ def test_making_the_law_anew_gives_no_bump_at_any_of_12_phases(gains, stiffness,
     assert rise < 0.02, f"observed {rise:.4f} deg"
 
 
-@pytest.mark.parametrize("gains, median, worst", [("printed", 0.025, 0.041), ("best", 0.023, 0.041)])
-def test_damped_law_over_32_phases(gains, median, worst, measured):
-    """Asked: 0.023 and 0.041 deg."""
-    said = [
-        track(DRIVE, controller="darc-4-damped", gains=gains, seed=seed).summary["peak_error_deg"]
-        for seed in range(32)
-    ]
-    measured(f"{np.median(said):.4f} / {max(said):.4f} deg")
-    assert np.median(said) <= median
-    assert max(said) <= worst
-
-
+@pytest.mark.verify
 def test_law_that_learns_at_the_printed_gains(measured):
     """A hundred draws at 23/25 Hz: 0.036 deg of the encoder's zero is missed by a sixtieth, see the docs."""
     spec = spec_for(DRIVE, TWO)
@@ -135,16 +138,18 @@ def test_law_that_learns_at_the_printed_gains(measured):
 
 
 @pytest.mark.parametrize("best", [True, False], ids=["best gains", "printed gains"])
-def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(best, measured):
+@pytest.mark.parametrize("draws", [100, WHOLE])
+def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(draws, best, measured):
+    """How near the worst comes needs the thousand."""
     loop = loop_of("darc-4-damped", Motion(), best=best)
     bound, worst, outside = expected_bound(loop).total, 0.0, 0
-    for one in sampled_loops(loop, RigOptions(), DRAWS, SEED + 1):
+    for one in sampled_loops(loop, RigOptions(), draws, SEED + 1):
         error = np.abs(run(one).log[:, 2] - one.target)
         worst, outside = max(worst, float(error.max())), outside + bool(np.any(error > bound))
     words = f"bound {np.degrees(bound.max()):.3f}, worst {np.degrees(worst):.3f} deg"
-    measured(f"{words}, {bound.max() / worst:.2f} times; {outside} of {DRAWS} outside")
+    measured(f"{words}, {bound.max() / worst:.2f} times; {outside} of {draws} outside")
     assert outside == 0
-    assert bound.max() <= 3.0 * worst
+    assert draws < DRAWS or bound.max() <= 3.0 * worst
 
 
 def damped_law() -> float:
@@ -158,6 +163,7 @@ def table() -> list[Compared]:
     return compared(DRIVE, BASELINES, KINDS, 100, SEED + 2, spec_for(DRIVE, Motion()), Motion())
 
 
+@pytest.mark.verify
 def test_law_that_learns_is_three_times_better_than_every_baseline_but_lqg(measured):
     """Each with the damped inverse, tuned by one rule; LQG comes close, with the same filter."""
     ours = float(np.degrees(learning().later.max()))
@@ -171,6 +177,7 @@ def test_law_that_learns_is_three_times_better_than_every_baseline_but_lqg(measu
     assert ours < worst["lqg"] < 3.0 * ours, f"observed {worst['lqg']:.4f}, ours {ours:.4f} deg"
 
 
+@pytest.mark.verify
 def test_feedforward_decides_over_most_of_the_error(measured):
     worst = {(one.law, one.feedforward): float(one.draws.degrees("peak").max()) for one in table()}
     for one in table():
@@ -181,6 +188,7 @@ def test_feedforward_decides_over_most_of_the_error(measured):
         assert worst[name, "damped"] <= worst[name, "undamped"] < worst[name, "rigid"], name
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize(
     "gains, limit", [("best", "counts of every encoder"), ("printed", "unknown encoder zeros")]
 )
@@ -194,10 +202,11 @@ def test_sources_of_the_error_one_at_a_time(gains, limit, measured):
     assert found[limit][1] < 0.5 * found["nothing"][1], f"observed {found}"
 
 
-def test_law_that_learns_on_the_nonlinear_cable(measured):
+@pytest.mark.parametrize("draws", [2, pytest.param(20, marks=pytest.mark.verify)])
+def test_law_that_learns_on_the_nonlinear_cable(draws, measured):
     """Twenty draws of the distributed cable: at most 0.05 deg after the first pulse."""
     said = track(
-        DRIVE, controller="darc-indirect", gains="best", plant="cable", motion=TWO, draws=20
+        DRIVE, controller="darc-indirect", gains="best", plant="cable", motion=TWO, draws=draws
     ).summary["over_draws"]
     measured(
         f"after the first pulse {said['median_peak_error_deg']:.4f} / {said['worst_peak_error_deg']:.4f} deg"

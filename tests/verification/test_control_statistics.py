@@ -9,14 +9,12 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from dissertation_runs import track
 
-pytestmark = pytest.mark.verify
-
 DRIVE = load_drive("dissertation-3")
 CENTRED, DRIVE_SIDE = RigOptions(encoder_phase="centred"), RigOptions(feedback="drive")
 
 
-def peaks(law, key="peak_error_deg", **choices):
-    said = [track(DRIVE, controller=law, seed=seed, **choices).summary for seed in range(32)]
+def peaks(law, key="peak_error_deg", phases=32, **choices):
+    said = [track(DRIVE, controller=law, seed=seed, **choices).summary for seed in range(phases)]
     assert all(one["estimates_within_bounds"] for one in said)
     assert all(one["peak_torque"] <= 2.1 for one in said)
     return np.array([one[key] for one in said])
@@ -30,15 +28,19 @@ def peaks(law, key="peak_error_deg", **choices):
         ("backstepping", {}, 0.20, 0.30),
         ("darc-4-damped", {}, 0.025, 0.041),
         ("darc-4-damped", {"gains": "best"}, 0.023, 0.041),
+        ("backstepping-6", {}, 0.044, 0.08),
     ],
 )
-def test_peak_errors_over_32_encoder_phases(law, choices, median, worst, measured):
-    found = peaks(law, **choices)
+@pytest.mark.parametrize("phases", [3, pytest.param(32, marks=pytest.mark.verify)])
+def test_peak_errors_over_32_encoder_phases(law, choices, median, worst, phases, measured):
+    """Of three phases the worst only; a median of 32 says nothing of three."""
+    found = peaks(law, phases=phases, **choices)
     measured(f"median {np.median(found):.4f}, worst {found.max():.4f} deg")
-    assert np.median(found) <= median, f"observed {np.median(found):.4f} deg"
+    assert phases < 32 or np.median(found) <= median, f"observed {np.median(found):.4f} deg"
     assert found.max() <= worst, f"observed {found.max():.4f} deg"
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("law, hertz", [("darc-1", 3.0), ("darc-1", 5.0), ("darc-1", 11.0), ("darc-2", 22.0)])
 def test_laws_without_the_cable_leave_two_to_three_degrees(law, hertz, measured):
     options = DRIVE_SIDE if law == "darc-1" else RigOptions()
@@ -47,6 +49,7 @@ def test_laws_without_the_cable_leave_two_to_three_degrees(law, hertz, measured)
     assert 2.0 < np.median(found) <= found.max() < 3.3
 
 
+@pytest.mark.verify
 def test_model_3_on_the_drive_pulleys_encoder_cycles_at_every_phase(measured):
     found = peaks("darc-3", options=DRIVE_SIDE)
     share = peaks("darc-3", "saturated_fraction", options=DRIVE_SIDE)
@@ -56,6 +59,7 @@ def test_model_3_on_the_drive_pulleys_encoder_cycles_at_every_phase(measured):
     assert found.min() > 0.25
 
 
+@pytest.mark.verify
 def test_one_degree_of_backlash_over_16_phases(measured):
     loose = replace(DRIVE, motor=replace(DRIVE.motor, backlash=np.radians(1.0)))
     plain, played = (
@@ -71,6 +75,7 @@ def test_one_degree_of_backlash_over_16_phases(measured):
     assert max(played) < 1.0
 
 
+@pytest.mark.verify
 def test_later_pulses_of_the_law_that_learns(measured):
     found = peaks("darc-indirect", "later_pulses_error_deg", motion=Motion(pulses=3))
     measured(f"median {np.median(found):.4f}, worst {found.max():.4f} deg")
@@ -78,12 +83,14 @@ def test_later_pulses_of_the_law_that_learns(measured):
     assert found.max() <= 0.045, f"observed {found.max():.4f} deg"
 
 
+@pytest.mark.verify
 def test_backstepping_over_200_draws(measured):
     worst = track(DRIVE, controller="backstepping", draws=200).summary["over_draws"]["worst_peak_error_deg"]
     measured(f"worst {worst:.4f} deg")
     assert worst <= 0.35, f"observed {worst:.4f} deg"
 
 
+@pytest.mark.verify
 def test_centred_phases(measured):
     """At 26 Hz the printed Model 4 misses 0.055 deg, see the docs; that is noted, not judged."""
 
