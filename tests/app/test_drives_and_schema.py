@@ -1,10 +1,8 @@
 """`cabledrive drives` and `cabledrive schema`: what there is to start from."""
 
-import jsonschema
 import pytest
 
 import cabledrive as cd
-from cabledrive.parameters import drive_schema
 from command import answer, call
 
 
@@ -24,12 +22,3 @@ def test_a_packaged_drive_written_to_a_file_loads_as_the_same_drive(name, tmp_pa
     assert cd.content_hash(cd.load_drive(file)) == cd.content_hash(cd.load_drive(name))
     assert file.read_text() == answer("drives", name)["file"]
     assert file.read_text().rstrip("\n") == call("drives", name).stdout.rstrip("\n")
-
-
-def test_schema_is_the_schema_of_the_drive_file():
-    schema = answer("schema")
-    comment = schema.pop("$comment")
-    assert comment == f"cabledrive {cd.__version__}"
-    assert schema == drive_schema()
-    jsonschema.Draft202012Validator.check_schema(schema)
-    assert call("schema").stdout == call("schema", "--json").stdout

@@ -60,26 +60,6 @@ def test_four_frequencies_of_two_taut_spans_are_sixteen_modes():
     assert expected[-1] < found.certificate.transverse_below < 5 * first
 
 
-def test_ring_of_four_equal_masses_has_a_double_root_first():
-    """Two carriages of J / r^2 halfway between equal pulleys: the ring turned by a quarter is itself."""
-    carriages = ", ".join(f'{{mass=0.01, position=0.5, span="{span}"}}' for span in ("upper", "lower"))
-    settings = [f"carriage=[{carriages}]"]
-    settings += [f"pulley.{n}.{value}" for n in (0, 1) for value in ("radius=0.5", "inertia=0.0025")]
-    options = [word for setting in settings for word in ("--set", setting)]
-    found = [
-        mode
-        for mode in answer("modes", "dissertation-1", *options)["modes"]
-        if mode["kind"] == "longitudinal"
-    ]
-    assert [mode["multiplicity"] for mode in found[:2]] == [2, 1]
-
-
-def test_frequencies_may_have_a_unit():
-    assert answer("modes", "finger-tendon", "--below", "20 kHz") == answer(
-        "modes", "finger-tendon", "--below", "20000"
-    )
-
-
 @pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
 def test_table_counts_every_mode_once(name):
     found = cd.modes(cd.load_drive(name), count=12)
@@ -113,33 +93,6 @@ def test_picture_is_written_in_the_format_of_its_name(ending, magic, tmp_path):
     done = call("modes", "camera-line", "--plot", path)
     assert (done.exit_code, done.stderr) == (0, f"written to {path}\n")
     assert path.read_bytes().startswith(magic)
-
-
-def test_picture_is_the_same_each_time(tmp_path):
-    for name in ("a.svg", "b.svg"):
-        assert call("modes", "elevator", "--below", "15", "--plot", tmp_path / name).exit_code == 0
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
-
-
-HOLDING = ("--set", "motor.holding_stiffness=5 N m/rad")
-
-
-@pytest.mark.verify
-def test_tracking_takes_the_motor_as_free_and_says_so():
-    plain = answer("track", "dissertation-3", "--controller", "pd", "--ideal-sensors")
-    sprung = answer("track", "dissertation-3", "--controller", "pd", "--ideal-sensors", *HOLDING)
-    assert (plain["motor"], sprung["motor"]) == ("free", "free")
-    assert "motor_reason" not in plain
-    assert "motor.holding_stiffness = 5 N m/rad is left out" in sprung["motor_reason"]
-    assert sprung["peak_error_deg"] == plain["peak_error_deg"]
-
-
-def test_resonance_is_that_of_the_motor_on_its_holding_stiffness():
-    found = answer("resonance", "dissertation-3", *HOLDING)
-    drive = cd.load_drive("dissertation-3", overrides=[HOLDING[1]])
-    assert found["motor"] == "holding"
-    assert found["pulley_frequency_hz"] == pytest.approx(cd.natural_frequencies(drive, count=1)[0], rel=1e-9)
-    assert answer("resonance", "dissertation-3")["motor"] == "free"
 
 
 def test_check_and_modes_give_both_lowest_frequencies():

@@ -1,8 +1,5 @@
 """Results as JSON, options with units: finite numbers or null with a reason; nothing ineffective unsaid."""
 
-import json
-from dataclasses import dataclass
-
 import click
 import numpy as np
 import pytest
@@ -31,23 +28,6 @@ def test_number_that_is_not_finite_is_null_with_a_reason(value):
     assert plain({"x": [1.0, value]}) == {"x": [1.0, None], "x_reason": "not a finite number"}
 
 
-def test_arrays_and_dataclasses_become_plain():
-    @dataclass(frozen=True)
-    class Range:
-        low: float
-        high: np.ndarray
-
-    found = plain(
-        {"range": Range(low=np.float64(1.5), high=np.array([[1, 2]])), "n": np.int64(3), "ok": np.True_}
-    )
-    assert found == {"range": {"low": 1.5, "high": [[1, 2]]}, "n": 3, "ok": True}
-    assert json.loads(json.dumps(found)) == found
-
-
-def test_reason_that_is_there_is_left_alone():
-    assert plain({"chi1": None, "reasons": {"chi1": "fixed"}}) == {"chi1": None, "reasons": {"chi1": "fixed"}}
-
-
 values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
@@ -61,36 +41,6 @@ def test_whatever_is_found_becomes_one_json_object_in_ascii(data):
     text = json_text(Answer(data=data, text="", provenance=provenance()))
     assert text.isascii()
     assert object_of(text)["provenance"] == {"cabledrive": cd.__version__}
-
-
-def test_provenance_names_step_tolerances_and_seed_where_there_are_any():
-    drive = cd.load_drive("elevator")
-    message = provenance(drive, method="splitting", step=1e-5, tolerances={"energy": 1e-9}, seed=0)
-    assert message == {
-        "cabledrive": cd.__version__,
-        "drive": drive.name,
-        "drive_hash": cd.content_hash(drive),
-        "method": "splitting",
-        "step": 1e-5,
-        "tolerances": {"energy": 1e-9},
-        "seed": 0,
-    }
-
-
-@pytest.mark.parametrize(
-    ("kind", "text", "value"),
-    [
-        (ANGLE, "45", 45.0),
-        (ANGLE, "45 deg", 45.0),
-        (ANGLE, "0.5 rad", 28.64788975654116),
-        (DURATION, "0.5", 0.5),
-        (DURATION, "500ms", 0.5),
-        (FREQUENCY, "3", 3.0),
-        (FREQUENCY, "0.003 kHz", 3.0),
-    ],
-)
-def test_a_quantity_is_read_with_its_unit_or_without(kind, text, value):
-    assert kind.convert(text, None, None) == pytest.approx(value, rel=1e-14)
 
 
 @pytest.mark.parametrize(("kind", "text"), [(ANGLE, "3 s"), (DURATION, "3 kg"), (FREQUENCY, "18 rad/s")])

@@ -8,7 +8,6 @@ import pytest
 import cabledrive as cd
 from cabledrive.app.track_text import axis_lines
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.report.machine.route_pairs import pairs_of_route
 from cabledrive.studies.study.check_stage import _of_the_file
 from command import answer, call, refusal, the_line
 
@@ -42,18 +41,6 @@ def test_check_gives_the_friction_that_a_traction_sheave_needs():
     sheave = next(row for row in found["pulleys"] if row["name"] == "traction sheave")
     assert sheave["tension_in"], sheave["tension_out"] == pytest.approx((1729.0, 1565.5), abs=0.1)
     assert sheave["needed_friction"] == pytest.approx(np.log(1729.0125 / 1565.5125) / np.pi, rel=1e-6)
-
-
-def test_check_gives_which_belt_runs_askew():
-    found = answer("check", COREXY, "--set", 'pulley.beam left a.at=["0 m", "0.213 m"]')
-    askew = [line for line in found["warnings"] if "askew" in line]
-    assert any("head left a to beam left a" in line and "head.x" in line for line in askew)
-    assert float(askew[0].split(" by ")[1].split(" deg")[0]) == pytest.approx(4.95, abs=0.01)
-
-
-def test_check_gives_the_safety_factor_of_a_belt_from_the_table():
-    found = answer("check", str(ROUTES / "printer.toml"), "--set", 'cable.type="GT2-6mm"')
-    assert found["spans"][0]["safety_factor"] == pytest.approx(113.0 / 30.0)
 
 
 @pytest.mark.parametrize("name", ["corexy", "serpentine", "ropeway"])
@@ -218,18 +205,6 @@ def test_a_response_and_its_pairs_say_that_sag_moves_a_mode(name):
     said = answer(name, "camera-winches")["warnings"]
     assert sum(WORDS in words for words in said) == 1, said
     assert WORDS in call(name, "camera-winches").stdout
-
-
-def test_the_page_of_a_machine_says_it_of_its_pairs():
-    """The modes on the page sag and are certified; the verdict on their pairs rests on straight ropes."""
-    drive = cd.load_drive("camera-winches")
-    assert cd.modes(drive, below=5.0).certified
-    assert any(WORDS in reason for reason in pairs_of_route(drive)[0].reasons)
-
-
-@pytest.mark.parametrize("name", ["response", "resonance"])
-def test_a_tight_belt_is_not_doubted(name):
-    assert not any(WORDS in words for words in answer(name, "printer-idlers")["warnings"])
 
 
 @pytest.mark.parametrize(("pretension", "doubted"), [("4 N", True), ("30 N", False)])

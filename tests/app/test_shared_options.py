@@ -12,7 +12,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from click import Context
-from click.shell_completion import ShellComplete
 
 import cabledrive as cd
 from cabledrive.app.main import main
@@ -166,11 +165,6 @@ def test_output_holds_the_same_object(tmp_path):
     assert done.stderr == f"written to {path}\n"
 
 
-def test_quiet_leaves_only_the_result(tmp_path):
-    done = call("modes", "elevator", "--quiet", "-o", tmp_path / "modes.json")
-    assert (done.exit_code, done.stderr) == (0, "")
-
-
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -190,25 +184,6 @@ def test_existing_output_is_kept_unless_forced(arguments, tmp_path):
     assert call(*arguments, path, "--force").exit_code == 0
     assert path.read_text() != "precious"
     assert os.listdir(tmp_path) == ["result"]
-
-
-@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="everything is writable for root")
-def test_folder_without_permission_is_refused(tmp_path):
-    folder = tmp_path / "closed"
-    folder.mkdir(mode=0o500)
-    assert "is not writable: choose another" in refusal("check", "elevator", "-o", folder / "check.json")
-
-
-def test_version_is_the_package_s():
-    assert call("--version").output == f"cabledrive {cd.__version__}\n"
-
-
-def test_drive_names_are_completed():
-    completions = ShellComplete(main, {}, "cabledrive", "_CABLEDRIVE_COMPLETE").get_completions(
-        ["modes"], "diss"
-    )
-    assert {"dissertation-1", "dissertation-transporter"} < {item.value for item in completions}
-    assert "elevator" not in {item.value for item in completions}
 
 
 def on_a_terminal(arguments, **environment):
@@ -243,12 +218,3 @@ def test_every_command_answers_in_json_quietly_or_at_length(name):
     # of `sensitivity` it names an output of the store; the folder of an export has to be new
     writes = "--output" in options and name not in ("sensitivity", "export")
     assert not writes or "--force" in options, f"{name} writes and has no --force"
-
-
-def test_output_names_a_path_wherever_there_is_o(tmp_path):
-    """One meaning in every command; `response` reads ``--output`` as a path once ``--response`` is given."""
-    for name in main.list_commands(Context(main)):
-        options = [option.opts for option in main.get_command(Context(main), name).params]
-        for opts in options:
-            assert ("-o" in opts) == ("--output" in opts) or name in ("response", "sensitivity"), (name, opts)
-    assert "-o, --output" in call("response", "--help").stdout

@@ -1,6 +1,5 @@
 """cabledrive simulate: what it answers, what it writes, how it ends."""
 
-import json
 import os
 import signal
 import subprocess
@@ -11,9 +10,7 @@ import numpy as np
 import pytest
 import xarray
 
-from cabledrive.app.run_limits import MOST_DRAWS, check_run
 from cabledrive.parameters import content_hash, load_drive
-from cabledrive.rig import Motion, RigOptions
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from command import answer, call, listening, object_of
 
@@ -64,22 +61,6 @@ def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
     with xarray.open_dataset(path, engine="h5netcdf") as stored:
         np.testing.assert_array_equal(stored["load_angle"], result.load_angle)
         assert stored["field"].sizes["field_time"] == 21
-
-
-def test_from_equilibrium_starts_at_the_sag_and_stays_there():
-    hanging = answer("simulate", "dissertation-2", *SHORT, "--from-equilibrium")
-    falling = answer("simulate", "dissertation-2", *SHORT)
-    assert hanging["upper_midpoint"]["peak"] == pytest.approx(1.207e-4, rel=1e-2)
-    assert falling["upper_midpoint"]["peak"] == pytest.approx(2.4e-4, rel=0.1)
-
-
-def test_an_error_estimate_comes_with_the_answer_and_in_the_file(tmp_path):
-    options = (*SHORT, *FORCED, "--error-estimate", "-o", tmp_path / "run.nc")
-    found = answer("simulate", "dissertation-2", *options)["error_estimate"]
-    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
-        assert json.loads(stored.attrs["error_estimate"]) == found
-    assert found["segments"] == [20, 10, 5]
-    assert 0.0 < found["load_angle"]["relative"] < 0.1
 
 
 def test_slack_ends_the_run_with_status_3_and_keeps_what_was_found(tmp_path):
@@ -138,9 +119,6 @@ def test_a_run_is_drawn_and_animated(tmp_path):
     assert "prefers-reduced-motion" in page.read_text()
 
 
-DRIVE = "dissertation-3"
-
-
 def test_a_picture_that_cannot_be_drawn_leaves_the_run_and_says_so(tmp_path, monkeypatch):
     """A slack span ends the run before there are records enough: status 3, the result written and printed."""
     monkeypatch.chdir(tmp_path)
@@ -151,11 +129,3 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_run_and_says_so(tmp_path, mon
     assert not (tmp_path / "run.png").exists()
     assert object_of(done.stdout)["slack_events"]
     assert "not drawn: spectrum of" in done.stderr
-
-
-def test_long_work_stays_possible():
-    """Twenty minutes of motion, or as many draws as a day allows, or 1,000 segments."""
-    drive, plain = load_drive(DRIVE), RigOptions()
-    check_run(drive, Motion(rise=0.5, dwell=0.5, pulses=600), plain)
-    check_run(drive, Motion(), plain, draws=MOST_DRAWS)
-    check_run(drive, Motion(), RigOptions(segments=1000), cable=True)

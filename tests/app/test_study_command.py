@@ -52,19 +52,6 @@ def test_json_and_files_have_what_the_contract_promises(finished):
     assert len(found["stages"]["acceptance"]["lumped"]["peaks"]) == 300
 
 
-def test_the_drive_as_identified_can_be_used(finished):
-    _, out, _ = finished
-    assert answer("check", out / "drive.toml")["valid"]
-
-
-def test_the_controller_stands_in_numbers(finished):
-    _, out, found = finished
-    numbers = json.loads((out / "controller.json").read_text())
-    chosen = found["stages"]["laws"]["chosen"]
-    assert (numbers["name"], numbers["bandwidth_hz"]) == (chosen["controller"], chosen["value"])
-    assert len(numbers["law"]["rows"][0]) == 4, "angles and speeds of two inertias"
-
-
 def test_track_runs_the_controller_of_a_study_again(finished):
     """On the drive as identified; on another the hash refuses it."""
     _, out, found = finished
@@ -122,13 +109,6 @@ def test_a_second_run_is_served_and_changes_no_file(finished):
     assert "finished study" in result.stderr
     assert {**object_of(result.stdout), "provenance": 0} == {**found, "provenance": 0}
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
-
-
-def test_another_study_does_not_replace_a_report_unasked(finished):
-    arguments, _, _ = finished
-    line = refusal(*arguments, "--set", "cable.pretension=61 N")
-    assert "holds the report of another study" in line
-    assert "--force" in line
 
 
 def test_a_no_is_an_answer_and_not_a_failure(tmp_path, undrawn):

@@ -2,11 +2,9 @@
 
 import json
 import re
-from dataclasses import replace
 
 import pytest
 
-import cabledrive as cd
 from command import answer, call, refusal
 
 KEYS = {
@@ -24,21 +22,6 @@ def test_json_has_what_the_contract_promises():
     assert found["estimates_within_bounds"] is True
     assert found["later_pulses_error_deg"] is None
     assert found["provenance"]["seed"] == 0
-
-
-def test_ideal_states_and_a_damped_law_keep_the_bound():
-    found = answer("track", "dissertation-3", "--controller", "darc-4-damped", "--ideal-sensors")
-    assert found["broken_assumptions"] == []
-    assert found["within_bound"] is True
-    assert found["peak_error_deg"] < found["theory_bound_deg"]
-
-
-def test_settings_of_the_plant_leave_the_law_alone():
-    wrong = ("--plant-set", "pulley.1.inertia=0.0025")
-    found = answer(
-        "track", "dissertation-3", "--controller", "darc-4-damped", "--ideal-sensors", *FAST, *wrong
-    )
-    assert any("unmatched" in words for words in found["broken_assumptions"])
 
 
 @pytest.mark.parametrize(("law", "asked", "least"), [("darc-2", "4", 12.0), ("darc-4", "8", 11.2)])
@@ -64,15 +47,6 @@ def test_every_disturbance_of_the_rig_can_be_asked_for():
     assert all(words in broken for words in ("backlash", "disturbance at the load", "a sensor failed"))
 
 
-def test_cable_as_plant_gives_its_resolution_spillover_and_coupling():
-    found = answer("track", "dissertation-3", "--controller", "darc-4", "--plant", "cable", *FAST)
-    assert found["plant"] == "cable"
-    assert found["cable"]["stiffness"] == pytest.approx(850.0)
-    assert found["cable"]["one_to_two"] == "far from it"
-    printed = answer("track", "dissertation-3", "--plant", "cable", "--as-printed", *FAST)
-    assert printed["cable"]["stiffness"] == pytest.approx(438.0)
-
-
 def test_a_slack_span_ends_with_status_3_and_what_was_found():
     push = ("--disturbance", "load:0.9:0.05")
     done = call("track", "dissertation-3", "--json", *FAST, *push)
@@ -95,24 +69,6 @@ def test_identify_reads_the_log_of_a_run(tmp_path, measured):
     assert found["identifiable"] is True
     assert value["inertia"] == pytest.approx(inertia, rel=0.005)
     assert value["coulomb_friction"] == pytest.approx(coulomb, rel=0.05)
-
-
-def test_a_plant_that_runs_away_ends_with_status_3_and_what_was_found():
-    wild = ("--controller", "darc-3", "--feedback", "drive", "--bandwidth", "40", "--ideal-sensors")
-    done = call(
-        "track", "dissertation-3", "--json", *wild, "--set", "motor.torque_limit=1e6", "--tension-only"
-    )
-    assert done.exit_code == 3
-    assert "the plant diverged at t = " in done.stderr
-    assert json.loads(done.stdout)["ended_at"] < 2.0
-
-
-@pytest.mark.parametrize("law", ["darc-2", "darc-4"])
-def test_laws_with_a_flexible_joint_need_its_data(law, tmp_path):
-    drive = cd.load_drive("dissertation-3")
-    path = tmp_path / "rigid.toml"
-    cd.save_drive(replace(drive, motor=replace(drive.motor, joint_stiffness=None)), path)
-    assert "motor.joint_stiffness" in refusal("track", str(path), "--controller", law)
 
 
 def test_two_winches_answer_with_position_tension_and_torque():

@@ -5,10 +5,8 @@ import tomllib
 import numpy as np
 import pytest
 
-from cabledrive.campaign.many_tracks import fits
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
-from cabledrive.rig.closed_loop.batch_tables import apart
 
 SPEC = """
 drive = "dissertation-3"
@@ -72,34 +70,3 @@ def test_a_row_has_the_same_bits_in_any_company(tmp_path):
         part = compute_rows(campaign, first, last).variables
         for name in ("peak_error_deg", "rms_error_deg", "peak_torque"):
             assert part[name].tolist() == whole[name][first:last].tolist()
-
-
-def test_an_exponential_has_the_same_bits_in_any_company():
-    matrices = np.random.default_rng(2).normal(size=(9, 5, 5)) * np.geomspace(1e-3, 30.0, 9)[:, None, None]
-    together = apart(matrices)
-    for matrix, made in zip(matrices, together, strict=True):
-        assert np.array_equal(apart(matrix[None])[0], made)
-
-
-@pytest.mark.parametrize(
-    "old, new",
-    [
-        ("smooth_friction = true\n", ""),
-        ("ideal_sensors = true\n", ""),
-        ('"plant.cable.pretension"', '"cable.pretension"'),
-        (
-            '"plant.cable.pretension" = { from = "3 N", to = "9 N" }',
-            '"compute.bandwidth" = { values = [9.0] }',
-        ),
-        ('"peak_torque",', '"peak_torque", "within_bound",'),
-    ],
-)
-def test_a_law_of_each_row_and_loops_with_encoders_are_left_to_single_runs(old, new, tmp_path):
-    assert old in SPEC
-    assert not fits(spec(SPEC.replace(old, new), tmp_path))
-
-
-@pytest.mark.parametrize("old, new", [('gains = "dissertation"\n', ""), ('"darc-4"', '"lqg"')])
-def test_a_law_that_depends_on_the_plant_is_not_shared(old, new, tmp_path):
-    campaign = spec(SPEC.replace(old, new), tmp_path)
-    assert campaign.computation.many(campaign, campaign.values(0, 2)) is None

@@ -9,12 +9,11 @@ import threading
 import time
 from contextlib import suppress
 
-import numpy as np
 import pytest
 import xarray as xr
 
 from cabledrive.campaign import run_sweep
-from campaign_computations import Dangerous, Sleepy
+from campaign_computations import Sleepy
 from campaign_stores import contents, transporter_modes
 from command import object_of, run
 
@@ -148,18 +147,3 @@ def test_the_engine_takes_under_three_percent_of_chunks_of_five_seconds(tmp_path
         f"32 chunks of 5 s on 8 sleeping workers: {found.seconds:.2f} s for {ideal:.2f} s, {100 * lost:.1f} %"
     )
     assert lost < 0.03
-
-
-@pytest.mark.verify
-def test_a_poisoned_first_row_with_a_chunk_that_is_tried_is_found_and_passed_over(tmp_path):
-    """Where the chunk is left open, the first rows are tried, and not in the driver, which they would end."""
-    (tmp_path / "spec.toml").write_text(
-        'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 9 }\n[design]\nkind = "grid"\nrows = 10\n'
-    )
-    wild = Dangerous(folder=str(tmp_path), poison=(0.0,))
-    spec, store = tmp_path / "spec.toml", tmp_path / "store.zarr"
-    found = run_sweep(spec, store, computation=wild, workers=2, progress=False)
-    assert (found.done, found.refused, found.failed) == (10, 1, 1)
-    data = xr.open_zarr(store).load()
-    assert data.code.values.tolist() == [3, 0, 0, 2, *[0] * 6]
-    np.testing.assert_array_equal(data.square[4:], np.arange(4, 10) ** 2 + data.seed[4:].values % 7)

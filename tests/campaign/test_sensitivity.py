@@ -11,7 +11,6 @@ import xarray as xr
 import cabledrive as cd
 from cabledrive.campaign import run_sweep
 from cabledrive.campaign.sensitivity import indices, sensitivity
-from cabledrive.campaign.tolerance import yield_bounds
 from campaign_computations import Dangerous, Ishigami
 from command import answer, refusal
 
@@ -101,20 +100,6 @@ def test_refused_rows_leave_out_their_group_and_are_counted(tmp_path):
     assert found.groups == 64 - found.groups_left_out
 
 
-def test_an_output_that_does_not_vary_has_no_indices(tmp_path):
-    text = 'drive = "dissertation-3"\n[vary]\n"own.x" = { values = [2.0] }\n"own.y" = { from = 0, to = 1 }\n'
-    (tmp_path / "spec.toml").write_text(text + '[design]\nkind = "saltelli"\nbase = 16\n')
-
-    class Constant(Dangerous):
-        def one(self, row):
-            return {"square": row.own["x"]}
-
-    store = tmp_path / "store.zarr"
-    constant = Constant(folder=str(tmp_path))
-    run_sweep(tmp_path / "spec.toml", store, computation=constant, progress=False)
-    assert "depends on none" in refusal("sensitivity", str(store), "--output", "square", status=3)
-
-
 def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
     """y = x^2 + noise below 7, x uniform from 0 to 8: y < 23 below sqrt(17) always, above sqrt(23) never."""
     (tmp_path / "spec.toml").write_text(
@@ -135,12 +120,6 @@ def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
     assert found["keys"]["own.idle"]["tightened"] is None
     slope = found["keys"]["own.x"]["gain_per_high"]
     assert slope == pytest.approx(found["yield"] / 8.0, rel=0.1), "(Y - 0) times the density 1/8"
-
-
-def test_the_interval_of_a_yield_is_that_of_clopper_and_pearson():
-    """10 of 100: 4.90 % to 17.62 %, a table's value; all of n: low end 0.025^(1/n)."""
-    assert yield_bounds(10, 100) == pytest.approx((0.0490, 0.1762), abs=1e-4)
-    assert yield_bounds(20, 20) == pytest.approx((0.025 ** (1 / 20), 1.0))
 
 
 def test_the_page_of_a_campaign_needs_nothing_else_and_gives_the_worst_machines_with_their_files(tmp_path):

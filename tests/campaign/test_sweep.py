@@ -73,14 +73,6 @@ def test_a_refused_row_is_a_row_with_the_single_command_s_line(sweep):
     assert int(data.longitudinal_proven[1]) == -1
 
 
-def test_a_grid_has_its_ends_and_every_combination(sweep):
-    text = 'drive = "dissertation-3"\n[vary]\n"cable.pretension" = { from = "3 N", to = "9 N", n = 3 }\n'
-    text += '"pulley.0.radius" = { values = ["3 cm", "4 cm"] }\n[design]\nkind = "grid"\n'
-    _, data = sweep(text + '[compute]\nwhat = "modes"\ncount = 1\n')
-    assert data["cable.pretension"].values.tolist() == [3.0, 3.0, 6.0, 6.0, 9.0, 9.0]
-    assert data["pulley.0.radius"].values.tolist() == [0.03, 0.04] * 3
-
-
 def test_a_table_is_read_row_by_row_with_its_units(sweep, tmp_path):
     import pyarrow as pa
     from pyarrow.parquet import write_table
@@ -94,17 +86,6 @@ def test_a_table_is_read_row_by_row_with_its_units(sweep, tmp_path):
     assert data["cable.pretension"].values.tolist() == [5.0, 6.0]
     assert data["pulley.0.radius"].values.tolist() == [0.03, 0.04]
     assert data["lumped.cable_stiffness"].values.tolist() == [4000.0, 5000.0]
-
-
-def test_several_drives_and_words_are_varied(sweep):
-    text = 'drive = ["dissertation-2", "dissertation-3"]\n[vary]\n'
-    text += '"pulley.1.fixed" = { values = [false, true] }\n'
-    _, data = sweep(text + '[design]\nkind = "grid"\n[compute]\nwhat = "modes"\ncount = 2\n')
-    assert data["drive"].values.tolist() == ["dissertation-2"] * 2 + ["dissertation-3"] * 2
-    alone = cd.natural_frequencies(
-        cd.load_drive("dissertation-2", overrides=["pulley.1.fixed=true"]), count=2
-    )
-    np.testing.assert_allclose(data.longitudinal_hz[1], alone[:2], rtol=1e-12)
 
 
 def test_resonance_and_both_kinds_of_modes_equal_the_single_commands(sweep):

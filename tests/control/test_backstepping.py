@@ -25,8 +25,6 @@ from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.backstepping_recursion import (
     backstepping_step,
     equal_bandwidth,
-    feedback_pairs,
-    gain_names,
     signal_count,
     work_shape,
 )
@@ -258,26 +256,6 @@ def test_compiled_law_of_eight_states_is_its_readable_twin():
     np.testing.assert_allclose(kept.regressor[:13], readable.regressors.T @ readable.errors, rtol=1e-9)
 
 
-def test_along_the_reference_no_error_arises():
-    """The reference with its dampers solves the nominal plant: u of the law is that of the flat output."""
-    time = np.asarray(INTERVAL * np.arange(2500), dtype=np.float64)
-    wanted = pulse(0.8, 0.5, 0.0)(time, 6)
-    reference = chain_reference(SIX_STATES, wanted, INTERVAL)
-    flat = flat_output(SIX_STATES)
-    rows = flat_reference(flat, wanted, INTERVAL)
-    states, elastic = joint_motion(flat, rows)
-    for k in (300, 800, 1700):
-        u, z1 = backstepping_command(
-            LAW_OF_SIX, state_of(states[k], NOMINAL, table=work_shape(3)), reference, k
-        )
-        friction = SIX_STATES.coulomb[0] * np.tanh(50.0 * rows[k, -2]) - SIX_STATES.offsets[0]
-        needed = (
-            elastic[k] + SIX_STATES.inertias[0] * rows[k, -1] + SIX_STATES.viscous[0] * rows[k, -2] + friction
-        )
-        assert abs(z1) < 1e-6
-        assert u == pytest.approx(needed, abs=2e-4), f"sample {k}: {u}, {needed}"
-
-
 def test_poles_of_the_errors_are_the_designed_ones():
     """With cross gains of 1 against 157^2 the six poles stay at 25 Hz."""
     hertz = np.abs(np.linalg.eigvals(errors_matrix(LAW_OF_SIX, NOMINAL, 6))) / (2 * np.pi)
@@ -296,19 +274,3 @@ def test_condition_holds_without_adaptation_and_fails_with_it():
     margins = [stability_margin(law, NOMINAL, states[900], reference[900]) for law in (still, LAW_OF_SIX)]
     assert margins[0] == pytest.approx(2 * np.pi * 25.0, rel=0.02)
     assert margins[1] < 0.0, f"observed {margins}"
-
-
-def test_margin_of_four_states_is_that_of_the_errata():
-    """The matrix of the printed law without adaptation: its smallest eigenvalue is its bandwidth."""
-    law = backstepping_numbers(model(3), backstepping_gains(adaptation=0.0), INTERVAL)
-    margin = stability_margin(law, law.learning[0], np.zeros(4), np.zeros(5))
-    assert margin == pytest.approx(2 * np.pi * 10.5, rel=1e-9)
-
-
-def test_gains_have_a_place_by_step_and_error():
-    """Two in a step, three in the last: 8 for four states, 12 for six, 16 for eight."""
-    assert [len(feedback_pairs(n)) for n in (2, 3, 4)] == [8, 12, 16]
-    named = gain_names(equal_bandwidth(3, 5.0), np.array([S1, S2]))
-    assert list(named)[:3] == ["k11", "k21", "k22"]
-    assert {name for name, value in named.items() if value == 5.0} == {f"k{i}{i}" for i in range(1, 7)}
-    assert (named["k65"], named["k64"], named["s2"]) == (1.0, 0.0, S2)

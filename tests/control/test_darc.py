@@ -10,16 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy.signal import TransferFunction, freqresp
 
-from cabledrive.control.bound import error_bound, printed_uncertainty, robust_conditions, uncertainty
+from cabledrive.control.bound import printed_uncertainty, robust_conditions, uncertainty
 from cabledrive.control.darc import darc_numbers, darc_step
 from cabledrive.control.darc_gains import Bounds, DarcGains, adaptation_gain, darc_gains, printed_bounds
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.law_kernels import adapt, law_step
 from cabledrive.control.numbers import K_SIGMA, LawNumbers
-from cabledrive.control.projection import adapted, limited_rate, projected_rate
-from cabledrive.control.reference import flat_reference, joint_motion, lagged
+from cabledrive.control.projection import adapted, projected_rate
+from cabledrive.control.reference import flat_reference, joint_motion
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, row_of, state_of
@@ -170,16 +169,6 @@ def test_reference_through_the_dampers_leads_to_the_wanted_load_angle():
 
 
 @pytest.mark.kernel
-def test_lag_is_exact_for_a_ramp():
-    t = np.arange(0.0, 0.1, 1e-3)
-    time = 0.02
-    exact = t - time * (1.0 - np.exp(-t / time))
-    np.testing.assert_allclose(lagged(t, time, 1e-3), exact, atol=1e-15)
-    response = freqresp(TransferFunction([1.0], [time, 1.0]), [0.0])[1]
-    assert response[0] == pytest.approx(1.0)
-
-
-@pytest.mark.kernel
 def test_printed_gains_and_bounds_are_those_of_sections_6_5_1_and_6_6_1():
     three = printed_bounds(model(3), flexible_joint=False)
     np.testing.assert_allclose(three.low, [0.00165, 0.0029, 0.035, -0.01], rtol=1e-9)
@@ -206,23 +195,6 @@ def test_weighted_sum_bounds_every_uncertainty_within_the_box():
         phi, error = rng.normal(size=(1, 4)), spread * rng.uniform(-1, 1, 4)
         assert abs(phi[0] @ error) + 0.04 <= uncertainty(phi, spread, 0.04)[0] + 1e-12
         assert uncertainty(phi, spread, 0.04)[0] <= printed_uncertainty(phi, spread, 0.04)[0] * 2.0 + 1e-12
-
-
-def test_tube_settles_on_h_over_the_gains():
-    """At rest the tube ends at h / (K_sigma lambda^5), dampers or not: their gain at rest is one."""
-    bound = error_bound(LAW, GAINS.bandwidth, REST, 0.04, INTERVAL, FLAT.time_constants)
-    assert bound.tube[-1] == pytest.approx(bound.steady, rel=1e-6)
-    h = (LAW.learning[2, 3] - LAW.learning[1, 3]) + 0.04
-    assert bound.steady == pytest.approx(h / (LAW.k_sigma * GAINS.bandwidth**5), rel=1e-12)
-    assert np.degrees(bound.steady) == pytest.approx(0.07, abs=0.01)
-
-
-def test_printed_norm_is_useless_beside_the_weighted_sum_in_motion():
-    """It multiplies the acceleration by the spread of the friction: 0.65 deg and more."""
-    moving = REST.copy()
-    moving[:, 0], moving[:, 1] = 30.0, 4.0
-    bound = error_bound(LAW, GAINS.bandwidth, moving, 0.04, INTERVAL, FLAT.time_constants)
-    assert bound.printed > 5.0 * bound.steady
 
 
 def test_a_constant_gain_meets_condition_1_with_h_squared_over_four_gains():
@@ -260,13 +232,6 @@ def test_estimates_stay_in_their_bounds_and_below_their_rates(estimate, rate, li
         assert np.all((fresh >= LOW) & (fresh <= HIGH))
     moved = np.abs(adapted(estimate, rate, LOW, HIGH, INTERVAL, limit) - estimate)
     assert np.all(moved <= limit * INTERVAL * (1.0 + 1e-9) + 1e-15)
-
-
-def test_a_rate_limit_that_acts_spoils_p2():
-    """The limit as defined here keeps P1 and breaks P2, as any limit does."""
-    estimate, truth, tau = np.array([0.5]), np.array([0.9]), np.array([10.0])
-    rate = limited_rate(projected_rate(tau, estimate, np.zeros(1), np.ones(1)), np.ones(1))
-    assert (estimate - truth) @ (rate - tau) == pytest.approx(3.6)
 
 
 def test_adaptation_gain_gives_the_second_order_loop_its_damping():

@@ -6,7 +6,6 @@ cabledrive.control.law_kernels.
 
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,13 +15,13 @@ from cabledrive.control.flat_output import flat_output
 from cabledrive.control.innovations_of_load import missed_by_filter, whitening
 from cabledrive.control.kalman import QUIET, Sampling, kalman_filter
 from cabledrive.control.law_kernels import learn_from_innovations
-from cabledrive.control.load_equation import estimate_load, load_coefficients
-from cabledrive.control.load_torque import carried, smoothed_sign
-from cabledrive.control.momentum_sum import acting_torque, estimate_motor, motor_coefficients
+from cabledrive.control.load_equation import estimate_load
+from cabledrive.control.load_torque import carried
+from cabledrive.control.momentum_sum import estimate_motor
 from cabledrive.control.numbers import LEARNING, LawNumbers
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.reference import flat_reference, joint_motion
-from cabledrive.control.regression import filtered, least_squares
+from cabledrive.control.regression import filtered
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, row_of, state_of
@@ -62,16 +61,6 @@ def test_filter_gives_the_derivatives_of_a_slow_sine():
     for order, row in enumerate(found):
         exact = np.imag((1j * rate) ** order * response)
         assert np.abs(row - exact).max() < 1e-5 * np.abs(exact).max()
-
-
-def test_load_equation_is_exact_without_counts():
-    angles, _ = motion()
-    beta, gamma, constant, coulomb, viscous = load_coefficients(angles[:, 1:], INTERVAL)
-    assert beta == pytest.approx(BETA, rel=1e-5)
-    assert gamma == pytest.approx(GAMMA, rel=1e-3)
-    assert abs(constant) < 1e-3
-    assert abs(coulomb) < 1e-3
-    assert abs(viscous) < 1e-3
 
 
 def test_one_pulse_of_counts_gives_beta_within_a_fifth_of_a_per_cent():
@@ -135,21 +124,6 @@ def counted_pair(angles: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return COUNTS[1:] * np.rint(angles / COUNTS[1:] + rng.uniform(-0.5, 0.5, 2))
 
 
-def test_an_encoder_zero_off_by_a_count_is_taken_by_the_constant():
-    angles, _ = motion()
-    plain = load_coefficients(angles[:, 1:], INTERVAL)
-    shifted = load_coefficients(angles[:, 1:] + np.array([0.6e-3, 0.0]), INTERVAL)
-    np.testing.assert_allclose(shifted[:2], plain[:2], rtol=1e-9)
-    assert shifted[2] == pytest.approx(plain[2] - plain[0] * 0.6e-3, rel=1e-9)
-
-
-def test_momentum_sum_is_exact_without_counts():
-    angles, torque = motion()
-    found = motor_coefficients(angles, torque, np.array(CHAIN.inertias), INTERVAL)
-    assert np.all(np.abs(found[:3] / WHOLE[:3] - 1.0) < [1e-4, 2e-3, 1e-3]), found / WHOLE
-    assert found[3] == pytest.approx(WHOLE[3], abs=1e-6)
-
-
 def test_momentum_sum_gives_inertia_and_friction_from_counts():
     angles, torque = motion()
     rng = np.random.default_rng(3)
@@ -172,24 +146,6 @@ def test_nothing_is_learnt_from_nothing():
     for readings in (rest, creep, flicker):
         assert not estimate_load(readings[:, 1:], COUNTS[1:], INTERVAL, rng).excited
         assert not estimate_motor(readings, np.zeros(4000), COUNTS, inertias, INTERVAL, rng).excited
-
-
-def test_regressors_that_say_the_same_leave_everything_unknown():
-    line = np.linspace(0.0, 1.0, 50)
-    assert np.all(np.isnan(least_squares(np.column_stack((line, 2.0 * line)), line, line > 0.1)))
-    assert np.all(np.isnan(least_squares(np.column_stack((line, line**2)), line, line > 2.0)))
-
-
-def test_acting_torque_is_the_mean_of_what_the_torque_loop_passes():
-    """A step: late by the delay, then 1 - exp(-w t); means over each sample."""
-    rate, delay, h = 2000.0, 1.5 * INTERVAL, INTERVAL
-    command = np.ones(12)
-    found = acting_torque(command, h, delay=delay, current_rate=rate)
-    fine = np.arange(0.0, 12 * h, h / 2000) + h / 4000
-    exact = np.where(fine > delay, 1.0 - np.exp(-rate * (fine - delay)), 0.0).reshape(12, 2000).mean(axis=1)
-    assert found[0] == 0.0
-    np.testing.assert_allclose(np.cumsum(found)[-1], np.cumsum(exact)[-1], atol=2e-3)
-    np.testing.assert_allclose(acting_torque(command, h), command)
 
 
 TIME = 1e-4 * np.arange(6001)
@@ -227,16 +183,6 @@ def test_the_torque_that_is_carried_to_the_motor_leaves_the_load_where_it_is(n, 
     assert moved < 1e-4, f"observed {moved:.1e}"
     scale = np.abs(states[:, : n - 1]).max()
     np.testing.assert_allclose(states[:, : n - 1], held[:, : n - 1], atol=2e-3 * scale)
-
-
-def test_derivatives_of_the_smoothed_sign_are_those_of_its_values():
-    t = 1e-4 * np.arange(10_001)
-    rows = smoothed_sign(np.sin(2.0 * np.pi * t), 5, 0.06, 1e-4)
-    assert rows[0].max() == pytest.approx(1.0, abs=1e-6)
-    assert rows[0].min() == pytest.approx(-1.0, abs=1e-6)
-    for low, high in pairwise(rows):
-        found = np.gradient(low, 1e-4)[600:-600]
-        np.testing.assert_allclose(found, high[600:-600], atol=0.02 * np.abs(high).max())
 
 
 def filter_of(chain):
@@ -325,16 +271,6 @@ def test_without_forgetting_it_is_least_squares_with_a_prior():
     information = np.linalg.inv(prior) + slopes.T @ slopes
     np.testing.assert_allclose(found, np.linalg.solve(information, slopes.T @ data), rtol=1e-9)
     np.testing.assert_allclose(spread, np.linalg.inv(information), rtol=1e-9)
-
-
-def test_a_direction_that_is_not_excited_is_not_forgotten_and_covariance_stays_bounded():
-    """Only the first parameter moves the innovation: the others keep their covariance over 20,000 samples."""
-    prior = np.diag([4.0, 1.0, 9.0])
-    slopes = np.zeros((20_000, 3))
-    slopes[:, 0] = 0.1
-    _, spread = learnt(slopes, np.zeros(20_000), 0.999, prior)
-    np.testing.assert_allclose(spread[1:, 1:], prior[1:, 1:], rtol=1e-12)
-    assert 0.05 < spread[0, 0] < 0.2, f"observed {spread[0, 0]:.3g}"  # 0.1 = (1 - 0.999) / 0.1^2
 
 
 @pytest.mark.kernel

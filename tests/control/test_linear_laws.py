@@ -7,14 +7,12 @@ from scipy.linalg import expm
 from cabledrive.control.adaptive_laws import l1_law, reference_model_law
 from cabledrive.control.hinf import MARGIN, hinf_gain, problem
 from cabledrive.control.law_kernels import adapt, linear_command, reference_model_command
-from cabledrive.control.linear_laws import lq_law, lq_torque, lqi_law, rigid_inertia
+from cabledrive.control.linear_laws import lq_law, lqi_law
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
-from cabledrive.rig import Disturbance, Motion, RigOptions, track
-from control_chains import DRIVE, INTERVAL, model, row_of, state_of
+from control_chains import INTERVAL, model, row_of, state_of
 
 COUNT, TORQUE, TIME = 2.0 * np.pi / 10_000, 0.05, 0.03
-HELD = Disturbance(torque=0.03, start=0.05, end=float("inf"))
 
 
 def iterated_gain(a, b, weight, cost, steps):
@@ -43,16 +41,6 @@ def test_lqi_feedback_is_the_limit_of_the_optimum_over_ever_longer_times(number)
     found = iterated_gain(ad, bd, weight, TORQUE**-2, 5000)[0]
     row = -lqi_law(chain, COUNT, TORQUE, TIME, INTERVAL).rows[0]
     np.testing.assert_allclose(row, np.roll(found, 1), rtol=1e-5)
-
-
-def test_bandwidth_of_the_rigid_machine_places_both_poles_of_the_quadratic_law_there():
-    """J s^2 under LQ with the torque of `lq_torque`: natural frequency as asked for, damping ratio 0.71."""
-    rigid = LumpedChain(names=("load",), inertias=(0.004,), viscous=(0.0,), coulomb=(0.0,), offsets=(0.0,))
-    law = lq_law(rigid, COUNT, lq_torque(rigid, COUNT, 12.0), 1e-5)
-    stiffness, damping = -law.rows[0]
-    natural = np.sqrt(stiffness / rigid_inertia(rigid))
-    assert natural / (2.0 * np.pi) == pytest.approx(12.0, rel=2e-3)
-    assert damping / (2.0 * natural * 0.004) == pytest.approx(np.sqrt(0.5), rel=2e-3)
 
 
 def worst_gain(a, by_disturbance, outputs, frequencies):
@@ -121,22 +109,6 @@ def test_h_infinity_feedback_of_chains_over_decades_is_stable_and_keeps_its_wors
         shares.append(worst_gain(closed, by_disturbance, outputs, swept) / gamma)
     measured(f"{min(shares):.3f} to {max(shares):.4f} of gamma")
     assert 0.8 < min(shares) < max(shares) < 1.001
-
-
-def test_lqi_takes_a_constant_torque_of_the_load_away_and_lqg_does_not():
-    motion = Motion(angle=10.0, rise=0.3, dwell=0.5)
-    options = RigOptions(ideal_sensors=True, smooth_friction=True, disturbances=(HELD,))
-    last = {
-        name: abs(
-            float(
-                np.degrees(
-                    track(DRIVE, controller=name, bandwidth=20.0, motion=motion, options=options).error[-1]
-                )
-            )
-        )
-        for name in ("lqg", "lqi")
-    }
-    assert last["lqi"] < 0.01 < 0.05 < last["lqg"], f"observed {last}"
 
 
 LASTING = 0.03

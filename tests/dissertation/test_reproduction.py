@@ -21,11 +21,9 @@ from cabledrive.dissertation.item import (
     UNEXPLAINED,
 )
 from cabledrive.dissertation.judge import compared, last_place
-from cabledrive.dissertation.panel import curve
 from cabledrive.dissertation.registry import FIGURES, SKETCHES, TABLES, entries
 from cabledrive.dissertation.rig_runs import ENCODER, LAWS
 from cabledrive.dissertation.run import call_of, chosen_entries, mentions
-from cabledrive.parameters import InputRefused
 
 ROOT = Path(__file__).parents[2]
 PRINT = ROOT.parent / "shared" / "reference" / "dissertation.txt"
@@ -51,11 +49,6 @@ def test_tables_figures_and_sketches_are_all_that_the_print_has(measured):
     measured(f"{len(tables)} tables, {drawn} figures, {len(figures) - drawn} sketches in the print")
     assert figures == {*FIGURES, *SKETCHES}
     assert tables == set(TABLES)
-
-
-def test_names_of_entries_are_unique():
-    names = [entry.name for entry in entries()]
-    assert len(set(names)) == len(names)
 
 
 @pytest.fixture(scope="module")
@@ -134,12 +127,6 @@ def test_a_part_is_found_by_what_it_covers_and_only_as_a_whole(text, names):
     assert not mentions("Fig. 5.30", "Fig. 5.3")
 
 
-def test_what_the_dissertation_does_not_hold_is_refused_in_one_line():
-    with pytest.raises(InputRefused, match="is no part of the dissertation") as refused:
-        chosen_entries("Fig. 9.9")
-    assert "\n" not in str(refused.value)
-
-
 def test_the_call_of_every_entry_names_a_function_that_exists():
     for entry in entries():
         path, _, arguments = call_of(entry).partition("(")
@@ -155,15 +142,6 @@ def test_every_place_in_the_errata_is_an_item_that_the_page_can_show():
         assert anchors
         assert {(page, anchor) for anchor in anchors} <= set(known)
     assert all(item.title and item.lines for item in known.values())
-
-
-def test_a_long_curve_keeps_its_peaks():
-    y = [0.0] * 5000
-    y[1234], y[4321] = 7.0, -3.0
-    found = curve("c", range(5000), y)
-    assert len(found.x) <= 400
-    assert (max(found.y), min(found.y)) == (7.0, -3.0)
-    assert found.x[found.y.index(7.0)] == 1234
 
 
 def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):

@@ -97,18 +97,6 @@ def test_every_law_is_equal_to_the_bit_over_ten_thousand_samples(name, tmp_path,
 
 
 @needs_cc
-def test_the_first_command_at_any_angle_has_no_jump(package):
-    """At rest, on a reference at rest, what is left is friction and offset: none on this drive."""
-    law = Law(package)
-    y, rest = [1.3, -0.4, 2.2], [0.0] * 9
-    law.start(y)
-    kept, u = law.step(y, rest)
-    offset = cd.load_drive("dissertation-3").motor.offset_torque
-    assert kept == 0
-    assert abs(u + offset) < 1e-12, f"observed {u}"
-
-
-@needs_cc
 def test_readings_that_are_no_numbers_hold_the_last_command(package):
     law = Law(package)
     vectors = self_test(source_of("darc-4").law, 60)

@@ -1,15 +1,13 @@
 """FMUs validate, step as the interpreted loop to the bit, and refuse what they do not offer."""
 
 import shutil
-import subprocess
-import sys
 from functools import cache
 
 import numpy as np
 import pytest
 
 from cabledrive.export.door import write_folder
-from cabledrive.export.fmu import archive, fmu_package, variables_of
+from cabledrive.export.fmu import fmu_package, variables_of
 from cabledrive.export.plant_source import plant_source
 from cabledrive.export.self_test import self_test
 from cabledrive.export.system_package import new_loop, system_package
@@ -148,54 +146,6 @@ def test_a_state_can_be_kept_and_taken_up_again(version, tmp_path):
     (fmu.setFMUstate if version == 2 else fmu.setFMUState)(kept)
     assert run(40) == first
     assert first[-1] > 0.0
-
-
-ECOS = """
-import sys
-
-from ecospy import EcosSimulation, EcosSimulationStructure
-
-structure = EcosSimulationStructure()
-structure.add_model("one", sys.argv[1])
-simulation = EcosSimulation(float(sys.argv[2]), structure=structure)
-simulation.init()
-for _ in range(int(sys.argv[3])):
-    simulation.step(1)
-    print(*(float(simulation.get_real("one::" + name)).hex() for name in sys.argv[4:]))
-"""
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("version", [2, 3])
-def test_a_second_importer_steps_the_loop_as_the_first_to_the_bit(version, tmp_path, measured):
-    """Ecos has an importer of its own in C++; its library needs libtbb, beside which it is skipped."""
-    if subprocess.run([sys.executable, "-c", "import ecospy"], capture_output=True, check=False).returncode:
-        pytest.skip("ecospy cannot be imported")
-    names, samples = ("load_angle", "motor_speed", "command", "slip"), 5000
-    one, size = Slave(tmp_path, version, "loop"), source_of("darc-4").law.sample_time
-    one.start()
-    expected = []
-    for k in range(samples):
-        one.step(k, size)
-        expected.append(one.get(*names))
-    command = [sys.executable, "-c", ECOS, str(tmp_path / "one.fmu"), repr(size), str(samples), *names]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    found = [[float.fromhex(word) for word in line.split()] for line in done.stdout.splitlines()[-samples:]]
-    measured(f"FMI {version}: {samples} steps in Ecos and fmpy equal to the bit")
-    assert found == expected
-    assert expected[-1][0] > 0.4
-
-
-def test_another_identity_is_refused(tmp_path):
-    one = Slave(tmp_path, 2, "plant")
-    one.fmu.guid = "{0}"
-    with pytest.raises(Exception, match="instantiate"):
-        one.fmu.instantiate()
-
-
-def test_the_same_source_gives_the_same_archive():
-    files = {"a": b"1", "b": b"2"}
-    assert archive(files) == archive(dict(reversed(files.items())))
 
 
 @pytest.mark.verify

@@ -65,28 +65,6 @@ def test_a_slack_span_carries_nothing_in_mujoco():
             assert data.qfrc_passive[0] == pytest.approx(-sign * wanted, rel=1e-9)
 
 
-def test_mujoco_runs_the_free_oscillation_in_time():
-    mujoco = pytest.importorskip("mujoco", reason="needs mujoco")
-    drive = cd.load_drive("dissertation-3")
-    chain = lumped_models(drive)[3]
-    model = mujoco.MjModel.from_xml_string(mjcf_files(drive)["model-3.xml"])
-    model.dof_damping[:], model.dof_frictionloss[:], model.tendon_damping[:] = 0.0, 0.0, 0.0
-    data = mujoco.MjData(model)
-    data.qpos[-1] = 0.01
-    twist = []
-    for _ in range(20_000):
-        mujoco.mj_step(model, data)
-        twist.append(data.qpos[0] - data.qpos[1])
-    twist = np.array(twist) - np.mean(twist)
-    crossings = np.flatnonzero((twist[:-1] < 0.0) & (twist[1:] >= 0.0))
-    share = twist[crossings] / (twist[crossings] - twist[crossings + 1])
-    times = (crossings + share) * model.opt.timestep
-    hertz = (len(times) - 1) / (times[-1] - times[0])
-    k = chain.stiffness[0] * chain.ratios[0][0] * chain.ratios[0][1]
-    wanted = np.sqrt(k * (1 / chain.inertias[0] + 1 / chain.inertias[1])) / (2 * np.pi)
-    assert hertz == pytest.approx(wanted, rel=1e-4)
-
-
 @pytest.mark.parametrize("name", DRIVES)
 def test_the_equations_of_the_modelica_text_are_those_of_the_chain(name):
     """Its equations, evaluated in Python line by line, accelerate as the state space does."""
@@ -130,21 +108,3 @@ def test_klipper_gets_its_lines(tmp_path):
     assert (
         (tmp_path / "out" / "marlin.gcode").read_text().startswith("M593 X F48.3 D0.1 ; Marlin has ZV alone")
     )
-
-
-def test_mechanics_of_a_study_are_those_of_its_identified_drive(tmp_path):
-    (tmp_path / "study").mkdir()
-    changed = cd.load_drive("dissertation-3", overrides=["pulley.1.inertia=0.003"])
-    cd.save_drive(changed, str(tmp_path / "study" / "drive.toml"))
-    found = export_to(tmp_path / "out", tmp_path / "study", "mjcf")
-    assert found["drive_hash"] == cd.content_hash(changed)
-    assert "0.003" in (tmp_path / "out" / "model-3.xml").read_text()
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("name", DRIVES)
-def test_a_parser_of_modelica_reads_every_model(name, tmp_path):
-    model = pytest.importorskip("modelica_builder.model", reason="needs modelica-builder")
-    for file, text in modelica_files(cd.load_drive(name)).items():
-        (tmp_path / file).write_text(text)
-        assert model.Model(str(tmp_path / file)).get_name() == file.removesuffix(".mo")

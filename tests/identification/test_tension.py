@@ -10,7 +10,7 @@ from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.tension import read_ping, read_wav, tension_from_ping
 from cabledrive.identification.tension.from_ping import tension_for
 from cabledrive.modal import modes
-from cabledrive.parameters import NotComputed, load_drive
+from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 
 NOISE = 0.05
@@ -133,6 +133,14 @@ def test_a_sound_file_is_a_log(tmp_path, kind):
     assert log.sample_rate == pytest.approx(8000.0, rel=1e-6)
     assert np.abs(log.channel("sound") - loud).max() < 0.02
     assert tension_from_ping(log, load_drive("dissertation-3"))["upper"] == pytest.approx(7.0, rel=0.01)
+
+
+@pytest.mark.parametrize("content", [b"", b"RIFF\x00\x00\x00\x00WAVEfmt ", b"no sound at all" * 9])
+def test_a_corrupt_sound_file_is_refused_in_one_line(tmp_path, content):
+    (tmp_path / "ping.wav").write_bytes(content)
+    with pytest.raises(InputRefused, match=r"ping\.wav") as refusal:
+        read_wav(tmp_path / "ping.wav")
+    assert "\n" not in str(refusal.value)
 
 
 def test_a_clipped_recording_is_reported(tmp_path):

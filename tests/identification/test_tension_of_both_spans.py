@@ -10,8 +10,11 @@ import pytest
 from scipy.io import wavfile
 
 from cabledrive.app.main import main
+from cabledrive.identification.filters import zero_phase
+from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.tension import tension_of_both
 from cabledrive.identification.tension.decaying_tones import Tones, fit_tones
+from cabledrive.parameters import NotComputed
 from played_spans import SPANS, carrying, errors, played
 
 
@@ -119,6 +122,16 @@ def test_beside_a_carrying_span_the_silent_one_is_named():
     found = tension_of_both(one.log, one.drive)
     assert list(found.families) == ["lower"]
     assert "upper span is not detected" in found.unidentifiable[0]
+
+
+def test_one_partial_of_each_span_may_be_taken_either_way():
+    """Without what lies above 115 Hz one tone is left of each: neither is known to be whose."""
+    one = played(10_052, drive=carrying(), pretension=7.0, share=0.1, probe=0.19, noise=0.0)
+    low = zero_phase(one.log.channel("sound"), one.log.interval, 115.0, order=8)
+    low = low + 0.02 * np.abs(low).max() * np.random.default_rng(1).normal(size=low.size)
+    with pytest.raises(NotComputed, match="two assignments") as refusal:
+        tension_of_both(log_of(one.log.time, {"sound": low}, {}), one.drive)
+    assert "\n" not in str(refusal.value)
 
 
 def test_the_command_reads_both_spans_of_a_sound_file(tmp_path, capsys):

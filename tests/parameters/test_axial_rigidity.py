@@ -5,7 +5,6 @@ import pytest
 import cabledrive as cd
 from cabledrive.parameters import drive_text, load_drive
 from cabledrive.reduction.quality import with_measured_stiffness
-from cabledrive.studies.varied_drive import varied
 
 RIGID = 'axial_rigidity = "19.4 kN"'
 
@@ -26,20 +25,6 @@ def test_modes_are_those_of_modulus_and_area(sheet):
     assert pair.cable.axial_rigidity == pytest.approx(19400.0, rel=1e-6)
     ours, theirs = (cd.natural_frequencies(each, count=4) for each in (drive, pair))
     assert ours == pytest.approx(theirs, rel=1e-6)
-
-
-def test_a_drive_with_it_is_written_and_read_again(sheet, tmp_path):
-    drive = load_drive(sheet)
-    assert 'axial_rigidity = "19400.0 N"' in drive_text(drive)
-    again = tmp_path / "again.toml"
-    again.write_text(drive_text(drive))
-    assert load_drive(again) == drive
-
-
-def test_it_is_set_from_the_command_line_and_varied(sheet):
-    stiff = load_drive(sheet, overrides=["cable.axial_rigidity=20 kN"])
-    assert stiff.cable.axial_rigidity == 20000.0
-    assert varied(stiff, "cable.axial_rigidity", 21000.0).cable.axial_rigidity == 21000.0
 
 
 def test_a_measured_stiffness_takes_its_place(sheet):

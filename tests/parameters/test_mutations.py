@@ -46,21 +46,6 @@ def test_any_flip_of_bytes_loads_or_is_refused(content, flips, tmp_path_factory)
     check(bytes(mutant), tmp_path_factory)
 
 
-@given(content=st.sampled_from(FILES), data=st.data())
-@settings(max_examples=200)
-def test_any_cut_and_splice_of_lines_loads_or_is_refused(content, data, tmp_path_factory):
-    """Lines dropped, doubled and swapped: sections twice, keys under the wrong head."""
-    lines = content.splitlines(keepends=True)
-    order = data.draw(st.lists(st.integers(0, len(lines) - 1), max_size=2 * len(lines)))
-    check(b"".join(lines[n] for n in order), tmp_path_factory)
-
-
-@given(content=st.binary(max_size=200))
-@settings(max_examples=200)
-def test_any_bytes_load_or_are_refused(content, tmp_path_factory):
-    check(content, tmp_path_factory)
-
-
 places = st.lists(
     st.sampled_from(["cable", "pulley", "carriage", "0", "1", "pretension", "radius"]) | keys, max_size=4
 )
@@ -84,18 +69,3 @@ def test_any_path_loads_or_is_refused(path, tmp_path_factory):
         patch.chdir(tmp_path_factory.getbasetemp())
         message = message_of_refusal(path)
     assert message is None or (message.isprintable() and len(message) < 300), f"{message!r}"
-
-
-def test_mutants_are_neither_all_refused_nor_all_loaded(tmp_path_factory):
-    """Guard of this file: a mutation that nothing survives, or that everything survives, tests nothing."""
-    loaded = []
-
-    @given(content=mutants())
-    @settings(max_examples=100, database=None)
-    def count(content):
-        path = tmp_path_factory.getbasetemp() / "mutant.toml"
-        path.write_bytes(content)
-        loaded.append(message_of_refusal(path) is None)
-
-    count()
-    assert 0 < sum(loaded) < len(loaded), f"{sum(loaded)} of {len(loaded)} mutants load"

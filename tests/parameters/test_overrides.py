@@ -44,28 +44,12 @@ def test_settings_add_a_table_and_rows_to_an_array():
     assert [carriage.mass for carriage in two.carriage] == [1.0, 3.0]
 
 
-def test_later_setting_wins():
-    assert overridden("cable.pretension=6", "cable.pretension=8") == replace(
-        DRIVE, cable=replace(DRIVE.cable, pretension=8.0)
-    )
-
-
-def test_words_need_no_quotation_marks():
-    assert overridden("name=a longer name", "kind=line") == replace(DRIVE, name="a longer name", kind="line")
-
-
 def test_setting_can_choose_the_other_length():
     with pytest.raises(InputRefused, match="both are given; give one"):
         overridden("layout.pulley_distance=1 m")
     drive = overridden("layout={pulley_distance=1}")
     assert drive.pulley_distance == 1.0
     assert drive.span_length == 1.0 / (1.0 + DRIVE.cable.prestrain)
-
-
-def test_file_is_left_as_it_was():
-    before = EXAMPLE.read_bytes()
-    overridden("cable.pretension=6 N")
-    assert EXAMPLE.read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -99,52 +99,6 @@ def test_torque_limit_does_not_make_the_rope_slip(name):
     assert drive.motor.torque_limit < grip, f"limit {drive.motor.torque_limit} N m, slip at {grip:.4g} N m"
 
 
-def _hanging_tensions(drive, samples=200_000):
-    """Tension along the vertical loop under gravity, from the drive pulley down and up again [N]."""
-    g, length, cable = drive.layout.gravity, drive.span_length, drive.cable
-    s = (np.arange(samples) + 0.5) / samples * 2.0 * length  # unstretched, from the top down and up again
-    height = np.where(s < length, length - s, s - length)
-    car, counterweight = drive.carriages_on("upper")[0], drive.carriages_on("lower")[0]
-    above_car = s < car.position
-    above_counterweight = s > length + counterweight.position
-    weights = cable.mass_per_length * height + car.mass * above_car + counterweight.mass * above_counterweight
-    return cable.pretension + g * (weights - weights.mean())
-
-
-def test_elevator_hangs_with_no_rope_slack():
-    """The loop keeps its length, so T0 is the mean tension; the least is half the tension sheave's weight."""
-    least = _hanging_tensions(cd.load_drive("elevator")).min()
-    assert least == pytest.approx(600.0 / 2.0 * 9.81, rel=0.005), f"least tension {least:.1f} N"
-
-
-def test_elevator_is_balanced_at_the_traction_sheave():
-    """Half the rated load in the car: the tensions on the two sides of the sheave differ by nothing."""
-    tensions = _hanging_tensions(cd.load_drive("elevator"))
-    assert tensions[0] == pytest.approx(tensions[-1], rel=1e-12), f"{tensions[0]} N and {tensions[-1]} N"
-
-
-def test_ropeway_cabins_stand_at_even_distances_round_the_loop():
-    drive = cd.load_drive("ropeway")
-    upper = [carriage.position for carriage in drive.carriages_on("upper")]
-    lower = [drive.span_length + carriage.position for carriage in drive.carriages_on("lower")]
-    gaps = np.diff([*upper, *lower, upper[0] + 2.0 * drive.span_length])
-    np.testing.assert_allclose(
-        gaps, 2.0 * drive.span_length / 24, atol=0.011
-    )  # positions are rounded to 1 cm
-
-
-def test_transporter_is_configuration_1_with_five_times_the_cables_mass():
-    """chi_m = m / (2 L rho) = 5 at a quarter of the upper span, on rails."""
-    plain, transporter = cd.load_drive("dissertation-1"), cd.load_drive("dissertation-transporter")
-    (carriage,) = transporter.carriage
-    assert carriage.mass / (2.0 * plain.span_length * plain.cable.mass_per_length) == pytest.approx(
-        5.0, rel=1e-15
-    )
-    assert (carriage.span, carriage.position, carriage.guided) == ("upper", 0.25, True)
-    same = ("kind", "cable", "layout", "pulley", "motor", "lumped", "sensors")
-    assert [getattr(transporter, key) for key in same] == [getattr(plain, key) for key in same]
-
-
 @pytest.mark.parametrize(
     ("name", "drive_inertia", "load_inertia", "radius", "modulus", "area", "density", "pretension"),
     [  # Tables 3.1 and 6.1; configuration 3 with the motor's J11 of Table 4.2 added to the drive pulley's J12

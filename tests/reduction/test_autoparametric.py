@@ -47,15 +47,6 @@ def test_coefficients_of_configuration_2_per_pretensioned_metre():
     assert beta == pytest.approx(5.5127e7, rel=2e-5)
 
 
-def test_pulley_mode_nearly_halves_the_spans_own_stiffening_and_couples_them():
-    """With the static rotation, own-span cubic 0.503 beta and 0.247 beta between the spans."""
-    model = autoparametric_model(TUNED)
-    beta = model.stiffening.sum(axis=1)[0]
-    static = model.coupling[0] ** 2 / (model.modal_mass * model.natural**2)
-    assert (0.75 * model.stiffening[0, 0] - static) / beta == pytest.approx(0.5, abs=0.003)
-    assert (static + 0.25 * model.stiffening[0, 1]) / beta == pytest.approx(0.2473, abs=0.001)
-
-
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_coupling_equals_the_closed_formula_of_the_uniform_tension_model(number):
     """g_m = 1 - x^2/(4 pi^2 m^2 - x^2), Eq. (R.3), against the integral over the waves, Eq. (A.10)."""
@@ -113,16 +104,6 @@ def test_another_pretension_by_scaling_equals_the_model_made_there(name, planes)
         np.testing.assert_allclose(getattr(scaled, field), getattr(made, field), rtol=1e-10, err_msg=field)
 
 
-def test_a_batch_of_pretensions_holds_the_models_one_by_one():
-    model = autoparametric_model(TUNED, planes=2, load_torque=0.02)
-    tensions = np.array([2.0, 3.0, 5.0])
-    lanes = at_pretension(model, tensions)
-    for i, tension in enumerate(tensions):
-        single = at_pretension(model, float(tension))
-        np.testing.assert_allclose(lanes.stiffening[:, :, i], single.stiffening, rtol=1e-14)
-        np.testing.assert_allclose(lanes.transverse[:, i], single.transverse, rtol=1e-14)
-
-
 def test_steady_load_tunes_one_span_early_and_the_other_late():
     """The spans bear T0 +- tau / (2 r2): each is tuned when its own tension is the tuned one."""
     torque = 0.01
@@ -133,13 +114,6 @@ def test_steady_load_tunes_one_span_early_and_the_other_late():
     )
     assert 2 * early.transverse[0] == pytest.approx(early.natural, rel=1e-3)
     assert 2 * early.transverse[1] < 0.97 * early.natural
-
-
-def test_viscous_friction_at_the_load_damps_the_pulley_mode_and_couples_it_to_the_rotation():
-    """c_q = b2 phi2^2 / (r2^2 M): 1.304e5 per N m s; c12 = sum b phi / r^2."""
-    model = autoparametric_model(damped(0.0, 13.043))
-    assert model.modal_damping == pytest.approx(13.043, rel=2e-3)
-    assert model.cross_damping / model.rigid_damping == pytest.approx(model.rims[1], rel=1e-12)
 
 
 def largest_multiplier(squared, damping, depth, forcing):
@@ -184,20 +158,6 @@ def test_threshold_at_tuning_is_the_product_of_the_dampings():
     assert threshold == pytest.approx(coefficient * 1.0 * model.modal_damping / 2, rel=2e-4)
 
 
-@pytest.mark.parametrize("transverse, pulley", [(0.0, 5.0), (5.0, 0.0), (0.0, 0.0)])
-def test_threshold_is_zero_where_one_of_the_two_is_undamped(transverse, pulley):
-    model = autoparametric_model(damped(transverse, pulley))
-    tuned = replace(model, transverse=np.full(2, 0.5 * model.natural))
-    assert float(threshold_torque(tuned)) == pytest.approx(0.0, abs=1e-15)
-
-
-def test_undamped_pulley_mode_grows_steadily_and_has_no_threshold_whatever_the_spans_damping():
-    c = averaged_coefficients(autoparametric_model(damped(5.0, 0.0)), torque=1e-3)
-    assert np.isinf(pulley_amplitude(c))
-    two, one = pulley_amplitude(c, 2.0), pulley_amplitude(c, 1.0)
-    assert two == pytest.approx(2 * one, rel=1e-9)
-
-
 def test_torque_for_tenfold_growth_in_a_second():
     """Undamped pulley mode at tuning: k f T^2 / 2 = ln F + Gamma T / 2, k f = 584 tau."""
     model = autoparametric_model(damped(2.0, 0.0))
@@ -228,18 +188,6 @@ def test_instability_region_opens_at_the_threshold_and_widens_with_the_torque():
     assert widths[1] > 0.0
     assert widths[3] == pytest.approx(np.sqrt(16 - 1), rel=1e-3)
     assert required_detuning(model, 4 * threshold) == pytest.approx(widths[3], rel=1e-12)
-
-
-def test_edge_of_the_instability_region_is_where_the_growth_vanishes():
-    model = autoparametric_model(damped(2.0, 5.0))
-    torque = 3 * float(threshold_torque(model))
-
-    def growth(tension):
-        c = averaged_coefficients(at_pretension(model, tension), torque=torque)
-        return float(np.max(growth_rates(c, pulley_amplitude(c))))
-
-    edge = brentq(growth, 3.28377, 3.6)
-    assert float(threshold_torque(at_pretension(model, edge))) == pytest.approx(torque, rel=1e-6)
 
 
 def test_coulomb_friction_at_the_load_asks_for_180_times_its_torque():

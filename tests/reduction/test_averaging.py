@@ -122,43 +122,6 @@ def integrate(c, state, duration, steps, second=False):
     return np.array(states)
 
 
-def test_without_damping_energy_stays():
-    """|z|^2 + (k / alpha) |Q|^2, at tuning and without torque; cubic terms leave the sum alone."""
-    c = averaged_coefficients(autoparametric_model(TUNED))._replace(detuning=np.array(0.0))
-    c = c._replace(transverse_detuning=np.zeros(2))
-    states = integrate(c, np.array([1e-4 + 5e-5j, 2e-3 + 1e-3j, -5e-4 + 4e-4j]), 1.0, 1000)
-    ratio = c.pump[0] / c.feedback[0]
-    energy = np.sum(np.abs(states[:, 1:]) ** 2, axis=1) + ratio * np.abs(states[:, 0]) ** 2
-    np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
-
-
-def test_axial_angular_momentum_of_each_span_decays_as_the_damping_alone():
-    """Im(w v*) of a span decays as exp(-Gamma t) under any torque: no moment acts about its axis."""
-    model = autoparametric_model(damped(2.0, 5.0), planes=2)
-    c = averaged_coefficients(model, torque=0.05)
-    start = plucked(c, [2e-3, 5e-4, 0.0, 0.0], second=False)
-    start[3:] = 1j * np.array([1e-3, -8e-4])
-    states = integrate(c, start, 1.0, 2000)
-    for span in (1, 2):
-        momentum = (states[:, span] * states[:, span + 2].conj()).imag
-        kept = momentum[-1] / momentum[0]
-        assert kept == pytest.approx(np.exp(-2.0), rel=1e-9), f"{kept:.12f}"
-
-
-def test_equal_plucks_leave_the_pulleys_at_rest():
-    c = averaged_coefficients(autoparametric_model(TUNED))
-    states = integrate(c, plucked(c, [2e-3, 2e-3], second=False), 0.5, 200)
-    assert np.max(np.abs(states[:, 0])) < 1e-18
-
-
-def test_a_pluck_of_nothing_stays_nothing():
-    """The growth needs a seed: an exactly zero transverse motion stays zero under any torque."""
-    c = averaged_coefficients(autoparametric_model(damped(1.0, 5.0)), torque=0.05)
-    states = integrate(c, plucked(c, [0.0, 0.0], second=False), 0.5, 100)
-    assert np.max(np.abs(states[:, 1:])) == 0.0
-    assert np.abs(states[-1, 0]) > 1e-5
-
-
 def test_stretch_of_a_triangle_beyond_its_first_mode():
     m = np.arange(3, 20_001, 2)
     total = np.sum(m**2 * (8 / np.pi**2 / m**2) ** 2)
@@ -193,7 +156,3 @@ def test_averaged_equations_swap_in_the_closed_period():
             np.testing.assert_allclose(np.abs(state), [0, b, a], atol=1e-9)
     np.testing.assert_allclose(np.abs(state), [0, a, b], atol=1e-9)
     assert most == pytest.approx(largest_exchange(MODEL, a, b), rel=1e-5)
-
-
-def test_one_span_alone_gives_everything_to_the_pulleys_in_the_end():
-    assert exchange_period(MODEL, 1e-3, 0.0) == np.inf

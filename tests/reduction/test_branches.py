@@ -173,40 +173,6 @@ def test_a_stable_branch_is_where_time_integration_ends(measured):
     np.testing.assert_allclose(np.abs(end), np.abs(state), rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.verify
-def test_beyond_the_hopf_point_beats_persist():
-    """Just inside, a disturbance grows to beats; just outside it dies out."""
-    c = one_span(settings(0.83, 4.12, 2.83, -4.86, 1e-3, cubic=False))
-    force = hopf_torque_force(c)
-    spread = []
-    for share in (0.97, 1.2):
-        at = c._replace(force=np.array(share * force + 0j))
-        squared = [x for x in steady_amplitudes(settings_of(at), "one") if x > 0][-1]
-        state = steady_state(settings_of(at), squared, "one")[:2]
-        late = settled(at, 1.02 * state, 15.0, 2e-3)
-        sizes = []
-        for _ in range(60):
-            late = settled(at, late, 0.05, 2e-3)
-            sizes.append(np.abs(late[1]))
-        spread.append((max(sizes) - min(sizes)) / max(sizes))
-    grows = growth_of(c._replace(force=np.array(0.97 * force + 0j)), _steady(c, 0.97 * force)) > 0
-    inside, outside = spread if grows else spread[::-1]
-    assert inside > 0.05, f"{spread}"
-    assert outside < 0.05, f"{spread}"
-
-
-def settings_of(c):
-    """Two equal sections again, for the closed forms."""
-    double = ("transverse_detuning", "feedback", "pump", "drift", "passive", "back_third", "third", "offset")
-    grown = {name: np.repeat(getattr(c, name), 2) for name in double}
-    return c._replace(**grown, cubic=np.zeros((2, 2)), static=np.zeros((2, 2)))
-
-
-def _steady(c, force):
-    at = settings_of(c._replace(force=np.array(force + 0j)))
-    return steady_state(at, steady_amplitudes(at, "one")[-1], "one")[:2]
-
-
 def test_a_continuation_that_cannot_go_on_keeps_what_it_found():
     """A branch that ends in a singular corner: reported, with every point up to there."""
 

@@ -114,12 +114,6 @@ def test_members_are_single_runs(measured):
     measured(f"members within {worst:.1e} of single runs, relative to the largest motion")
 
 
-def test_threads_do_not_matter():
-    axes = {"pretension": np.linspace(3.0, 5.0, 5), "torque_amplitude": [0.01, 0.02]}
-    one, two = (fast_ensemble(FORCED, 0.05, axes, common=COMMON, threads=n) for n in (1, 2))
-    assert one.identical(two)
-
-
 def test_members_for_which_the_model_does_not_hold_say_so_and_show_no_motion():
     found = fast_ensemble(
         FORCED, 0.2, {"torque_amplitude": [0.01, 1.0], "pluck_upper": [1e-3, 3e-2]}, common=COMMON
@@ -131,12 +125,3 @@ def test_members_for_which_the_model_does_not_hold_say_so_and_show_no_motion():
     assert np.isfinite(found.load_angle[0, 0]).all()
     assert np.isnan(found.load_angle.values[reasons != ""]).all()
     assert found.least_tension_upper[1, 0] < 0.0
-
-
-def test_result_file_appears_whole_and_is_not_overwritten(tmp_path):
-    path = tmp_path / "run.nc"
-    result = simulate_fast(DRIVE, 0.02, torque=TORQUE, output=path)
-    assert path.stat().st_size > 0
-    assert result.path == path
-    with pytest.raises(cd.InputRefused, match="exists"):
-        simulate_fast(DRIVE, 0.02, torque=TORQUE, output=path)

@@ -48,11 +48,6 @@ def test_an_axis_slides_to_rest_as_the_closed_form_says():
     assert speeds[-1] == 0.0
 
 
-def test_torque_below_the_friction_moves_nothing():
-    found = integrate_chain(ONE, np.full(50, 0.0399), 1e-3)
-    assert np.all(found.angles == 0.0)
-
-
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_an_axis_at_rest_breaks_away_within_a_step(way):
     """Under u = r t it stands until r t = c; then J w' = r (t - c/r) - b w, whatever the steps."""
@@ -62,22 +57,6 @@ def test_an_axis_at_rest_breaks_away_within_a_step(way):
     later, lag = np.maximum(t - coulomb / rise, 0.0), inertia / viscous
     exact = way * rise / viscous * (later - lag * (1.0 - np.exp(-later / lag)))
     np.testing.assert_allclose(speeds, exact, atol=1e-9)
-
-
-def test_steady_speed_is_torque_less_friction_over_viscous():
-    speeds = integrate_chain(ONE, np.full(8000, 0.1), 1e-3).speeds[:, 0]
-    assert speeds[-1] == pytest.approx((0.1 - 0.04) / 0.003, rel=1e-4)
-
-
-def test_energy_taken_equals_energy_lost():
-    """Work of the torque = kinetic energy + losses of both frictions, to the order of the quadrature."""
-    dt = 1e-4
-    u = wave(6000, dt)
-    found = integrate_chain(ONE, u, dt)
-    w = found.speeds[:, 0]
-    work, loss = np.trapezoid(u * w, dx=dt), np.trapezoid(0.003 * w**2 + 0.04 * np.abs(w), dx=dt)
-    kinetic = 0.5 * 0.002 * w[-1] ** 2
-    assert work == pytest.approx(kinetic + loss, rel=2e-5)
 
 
 def test_turning_points_do_not_lower_the_order():
@@ -129,17 +108,6 @@ def test_backlash_transmits_nothing_inside_the_gap():
     inside = np.abs(found.angles[:, 0]) < gap / 2
     assert inside.all()
     assert np.all(found.angles[:, 1] == 0.0)
-
-
-def test_smooth_friction_at_low_speed_is_viscous():
-    """c tanh(K w) with K w << 1 acts as c K w."""
-    law = FrictionLaw(excess=(0.0,), fading=(1.0,), slope=(0.5,))
-    u = 1e-6 * wave(1000, 1e-3)
-    smooth = integrate_chain(ONE, u, 1e-3, law=law).angles[:, 0]
-    viscous = integrate_chain(replace(ONE, viscous=(0.003 + 0.5 * 0.04,), coulomb=(0.0,)), u, 1e-3).angles[
-        :, 0
-    ]
-    np.testing.assert_allclose(smooth, viscous, atol=1e-9 * np.abs(viscous).max())
 
 
 def test_friction_at_rest_holds_more_than_friction_in_motion():

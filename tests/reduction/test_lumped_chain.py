@@ -11,7 +11,6 @@ from cabledrive.modal import natural_frequencies
 from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.lumped_chain import (
     LumpedChain,
     natural_frequencies_of,
@@ -28,20 +27,11 @@ from cabledrive.reduction.quality import (
     with_measured_stiffness,
 )
 from cabledrive.reduction.reflected import reflected
-from cabledrive.simulation import Recording, Scheme, Sine, simulate
 
 DRIVE = load_drive("dissertation-3")
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
 K_M, B_M, KK, BB = 135.0, 0.075, 2 * 850 * 0.04**2, 2 * 0.18 * 0.04
 OMEGA = 2 * np.pi * np.geomspace(0.3, 400.0, 60)
-
-
-def test_model_1_is_one_inertia():
-    """(4.17) with all inertias in one."""
-    numerator, denominator = speed_transfer_function(lumped_model(DRIVE, 1))
-    total = J11 + J12 + J2
-    np.testing.assert_allclose(numerator, [1 / total], rtol=1e-13)
-    np.testing.assert_allclose(denominator, [1.0, B1 / total], rtol=1e-13)
 
 
 def test_model_2_is_the_first_line_of_4_19_with_the_load_on_the_pulley():
@@ -84,33 +74,7 @@ def test_natural_frequencies_are_those_of_table_6_2():
     np.testing.assert_allclose(found, [8.27, 92.2], rtol=1e-3)
 
 
-def test_rigid_rotation_costs_no_energy_at_unequal_radii():
-    from dataclasses import replace
-
-    drive = replace(DRIVE, pulley=(DRIVE.pulley[0], replace(DRIVE.pulley[1], radius=0.06)))
-    chain = lumped_model(drive)
-    turned = np.array([1.0, 1.0, 0.04 / 0.06])
-    assert np.abs(chain.stiffness_matrix @ turned).max() < 1e-13 * np.abs(chain.stiffness_matrix).max()
-    merged = lumped_model(drive, 1)
-    assert merged.inertias[0] == pytest.approx(turned @ np.diag(chain.inertias) @ turned, rel=1e-14)
-
-
-def test_both_state_spaces_have_the_same_poles():
-    chain = lumped_model(DRIVE)
-    a, _ = state_space(chain)
-    _, denominator = speed_transfer_function(chain)
-    poles = np.sort_complex(np.linalg.eigvals(a))
-    minimal = np.sort_complex(np.append(np.roots(denominator), 0.0))
-    np.testing.assert_allclose(poles, minimal, atol=1e-5)
-
-
 FAR = 2 * np.pi * np.geomspace(0.3, 150.0, 40)
-
-
-def test_a_cable_without_mass_is_model_4():
-    light = replace(DRIVE, cable=replace(DRIVE.cable, mass_per_length=1e-9))
-    error = np.abs(distributed_response(light, FAR) / model_response(light, 4, FAR) - 1.0).max()
-    assert error < 1e-5, f"observed {error:.2e}"
 
 
 def test_distributed_response_peaks_at_the_certified_modes():
@@ -212,14 +176,6 @@ def test_models_have_the_frequencies_of_the_dense_matrices_and_of_a_cable_withou
 
 
 @JOINTS
-def test_a_slow_torque_is_answered_by_the_holding_stiffness_alone(joint):
-    drive = with_joint(joint)
-    slow = np.array([1e-3])
-    for found in (distributed_response(drive, slow), model_response(drive, 3, slow)):
-        assert abs(found[0]) == pytest.approx(1.0 / HOLDING, rel=1e-4)
-
-
-@JOINTS
 def test_damping_of_the_pulley_mode_is_that_of_the_lumped_eigenvalues(joint):
     """Weak axial damping of a cable almost without mass: real part of the eigenvalue of Model 3 or 4."""
     drive = with_joint(joint)
@@ -236,21 +192,6 @@ def test_damping_of_the_pulley_mode_is_that_of_the_lumped_eigenvalues(joint):
     assert model.natural == pytest.approx(abs(nearest), rel=1e-3)
     assert model.modal_damping == pytest.approx(-2.0 * nearest.real, rel=0.02), f"{model.modal_damping}"
     assert model.rigid_arm == 0.0
-
-
-@JOINTS
-def test_fast_model_follows_the_full_model_on_the_holding_stiffness(joint, measured):
-    drive = with_joint(joint)
-    drive = replace(drive, cable=replace(drive.cable, mass_per_length=BASE.cable.mass_per_length))
-    torque = Sine(amplitude=0.05, frequency=9.0)
-    full = simulate(drive, 0.5, torque=torque, scheme=Scheme(segments=20), recording=Recording(rate=1000.0))
-    fast = simulate_fast(
-        drive, 0.5, torque=torque, scheme=FastScheme(sines=4), recording=Recording(rate=1000.0)
-    )
-    found = np.interp(full.time, fast.time, fast.load_angle)
-    error = np.max(np.abs(found - full.load_angle)) / np.max(np.abs(full.load_angle))
-    measured(f"largest difference {error:.1e} of the largest angle")
-    assert error < 0.02, f"{error:.3e}"
 
 
 FEW = 2.0 * np.pi * np.array([0.3, 3.0, 8.0, 90.0, 300.0])

@@ -9,7 +9,6 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.response import network_response
-from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import natural_frequencies_of
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.network_axis import as_axis, slack_torque
@@ -18,7 +17,6 @@ from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent
 ROUTES = TESTS / "parameters" / "routes"
-SENSORS = ("sensors.sample_rate=5000", "sensors.motor_encoder=4000", "sensors.load_encoder=4000")
 MIDDLE = "head.x=0.21"
 
 
@@ -140,69 +138,3 @@ def test_the_lumped_model_of_an_axis_is_its_chain():
     assert axis.motor.torque_limit == pytest.approx(0.5)
     assert model.coulomb[-1] == pytest.approx(2.0 * 6.366e-3)
     assert as_axis(machine, "beam.y").load == "beam.y"
-
-
-def test_a_law_follows_on_the_axis_of_a_printer():
-    drive = route("printer", *SENSORS, "motor.torque_limit=0.4")
-    found = cd.track(drive, controller="pid", bandwidth=10.0)
-    axis = found.summary["axis"]
-    assert axis["load"] == "head.x"
-    assert axis["peak_error_mm"] == pytest.approx(
-        np.radians(found.summary["peak_error_deg"]) * 6.366, rel=1e-6
-    )
-    with pytest.raises(InputRefused, match="lumped chain"):
-        cd.track(drive, controller="pid", bandwidth=10.0, plant="cable")
-
-
-GANTRY = """
-schema = 1
-name = "gantry"
-kind = "route"
-[cable]
-axial_rigidity = "400 kN"
-mass_per_length = "50 g/m"
-pretension = "600 N"
-[[body]]
-name = "gantry"
-mass = "60 kg"
-at = ["2 m", "0.05 m"]
-moves = "x"
-[[pulley]]
-name = "left"
-at = ["0 m", "0 m"]
-radius = "50 mm"
-inertia = "0.001 kg m^2"
-[[pulley]]
-name = "right"
-at = ["4 m", "0 m"]
-radius = "50 mm"
-inertia = "0.001 kg m^2"
-[[anchor]]
-name = "clamp"
-on = "gantry"
-at = ["2 m", "0.05 m"]
-[[route]]
-name = "rope"
-closed = true
-path = ["clamp", "+left", "+right"]
-[[motor]]
-pulley = "left"
-inertia = "0.002 kg m^2"
-[[motor]]
-pulley = "right"
-inertia = "0.002 kg m^2"
-"""
-
-
-def test_two_motors_on_one_rope_have_one_axis(tmp_path):
-    """Both rotors, 2 x 0.003 kg m^2, against 60 kg on two spans of 2 m: a two-mass machine by hand."""
-    (tmp_path / "gantry.toml").write_text(GANTRY)
-    (chain,) = network_chains(cd.load_drive(tmp_path / "gantry.toml"))
-    assert chain.refusal is None
-    assert set(chain.motors.values()) == {1.0}
-    rotors, load, stiffness = 2 * 0.003 / 0.05**2, 60.0, 2 * 400e3 / 2.0
-    by_hand = np.sqrt(stiffness * (1.0 / rotors + 1.0 / load)) / (2.0 * np.pi)
-    assert chain.frequencies[0] == pytest.approx(by_hand, rel=0.05)  # the rope's own 0.4 kg left out by hand
-    (tmp_path / "aside.toml").write_text(GANTRY.replace('"2 m", "0.05', '"1.5 m", "0.05'))
-    (aside,) = network_chains(cd.load_drive(tmp_path / "aside.toml"))
-    assert "do not split into sum and difference" in aside.refusal

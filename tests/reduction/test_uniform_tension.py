@@ -143,14 +143,6 @@ def test_integration_converges_with_order_two_against_its_own_law():
     assert order[1] == pytest.approx(2.0, abs=0.15), f"orders {order}, errors {errors}"
 
 
-def test_equal_plucks_leave_the_pulleys_at_rest():
-    model = uniform_tension_model(TUNED, 4)
-    q, p, a, b = rest(model)
-    a[0, :, 0] = 2e-3
-    recorded = integrate(coefficients(model, 1e-4), q, p, a, b, np.zeros(10_001), 1e-4, 10)
-    assert np.max(np.abs(recorded.along)) < 1e-15
-
-
 DAMPED = ["cable.transverse_damping=2", "pulley.1.viscous_friction=2e-5", "cable.pretension=3.26"]
 JOINTED = [*DAMPED[:2], "motor.coulomb_friction=0"]
 

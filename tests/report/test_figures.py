@@ -7,10 +7,9 @@ import pytest
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal import modes, natural_frequencies
-from cabledrive.modal.mode import BOTH
 from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.report import picture as pictures
-from cabledrive.report.figures import followed, ladder, machine_layout, overview, shapes
+from cabledrive.report.figures import followed, ladder, machine_layout, shapes
 from cabledrive.report.figures.machine import machine_picture
 from cabledrive.studies import frequency_against
 
@@ -54,21 +53,6 @@ def test_the_staircase_rises_at_every_listed_mode_and_nowhere_else(name):
     assert steps.count[-1] == found.certificate.longitudinal
 
 
-def test_the_dots_of_the_staircase_are_the_listed_modes(axes_of):
-    drive, found = below_fifth("dissertation-1")
-    top, bottom = axes_of(ladder.ladder_picture, "x", drive, found)
-    dots = [line for line in top.lines if line.get_marker() == "o"]
-    np.testing.assert_array_equal(
-        [line.get_xdata()[0] for line in dots], [m.frequency for m in found.longitudinal]
-    )
-    assert [line.get_ydata()[0] for line in dots] == [1, 2, 3, 4, 5]
-    rungs = [sum(len(lane.get_segments()) for lane in bottom.collections if lane.get_segments() is not None)]
-    w = [
-        2 if m.span == BOTH else 1 for m in found.transverse if m.plane == "w"
-    ]  # a rung in the lane of each span
-    assert rungs == [len(found.longitudinal) + sum(w)]
-
-
 @pytest.mark.parametrize("name", packaged_drives("loop", "line"))
 def test_a_drawn_shape_goes_from_rim_to_rim_as_the_pulleys_turn(name):
     """The ends of the drawn spans are the displacements of the rims, to the scale of the drawing."""
@@ -92,16 +76,6 @@ def spread(drive):
         yield span, np.unique([*np.linspace(0.0, drive.span_length, shapes.POINTS), *carried])
 
 
-def test_followed_curves_are_drawn_through_the_computed_points(axes_of):
-    drive = load_drive("dissertation-2")
-    tension = drive.cable.pretension * np.geomspace(0.2, 5.0, 9)
-    data = frequency_against(drive, "cable.pretension", tension, modes=2)
-    (axes,) = axes_of(followed.followed_picture, "x", data, "pretension", unit="N")
-    solid = [line for line in axes.lines if len(line.get_xdata()) == tension.size]
-    np.testing.assert_array_equal(solid[0].get_ydata(), data["frequency"][0])
-    np.testing.assert_array_equal(solid[2].get_ydata(), data["lowest_transverse"])
-
-
 def test_the_marked_pretension_is_where_the_lowest_mode_across_is_half_the_lowest_along(axes_of):
     """3.28377 N for configuration 2, with the density of the unstretched cable."""
     drive = load_drive("dissertation-2")
@@ -110,16 +84,6 @@ def test_the_marked_pretension_is_where_the_lowest_mode_across_is_half_the_lowes
     marked = [line.get_xdata()[0] for line in axes.lines if line.get_marker() == "o"]
     assert marked == [pytest.approx(3.28377, rel=1e-5)], marked
     assert any("3.28 N" in text.get_text() for text in axes.texts)
-
-
-def test_the_overview_draws_the_lowest_frequency_of_each_kind(axes_of):
-    names = ("dissertation-1", "ropeway")
-    found = [below_fifth(name)[1] for name in names]
-    (axes,) = axes_of(overview.overview_picture, "x", names, found)
-    drawn = {line.get_xdata()[0] for line in axes.lines}
-    assert drawn == {
-        value for m in found for value in (m.longitudinal[0].frequency, m.transverse[0].frequency)
-    }
 
 
 @pytest.mark.parametrize("name", packaged_drives("loop", "line"))

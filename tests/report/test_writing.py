@@ -3,7 +3,6 @@
 from functools import cache
 from html import unescape
 
-import numpy as np
 import pytest
 from report_page import TIME
 
@@ -15,7 +14,6 @@ from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
 from cabledrive.report.names import anchor
 from cabledrive.report.numbers import number
-from cabledrive.studies.travel import travels
 
 
 @pytest.fixture(autouse=True)
@@ -82,10 +80,3 @@ def test_a_machine_with_routes_has_its_page():
     assert f"Modes complete up to {number(found.certificate.below, 4)}" in unescape(html)
     assert "No internal resonance" in html  # no transverse mode is near half of a longitudinal one
     assert "Over the travel" in html
-
-
-def test_travel_of_a_lift_moves_the_counterweight_against_the_car():
-    (found,) = travels(load_drive("lift-2-to-1"))
-    (keys,) = found
-    assert set(keys) == {"car.y", "counterweight.y"}
-    np.testing.assert_allclose(np.diff(found[keys], axis=1).sum(axis=0), 0.0, atol=1e-9)

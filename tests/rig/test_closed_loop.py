@@ -236,3 +236,11 @@ def test_a_flexible_joint_in_the_model_leaves_less_at_every_angle_and_rise(angle
     )
     measured(f"Model 3 {three['peak_error_deg']:.4f}, Model 4 {four['peak_error_deg']:.4f} deg")
     assert four["peak_error_deg"] < three["peak_error_deg"]
+
+
+def test_table_and_picture_of_a_run_hold_its_error():
+    found = track(DRIVE, controller="pd", options=CENTRED, motion=SHORT)
+    table, figure = found.to_dataframe(), found.plot()
+    assert np.degrees(table["error"].abs().max()) == pytest.approx(found.summary["peak_error_deg"])
+    np.testing.assert_array_equal(table.index, found.time)
+    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(found.error.max()))

@@ -16,7 +16,6 @@ MOTORED = load_drive("dissertation-3")
 WEIGHTLESS = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))
 FORCED = Sine(amplitude=0.02, frequency=81.74)
 HALF_SINE = Pluck(height=1e-3, shape="half-sine")
-DAMPED = replace(WEIGHTLESS, cable=replace(LOOP.cable, transverse_damping=2.0))
 RUBBED = replace(
     MOTORED,
     cable=replace(MOTORED.cable, axial_damping=2.0, transverse_damping=3.0),
@@ -74,18 +73,6 @@ def test_with_every_loss_and_every_input_the_budget_closes(friction):
         assert result.channel(name)[-1] != 0.0
 
 
-def test_verlet_energy_error_is_bounded_and_does_not_drift():
-    """Undamped forced loop, 10 s: slope of the balance zero within its scatter, halves of the run alike."""
-    result = run(LOOP, 10.0, torque=Sine(amplitude=0.02, frequency=60.0))
-    assert result.steps > 600_000
-    slope, spread = drift(result.time, result.budget_error)
-    change = slope * result.time[-1]
-    assert abs(change) < 3.0 * spread, f"drift {change:.2e}, scatter {spread:.2e} J"
-    early, late = np.array_split(result.budget_error, 2)
-    assert np.ptp(late) < 1.5 * np.ptp(early)
-    assert result.energy_budget_error < 1e-6, f"{result.energy_budget_error:.1e}"
-
-
 def test_verlet_energy_error_stays_bounded_while_the_drive_resonates():
     """Forced at resonance: the error follows the energy up and down, below 1e-4 of it."""
     result = run(LOOP, 5.0)
@@ -94,9 +81,12 @@ def test_verlet_energy_error_stays_bounded_while_the_drive_resonates():
     assert share.max() < 1e-4, f"{share.max():.1e} of the energy so far"
 
 
-@pytest.mark.verify
-def test_verlet_energy_error_does_not_drift_over_a_million_steps_at_the_default_resolution(measured):
-    result = run(LOOP, 10.0, segments=Scheme().segments, torque=Sine(amplitude=0.02, frequency=60.0))
+@pytest.mark.parametrize("segments", [40, pytest.param(Scheme().segments, marks=pytest.mark.verify)])
+def test_verlet_energy_error_does_not_drift_over_a_million_steps_at_the_default_resolution(
+    segments, measured
+):
+    """Undamped forced loop, 10 s; of 40 segments 0.6 million steps."""
+    result = run(LOOP, 10.0, segments=segments, torque=Sine(amplitude=0.02, frequency=60.0))
     slope, spread = drift(result.time, result.budget_error)
     change = slope * result.time[-1]
     early, late = (np.ptp(half) for half in np.array_split(result.budget_error, 2))
@@ -104,7 +94,9 @@ def test_verlet_energy_error_does_not_drift_over_a_million_steps_at_the_default_
         f"{result.steps:,} steps: {result.energy_budget_error:.1e} of the energy handled, late over early "
         f"{late / early:.2f}, line through it {abs(change) / spread:.2f} of its scatter"
     )
-    assert result.steps >= 10**6
+    assert result.steps > 15_000 * segments
+    assert late < 1.5 * early
+    assert result.energy_budget_error < 1e-6, f"{result.energy_budget_error:.1e}"
     assert abs(change) < 3.0 * spread, f"drift {change:.2e}, scatter {spread:.2e} J"
 
 
@@ -169,15 +161,6 @@ def test_equal_plucks_of_both_spans_leave_the_pulleys_at_rest(model, method, mea
     assert result.midpoint("upper")[:, 2].std() > 1e-4
 
 
-def test_plucks_alike_against_gravity_leave_the_pulleys_at_rest(measured):
-    """Upper span plucked up by as much as the lower one is (w2 points down): both stretch alike."""
-    plucks = (HALF_SINE, replace(HALF_SINE, span="lower", height=-1e-3))
-    result = run(LOOP, 0.1, torque=0.0, plucks=plucks)
-    turned = result.extremes["load_angle_max"] - result.extremes["load_angle_min"]
-    measured(f"the load pulley turned {turned:.2g} rad")
-    assert turned < 1e-15
-
-
 @pytest.mark.parametrize("method", ["verlet", "node-centred"])
 def test_a_mirrored_input_gives_the_mirrored_output(method, measured):
     """v -> -v, w -> -w leaves the pulleys alone; upper <-> lower with the torque turned turns the pulleys."""
@@ -219,14 +202,6 @@ def test_a_drive_at_rest_stays_at_rest():
     sag = hanging.midpoint()[:, 2]
     assert sag[0] < -1e-4
     assert np.ptp(sag) < 1e-9 * abs(sag[0]), f"it moves by {np.ptp(sag):.1e} m"
-
-
-def test_friction_holds_a_shaft_below_its_limit():
-    """A torque below the Coulomb friction turns nothing; one above it does."""
-    drive = replace(WEIGHTLESS, pulley=tuple(replace(p, coulomb_friction=0.05) for p in LOOP.pulley))
-    held = run(drive, 0.05, torque=0.049, plucks=())
-    assert np.all(held.drive_angle == 0.0)
-    assert run(drive, 0.05, torque=0.051, plucks=()).drive_angle[-1] > 0.0
 
 
 def test_a_motor_offset_acts_like_a_torque():

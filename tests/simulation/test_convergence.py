@@ -89,29 +89,6 @@ def test_space_and_time_converge_with_order_two(case, measured):
     assert orders[-1] == pytest.approx(2.0, abs=0.1), f"observed orders\n{orders}\nof errors\n{errors}"
 
 
-def test_time_alone_converges_with_order_two(measured):
-    """n = 64, the step halved twice, against a very small one: errors fall fourfold."""
-
-    def at(cfl):
-        result = simulate(
-            LOOP,
-            DURATION,
-            torque=smooth_torque,
-            start=Start(plucks=(Pluck(height=5e-3, shape=bump(LOOP.pulley_distance, 0.0)),)),
-            scheme=Scheme(segments=64, cfl=cfl),
-            recording=Recording(rate=1.0 / DURATION, fields=1),
-        )
-        return result.fields[-1], result.step
-
-    fine, _ = at(0.002)
-    runs = [at(cfl) for cfl in (0.2, 0.1, 0.05)]
-    errors = np.array([np.max(np.abs(field - fine)) for field, _ in runs])
-    steps = np.array([step for _, step in runs])
-    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    measured(f"order {order:.3f}")
-    assert order == pytest.approx(2.0, abs=0.1), f"observed order {order:.3f}, errors {errors}"
-
-
 def test_stick_slip_converges_with_order_one_at_least(measured):
     """Friction set-valued at the speed after the step: a change to or from rest costs one order in time."""
     errors = []

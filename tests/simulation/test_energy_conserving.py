@@ -10,7 +10,6 @@ from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.case import case_of
-from cabledrive.simulation.channels import AXIAL, COLUMN, WEIGHT_ENERGY
 from cabledrive.simulation.workspace import new_workspace
 
 LOOP = load_drive("dissertation-2")
@@ -44,18 +43,12 @@ def assert_budget(result, tolerance, measured=None):
     assert result.energy_budget_error < tolerance, f"{result.energy_budget_error:.1e} of the energy handled"
 
 
-def test_budget_of_the_undamped_forced_loop_closes_to_round_off_over_ten_seconds(measured):
-    result = run(LOOP, 10.0)
+@pytest.mark.parametrize("segments", [20, pytest.param(Scheme().segments, marks=pytest.mark.verify)])
+def test_budget_of_the_undamped_forced_loop_closes_to_round_off_over_ten_seconds(segments, measured):
+    result = run(LOOP, 10.0, segments=segments)
     assert_budget(result, 1e-12, measured)
-    assert result.steps > 300_000
+    assert result.steps > 15_000 * segments
     assert result.energy_handled > 1e-4
-
-
-@pytest.mark.verify
-def test_budget_closes_over_ten_seconds_at_the_default_resolution(measured):
-    result = run(LOOP, 10.0, segments=Scheme().segments)
-    assert_budget(result, 1e-12, measured)
-    assert result.steps > 10**6
 
 
 @pytest.mark.parametrize("model", ["exact", "weak-consistent", "linear"])
@@ -77,13 +70,6 @@ def test_budget_closes_while_spans_go_slack_and_push():
     result = run(LOOP, 0.1, torque=Sine(amplitude=3.0, frequency=81.74), slack="record")
     assert result.slack_events
     assert_budget(result, 1e-12)
-
-
-def test_a_line_keeps_its_budget_and_a_resting_line_rests():
-    line = replace(LOOP, kind="line")
-    assert_budget(run(line, 0.2), 1e-12)
-    still = run(replace(line, layout=replace(line.layout, gravity=0.0)), 0.05, plucks=(), torque=0.0)
-    assert np.ptp(still.load_angle) == 0.0
 
 
 def bump(x):
@@ -112,29 +98,6 @@ def test_space_and_time_converge_with_order_two(model, measured):
     order = np.log2(errors[-2] / errors[-1])
     measured(f"order {order:.3f}")
     assert order == pytest.approx(2.0, abs=0.1), f"observed order {order:.3f}, errors {errors}"
-
-
-def test_time_alone_converges_with_order_two(measured):
-    """n = 32, against very small steps: errors of a motion that stretches the cable a lot fall fourfold."""
-    fine = end_of_run(LOOP, segments=32, cfl=0.004)
-    errors = [np.max(np.abs(end_of_run(LOOP, segments=32, cfl=cfl) - fine)) for cfl in (0.4, 0.2, 0.1)]
-    order = np.log2(errors[-2] / errors[-1])
-    measured(f"order {order:.3f}")
-    assert order == pytest.approx(2.0, abs=0.1), f"observed order {order:.3f}, errors {errors}"
-
-
-def test_the_stored_energy_stays_near_the_one_it_stands_for_and_nearer_with_smaller_steps():
-    """Free motion, 4 s: energies beside the balance differ from it in second order, and no more with time."""
-    spreads = []
-    for cfl in (0.8, 0.4):
-        result = run(LOOP, 4.0, torque=0.0, cfl=cfl)
-        energies = result.rows[:, AXIAL : WEIGHT_ENERGY + 1].sum(axis=1)
-        distance = np.abs(energies - result.rows[:, COLUMN["balance"]])
-        early, late = (half.max() for half in np.array_split(distance, 2))
-        assert late < 1.5 * early, f"{early:.2e} J, then {late:.2e} J"
-        assert late < 1e-3 * np.ptp(result.channel("strain_energy_upper"))
-        spreads.append(distance.max())
-    assert spreads[1] == pytest.approx(spreads[0] / 4.0, rel=0.15), f"{spreads} J"
 
 
 def test_a_motion_turned_round_goes_back_to_where_it_came_from(measured):

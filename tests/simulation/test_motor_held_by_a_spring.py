@@ -1,14 +1,11 @@
 """A rotor on its holding stiffness in the simulation: at rest, under a torque, and its energy."""
 
 from dataclasses import replace
-from math import pi, sin
+from math import pi
 
 import numpy as np
 import pytest
 
-from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters import Carriage, load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.channels import COLUMN
@@ -26,29 +23,6 @@ JOINTS = pytest.mark.parametrize("joint", [135.0, 1.0, None])
 
 def with_joint(joint, drive=SPRUNG):
     return replace(drive, motor=replace(drive.motor, joint_stiffness=joint, joint_damping=0.0))
-
-
-@JOINTS
-def test_weights_turn_the_rotor_by_torque_over_stiffness(joint):
-    """A carriage on a slope pulls m g sin(30 deg) r; spring and joint give way in series."""
-    drive = with_joint(joint)
-    pull = 1e-2 * 9.81 * sin(pi / 6) * drive.drive_pulley.radius
-    rest = equilibrium(mesh_of(drive, 30), cable_law(drive.cable))
-    turned = rest.displacement[0, 0] / drive.drive_pulley.radius
-    assert turned == pytest.approx(-pull * (1.0 / HOLDING + (1.0 / joint if joint else 0.0)), rel=1e-7)
-    assert rest.holding_torque[0] == pytest.approx(pull, rel=1e-7)
-
-
-def test_a_held_load_pulley_shares_the_weight_with_the_spring():
-    """Two springs at the drive rim, the rotor's and the cable's: linear for a stiff cable."""
-    drive = with_joint(None)
-    drive = replace(drive, pulley=(drive.drive_pulley, replace(drive.load_pulley, fixed=True)), carriage=())
-    drive = replace(drive, layout=replace(drive.layout, gravity=0.0))
-    mesh, law = mesh_of(drive, 20), cable_law(drive.cable)
-    mesh.weight_u[0] = mesh.weight_u[-1] = 1.0  # a force of 1 N on the drive rim
-    rim = equilibrium(mesh, law).displacement[0, 0]
-    stiffness = HOLDING / drive.drive_pulley.radius**2 + 2.0 * law.stiffness / drive.pulley_distance
-    assert rim == pytest.approx(1.0 / stiffness, rel=1e-6), f"{rim}"
 
 
 @JOINTS

@@ -252,15 +252,6 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(tmp_path, measured):
     assert found.energy_budget_error < 1e-6, found.energy_budget_error
 
 
-def test_a_small_pull_does_not_slide(tmp_path):
-    (tmp_path / "guide.toml").write_text(GUIDE)
-    found = simulate_network(
-        cd.load_drive(tmp_path / "guide.toml"), 0.02, torque=0.02, scheme=Scheme(segments=6)
-    )
-    assert np.all(found.channel("slip at guide") == 0.0)
-    assert found.channel("coulomb_loss")[-1] == 0.0
-
-
 def test_a_span_that_goes_slack_stops_the_run_and_says_where():
     found = simulate_network(PRINTER, 0.05, torque=2.0, scheme=Scheme(segments=6))
     assert "goes slack" in found.stopped
@@ -269,30 +260,6 @@ def test_a_span_that_goes_slack_stops_the_run_and_says_where():
     assert on.stopped is None
     assert len(on.slack_events) > 0
     assert min(span["least_tension"] for span in on.summary()["spans"]) == 0.0
-
-
-def test_large_motion_is_warned_of():
-    found = simulate_network(
-        PRINTER, 0.001, scheme=Scheme(segments=4), start=NetworkStart(places={"head.x": 0.0})
-    )
-    assert found.warnings == ()
-    moved = simulate_network(
-        PRINTER, 0.001, scheme=Scheme(segments=4, model="linear", slack="record"),
-        start=NetworkStart(speeds={"head.x": 10.0, "motor": -10.0 / 6.366e-3}),
-    )  # fmt: skip
-    assert "of its length" in moved.warnings[0]
-
-
-def test_a_run_is_a_file_with_units(tmp_path):
-    import xarray
-
-    path = tmp_path / "run.nc"
-    found = cd.simulate(PRINTER, 0.002, torque=0.01, scheme=Scheme(segments=4), output=path)
-    with xarray.open_dataset(path) as data:
-        np.testing.assert_array_equal(data["head.x"], found.channel("head.x"))
-        assert data["motor"].attrs["units"] == "rad"
-    with pytest.raises(InputRefused, match="exists"):
-        cd.simulate(PRINTER, 0.002, torque=0.01, scheme=Scheme(segments=4), output=path)
 
 
 def test_an_interrupted_run_goes_on_and_gives_the_same_file(tmp_path, monkeypatch):

@@ -24,7 +24,6 @@ from cabledrive.simulation import (
     Scheme,
     Sine,
     Start,
-    simulate_ensemble,
 )
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.kernels import energy_conserving, node_centred, verlet
@@ -291,18 +290,6 @@ def test_an_edited_formula_is_another_run():
     assert named(1.0) != named(1.001)
 
 
-def test_an_ensemble_takes_an_own_law():
-    scheme = Scheme(segments=12)
-    ours, theirs = (
-        simulate_ensemble(
-            DRIVE, 0.004, {"pretension": [3.0, 4.0]}, common=None, scheme=replace(scheme, model=model)
-        )
-        for model in (OwnLinear, "linear")
-    )
-    np.testing.assert_allclose(ours["load_angle"], theirs["load_angle"], atol=1e-15)
-    assert ours.attrs["model"] == "OwnLinear"
-
-
 def test_laws_that_cannot_be_run_are_refused():
     class Loose(cd.CableLaw):
         def components(self, u_x, v_x, w_x):
@@ -337,16 +324,3 @@ def test_laws_that_cannot_be_run_are_refused():
         class Report(cd.ExactLaw):
             def tension(self, u_x, v_x, w_x):
                 return 0.0 * u_x
-
-
-def test_a_result_shows_itself():
-    result = run("exact", 0.005)
-    data = result.to_xarray()
-    assert data["load_angle"].dims == ("time",)
-    np.testing.assert_array_equal(data["load_angle"], result.load_angle)
-    assert "load angle, peak to peak" in repr(result)
-    assert len(repr(result).splitlines()) < 12
-    assert "<table>" in result._repr_html_()
-    axes = result.plot().axes
-    np.testing.assert_allclose(axes[0].lines[0].get_ydata(), np.degrees(result.load_angle))
-    np.testing.assert_allclose(axes[1].lines[0].get_ydata(), 1e3 * result.midpoint()[:, 2])

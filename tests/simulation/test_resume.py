@@ -101,13 +101,6 @@ def differing(path, tmp_path):
     return f"{differ} of {len(whole):,} bytes differ"
 
 
-def test_the_same_run_gives_the_same_file_to_the_byte(tmp_path):
-    second = tmp_path / "second.nc"
-    simulate(DRIVE, DURATION, output=second, **OPTIONS)
-    assert uninterrupted(tmp_path) == second.read_bytes()
-    assert sorted(os.listdir(tmp_path)) == ["second.nc", "whole.nc"]
-
-
 def test_memory_and_disk_hold_the_same(tmp_path):
     kept = simulate(DRIVE, DURATION, **OPTIONS)
     written = simulate(DRIVE, DURATION, output=tmp_path / "run.nc", **OPTIONS)
@@ -190,19 +183,6 @@ def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, meth
     assert 0.0 < result.time[-1] < DURATION
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
     measured(f"full at {1e3 * result.time[-1]:.1f} ms: {differing(path, tmp_path)}")
-    assert path.read_bytes() == uninterrupted(tmp_path)
-
-
-def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypatch, measured):
-    """The result itself cannot be written: the records stay, and a second try needs no step."""
-    path = tmp_path / "run.nc"
-    with monkeypatch.context() as patched:
-        patched.setattr(sys.modules["cabledrive.simulation.kept_run"], "write_netcdf", disk_full)
-        result = simulate(DRIVE, DURATION, output=path, **OPTIONS)
-    assert "cannot be written (No space left on device): free space and resume" in result.stopped
-    assert os.listdir(tmp_path) == ["run.nc.part"]
-    simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
-    measured(differing(path, tmp_path))
     assert path.read_bytes() == uninterrupted(tmp_path)
 
 
@@ -355,30 +335,6 @@ def test_records_changed_from_outside_make_no_result(tmp_path, monkeypatch):
     assert not path.exists()
 
 
-def test_a_file_that_another_process_finished_meanwhile_is_kept(tmp_path, monkeypatch):
-    """Without force the name is taken only if it is still free at the end."""
-    path = tmp_path / "run.nc"
-
-    def finish(*arguments):
-        path.write_text("of another")
-        return records.RecordsInFolder._append(*arguments)
-
-    with monkeypatch.context() as patched:
-        append = records.RecordsInFolder.append
-        patched.setattr(records.RecordsInFolder, "append", at_call(append, 4, finish))
-        with pytest.raises(InputRefused, match="was written meanwhile by another process"):
-            simulate(DRIVE, DURATION, output=path, **OPTIONS)
-    assert path.read_text() == "of another"
-
-
-def test_resume_with_nothing_left_behind_is_a_fresh_run(tmp_path):
-    path = tmp_path / "run.nc"
-    simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
-    assert path.read_bytes() == uninterrupted(tmp_path)
-    with pytest.raises(InputRefused, match="resume needs the output"):
-        simulate(DRIVE, DURATION, resume=True, **OPTIONS)
-
-
 def test_an_existing_file_is_kept_unless_forced(tmp_path):
     path = tmp_path / "run.nc"
     path.write_text("precious")
@@ -388,13 +344,3 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
     assert os.listdir(tmp_path) == ["run.nc"]
     simulate(DRIVE, DURATION, output=path, force=True, **OPTIONS)
     assert path.read_bytes() == uninterrupted(tmp_path)
-
-
-def test_progress_gives_the_time_left_on_standard_error(capsys, monkeypatch):
-    monkeypatch.setattr("cabledrive.simulation.progress.SECONDS_BETWEEN", 0.0)
-    simulate(DRIVE, DURATION, progress=True, **OPTIONS)
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert "s left" in captured.err
-    simulate(DRIVE, DURATION, progress=False, **OPTIONS)
-    assert capsys.readouterr().err == ""

@@ -60,12 +60,6 @@ def test_numbers_and_functions_are_signals_too():
     assert signal_of(Constant(1.0), "torque") == Constant(1.0)
 
 
-def test_the_same_signal_has_the_same_fingerprint_and_another_has_another():
-    first, second = Sampled(values=[0.0, 1.0], rate=2.0), Sampled(values=[0.0, 1.0 + 1e-15], rate=2.0)
-    assert first.fingerprint == Sampled(values=[0.0, 1.0], rate=2.0).fingerprint != second.fingerprint
-    assert Sine(amplitude=1.0, frequency=2.0).fingerprint != Sine(amplitude=1.0, frequency=2.5).fingerprint
-
-
 @pytest.mark.parametrize(
     ("make", "words"),
     [

@@ -15,7 +15,6 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.hashing import content_hash
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.channels import CHANNELS
-from cabledrive.simulation.ensemble import Setting, simulate_ensemble
 
 DRIVE = load_drive("dissertation-2")
 OPTIONS = {
@@ -69,15 +68,6 @@ def test_a_file_holds_the_dataset(tmp_path):
         for name, variable in result.dataset.variables.items():
             assert stored[name].attrs == variable.attrs, name
     assert result.path == path
-
-
-def test_a_line_has_one_span_everywhere(tmp_path):
-    result = simulate(replace(DRIVE, kind="line"), 0.01, **OPTIONS, output=tmp_path / "line.nc")
-    data = result.dataset
-    assert list(data["span"].values) == ["upper"]
-    assert "mean_tension_lower" not in data
-    assert set(result.summary()) >= {"upper_midpoint"}
-    assert "lower_midpoint" not in result.summary()
 
 
 def test_the_summary_is_what_the_command_answers_with():
@@ -142,46 +132,6 @@ def test_the_error_estimate_covers_the_error_and_sees_its_order(shape, order):
 def test_an_error_estimate_of_too_few_segments_is_refused():
     with pytest.raises(InputRefused, match="segments = 11: an error estimate halves them twice and needs 12"):
         simulate(DRIVE, 0.01, scheme=Scheme(segments=11), error_estimate=True)
-
-
-def test_an_ensemble_is_its_members():
-    axes = {"pretension": [3.0, 4.0, 5.0], "torque_amplitude": [0.01, 0.02]}
-    common = Setting(torque_frequency=81.7, pluck_upper=1e-3, transverse_damping=2.0)
-    data = simulate_ensemble(DRIVE, 0.02, axes, common=common, scheme=Scheme(segments=20), threads=2)
-    assert dict(data.sizes) == {"pretension": 3, "torque_amplitude": 2, "time": 21}
-    assert data["torque_amplitude"].attrs["units"] == "N m"
-    drive = replace(DRIVE, cable=replace(DRIVE.cable, pretension=4.0, transverse_damping=2.0))
-    single = simulate(drive, 0.02, **OPTIONS, recording=Recording(rate=1000.0))
-    member = data.sel(pretension=4.0, torque_amplitude=0.02)
-    np.testing.assert_array_equal(member["load_angle"], single.load_angle)
-    np.testing.assert_array_equal(member["upper_midpoint"], single.midpoint()[:, 2])
-    assert float(member["energy_budget_error"]) == single.energy_budget_error
-
-
-def test_a_member_that_stops_is_marked_and_not_made_up():
-    """Torques below and above what slackens a span: the second ends early, NaN behind, with its reason."""
-    held = replace(DRIVE, pulley=(DRIVE.pulley[0], replace(DRIVE.pulley[1], fixed=True)))
-    data = simulate_ensemble(held, 0.2, {"torque_amplitude": [0.01, 0.5]}, scheme=Scheme(segments=20))
-    fine, slack = (data.isel(torque_amplitude=k) for k in (0, 1))
-    assert str(fine["stopped"].values) == ""
-    assert np.isfinite(fine["load_angle"]).all()
-    assert "goes slack" in str(slack["stopped"].values)
-    assert np.isnan(slack["upper_midpoint"][-1])
-
-
-@pytest.mark.parametrize(
-    ("axes", "words"),
-    [
-        ({"pretention": [1.0]}, '"pretention" cannot be varied .did you mean "pretension"'),
-        ({"pretension": []}, "pretension needs a row of finite values in N"),
-        ({"pretension": [np.nan]}, "pretension needs a row of finite values in N"),
-        ({"pretension": [-1.0]}, "pretension = -1 N must be above 0"),
-        ({"pluck_upper": np.linspace(0, 1e-3, 10**7)}, "do not fit into memory"),
-    ],
-)
-def test_an_ensemble_that_makes_no_sense_is_refused(axes, words):
-    with pytest.raises(InputRefused, match=words):
-        simulate_ensemble(DRIVE, 0.02, axes)
 
 
 def test_compiled_kernels_lie_in_a_folder_of_the_user_and_version(tmp_path, monkeypatch):

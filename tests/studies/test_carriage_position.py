@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal import natural_frequencies
 from cabledrive.modal.counting import modes_below_reference
-from cabledrive.parameters import Carriage, InputRefused, load_drive
+from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.studies import (
-    cable_mass,
     frequency_against_carriage_position,
     midspan_crossing,
     with_carriage,
@@ -51,16 +49,6 @@ def test_mass_at_midspan_lowers_the_fundamental_only_above_the_crossing(measured
     assert data.frequency.sel(mass_ratio=50.0, position=0.5, mode=1) == pytest.approx(116.32932059, rel=1e-9)
 
 
-def test_fundamental_of_a_symmetric_loop_is_symmetric_about_midspan_and_falls_with_the_mass():
-    """The statements of Fig. 3.8 that hold."""
-    positions = np.linspace(0.0, 1.0, 21)
-    data = frequency_against_carriage_position(LOOP, [0.0, 0.5, 2.0, 10.0, 50.0], positions)
-    fundamental = data.frequency.sel(mode=0).values
-    np.testing.assert_allclose(fundamental, fundamental[:, ::-1], rtol=1e-10)
-    assert np.all(np.diff(fundamental, axis=0) < 1e-9)
-    np.testing.assert_allclose(fundamental[0], 116.32932059, rtol=1e-9)
-
-
 @pytest.mark.parametrize("span", ["upper", "lower"])
 def test_carriage_at_a_rim_is_the_limit_of_one_near_it(span):
     """At either end of the span the mass turns with that pulley, of whatever span it is."""
@@ -69,29 +57,6 @@ def test_carriage_at_a_rim_is_the_limit_of_one_near_it(span):
     rims = frequency_against_carriage_position(drive, [10.0], [0.0, 1.0], span=span)
     np.testing.assert_allclose(near.frequency, rims.frequency, rtol=1e-5)
     assert rims.frequency[0, 0, 0] != pytest.approx(rims.frequency[0, 1, 0].item(), rel=0.01)
-
-
-def test_other_carriages_stay_where_they_are():
-    drive = replace(LOOP, carriage=[Carriage(mass=1e-3, position=0.2, span="lower")])
-    data = frequency_against_carriage_position(drive, [0.0], [0.5], modes=3)
-    np.testing.assert_allclose(data.frequency[0, 0], natural_frequencies(drive, count=3), rtol=1e-13)
-
-
-def test_dataset_names_dimensions_and_units():
-    data = frequency_against_carriage_position(LOOP, [1.0, 2.0], [0.1, 0.2, 0.3], modes=2)
-    assert data.frequency.dims == ("mass_ratio", "position", "mode")
-    assert data.frequency.shape == data.family.shape == (2, 3, 2)
-    assert (data.frequency.attrs["units"], data.position.attrs["units"]) == ("Hz", "m")
-
-
-def test_cable_mass_is_that_of_all_spans():
-    assert cable_mass(LOOP) == pytest.approx(2 * 4.9e-4, rel=1e-14)
-    assert cable_mass(replace(LOOP, kind="line")) == pytest.approx(4.9e-4, rel=1e-14)
-
-
-def test_transporter_carries_five_times_the_cable():
-    carriage = load_drive("dissertation-transporter").carriage[0]
-    assert with_carriage(LOOP, 5.0, 0.25).carriage == (carriage,)
 
 
 @pytest.mark.parametrize(
@@ -106,9 +71,3 @@ def test_transporter_carries_five_times_the_cable():
 def test_crossing_needs_symmetry(drive, reason):
     with pytest.raises(InputRefused, match=reason):
         midspan_crossing(drive)
-
-
-@pytest.mark.parametrize(("ratio", "position"), [(-1.0, 0.5), (float("nan"), 0.5), (1.0, 1.5), (1.0, -0.1)])
-def test_impossible_carriage_is_refused(ratio, position):
-    with pytest.raises(InputRefused):
-        frequency_against_carriage_position(LOOP, [ratio], [position])

@@ -5,9 +5,8 @@ import pytest
 
 from cabledrive.modal import longitudinal_modes
 from cabledrive.modal.printed import loop_matrix
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import load_drive
 from cabledrive.studies import modal_determinant, mode_shapes, with_carriage
-from cabledrive.studies.determinant import ZOOMED
 
 LOOP = load_drive("dissertation-1")
 
@@ -25,22 +24,6 @@ def test_determinant_changes_sign_at_every_mode_the_in_phase_ones_included(name)
     assert np.any(np.abs(inside - 751.7327) < 1e-3)
 
 
-def test_enlarged_view_shows_the_fundamental_alone():
-    data = modal_determinant(LOOP, ZOOMED)
-    assert data.natural_frequency.values == pytest.approx([116.32932059])
-
-
-def test_determinant_is_that_of_the_printed_matrix():
-    data = modal_determinant(LOOP, [100.0, 1000.0])
-    expected = [np.linalg.det(loop_matrix(LOOP, 2 * np.pi * f)) for f in (100.0, 1000.0)]
-    np.testing.assert_allclose(data.determinant, expected, rtol=1e-12)
-
-
-def test_determinant_of_3_13_is_of_loops_without_carriages():
-    with pytest.raises(InputRefused, match="carriages"):
-        modal_determinant(load_drive("dissertation-transporter"))
-
-
 @pytest.mark.parametrize("name", ["dissertation-1", "dissertation-2"])
 def test_fundamental_shapes_come_from_the_null_space_of_3_13(name):
     """Figs. 3.3 and 3.4: U_i = a_i cos + b_i sin with the null vector, largest value 1."""
@@ -53,16 +36,6 @@ def test_fundamental_shapes_come_from_the_null_space_of_3_13(name):
     expected *= data.displacement.values[0].ravel() @ expected.ravel() / np.sum(expected**2)
     np.testing.assert_allclose(data.displacement[0], expected, atol=1e-10)
     assert np.abs(data.displacement.values).max() == pytest.approx(1.0, abs=1e-14)
-
-
-def test_two_spans_of_the_loop_move_like_springs_against_each_other():
-    """Fig. 3.3: in each span the displacement runs steadily from rim to rim; both share the rims."""
-    shape = mode_shapes(LOOP).displacement.values[0]
-    assert shape[0, 0] == pytest.approx(shape[1, -1], abs=1e-12)
-    assert shape[0, -1] == pytest.approx(shape[1, 0], abs=1e-12)
-    assert np.all(np.diff(shape[0]) < 0)
-    assert np.all(np.diff(shape[1]) > 0)
-    np.testing.assert_allclose(shape[0], -shape[0, ::-1], atol=1e-11)
 
 
 def test_mass_at_midspan_rests_in_the_fundamental_and_leads_the_in_phase_mode():

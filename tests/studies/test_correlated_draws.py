@@ -8,12 +8,11 @@ import pytest
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.regression import Fit
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
-from cabledrive.studies.study.correlations import Correlation, among, of_an_axis, of_intervals, root_of
+from cabledrive.studies.study.correlations import of_an_axis, of_intervals, root_of
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.goals import SPREADS
-from cabledrive.studies.study.knowledge_stage import know, with_load
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity
-from cabledrive.studies.study.sampled_plants import TWO_SIDED_95, sampled_plant
+from cabledrive.studies.study.sampled_plants import sampled_plant
 from study_drives import drive_of, log_with
 
 VALUES = np.array([4e-4, 0.02, 1e-3, 0.02, 1e-3])
@@ -71,17 +70,6 @@ def test_drawn_plants_have_the_regressions_correlation_where_it_is_all_there_is(
     assert off < 4.0 / np.sqrt(DRAWS), f"observed {off:.4f} of {4.0 / np.sqrt(DRAWS):.4f}"
 
 
-def test_each_number_is_drawn_as_wide_as_without_correlation():
-    identified = intervals()
-    plants = drawn(identified, of_intervals(FIT, identified))
-    for column, name in enumerate(sorted(NAMES)):
-        value, low, high = identified[name]
-        spread = 0.5 * (high - low) / TWO_SIDED_95
-        mean, width = (plants[:, column].mean() - value) / spread, plants[:, column].std() / spread
-        assert abs(mean) < 4.0 / np.sqrt(DRAWS), f"{name}: observed {mean:.4f}"
-        assert abs(width - 1.0) < 4.0 / np.sqrt(2.0 * DRAWS), f"{name}: observed {width:.4f}"
-
-
 def test_what_an_interval_has_beyond_the_regression_takes_its_share_of_the_correlation():
     """Twice as wide: a quarter of the variance is the regression's, a quarter of the correlation is left."""
     whole = matrix(of_intervals(FIT, intervals()), sorted(NAMES))
@@ -108,18 +96,6 @@ def test_stiffness_and_damping_of_the_cable_carry_the_loads_error():
     assert np.ptp(ratio) < 1e-5 * ratio.mean(), (
         "a stiffness with no error of its own is the load's times a number"
     )
-
-
-def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
-    identified = intervals()
-    correlations = of_intervals(FIT, identified)
-    assert np.array_equal(drawn(identified, correlations)[:20], drawn(identified, correlations)[:20])
-    sheet = by_datasheet(drive_of("wrist"), SPREADS)
-    generator = np.random.default_rng([3, 8])
-    expected = {name: generator.uniform(sheet[name].low, sheet[name].high) for name in sorted(sheet)}
-    found = sampled_plant(sheet, 3, 3, 8)[0]
-    assert {name: found[name] for name in sheet} == expected
-    assert set(found) - set(sheet) == {"ripple_order", "ripple_phase"}
 
 
 def test_a_log_gives_how_its_numbers_err_together():
@@ -161,18 +137,3 @@ def test_both_parts_of_an_axis_carry_its_error():
     i, j = names.index("coulomb_friction"), names.index("viscous_friction")
     expected = found.covariance[i, j] / (errors[i] * errors[j])
     assert identified["coulomb_friction", "viscous_friction"] == pytest.approx(expected)
-
-
-def test_only_numbers_that_stayed_the_logs_are_drawn_together():
-    one = Correlation(first="load_inertia", second="near_inertia", value=-0.5)
-    identified = quantities(intervals())
-    assert among((one,), identified) == (one,)
-    known = replace(know(drive_of("wrist"), [], SPREADS), quantities=identified, correlations=(one,))
-    assert with_load(known, (0.015, 0.025)).correlations == ()
-
-
-def test_correlations_that_no_numbers_can_have_are_refused():
-    names = ("a", "b", "c")
-    pairs = (("a", "b", 0.9), ("b", "c", 0.9), ("a", "c", -0.9))
-    with pytest.raises(ValueError, match="negative"):
-        root_of([Correlation(first=a, second=b, value=v) for a, b, v in pairs], names)

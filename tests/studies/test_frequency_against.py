@@ -9,7 +9,7 @@ from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes
-from cabledrive.studies.varied_drive import quantity_of, varied
+from cabledrive.studies.varied_drive import varied
 
 LOOP = load_drive("dissertation-1")
 RIM = LOOP.drive_pulley.rim_mass
@@ -89,75 +89,6 @@ def test_curves_veer_where_symmetry_is_broken_with_a_gap_in_proportion(off_centr
     assert veering["gap"] == pytest.approx(expected, rel=0.02), f"gap {veering['gap']:.6g} Hz"
 
 
-def test_gap_of_a_veering_is_the_least_distance_of_the_curves():
-    values = np.geomspace(2e-4, 0.2, 12)
-    drive = with_mass(0.51)
-    (veering,) = crossing_rows(frequency_against(drive, "carriage.0.mass", values, modes=2))
-    near = veering["value"] * (1 + np.linspace(-0.02, 0.02, 81))
-    pairs = np.array([natural_frequencies(varied(drive, "carriage.0.mass", m), count=2) for m in near])
-    gap = 2 * (pairs[:, 1] - pairs[:, 0]) / pairs.sum(axis=1)
-    least = gap.min() * veering["frequency"]
-    assert veering["gap"] == pytest.approx(least, rel=1e-4)
-
-
-def test_joint_mode_rises_through_the_modes_of_the_cable():
-    """A stiffer motor joint in configuration 3: it veers from one cable mode, crosses the one at rest."""
-    drive = load_drive("dissertation-3")
-    data = frequency_against(drive, "motor.joint_stiffness", np.geomspace(10.0, 3e4, 12), modes=4)
-    kinds = [(row["kind"], round(row["frequency"])) for row in crossing_rows(data)]
-    assert ("veering", 807) in kinds, kinds
-    assert ("crossing", 807) in kinds, kinds
-    assert data.family.values[1, 3] == "motor joint"
-
-
-def test_curves_of_equal_frequency_stay_together():
-    """Both pulleys held: the two spans are alike, every mode is double at every value."""
-    held = replace(LOOP, pulley=tuple(replace(pulley, fixed=True) for pulley in LOOP.pulley))
-    data = frequency_against(held, "layout.span_length", np.linspace(0.5, 2.0, 5), modes=4)
-    np.testing.assert_allclose(data.frequency[0], data.frequency[1], rtol=1e-12)
-    np.testing.assert_allclose(data.frequency[2], 2 * data.frequency[0], rtol=1e-9)
-    assert data.crossing.size == 0
-
-
-def test_mode_that_comes_down_from_above_has_its_own_curve():
-    """The carriage's mode starts as the third and ends among the lowest two."""
-    data = frequency_against(with_mass(0.5), "carriage.0.mass", np.geomspace(2e-5, 0.05, 10), modes=1)
-    assert data.mode.size == 2
-    assert data.frequency.values[1, -1] < data.frequency.values[0, -1]
-
-
-def test_pretension_moves_the_transverse_modes_alone():
-    """c_w/(2 Le) = sqrt(T0/(1 + eps0)/rho0)/(2 L); longitudinal modes of a loop of given length stay."""
-    tensions = np.array([1.0, 5.0, 25.0])
-    drive = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))  # no sag that would raise the tension
-    data = frequency_against(drive, "cable.pretension", tensions)
-    np.testing.assert_allclose(data.frequency, np.tile(data.frequency[:, :1], 3), rtol=1e-12)
-    stretch = 1 + tensions / LOOP.cable.axial_rigidity
-    expected = np.sqrt(tensions / stretch / LOOP.cable.mass_per_length) / 2
-    np.testing.assert_allclose(data.lowest_transverse, expected, rtol=1e-12)
-
-
-def test_more_inertia_never_raises_a_frequency():
-    data = frequency_against(LOOP, "pulley.1.inertia", np.geomspace(1e-7, 1e-2, 25), modes=5)
-    steps = np.diff(np.sort(data.frequency, axis=0), axis=1)
-    assert np.all(steps < 1e-9), f"largest step {steps.max():.3g} Hz"
-
-
-def test_values_come_back_in_the_order_given():
-    values = [5e-6, 1e-6, 3e-6, 1e-6]
-    data = frequency_against(LOOP, "pulley.0.inertia", values, modes=2)
-    assert list(data.value.values) == values
-    up = frequency_against(LOOP, "pulley.0.inertia", sorted(set(values)), modes=2)
-    np.testing.assert_array_equal(data.frequency[:, [1, 2, 0]], up.frequency)
-
-
-def test_result_says_its_units_and_what_it_was_computed_from():
-    data = frequency_against(LOOP, "pulley.0.inertia", [1e-6, 2e-6], modes=2)
-    assert data.frequency.attrs["units"] == data.lowest_transverse.attrs["units"] == "Hz"
-    assert data.value.attrs["units"] == "kg m^2"
-    assert len(data.attrs["drive_hash"]) == 64
-
-
 def test_mass_weighted_shapes_of_one_drive_are_orthonormal():
     """Kinetic energy of two different modes does not mix; what is left is the width of the cells."""
     drive = load_drive("dissertation-transporter")
@@ -183,13 +114,3 @@ def test_mass_weighted_shapes_of_one_drive_are_orthonormal():
 def test_what_cannot_be_varied_is_refused(key, values, reason):
     with pytest.raises(InputRefused, match=reason):
         frequency_against(LOOP, key, values)
-
-
-def test_quantity_is_named_as_in_the_schema():
-    assert quantity_of(LOOP, "cable.pretension")[0] == "N"
-    assert quantity_of(LOOP, "pulley.1.radius") == ("m", "radius at the cable's centre line")
-
-
-def test_too_many_modes_are_refused():
-    with pytest.raises(InputRefused, match="between 1 and 200"):
-        frequency_against(LOOP, "cable.pretension", [1.0], modes=0)

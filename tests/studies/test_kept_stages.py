@@ -8,8 +8,7 @@ import pytest
 
 from cabledrive.app import finished_study
 from cabledrive.mechanics.sources import PACKAGE
-from cabledrive.parameters.own_hash import OWN_HASH, intact_object, with_own_hash
-from cabledrive.studies.study import stage_cache
+from cabledrive.parameters.own_hash import OWN_HASH, with_own_hash
 from cabledrive.studies.study.log_files import log_files
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.stage_cache import Made, StageCache
@@ -102,14 +101,6 @@ def digest_of(copy):
     return sources.digest_with_imports(copy / "studies" / "study" / "pipeline.py", copy)
 
 
-def test_the_key_of_a_stage_holds_the_digest(monkeypatch, tmp_path):
-    calls = []
-    staged(tmp_path, calls)
-    monkeypatch.setattr(stage_cache, "sources_hash", lambda module: f"other sources than of {module}")
-    staged(tmp_path, calls)
-    assert len(calls) == 2
-
-
 def twice(value: float) -> Found:
     CALLS.append(value)
     return Found(2.0 * value)
@@ -160,9 +151,3 @@ def test_results_are_a_finished_study_only_with_the_files_they_were_written_with
     assert finished_study.finished(tmp_path) is None
     (tmp_path / "results.json").write_text(json.dumps({"verdict": "yes"}))
     assert finished_study.finished(tmp_path) is None
-
-
-def test_numbers_survive_their_own_hash(tmp_path):
-    data = with_own_hash({"small": 5e-324, "third": 1 / 3, "words": "µ", "none": None, "whole": 2**60})
-    (tmp_path / "file").write_text(json.dumps(data, indent=1))
-    assert intact_object(tmp_path / "file") == data

@@ -12,7 +12,7 @@ from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import Order, excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import map_modes
-from cabledrive.studies.varied_drive import varied, varied_together
+from cabledrive.studies.varied_drive import varied_together
 from oracles.route_fem import frequencies_of_route
 
 BED = {"head.x": [0.06, 0.21, 0.36], "beam.y": [0.05, 0.33]}
@@ -38,30 +38,6 @@ def test_the_bed_of_a_corexy_is_symmetric_and_its_x_mode_is_highest_in_the_rear_
     np.testing.assert_allclose(x[0], x[2], rtol=1e-6)
     np.testing.assert_allclose(x.values[:2], [[119.8, 187.1], [114.2, 143.6]], atol=0.6)
     np.testing.assert_allclose(y.values[:2], [[97.5, 111.9], [97.6, 122.4]], atol=0.6)
-
-
-def test_keys_joined_move_together():
-    lift = cd.load_drive("lift-2-to-1")
-    found = map_modes(lift, {("car.y", "counterweight.y"): [[10.0, 30.0], [30.0, 10.0]]}, count=2)
-    assert found["longitudinal_hz"].shape == (2, 2)
-    np.testing.assert_array_equal(found["counterweight.y"], [30.0, 10.0])
-    drive = cd.load_drive("lift-2-to-1", overrides=["car.y=30", "counterweight.y=10"])
-    expected = cd.natural_frequencies(drive, count=2)
-    np.testing.assert_allclose(found["longitudinal_hz"][1], expected, rtol=1e-12)
-
-
-def test_keys_of_parts_are_called_by_name_and_loops_have_maps():
-    drive = cd.load_drive("corexy")
-    assert varied(drive, "body.head.mass", 0.5).body[1].mass == 0.5
-    assert (
-        varied(cd.load_drive("printer-idlers"), "motor.holding_stiffness", 7.0).motor[0].holding_stiffness
-        == 7
-    )
-    found = map_modes(cd.load_drive("dissertation-2"), {"cable.pretension": [4.0, 6.0]}, count=1)
-    assert found["transverse_hz"][1, 0] / found["transverse_hz"][0, 0] == pytest.approx(
-        math.sqrt(1.5), rel=2e-3
-    )
-    assert "coordinate_hz" not in found
 
 
 def test_a_pose_that_is_no_machine_has_a_reason_and_no_modes():
@@ -153,12 +129,3 @@ def test_zones_name_ropes_and_places_and_reach_as_far_as_the_order():
     sixth = excitation(lift, {"car.y": [10.0, 20.0]}, [SHEAVE, poles], ("car.y", 0.2, 0.6))
     assert max(z.weight for z in sixth.zones if z.order == "poles") <= 1.0 / 6.0
     assert sixth.clear == ()
-
-
-def test_speeds_and_margins_that_are_none_are_refused():
-    lift, vary = cd.load_drive("lift-2-to-1"), {"car.y": [20.0]}
-    for speed, margin in ((("car.y", 1.0, 0.2), 0.05), (("car.y", 0.2, 1.0), 1.5)):
-        with pytest.raises(cd.InputRefused):
-            excitation(lift, vary, [SHEAVE], speed, margin=margin)
-    with pytest.raises(cd.InputRefused, match="order"):
-        excitation(lift, vary, [SHEAVE, SHEAVE], ("car.y", 0.2, 1.0))

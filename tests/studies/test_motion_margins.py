@@ -7,7 +7,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
-from cabledrive.studies.margins import EXCEEDED, HOLDS, UNKNOWN
+from cabledrive.studies.margins import EXCEEDED
 from cabledrive.studies.motion_margins import motion_margins
 from cabledrive.studies.planned_motion import PlannedMotion
 from oracles.elastic_axis import span_tensions
@@ -162,37 +162,6 @@ def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(machine, ramp, m
     assert lowest == pytest.approx(sorted(both.min(axis=1)), abs=0.01 * change)
 
 
-def test_teeth_in_mesh_bear_a_part_of_the_allowed_tension(machine):
-    """Half a turn on 20 mm holds 12 teeth of 5 mm, on 6 mm three: 40 % of the tension."""
-    time = np.linspace(0.0, 0.1, 101)
-    motion = PlannedMotion(time=time, torque=0.5 * np.ones(101))
-    whole = motion_margins(machine(BELT), motion)
-    assert {own.teeth_in_mesh for own in whole.pulleys} == {12}
-    assert {own.allowed for own in whole.pulleys} == {600.0}
-    small = motion_margins(machine(BELT.replace("20 mm", "6 mm")), motion)
-    assert {own.teeth_in_mesh for own in small.pulleys} == {3}
-    assert [own.allowed for own in small.pulleys] == pytest.approx([240.0, 240.0])
-    assert small.verdict != whole.verdict or small.pulleys[0].margin < whole.pulleys[0].margin
-
-
-def test_a_motion_that_is_too_hard_goes_slack_and_says_where(machine):
-    time = np.linspace(0.0, 0.05, 501)
-    found = motion_margins(machine(BELT), PlannedMotion(time=time, torque=9.0 * np.ones(501)))
-    assert found.verdict == EXCEEDED
-    assert any(span.slack for span in found.spans)
-    assert "goes slack" in found.reasons[0]
-
-
-def test_what_the_file_does_not_say_is_unknown(machine):
-    time = np.linspace(0.0, 0.05, 51)
-    text = BELT.replace('tooth_pitch = "5 mm"\n', "")
-    found = motion_margins(machine(text), PlannedMotion(time=time, torque=0.9 * np.ones(51)))
-    assert {own.verdict for own in found.pulleys} == {UNKNOWN}
-    assert "capstan_friction" in found.reasons[0]
-    calm = motion_margins(machine(BELT), PlannedMotion(time=time, torque=0.1 * np.ones(51)))
-    assert calm.verdict == HOLDS
-
-
 def test_places_that_the_ropes_do_not_allow_are_refused(machine):
     time = np.linspace(0.0, 1.0, 101)
     places = {"car.y": 0.1 * time, "weight.y": 0.1 * time}
@@ -208,10 +177,3 @@ def test_places_that_the_ropes_do_not_allow_are_refused(machine):
             cd.load_drive("tendon-finger"),
             PlannedMotion(time=time, torque=0.0 * time, places={"proximal.turn": 0.1 * time}),
         )
-
-
-def test_a_way_given_as_a_place_is_refused_with_the_place_of_the_file():
-    time = np.linspace(0.0, 1.0, 101)
-    way = PlannedMotion(time=time, torque=0.0 * time, places={"head.x": 0.1 * time})
-    with pytest.raises(InputRefused, match=r"head\.x = 0 m \(in the file 0\.2\)"):
-        motion_margins(cd.load_drive("printer-idlers"), way)

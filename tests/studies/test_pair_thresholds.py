@@ -12,7 +12,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.sagging_model import BAND, longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import static_state
 from cabledrive.reduction.threshold import mode_thresholds
-from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM, coupled_pairs
+from cabledrive.studies.pair_thresholds import ONE_TO_TWO, coupled_pairs
 from resonance_samples import damped
 
 
@@ -72,11 +72,3 @@ def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
     measured(f"largest multiplier {below:.4f} at 0.97, {above:.4f} at 1.03 of the threshold")
     assert natural > 0.0
     assert below < 1.0 < above
-
-
-def test_sum_pairs_are_listed_where_the_strain_is_uneven():
-    drive = hanging()
-    pulley = autoparametric_model(drive, at_rest=True).natural
-    kinds = {pair.kind for pair in coupled_pairs(drive, pulley)}
-    assert kinds <= {ONE_TO_TWO, SUM}
-    assert ONE_TO_TWO in kinds

@@ -9,7 +9,6 @@ from scipy.integrate import solve_ivp
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import moved
 from cabledrive.studies.alarm import alarm
 from cabledrive.studies.motion_file import read_motion
 from cabledrive.studies.planned_motion import PlannedMotion
@@ -53,21 +52,6 @@ def test_a_loop_as_a_route_has_the_alarm_of_the_loop(share, measured):
     assert nearest.kind == "1:2"
     assert nearest.amplitude == pytest.approx(share, rel=0.02)
     assert not nearest.passes
-
-
-def test_a_strong_torque_is_dangerous_and_one_off_resonance_is_not():
-    route = damped_route(damped_loop())
-    pairs = route_resonance(route)
-    time = np.linspace(0.0, 1.5, 15_001)
-    strong = 8.0 * pairs.threshold_torque
-    words = [
-        route_alarm(
-            route,
-            PlannedMotion(time=time, torque=strong * np.sin(2 * np.pi * f * pairs.longitudinal_hz * time)),
-        ).verdict
-        for f in (1.0, 0.3)
-    ]
-    assert words == ["dangerous", "safe"]
 
 
 def swept_path(steps, rate):
@@ -193,25 +177,6 @@ def test_the_command_reads_places_and_torques_of_other_motors(tmp_path):
     two.write_text("time [s],torque [N m],torque motor b [N m]\n0,0,0\n1,0,1\n")
     corexy = cd.load_drive(str(PRINTER.parent / "corexy.toml"))
     assert read_motion(two, corexy).torques["motor b"][1] == 1.0
-
-
-def test_a_body_that_stands_elsewhere_than_in_the_file_is_taken_where_it_stands():
-    machine = cd.load_drive(str(PRINTER))
-    time = np.linspace(0.0, 0.1, 11)
-    torque = 0.01 * np.sin(60.0 * time)
-    there = {"head.x": np.full(11, 0.15)}
-    found = route_alarm(machine, PlannedMotion(time=time, torque=torque, places=there))
-    alike = route_alarm(
-        moved(machine, {"head.x": 0.15}), PlannedMotion(time=time, torque=torque, places=there)
-    )
-    assert [mode.frequency_hz for mode in found.modes] == pytest.approx(
-        [mode.frequency_hz for mode in alike.modes]
-    )
-    file = {"head.x": np.full(11, 0.20)}
-    other = route_alarm(machine, PlannedMotion(time=time, torque=torque, places=file))
-    assert [mode.frequency_hz for mode in found.modes] != pytest.approx(
-        [mode.frequency_hz for mode in other.modes]
-    )
 
 
 def test_a_place_that_the_machine_cannot_take_is_refused_in_one_line():

@@ -4,11 +4,9 @@ import json
 from dataclasses import replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from cabledrive.report.blocks import Figure
-from cabledrive.report.figures.study_runs import shares_below
 from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import accept
@@ -126,12 +124,6 @@ def test_a_share_that_too_few_runs_kept_has_no_error(some):
     assert some.quantile(1.0) is None
     assert some.quantile(lasted) == some.peaks[-1]
     assert some.quantile(lasted + 1.0 / some.draws) is None
-
-
-def test_the_curve_of_shares_ends_where_the_lasting_runs_do(some):
-    errors, shares = shares_below(some)
-    assert shares[-1] == pytest.approx(100.0 * len(some.peaks) / 12)
-    assert errors[-1] == pytest.approx(np.degrees(some.peaks[-1]))
 
 
 def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_unknown(none):

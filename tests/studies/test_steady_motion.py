@@ -8,14 +8,11 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.branches import fold, jacobian, steady_amplitudes, steady_state
+from cabledrive.reduction.branches import fold, steady_amplitudes
 from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
-from cabledrive.studies.envelopes import beats
 from cabledrive.studies.resonance_validation import averaged_history
 from cabledrive.studies.steady_motion import steady_branches
-from oracles.measured_threshold import demodulated
-from resonance_samples import at_detunings, damped, one_span, settings, settings_pair
+from resonance_samples import at_detunings, damped, settings_pair
 
 DRIVE = replace(damped(2.0, 6.0), cable=replace(damped(2.0, 6.0).cable, pretension=3.36))
 TORQUE, LOAD = 0.08, 1e-4
@@ -83,52 +80,6 @@ def test_a_larger_load_leaves_one_span_at_a_time():
     assert [branch.spans for branch in branches] == [("upper",), ("lower",)]
     growth = [branch.at(TORQUE)[0][3] for branch in branches]
     assert min(growth) < 0 < max(growth), f"{growth}"
-
-
-@pytest.mark.verify
-def test_just_beyond_the_hopf_point_beats_have_the_period_of_its_eigenvalues():
-    """Growth below 0.1 1/s of a pair at 2 rad/s: the periods differ by less than the square of the swing."""
-    c = settings(0.83, 4.12, 2.83, -4.86, 0.835e-3)
-    state = steady_state(c, steady_amplitudes(c, "one")[-1], "one")
-    pair = max(np.linalg.eigvals(jacobian(c, state)), key=lambda value: (value.real, value.imag))
-    assert 0 < pair.real < 0.1, f"{pair}"
-    found = beats(one_span(c), 1.05 * state[:2], settle=12.0, watch=16.0, second=False)
-    swing = (found.most - found.least) / (found.most + found.least)
-    assert found.period == pytest.approx(2 * np.pi / pair.imag, rel=swing**2), f"{found} {pair}"
-
-
-@pytest.mark.verify
-def test_beats_have_the_envelope_and_period_of_the_exact_loop(measured):
-    """Gamma 0.83, c_q 4.12, detunings -4.86 and 2.83, 35 mN m, 100 segments: period 1 %, envelope 2 %."""
-    drive, forcing = at_detunings(damped(0.83, 4.12), -4.86, 2.83)
-    c = averaged_coefficients(autoparametric_model(drive), torque=0.035, forcing=forcing, drift=False)
-    found = beats(c, np.array([1e-4, 1e-3, 0.0]), settle=15.0, watch=9.0)
-    seen = simulate(
-        drive,
-        22.0,
-        torque=Sine(amplitude=0.035, frequency=forcing / (2 * np.pi)),
-        start=Start(plucks=(Pluck(height=1e-3, shape="half-sine"),)),
-        scheme=Scheme(segments=100),
-        recording=Recording(rate=2000.0),
-    )
-    late = seen.time > 12.0
-    time, size = demodulated(seen.time[late], seen.midpoint("upper")[late, 2], 0.5 * forcing, 2)
-    level = size - 0.5 * (size.max() + size.min())
-    rising = np.flatnonzero((level[:-1] < 0) & (level[1:] >= 0))
-    period = (time[rising[-1]] - time[rising[0]]) / (rising.size - 1)
-    seen_beats = (period, size.min(), size.max())
-    least, most = size.min() / found.least - 1.0, size.max() / found.most - 1.0
-    apart = f"period {100 * (period / found.period - 1.0):+.2f} %"
-    measured(f"loop over beats: {apart}, envelope {100 * least:+.2f} and {100 * most:+.2f} %")
-    assert period == pytest.approx(found.period, rel=0.01), f"{found} {seen_beats}"
-    assert size.min() == pytest.approx(found.least, rel=0.02), f"{found} {seen_beats}"
-    assert size.max() == pytest.approx(found.most, rel=0.02), f"{found} {seen_beats}"
-
-
-def test_a_steady_motion_has_no_beats():
-    c = one_span(settings(2.0, 6.0, 1.0, -2.0, 3e-3))
-    with pytest.raises(cd.NotComputed, match="steady"):
-        beats(c, np.array([1e-4, 1e-3]), settle=12.0, watch=1.0)
 
 
 def test_more_sections_than_two_are_not_followed():

@@ -1,49 +1,33 @@
 """A study answers for one guided carriage, by its goal, and says plainly of other drives why it does not."""
 
-import json
 from dataclasses import replace
-from shutil import copy2
 
 import numpy as np
 import pytest
-from scipy.stats import betabinom
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.reduction.transporter import transporter_of
 from cabledrive.report.blocks import Figure, Table
 from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.report.study.carriage import carriage_acceptance_chapter, carriage_controller_chapter
 from cabledrive.report.study.controller import controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
-from cabledrive.rig.carriage.carriage_loop import run_carriage
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.assumed_motion import goals_for
 from cabledrive.studies.study.candidates import score
-from cabledrive.studies.study.carriage_case import case_of, errors, loop_at, whole_run
+from cabledrive.studies.study.carriage_case import case_of
 from cabledrive.studies.study.carriage_demand import carriage_model
 from cabledrive.studies.study.carriage_machine import (
-    GRAIN,
-    carriage_quantities,
-    carriage_values,
     missing_for_carriage,
-    transporter_with,
 )
-from cabledrive.studies.study.carriage_plant import CarriagePlant
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import goals_of
 from cabledrive.studies.study.plain_data import as_plain, revived
 from cabledrive.studies.study.result import StudyResult
-from cabledrive.studies.study.results_file import controller_numbers, results_of
-from cabledrive.studies.study.stage_cache import StageCache
 from cabledrive.studies.study.verdict_stage import judge
 from cabledrive.studies.study.verdict_words import rounded_up
-from cabledrive.studies.transporter_moves import scaled_transporter
 
 BELT = load_drive("printer-belt")
 ASKED = Goals(travel=0.05, duration=0.3, dwell=0.05, carriage_error=1e-4, carriage_draws=300)
-GENTLE = replace(ASKED, travel=0.02, duration=0.2, dwell=0.05)
-SCALED = scaled_transporter(load_drive("dissertation-transporter"))
 
 
 @pytest.fixture(scope="module")
@@ -67,22 +51,6 @@ def judged(found, goals, runs):
     laws = replace(found.laws, scores=(one,), runs=runs)
     parts = {name: getattr(found, name) for name in names}
     return judge(Findings(goals=goals, laws=laws, runs=runs, **parts))
-
-
-def other_plants(found, goals, seed):
-    """The law of a study on plants that it never drew."""
-    plant = CarriagePlant(drive=BELT, goals=found.goals, cache=StageCache(folder=None, note=print))
-    return accept(
-        plant.closed_loop(found.laws.chosen, cable=False),
-        found.knowledge,
-        plant="carriage",
-        law="scheduled",
-        draws=goals.carriage_draws,
-        seed=seed,
-        cache=plant.cache,
-        error=goals.carriage_error,
-        to_the_end=True,
-    )
 
 
 def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied, measured):
@@ -126,46 +94,6 @@ def test_the_page_gives_the_carriages_law_its_runs_and_that_no_theorem_bounds_th
     assert any("in 0.3 s, 0.05 s rest, and back" in cell for cell in cells), cells
 
 
-def test_the_law_stands_in_numbers_that_another_program_can_run(studied):
-    numbers = controller_numbers(studied[0])
-    assert numbers["encoders"] == ["drive"]
-    assert np.array(numbers["law"]["transition"]).shape == (12, 10, 10)
-    assert not np.array(numbers["law"]["correction"])[:, :, 1].any()
-    assert (
-        json.loads(json.dumps(results_of(studied[0])))["stages"]["acceptance"]["carriage"]["reached"] == 1.0
-    )
-
-
-def test_a_motor_without_limit_is_not_given_one(studied):
-    """No large number stands for "none": neither for the law in numbers, nor for a run."""
-    found = studied[0]
-    free = replace(found.known, motor=replace(found.known.motor, torque_limit=None))
-    assert case_of(free, found.goals).limit == np.inf
-    numbers = controller_numbers(replace(found, known=free))
-    assert numbers["torque_limit"] is numbers["law"]["limit"] is None
-    assert controller_numbers(found)["law"]["limit"] > 0.0
-
-
-def test_runs_that_end_early_count_against_the_goal(studied, measured):
-    goals, runs = studied[0].goals, studied[0].runs
-    lost = replace(runs, peaks=runs.peaks[:-4], failed=4, reached=296 / 300)
-    assert lost.quantile(0.99) is None
-    verdict = judged(studied[0], goals, lost)
-    measured(f"{verdict.answer}: {verdict.reasons[0]}")
-    assert verdict.answer == "unknown"
-    assert "4 of 300 runs on plants with a carriage ended early" in " ".join(verdict.reasons)
-
-
-def test_twenty_other_plants_keep_below_the_worst_of_the_studied_ones(studied, measured):
-    """300 plants and twenty others of one lot: every order is alike, and rarely is one beyond all 300."""
-    worst = studied[0].runs.peaks[-1]
-    others = other_plants(studied[0], replace(ASKED, carriage_error=worst, carriage_draws=20), seed=77)
-    beyond = int(np.count_nonzero(np.array(others.peaks) > worst))
-    measured(f"{beyond} of 20 beyond {1e3 * worst:.4f} mm, worst {1e3 * others.peaks[-1]:.4f} mm")
-    assert others.failed == 0
-    assert beyond <= betabinom.isf(1e-3, 20, 1, ASKED.carriage_draws), f"observed {others.peaks}"
-
-
 def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measured):
     quick = run_study(BELT, [], replace(ASKED, duration=0.1))
     measured(f"{quick.verdict.answer}: {quick.verdict.reasons[0]}")
@@ -178,23 +106,6 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
     assert speed > 0.99 * BELT.motor.speed_limit, f"observed {speed:.2f} rad/s"
 
 
-@pytest.mark.verify
-def test_an_interrupted_study_of_a_carriage_goes_on_to_the_same_end(studied, tmp_path):
-    def stop(line):
-        if "carriage plants: 25" in line:
-            raise KeyboardInterrupt
-
-    for path in studied[1].iterdir():
-        if not path.name.startswith("acceptance"):
-            copy2(path, tmp_path)
-    with pytest.raises(KeyboardInterrupt):
-        run_study(BELT, [], ASKED, folder=tmp_path, note=stop)
-    assert any(path.name.startswith("acceptance-carriage-scheduled-00000") for path in tmp_path.iterdir())
-    kept = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
-    assert run_study(BELT, [], ASKED, folder=tmp_path) == studied[0]
-    assert kept == {name: (tmp_path / name).stat().st_mtime_ns for name in kept}
-
-
 def test_another_goal_redoes_the_judgement_and_not_the_runs(studied):
     found, folder = studied
     before = {path.name for path in folder.iterdir()}
@@ -202,44 +113,6 @@ def test_another_goal_redoes_the_judgement_and_not_the_runs(studied):
     fresh = {path.name.rsplit("-", 1)[0] for path in folder.iterdir() if path.name not in before}
     assert fresh == set()
     assert revived(StudyResult, as_plain(found)) == found
-
-
-def test_where_nothing_hangs_the_grain_that_stands_in_for_it_counts_for_nothing():
-    """Ten times the grain, at the same law and plant: the carriage's course within a ten-thousandth."""
-    case = case_of(BELT, goals_for(BELT, GENTLE))
-    loop, base = loop_at(case, 50.0, ideal=True), transporter_with(BELT, carriage_values(BELT, GENTLE))
-    assert base.payload_mass == GRAIN * base.carriage_mass
-    one, ten = (
-        errors(case, run_carriage(loop, replace(base, payload_mass=k * base.payload_mass), np.zeros(2)))
-        for k in (1.0, 10.0)
-    )
-    moved = np.abs(one - ten).max() / np.abs(one).max()
-    assert moved < 1e-3, f"observed {moved:.2e} of {np.abs(one).max():.2e} m"
-
-
-def test_numbers_of_file_and_goals_make_the_transporter_that_the_law_was_written_for():
-    goals = goals_for(SCALED, Goals(travel=1.0, duration=2.5, hanging_mass=0.25, line_length=0.25))
-    found = transporter_with(SCALED, carriage_values(SCALED, goals))
-    expected = transporter_of(SCALED, payload_mass=0.25, line_length=0.25)
-    for name in ("axial_rigidity", "damping_time", "drive_mass", "load_mass", "viscous", "swing_damping"):
-        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
-
-
-def test_a_plant_at_its_bounds_errs_more_than_at_its_best_values():
-    case = case_of(BELT, goals_for(BELT, GENTLE))
-    loop = loop_at(case, 50.0, ideal=True)
-    sizes = {}
-    for share in (1.0, 1.3):
-        values = {"coulomb_friction": share * carriage_values(BELT, GENTLE)["coulomb_friction"]}
-        sizes[share] = np.abs(errors(case, whole_run(case, loop, values, np.zeros(2)))).max()
-    assert sizes[1.3] > sizes[1.0], f"observed {sizes}"
-
-
-def test_rail_friction_is_a_guess_until_it_is_stated():
-    guessed = carriage_quantities(BELT, ASKED)["rail_friction"]
-    stated = carriage_quantities(BELT, replace(ASKED, rail_friction=2.0))["rail_friction"]
-    assert (guessed.low, guessed.value, guessed.high, guessed.source) == (0.0, 0.5, 1.0, "guess")
-    assert (stated.low, stated.high, stated.source) == (pytest.approx(1.4), pytest.approx(2.6), "goal")
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,6 @@ from cabledrive.reduction.quality import model_quality
 from cabledrive.rig import Motion, track
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.assumed_motion import goals_for
-from cabledrive.studies.study.error_units import error_unit
-from cabledrive.studies.study.pipeline import study_key
 from cabledrive.studies.study.results_file import results_of
 
 RADIUS = 6.366e-3
@@ -23,21 +20,6 @@ RADIUS = 6.366e-3
 @pytest.fixture(scope="module")
 def printer():
     return load_drive("printer-idlers", overrides=["sensors.load_encoder=40000"])
-
-
-def test_goals_of_a_load_that_slides_are_lengths(printer):
-    """A turn of the motor moves the head by the pulley's circumference."""
-    given = Goals(travel=2.0 * np.pi * RADIUS, carriage_error=1e-3 * RADIUS, duration=0.2)
-    found = goals_for(as_axis(printer), given)
-    assert found.angle == pytest.approx(2.0 * np.pi)
-    assert found.error == pytest.approx(1e-3)
-    assert (found.travel, found.carriage_error) == (None, None)
-    assert error_unit(found).name == "mm"
-    assert error_unit(found).of(found.error) == pytest.approx(1e3 * 1e-3 * RADIUS)
-    arm = as_axis(load_drive("capstan-arm"))
-    with pytest.raises(InputRefused, match="carriage"):
-        goals_for(arm, given)
-    assert error_unit(goals_for(arm, Goals(duration=0.5))).name == "deg"
 
 
 def test_the_response_of_an_axis_ends_in_its_rigid_mass(printer):
@@ -65,14 +47,6 @@ def test_the_chain_of_an_axis_holds_beyond_its_first_mode(printer, measured):
     measured(f"rigid {one.holds_5:.0f} Hz, chain {three.holds_5:.0f} Hz, mode {three.exact[0]:.1f} Hz")
     assert three.frequencies == pytest.approx(three.exact, rel=1e-9)
     assert one.holds_5 < 0.5 * three.exact[0] < 1.5 * three.exact[0] < three.holds_5
-
-
-def test_the_key_of_a_study_holds_the_machine_behind_the_axis(printer):
-    tighter = load_drive(
-        "printer-idlers", overrides=["sensors.load_encoder=40000", 'pulley.upper idler.inertia="4e-8 kg m^2"']
-    )
-    keys = {study_key(as_axis(one), (), Goals(duration=0.2)) for one in (printer, tighter, printer)}
-    assert len(keys) == 2
 
 
 @pytest.mark.parametrize(("axis", "other"), [("head.x", "10.9 %"), ("beam.y", "11.2 %")])

@@ -1,7 +1,7 @@
 """The pulse of Section 6.1 and its relatives."""
 
 from fractions import Fraction
-from math import inf, pi
+from math import pi
 
 import numpy as np
 import pytest
@@ -79,12 +79,6 @@ def test_pulse_goes_there_and_comes_back_exactly():
     )
 
 
-def test_upper_half_keeps_its_digits():
-    """1 - s at one thousandth before the end equals s at one thousandth after the start, to round-off."""
-    s = smooth_rise(np.array([1e-3, 1 - 1e-3]), 9, 1)
-    assert s[1, 1] == pytest.approx(s[1, 0], rel=1e-12)
-
-
 def test_shortest_rise_meets_the_binding_limit_and_no_other_is_broken():
     limits = move_limits(cd.load_drive("dissertation-3"))
     rise, binding = shortest_rise(limits, pi / 4)
@@ -120,9 +114,3 @@ def test_bad_motions_are_refused_in_one_line(call, word):
     with pytest.raises(cd.InputRefused, match=word) as refusal:
         call()
     assert "\n" not in str(refusal.value)
-
-
-def test_friction_above_the_torque_limit_is_reported():
-    drive = cd.load_drive("dissertation-3", overrides=["motor.torque_limit=0.01"])
-    with pytest.raises(cd.NotComputed, match="Coulomb"):
-        shortest_rise(move_limits(drive, acceleration=inf), 1.0)

@@ -2,7 +2,7 @@
 
 from cabledrive.simulation.audit import SlackEvent
 from cabledrive.simulation.case import CarriageForce, Recording
-from cabledrive.simulation.ensemble import Setting, simulate_ensemble
+from cabledrive.simulation.ensemble import Setting
 from cabledrive.simulation.error_estimate import ErrorEstimate
 from cabledrive.simulation.one_run import simulate
 from cabledrive.simulation.result import SimulationResult
@@ -38,5 +38,4 @@ __all__ = [
     "Start",
     "Sweep",
     "simulate",
-    "simulate_ensemble",
 ]

@@ -1,12 +1,9 @@
-"""Many runs of one drive at once, over threads: one result with labelled dimensions."""
+"""What one member of an ensemble is: every combination of some parameters of a drive and of its motion."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
-from os import cpu_count
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,15 +11,8 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.simulation.case import Recording
-from cabledrive.simulation.one_run import simulate
-from cabledrive.simulation.result import SimulationResult
-from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Constant, Signal, Sine
 from cabledrive.simulation.start import Pluck, Start
-
-if TYPE_CHECKING:
-    import xarray
 
 MOST_NUMBERS = 500_000_000
 
@@ -123,56 +113,6 @@ UNITS = {
 }
 
 
-def simulate_ensemble(
-    drive: Drive,
-    duration: float,
-    axes: Mapping[str, Sequence[float] | Array],
-    *,
-    common: Setting | None = None,
-    pluck_shape: str = "half-sine",
-    scheme: Scheme | None = None,
-    rate: float = 1000.0,
-    threads: int | None = None,
-) -> "xarray.Dataset":
-    """Nonlinear motion for every combination of some parameters.
-
-    Parameters
-    ----------
-    drive : Drive
-    duration : float
-        Length of the runs [s].
-    axes : mapping of str to sequence of float
-        Values of each parameter that is varied, by its name in `Setting`.
-    common : Setting, optional
-        Parameters that are not varied.
-    pluck_shape : str, default "half-sine"
-        Shape of the plucks.
-    scheme : Scheme, optional
-        The same for all.
-    rate : float, default 1000.0
-        Least number of records per second [Hz].
-    threads : int, optional
-        Runs at a time; by default one per processor.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions: those of `axes` in their order, then time. Angles, midpoint displacements, energy budget
-        errors; `stopped` says why a run ended early, and is empty where it did not. What a run did not reach
-        is NaN.
-
-    Raises
-    ------
-    InputRefused
-        If an axis is unknown or empty, a member cannot be run, or the result would not fit into memory.
-    """
-    values, members = members_of(axes, common or Setting(), duration * rate)
-    run = _runner(drive, duration, pluck_shape, scheme or Scheme(), rate)
-    with ThreadPoolExecutor(max_workers=threads or cpu_count() or 1) as pool:
-        results = list(pool.map(run, members))
-    return _labelled(results, values)
-
-
 def members_of(
     axes: Mapping[str, Sequence[float] | Array], common: Setting, records: float
 ) -> tuple[dict[str, Array], list[Setting]]:
@@ -200,63 +140,3 @@ def _check_axes(values: dict[str, Array], records: float) -> None:
         raise InputRefused(
             f"ensemble: {members} runs of {records:.3g} records do not fit into memory: lower rate"
         )
-
-
-def _runner(
-    drive: Drive, duration: float, shape: str, scheme: Scheme, rate: float
-) -> Callable[[Setting], SimulationResult]:
-    def run(member: Setting) -> SimulationResult:
-        return simulate(
-            member.drive(drive),
-            duration,
-            torque=member.torque(),
-            start=member.start(shape),
-            scheme=scheme,
-            recording=Recording(rate=rate),
-        )
-
-    return run
-
-
-def _labelled(results: list[SimulationResult], values: dict[str, Array]) -> "xarray.Dataset":
-    import xarray
-
-    shape, axes = tuple(given.size for given in values.values()), tuple(values)
-    time = max((result.time for result in results), key=len)
-
-    def filled(pick: Callable[[SimulationResult], Array]) -> Array:
-        table = np.full((len(results), time.size), np.nan)
-        for row, result in zip(table, results, strict=True):
-            row[: result.time.size] = pick(result)
-        return table.reshape(*shape, time.size)
-
-    series: dict[str, tuple[str, str, Callable[[SimulationResult], Array]]] = {
-        "drive_angle": ("rad", "angle of the drive pulley", lambda r: r.drive_angle),
-        "load_angle": ("rad", "angle of the load pulley", lambda r: r.load_angle),
-    }
-    for span in results[0].spans:
-        series[f"{span}_midpoint"] = "m", f"w of the {span} midpoint", _midpoint_of(span)
-    content: dict[str, Any] = {
-        name: ((*axes, "time"), filled(pick), {"units": unit, "long_name": meaning})
-        for name, (unit, meaning, pick) in series.items()
-    }
-    errors = np.array([result.energy_budget_error for result in results]).reshape(shape)
-    content["energy_budget_error"] = axes, errors, {"units": "1", "long_name": "over the energy handled"}
-    content["stopped"] = axes, np.array([r.stopped or "" for r in results], dtype=object).reshape(shape)
-    coordinates: dict[str, Any] = {
-        name: (name, given, {"units": UNITS[name]}) for name, given in values.items()
-    }
-    coordinates["time"] = "time", time, {"units": "s"}
-    return xarray.Dataset(
-        content,
-        coords=coordinates,
-        attrs={
-            "cabledrive": results[0].provenance["cabledrive"],
-            "model": results[0].provenance["method"]["model"],
-            "interpreted": results[0].interpreted or "",
-        },
-    )
-
-
-def _midpoint_of(span: str) -> Callable[[SimulationResult], Array]:
-    return lambda result: result.midpoint(span)[:, 2]

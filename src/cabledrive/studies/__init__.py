@@ -13,7 +13,6 @@ from cabledrive.studies.carriage_position import (
 )
 from cabledrive.studies.carriage_table import table_3_2
 from cabledrive.studies.determinant import modal_determinant
-from cabledrive.studies.envelopes import beats
 from cabledrive.studies.frequency_curves import frequency_against
 from cabledrive.studies.motion_file import read_motion
 from cabledrive.studies.shapes import mode_shapes
@@ -21,7 +20,6 @@ from cabledrive.studies.steady_motion import steady_branches
 
 __all__ = [
     "MidspanCrossing",
-    "beats",
     "cable_mass",
     "frequency_against",
     "frequency_against_carriage_position",
