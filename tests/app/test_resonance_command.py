@@ -14,7 +14,8 @@ def test_answer_has_what_the_contract_promises():
     assert found["frequency_ratio"] == pytest.approx(0.6165, abs=1e-4)
     assert found["detuning"] == pytest.approx(found["frequency_ratio"] - 0.5)
     assert found["threshold_torque"] == 0
-    assert found["verdict"] == "safe"
+    assert found["verdict"] == "no excitation given"
+    assert answer("resonance", "dissertation-2", "--torque", "3 mN m")["verdict"] == "safe"
     assert found["provenance"]["drive_hash"]
 
 
@@ -82,7 +83,8 @@ def test_branches_without_damping_end_with_status_3_and_keep_the_rest():
 
 def test_a_trial_that_would_slacken_a_span_is_no_remedy():
     """The lift at half its pretension hangs slack beside the car: that change is left out."""
-    found = answer("resonance", "elevator")
+    assert answer("resonance", "elevator")["verdict"] == "no excitation given"
+    found = answer("resonance", "elevator", "--set", "excitation.torque_ripple=1")
     assert found["verdict"] == "resonant"
     assert found["threshold_torque"] > 0.0
     assert any("keep the torque" in one["text"] for one in found["remedies"]), found["remedies"]

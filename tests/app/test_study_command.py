@@ -138,3 +138,14 @@ def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path, undrawn):
     assert "to go on, give the same command again" in errors.splitlines()[-1]
     assert not (tmp_path / "out" / "results.json").exists()
     assert call(*asked, "-o", tmp_path / "out", "--resume").exit_code == 0
+
+
+def test_a_lift_has_modes_resonance_and_margins_and_no_controller(tmp_path):
+    found = answer("study", "lift-2-to-1", "--quick", "-o", str(tmp_path / "out"))
+    assert (found["verdict"], found["candidates"]) == ("unknown", [])
+    assert [one["id"] for one in found["findings"]] == ["no-chain"]
+    assert found["stages"]["modes"]["longitudinal_hz"][0] == pytest.approx(3.238, abs=1e-3)
+    assert found["stages"]["resonance"]["verdict"] == "no excitation given"
+    weight = 9.81 * (2000.0 + 40.0) / 12  # the car with its pulley on six ropes, two falls each
+    assert found["margins"]["spans"][0]["tension_end"] == pytest.approx(weight, rel=0.05)
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000

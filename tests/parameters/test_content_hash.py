@@ -12,6 +12,7 @@ from drive_strategies import drives
 
 SETTINGS = ["carriage.0.mass=0.5", "carriage.0.position=0.25", "goal.tracking_error=0.001"]
 SETTINGS += ["cable.strain_limit=0.05", "pulley.0.wrap_angle=3", "pulley.0.capstan_friction=0.3"]
+SETTINGS += ["excitation.torque_ripple=0.02"]
 FULL = load_drive(Path(__file__).with_name("contract_example.toml"), overrides=SETTINGS)
 OTHER = {"kind": "line", "span": "lower"}
 
@@ -55,6 +56,7 @@ def variants(table):
             "coupled",
             "type",
             "direction",
+            "speed",
         ):
             copies = []
         else:

@@ -9,8 +9,9 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters.drive_file import drive_from_text
+from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.route import moved
-from cabledrive.studies.excitation_orders import Order, excitation, frequency_per_speed, rates
+from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import map_modes
 from cabledrive.studies.varied_drive import varied_together
 from oracles.route_fem import frequencies_of_route

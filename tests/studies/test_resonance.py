@@ -25,7 +25,7 @@ def at_tension(drive, tension):
 
 
 def test_summary_of_configuration_2():
-    found = resonance(cd.load_drive("dissertation-2"))
+    found = resonance(cd.load_drive("dissertation-2"), torque=3e-3)
     assert found.frequency_ratio == pytest.approx(50.394 / 81.7421, rel=1e-5)
     assert found.detuning == found.frequency_ratio - 0.5
     assert found.tuned_pretension == pytest.approx(3.28377, abs=5e-6)
@@ -67,7 +67,7 @@ def test_held_pulleys_give_nulls_with_reasons_and_a_safe_verdict():
 @pytest.mark.parametrize("name", [*cd.packaged_drives("loop", "line")])
 def test_every_packaged_drive_has_a_summary(name):
     found = resonance(cd.load_drive(name))
-    assert found.verdict in ("resonant", "close", "safe")
+    assert found.verdict == "no excitation given"
     assert found.frequency_ratio > 0
     assert found.reasons
 

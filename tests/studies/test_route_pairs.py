@@ -6,6 +6,7 @@ from math import pi
 import pytest
 
 import cabledrive as cd
+from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.studies.pair_thresholds import coupled_pairs
 from cabledrive.studies.route_pairs import route_resonance
 from command import answer, refusal
@@ -59,4 +60,30 @@ def test_the_command_lists_pairs_with_spans_and_refuses_what_a_route_has_not():
     assert found["pairs"][0]["span"] == "accessory to crank"
     assert found["detuning"] == pytest.approx(found["frequency_ratio"] - 0.5)
     assert "speed" in refusal("resonance", "serpentine", "--set", "route.belt.speed=5")
-    assert answer("resonance", "serpentine")["verdict"] == "unknown"
+    assert answer("resonance", "serpentine")["verdict"] == "no excitation given"
+
+
+LIFT = (
+    packaged_text("lift-2-to-1")
+    + """
+[excitation]
+torque_ripple = 0.5
+orders = ["sheave=traction sheave*NUMBER", "rails=car.y/5m"]
+speed = "car.y=0.2m/s:1m/s"
+"""
+)
+
+
+@pytest.mark.parametrize(("number", "verdict"), [(1, "safe"), (6, "resonant")])
+def test_an_order_excites_the_pairs_whose_frequency_it_reaches(number, verdict):
+    """At 1 m/s of the car, 2 m/s of the rope, the sheave of 0.16 m turns 1.989 times a second."""
+    found = route_resonance(drive_from_text(LIFT.replace("NUMBER", str(number))))
+    assert found.verdict == verdict
+    excited = [pair.longitudinal_hz for pair in found.pairs if pair.threshold_torque is not None]
+    assert any(hertz <= number * 2.0 / (2 * pi * 0.16) for hertz in excited) == (verdict == "resonant")
+    assert found.torque == pytest.approx(400.0)
+
+
+def test_orders_without_a_ripple_have_no_amplitude_to_judge():
+    text = LIFT.replace("NUMBER", "6").replace("torque_ripple = 0.5\n", "")
+    assert route_resonance(drive_from_text(text)).verdict == "unknown"

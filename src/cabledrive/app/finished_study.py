@@ -10,12 +10,13 @@ from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import check_folder_writable, require_regular
 from cabledrive.parameters.own_hash import intact_object
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
 
 RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
 
 
-def asked_hash(drive: Drive, files: Sequence[str | None], quick: bool) -> str:
+def asked_hash(drive: Drive | RoutedDrive, files: Sequence[str | None], quick: bool) -> str:
     """Hash of what the command was given: this version, the drive with its words, the bytes of every file.
 
     ``files``: goals, then logs; None: not given.

@@ -27,7 +27,7 @@ Completion of commands, options and drives in bash (zsh: zsh_source):
 SECTIONS = {
     "The whole job": ("studio", "study", "reproduce", "report"),
     "The drive": ("drives", "check", "schema"),
-    "Vibration": ("modes", "map", "resonance", "simulate"),
+    "Vibration": ("modes", "map", "resonance", "sway", "simulate"),
     "Measurement": ("experiment", "identify", "response", "shaper", "camera"),
     "Control": ("track", "compare", "export"),
     "Many drives": ("sweep", "sensitivity", "tolerance"),

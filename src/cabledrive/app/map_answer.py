@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.excitation_orders import Excitation, Zone
+from cabledrive.studies.excitation_orders import Campbell, Zone
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ MOST_LINES = 12
 def map_answer(
     drive: Drive | RoutedDrive,
     found: "xr.Dataset",
-    excited: Excitation | None,
+    excited: Campbell | None,
 ) -> tuple[dict[str, Any], str]:
     """JSON object and text of a map."""
     dims = [str(dim) for dim in found["certified"].dims]
@@ -85,7 +85,7 @@ def _table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _excited(found: Excitation) -> dict[str, Any]:
+def _excited(found: Campbell) -> dict[str, Any]:
     keys = ("order", "mode", "kind", "low", "high", "place_low", "place_high", "weight")
     return {
         "speed": {"key": found.coordinate, "low": found.low, "high": found.high},
@@ -97,7 +97,7 @@ def _excited(found: Excitation) -> dict[str, Any]:
     }
 
 
-def _speeds(found: Excitation) -> list[str]:
+def _speeds(found: Campbell) -> list[str]:
     """What to avoid, the heaviest first, and what is clear."""
     unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
     proof = "certified" if found.certified else "not certified"
@@ -112,7 +112,7 @@ def _speeds(found: Excitation) -> list[str]:
     return [*lines, f"Clear of all modes: {clear or 'none'}"]
 
 
-def _avoid(zone: Zone, found: Excitation, unit: str) -> str:
+def _avoid(zone: Zone, found: Campbell, unit: str) -> str:
     there = "" if zone.place_low == zone.place_high else f" to {zone.place_high:.4g}"
     speeds, places = f"{zone.low:.4g} to {zone.high:.4g} {unit}", f"{zone.place_low:.4g}{there}"
     return f"Avoid {speeds} with {found.key} at {places}: order {zone.order} excites {zone.mode}."

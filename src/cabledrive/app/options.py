@@ -156,9 +156,38 @@ def _with_argument(function: Function, *, routes: bool) -> Function:
     return _with_drive
 
 
+_axis_option = click.option(
+    "--axis",
+    metavar="NAME",
+    help="Axis of a machine with routes: its load, such as joint of capstan-arm; default: the only one "
+    "that has a chain.",
+)
+
+
 def axis_argument(function: Function) -> Function:
     """As `machine_argument`, with ``--axis``: a machine with routes becomes the drive of its axis."""
     return _with_axis_argument(function, winches=False)
+
+
+def axis_or_machine(function: Function) -> Function:
+    """As `axis_argument`; a machine without a chain stays what it is, with the reason as ``no_chain``."""
+
+    @machine_argument
+    @_axis_option
+    @functools.wraps(function)
+    def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
+        no_chain = None
+        if isinstance(drive, RoutedDrive) or axis is not None:
+            from cabledrive.reduction.network_axis import NoChain, as_axis
+
+            try:
+                drive = as_axis(drive, axis)
+                click.get_current_context().meta[_ABOUT] = drive
+            except NoChain as refusal:
+                no_chain = str(refusal)
+        return function(drive=drive, no_chain=no_chain, **options)
+
+    return _with_axis
 
 
 def axis_or_winches(function: Function) -> Function:
@@ -169,12 +198,7 @@ def axis_or_winches(function: Function) -> Function:
 def _with_axis_argument(function: Function, *, winches: bool) -> Function:
 
     @machine_argument
-    @click.option(
-        "--axis",
-        metavar="NAME",
-        help="Axis of a machine with routes: its load, such as joint of capstan-arm; default: the only one "
-        "that has a chain.",
-    )
+    @_axis_option
     @functools.wraps(function)
     def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
         if isinstance(drive, RoutedDrive) or axis is not None:

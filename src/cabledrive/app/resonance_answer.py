@@ -188,7 +188,7 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
         ("threshold torque, as given", found.threshold_here, "N m"),
         ("tenfold growth in 1 s, tuned", found.growth_torque, "N m"),
         ("no growth below (Coulomb)", found.coulomb_onset, "N m"),
-        ("torque of the verdict", found.torque, "N m"),
+        ("torque of these figures", found.torque, "N m"),
     )
     lines += ["", *(f"{label:<30}{_shown(value, unit, quantity)}" for label, value, unit in named)]
     if found.pairs:

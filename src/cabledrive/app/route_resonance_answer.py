@@ -9,6 +9,7 @@ from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.motion_file import read_motion
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
+from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION, STATE_ONE
 from cabledrive.studies.route_alarm import route_alarm
 from cabledrive.studies.route_pairs import RoutePair, RouteResonance, route_resonance
 from cabledrive.studies.route_passages import Passage
@@ -18,9 +19,19 @@ LISTED = 12
 MOST_PASSAGES, LISTED_PASSAGES = 50, 5
 
 
-def route_resonance_answer(drive: RoutedDrive, torque: float | None) -> Answer:
-    """The answer of `resonance`; ``torque``: amplitude of the verdict [N m], default: the torque limit."""
-    found = route_resonance(drive, torque=torque)
+def route_resonance_answer(
+    drive: RoutedDrive, torque: float | None, motion_file: str | None, floor: float, limit: float
+) -> Answer:
+    """The answer of `resonance`, with the verdict on a planned motion where a file has one.
+
+    ``torque``: amplitude of the verdict [N m], default: that of [excitation]; ``floor``, ``limit`` [m].
+    """
+    found, judged = route_resonance(drive, torque=torque), None
+    if motion_file is not None:
+        judged = route_alarm(drive, read_motion(motion_file, drive), floor=floor, limit=limit)
+        if found.verdict == NO_EXCITATION:
+            of_motion = f"of the planned motion: {judged.reasons[0]}"
+            found = replace(found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion,))
     data: dict[str, Any] = {
         "frequency_ratio": found.frequency_ratio,
         "longitudinal_hz": found.longitudinal_hz,
@@ -32,15 +43,19 @@ def route_resonance_answer(drive: RoutedDrive, torque: float | None) -> Answer:
         "detuning": found.detuning,
         "verdict": found.verdict,
         "reasons": list(found.reasons),
-        "torque": Absent(reason="no torque is given and the file has no torque limit")
-        if found.torque is None
-        else found.torque,
+        "torque": Absent(reason=STATE_ONE) if found.torque is None else found.torque,
         "pairs": [_row(pair) for pair in found.pairs],
         "motor": found.motor,
         "certified": found.certified,
         "warnings": list(found.left_out),
     }
-    return Answer(data=data, text=_text(drive, found, data), provenance=provenance(drive, method=METHOD))
+    text = _text(drive, found, data)
+    if judged is not None:
+        near = [_passage(one) for one in judged.passages[:MOST_PASSAGES]]
+        data["motion"] = alarm_data(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
+        passages = (_passage_line(one) for one in judged.passages[:LISTED_PASSAGES])
+        text = "\n".join([text, "", alarm_text(judged), *passages])
+    return Answer(data=data, text=text, provenance=provenance(drive, method=METHOD))
 
 
 def _row(pair: RoutePair) -> dict[str, Any]:
@@ -85,16 +100,6 @@ def _text(drive: RoutedDrive, found: RouteResonance, data: dict[str, Any]) -> st
         lines.append(f"and {len(found.pairs) - LISTED} more with higher thresholds.")
     left_out = (words[0].upper() + words[1:] + "." for words in data["warnings"])
     return "\n".join([*lines, "", *left_out])
-
-
-def with_motion(answer: Answer, drive: RoutedDrive, file: str, floor: float, limit: float) -> Answer:
-    """The same answer with the verdict on a planned motion; ``floor``, ``limit`` [m]."""
-    judged = route_alarm(drive, read_motion(file, drive), floor=floor, limit=limit)
-    near = [_passage(one) for one in judged.passages[:MOST_PASSAGES]]
-    words = alarm_data(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
-    lines = [alarm_text(judged), *(_passage_line(one) for one in judged.passages[:LISTED_PASSAGES])]
-    data: dict[str, Any] = {**answer.data, "motion": words}
-    return replace(answer, data=data, text="\n".join([answer.text, "", *lines]))
 
 
 def _passage(one: Passage) -> dict[str, Any]:

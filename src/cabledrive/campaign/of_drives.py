@@ -91,15 +91,23 @@ def _resonance_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
     numbers = tuple(
         Output(name=name, unit=unit, meaning=meaning) for name, (unit, meaning) in RESONANCE.items()
     )
-    return (*numbers, Output(name="verdict", unit="", kind=TEXT, meaning="resonant, close or safe"))
+    return (
+        *numbers,
+        Output(
+            name="verdict",
+            unit="",
+            kind=TEXT,
+            meaning="resonant, close or safe at the torque given, else at the torque limit",
+        ),
+    )
 
 
 def _resonance(row: Row) -> Mapping[str, Any]:
-    from cabledrive.studies.resonance import resonance
+    from cabledrive.studies.resonance import default_torque, resonance
 
     found = resonance(
         row.drive,
-        torque=row.options.get("torque"),
+        torque=row.options.get("torque", default_torque(row.drive)),
         load_torque=row.options.get("load_torque", 0.0),
         details=IN_DETAIL in row.options["outputs"],
     )

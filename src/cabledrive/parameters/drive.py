@@ -7,6 +7,7 @@ from functools import cached_property
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
@@ -39,6 +40,8 @@ class Drive:
     lumped : Lumped or None
     sensors : Sensors or None
     goal : Goal or None
+    excitation : StatedExcitation or None
+        What excites it in operation.
     title, source : str
         What it is, and where its figures come from.
     schema : int
@@ -55,6 +58,7 @@ class Drive:
     lumped: Lumped | None = None
     sensors: Sensors | None = None
     goal: Goal | None = None
+    excitation: StatedExcitation | None = None
     title: str = ""
     source: str = ""
     schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
@@ -68,6 +72,11 @@ class Drive:
         _check_carriages(self)
         _check_names(self)
         _check_couplings(self)
+        check_excitation(self.excitation, self.motor)
+        if self.excitation is not None and self.excitation.orders:
+            raise InputRefused(
+                'excitation.orders need a machine of kind = "route", whose parts have names: leave them out'
+            )
 
     @cached_property
     def span_length(self) -> float:
@@ -166,6 +175,14 @@ def _check_pulleys(drive: Drive) -> None:
         )
     if drive.motor is not None and drive.drive_pulley.fixed:
         raise InputRefused("pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out")
+
+
+def check_excitation(excitation: StatedExcitation | None, motor: Motor | None) -> None:
+    """Refuse a torque ripple without the torque limit that it is a share of."""
+    if excitation is None or excitation.torque_ripple is None:
+        return
+    if motor is None or motor.torque_limit is None:
+        raise InputRefused("excitation.torque_ripple is a share of motor.torque_limit: add that")
 
 
 def _check_words(drive: Drive) -> None:

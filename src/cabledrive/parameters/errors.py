@@ -1,5 +1,7 @@
 """The two ways a request can end without a result, each with one line."""
 
+from typing import Self
+
 _LONGEST_LINE = 290
 _LONGEST_PLACE = 120
 
@@ -13,7 +15,7 @@ class InputRefused(ValueError):
     def __init__(self, message: str) -> None:
         super().__init__(_one_line(message))
 
-    def at(self, place: str) -> "InputRefused":
+    def at(self, place: str) -> Self:
         """Say where: the same refusal with a file or key in front.
 
         Parameters
@@ -27,7 +29,7 @@ class InputRefused(ValueError):
             The refusal with its place.
         """
         shown = place if len(place) <= _LONGEST_PLACE else f"...{place[3 - _LONGEST_PLACE :]}"
-        return InputRefused(f"{shown}: {self}")
+        return type(self)(f"{shown}: {self}")
 
 
 class NotComputed(RuntimeError):

@@ -39,6 +39,16 @@ def drive_schema() -> dict[str, Any]:
     }
 
 
+_EXCITATION: dict[str, Any] = {
+    "orders": {
+        "type": "array",
+        "items": {"type": "string", "pattern": "="},
+        "description": "what follows the speed: poles=traction sheave*20, rails=car.y/5m",
+    },
+    "speed": {"type": "string", "pattern": "=.*:", "description": "its range: car.y=0.2m/s:1m/s"},
+}
+
+
 def _two_pulley_schema() -> dict[str, Any]:
     """Files of kind "loop" and "line"."""
     schema = _table_schema(Drive)
@@ -48,6 +58,7 @@ def _two_pulley_schema() -> dict[str, Any]:
         schema["properties"][key] = _table_schema(table)
     for key, table in ARRAYS.items():
         schema["properties"][key] = {"type": "array", "items": _table_schema(table)}
+    schema["properties"]["excitation"]["properties"] |= _EXCITATION
     schema["properties"]["pulley"] |= {"minItems": 2, "maxItems": 2}
     schema["properties"]["carriage"] |= {"maxItems": MOST_CARRIAGES}
     schema["properties"]["layout"] |= {
@@ -103,6 +114,7 @@ def _route_schema() -> dict[str, Any]:
         schema["properties"][key] = {"type": "array", "items": _table_schema(table)}
     keys = schema["properties"]
     point, text = _pair_schema("m"), {"type": "string"}
+    keys["excitation"]["properties"] |= _EXCITATION
     keys["body"]["items"]["properties"]["moves"] = {
         "anyOf": [{"enum": list(MOVES)}, {"type": "array", "items": {"enum": list(MOVES)}, "minItems": 1}],
         "description": "how it moves; turn: about its pivot",

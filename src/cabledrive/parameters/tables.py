@@ -10,6 +10,7 @@ from cabledrive.parameters.cable_types import with_type
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import key_of, kind_of, nearest, written
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
@@ -24,6 +25,7 @@ TABLES: dict[str, type] = {
     "lumped": Lumped,
     "sensors": Sensors,
     "goal": Goal,
+    "excitation": StatedExcitation,
 }
 ARRAYS: dict[str, type] = {"pulley": Pulley, "carriage": Carriage}
 HEAD = ("schema", "name", "kind", "title", "source")
@@ -188,5 +190,7 @@ def plain_table(table: Any, words: bool) -> dict[str, Any]:
 def _text(value: Any, metadata: Mapping[str, Any]) -> Any:
     if "pair" in metadata:
         return [f"{part!r} {metadata['pair']}" for part in value]
+    if isinstance(value, tuple):
+        return list(value)
     unit = metadata.get("unit")
     return value if unit in (None, "1", "count") else f"{value!r} {unit}"

@@ -28,6 +28,10 @@ _NO_MASS = 1e-12
 """Mass per length of the chain's cable, whose mass its inertias hold [kg/m]."""
 
 
+class NoChain(InputRefused):
+    """No axis of a machine with routes is a lumped chain, so that there is no controller for it."""
+
+
 def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
     """A drive for control: itself, or an axis of a machine with routes.
 
@@ -39,14 +43,14 @@ def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
             raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
         return drive
     if axis is None and is_winched(drive):
-        raise InputRefused(
+        raise NoChain(
             'kind = "route": two winches move a body, by one law, and no axis: run `cabledrive track DRIVE '
             "--draws 100` (cd.track); compare, study, export and experiment take an axis that one motor moves"
         )
     try:
         return axis_drive(_chain_of(drive, axis))
     except InputRefused as refusal:
-        raise InputRefused(f'kind = "route": {refusal}') from None
+        raise type(refusal)(f'kind = "route": {refusal}') from None
 
 
 def _chain_of(drive: RoutedDrive, axis: str | None) -> NetworkChain:
@@ -62,7 +66,7 @@ def _chain_of(drive: RoutedDrive, axis: str | None) -> NetworkChain:
     if not found:
         raise InputRefused(f'axis = "{str(axis)[:60]}" is no axis of this machine: take {known}')
     if found[0].refusal is not None:
-        raise InputRefused(f"no lumped chain: {found[0].refusal}")
+        raise NoChain(f"no lumped chain: {found[0].refusal}")
     return found[0]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.report.mode_figure import file_style
 from cabledrive.report.style import BLUE, GREEN, OCHRE, ORANGE, PURPLE, QUIET, RED
-from cabledrive.studies.excitation_orders import Branch, Excitation
+from cabledrive.studies.excitation_orders import Branch, Campbell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ LINES = (RED, GREEN, PURPLE, OCHRE)
 MOST_NAMES = 8
 
 
-def campbell_drawing(found: Excitation, form: str) -> bytes:
+def campbell_drawing(found: Campbell, form: str) -> bytes:
     """The picture as the content of a file; ``form``, {"svg", "png", "pdf"}."""
     from matplotlib.figure import Figure
 
@@ -29,7 +29,7 @@ def campbell_drawing(found: Excitation, form: str) -> bytes:
         return file.getvalue()
 
 
-def draw_campbell(figure: "Figure", found: Excitation) -> None:
+def draw_campbell(figure: "Figure", found: Campbell) -> None:
     """Put the axes on an empty figure: a mode is the band of its frequencies over all places."""
     axes = figure.add_subplot()
     top, reached = found.covered, found.low
@@ -52,7 +52,7 @@ def draw_campbell(figure: "Figure", found: Excitation) -> None:
     _names(axes, found, top)
 
 
-def _band(axes: "Axes", branch: Branch, top: float, found: Excitation) -> None:
+def _band(axes: "Axes", branch: Branch, top: float, found: Campbell) -> None:
     own = branch.hertz[~np.isnan(branch.hertz)]
     low, high = own.min(), min(own.max(), top)
     colour = BLUE if branch.kind == "longitudinal" else QUIET
@@ -61,7 +61,7 @@ def _band(axes: "Axes", branch: Branch, top: float, found: Excitation) -> None:
         axes.plot([found.low, found.high], [edge, edge], color=colour, linewidth=0.7)
 
 
-def _names(axes: "Axes", found: Excitation, top: float) -> None:
+def _names(axes: "Axes", found: Campbell, top: float) -> None:
     """Names of the heaviest modes at the right edge, pushed apart where they would overlap."""
     heaviest = sorted(found.branches, key=lambda own: -own.weight)[:MOST_NAMES]
     placed = sorted((float(np.nanmin(branch.hertz)), branch.name) for branch in heaviest)

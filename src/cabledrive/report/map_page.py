@@ -16,7 +16,7 @@ from cabledrive.report.picture import picture
 from cabledrive.report.plot import Panel, Plot, Series
 from cabledrive.report.provenance import Provenance, versions
 from cabledrive.report.time_plots import COLOURS
-from cabledrive.studies.excitation_orders import Excitation
+from cabledrive.studies.excitation_orders import Campbell
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +29,7 @@ MOST_BRANCHES = 10
 def map_html(
     drive: Drive | RoutedDrive,
     found: "xr.Dataset",
-    excited: Excitation | None = None,
+    excited: Campbell | None = None,
     written_at: datetime | None = None,
 ) -> str:
     """The page of a map; HTML that needs no other file."""
@@ -129,7 +129,7 @@ def _curves(found: "xr.Dataset") -> Plot:
     )
 
 
-def _excited(found: Excitation) -> tuple[Block, ...]:
+def _excited(found: Campbell) -> tuple[Block, ...]:
     """Campbell picture, its modes over the first key to be read off, and the table of zones."""
     unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
     drawn = picture("campbell", lambda figure, narrow: draw_campbell(figure, found), wide=520.0, narrow=420.0)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_map import Listed, Vary, listed_below, points_of
@@ -21,34 +22,6 @@ Array = NDArray[np.float64]
 
 MARGIN = 0.05
 _STRAINED = 1e-2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Order:
-    """An excitation that follows the motion.
-
-    Attributes
-    ----------
-    name : str
-    pulley : str or None
-        It acts ``number`` times a turn of this pulley, or
-    number : float
-    coordinate : str or None
-        once in ``length`` of this coordinate's way.
-    length : float
-        [m] or [rad].
-    """
-
-    name: str
-    pulley: str | None = None
-    number: float = 1.0
-    coordinate: str | None = None
-    length: float = 1.0
-
-    def __post_init__(self) -> None:
-        for word, value in (("number", self.number), ("length", self.length)):
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputRefused(f"order {self.name}: {word} = {value:.9g} must be above 0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +72,7 @@ class Zone:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Excitation:
+class Campbell:
     """What orders of excitation meet over a range of speed, at every point of a map.
 
     Attributes
@@ -188,7 +161,7 @@ def excitation(
     motor: str | None = None,
     hold: Sequence[str] = (),
     workers: int = 1,
-) -> Excitation:
+) -> Campbell:
     """Speeds at which orders of excitation come near a mode of a machine, over a grid of its figures.
 
     Every mode is searched up to the frequency that the fastest order reaches at the highest speed, with its
@@ -213,7 +186,7 @@ def excitation(
 
     Returns
     -------
-    Excitation
+    Campbell
 
     Raises
     ------
@@ -241,7 +214,7 @@ def excitation(
         for zone in _zones(name, rate, numbers[name], branch, places, (low, high), margin)
     ]
     zones.sort(key=lambda zone: (-zone.weight, zone.low))
-    return Excitation(
+    return Campbell(
         key=axes[0].keys[0],
         places=places,
         coordinate=coordinate,

@@ -20,8 +20,9 @@ def resonance(
     ----------
     drive : Drive or RoutedDrive
     torque : float, optional
-        Amplitude of the verdict [N m]; default: the first motor's torque limit, on a loop or a line without
-        one 1 % of the slack torque.
+        Amplitude of the verdict [N m]; default: that of the file's [excitation]. Where there is neither, the
+        verdict is "no excitation given", and the figures of a loop or a line are those at its torque limit
+        or, without one, 1 % of the slack torque.
     load_torque : float, default 0.0
         Steady torque on the load pulley [N m], which splits the tuning of the spans; on loops and lines.
     details : bool, default True

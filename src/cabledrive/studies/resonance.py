@@ -21,8 +21,10 @@ from cabledrive.studies.pair_thresholds import CoupledPair, coupled_pairs
 from cabledrive.studies.resonance_detuning import (
     BUILD_UP,
     NEAR,
+    NO_EXCITATION,
     RESONANT,
     SAFE,
+    STATE_ONE,
     InstabilityMargin,
     far_from_tuning,
     instability_margin,
@@ -58,11 +60,11 @@ class ResonanceSummary:
         [N].
     threshold_torque : float or None
         At the tuned pretension [N m].
-    verdict : {"resonant", "close", "safe"}
+    verdict : {"resonant", "close", "safe", "no excitation given"}
     pulley_frequency : float or None
         [Hz].
     torque : float
-        Torque of the verdict [N m].
+        Torque of the verdict; where no excitation is given, that of the other figures [N m].
     threshold_here : float or None
         Threshold at the drive's own pretension [N m].
     growth_torque : float or None
@@ -101,7 +103,7 @@ class ResonanceSummary:
 
 
 def default_torque(drive: Drive) -> float:
-    """Torque of the verdict: the motor's limit, else one hundredth of the slack torque.
+    """Torque of the figures where nobody states one: the motor's limit, else a hundredth of the slack torque.
 
     Returns [N m].
     """
@@ -120,7 +122,7 @@ def resonance(
     ----------
     drive : Drive
     torque : float, optional
-        Amplitude of the torque at the pulley mode's frequency [N m]; see `default_torque`.
+        Amplitude of the torque at the pulley mode's frequency [N m]; default: the file's [excitation].
     load_torque : float, default 0.0
         Steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower one, and splits
         their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
@@ -139,6 +141,9 @@ def resonance(
         If a span hangs slack at rest.
     """
     require_two_pulleys(drive, "`resonance`")
+    stated = drive.excitation.torque_ripple if drive.excitation is not None else None
+    if torque is None and stated is not None:
+        torque = stated * drive.motor.torque_limit  # type: ignore[union-attr, operator]  # checked with the file
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
         raise InputRefused(f"torque = {tau:.6g} N m must not be negative: give its amplitude")
@@ -161,7 +166,7 @@ def resonance(
         detuning=ratio - 0.5,
         tuned_pretension=tuned,
         threshold_torque=_finite(_tuned_threshold(at_tuning)),
-        verdict=instability.verdict,
+        verdict=NO_EXCITATION if torque is None else instability.verdict,
         pulley_frequency=pulley,
         torque=tau,
         threshold_here=_finite(float(threshold_torque(model))),
@@ -170,7 +175,10 @@ def resonance(
         instability=instability,
         pairs=resonant_pairs(drive) if details else (),
         coupled=coupled_pairs(drive, model.natural) if details else (),
-        reasons=_reasons(drive, model, at_tuning, instability, tau, tuned),
+        reasons=(
+            *((f"{STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
+            *_reasons(drive, model, at_tuning, instability, tau, tuned),
+        ),
         missing=missing,
         split=split_tunings(model) if load_torque else {},
     )

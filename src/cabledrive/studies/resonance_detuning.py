@@ -20,6 +20,11 @@ CLOSE = 2.0
 FAR = 0.5
 """Of twice the frequency ratio from one: the averaged equations describe no detuning beyond."""
 RESONANT, NEAR, SAFE = "resonant", "close", "safe"
+NO_EXCITATION = "no excitation given"
+"""Nothing is said of what excites the machine, so that there is nothing to judge."""
+OF_A_MOTION = {"safe": SAFE, "dangerous": RESONANT, "unknown": "unknown"}
+"""The verdict of a planned motion, where that is all that excites a machine."""
+STATE_ONE = "state one by --torque, --motion or [excitation]"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -27,7 +27,7 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_slopes import WAYS, Slopes, coupling_by_span, slopes_of, transverse_loss
 from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, NEAR_SUM, ONE_TO_TWO, SUM, WEAKEST
 from cabledrive.studies.route_mode_losses import modal_damping, motor_turn, quadrature
-from cabledrive.studies.route_verdict import judged_torque, lowest_threshold, verdict_of
+from cabledrive.studies.route_verdict import acting_torque, verdict_of
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ class RouteResonance:
         The lowest of the pairs that the first motor excites [N m].
     torque : float or None
         Amplitude of the verdict [N m].
-    verdict : {"resonant", "close", "safe", "unknown"}
+    verdict : {"resonant", "close", "safe", "unknown", "no excitation given"}
     reasons : tuple of str
         Of the verdict.
     """
@@ -133,11 +133,11 @@ def route_resonance(
 ) -> RouteResonance:
     """Pairs near 1:2 and of sum type of a machine with routes whose cables do not run, Eq. (N.11).
 
-    ``torque``: amplitude of the verdict [N m], default: the first motor's limit; ``motor``, {"free", "held",
+    ``torque``: amplitude of the verdict [N m], default: that of [excitation]; ``motor``, {"free", "held",
     "holding"} or None for the file's own.
     Raises `InputRefused` where a cable runs, the torque is negative, or no longitudinal mode turns a pulley.
     """
-    asked = judged_torque(drive, torque)
+    acting = acting_torque(drive, torque)
     for route in drive.route:
         if route.speed:
             raise InputRefused(
@@ -161,8 +161,8 @@ def route_resonance(
         if mode.frequency <= reach * (1.0 + NEAR_SUM)
     ]
     pairs = [pair for q in along for pair in _pairs_of(network, q, across, weights)]
-    lowest = lowest_threshold(pair.threshold_torque for pair in pairs)
-    verdict, reasons = verdict_of(asked, lowest)
+    thresholds = [(pair.longitudinal_hz, pair.threshold_torque) for pair in pairs]
+    verdict, reasons = verdict_of(acting, thresholds)
     return RouteResonance(
         pairs=tuple(sorted(pairs, key=_order)),
         longitudinal_hz=pulley.frequency,
@@ -170,8 +170,8 @@ def route_resonance(
         motor=found.motor,
         certified=found.certified,
         certified_reason=found.certified_reason,
-        threshold_torque=lowest,
-        torque=asked,
+        threshold_torque=min((torque for _, torque in thresholds if torque is not None), default=None),
+        torque=None if acting is None else acting.amplitude,
         verdict=verdict,
         reasons=reasons,
     )

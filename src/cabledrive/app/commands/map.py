@@ -18,7 +18,7 @@ from cabledrive.parameters.route import RoutedDrive
 if TYPE_CHECKING:
     import xarray as xr
 
-    from cabledrive.studies.excitation_orders import Excitation
+    from cabledrive.studies.excitation_orders import Campbell
 
 METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
 WORKERS = 2
@@ -54,7 +54,7 @@ WORKERS = 2
     multiple=True,
     metavar="NAME=PART",
     help="Excitation that follows the speed: NAME=PULLEY (once a turn), NAME=PULLEY*N, NAME=KEY/LENGTH (rail "
-    "joints); needs --speed.",
+    "joints); needs --speed; default: those of [excitation].",
 )
 @click.option(
     "--speed", metavar="KEY=FROM:TO", help="A coordinate with the range of its speed: car.y=0.1m/s:1m/s."
@@ -84,22 +84,25 @@ def command(
 ) -> Answer:
     """Natural frequencies of DRIVE over a grid of its figures, and speeds at which it would be excited."""
     from cabledrive.app.map_answer import map_answer
-    from cabledrive.app.vary_options import order_of, speed_range, vary_of
+    from cabledrive.app.vary_options import vary_of
+    from cabledrive.parameters.excitation import order_of, speed_range
     from cabledrive.studies.excitation_orders import excitation
     from cabledrive.studies.mode_map import map_modes
 
     if bool(orders) != (speed is not None):
         refuse_given("orders", "speed", why="needs both --order and --speed: add the other, or leave it out")
-    if not orders:
+    stated = drive.excitation
+    asked = [order_of(text) for text in orders] or (list(stated.listed) if stated is not None else [])
+    if not asked:
         refuse_given("margin", why="belongs to --order and --speed: add those, or leave it out")
     workers = min(WORKERS, os.cpu_count() or 1)
     vary = vary_of(drive, texts)
     found = map_modes(drive, vary, count=count, motor=motor, hold=hold, workers=workers)
     excited = None
-    if speed is not None:
-        asked = [order_of(text) for text in orders]
+    if asked:
+        reach = stated.range if speed is None and stated is not None else speed_range(speed or "")
         excited = excitation(
-            drive, vary, asked, speed_range(speed), margin=margin, motor=motor, hold=hold, workers=workers
+            drive, vary, asked, reach, margin=margin, motor=motor, hold=hold, workers=workers
         )
     data, text = map_answer(drive, found, excited)
     for file, content in ((output, _netcdf), (plot, _drawn), (page, _page)):
@@ -108,7 +111,7 @@ def command(
     return Answer(data=data, text=text, provenance=provenance(drive, method=METHOD))
 
 
-def _netcdf(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | None") -> bytes:
+def _netcdf(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | None") -> bytes:
     """The map as the content of a NetCDF file."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "map.nc"
@@ -116,7 +119,7 @@ def _netcdf(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | 
         return file.read_bytes()
 
 
-def _drawn(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | None") -> bytes:
+def _drawn(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | None") -> bytes:
     from cabledrive.report.campbell_figure import campbell_drawing
     from cabledrive.report.map_figure import map_drawing
 
@@ -124,7 +127,7 @@ def _drawn(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | N
     return map_drawing(found, form) if excited is None else campbell_drawing(excited, form)
 
 
-def _page(drive: Any, found: "xr.Dataset", path: Path, excited: "Excitation | None") -> str:
+def _page(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | None") -> str:
     from cabledrive.report.map_page import map_html
 
     return map_html(drive, found, excited)

@@ -1,5 +1,7 @@
 """`cabledrive resonance`: how near a drive is to its internal resonance, and what would help."""
 
+from dataclasses import replace
+
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
@@ -28,7 +30,7 @@ ALONE = "belongs to --motion FILE: add that, or leave it out"
     "--torque",
     type=Quantity("N m"),
     metavar="NM",
-    help="Torque amplitude of the verdict; default: the torque limit, else 1 % of the slack torque.",
+    help="Torque amplitude of the verdict; default: that of [excitation] in the file.",
 )
 @click.option(
     "--load-torque",
@@ -90,11 +92,10 @@ def command(
     motion is checked as well: how far the cable moves across, excited directly through sag or parametrically.
     """
     if isinstance(drive, RoutedDrive):
-        from cabledrive.app.route_resonance_answer import route_resonance_answer, with_motion
+        from cabledrive.app.route_resonance_answer import route_resonance_answer
 
         _refuse_for_routes(motion_file)
-        answer = route_resonance_answer(drive, torque)
-        return answer if motion_file is None else with_motion(answer, drive, motion_file, floor, limit)
+        return route_resonance_answer(drive, torque, motion_file, floor, limit)
     import numpy as np
 
     from cabledrive.app.motion_answer import alarm_data, alarm_text
@@ -107,7 +108,7 @@ def command(
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.motion_file import read_motion
     from cabledrive.studies.resonance import resonance
-    from cabledrive.studies.resonance_detuning import BUILD_UP, SAFE
+    from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, NO_EXCITATION, OF_A_MOTION, RESONANT
     from cabledrive.studies.resonance_remedies import remedies
     from cabledrive.studies.steady_motion import steady_branches
 
@@ -116,11 +117,16 @@ def command(
     else:
         tell_given("load_torque", why="is not for --motion, which takes that of its file")
     found = resonance(drive, torque=torque, load_torque=load_torque)
-    changes = () if found.verdict == SAFE else remedies(drive, found.torque, load_torque)
+    changes = remedies(drive, found.torque, load_torque) if found.verdict in (RESONANT, NEAR) else ()
     judged = None
     motion = None if motion_file is None else read_motion(motion_file)
     if motion is not None:
         judged = alarm(released(drive), motion, floor=floor, limit=limit)
+        if found.verdict == NO_EXCITATION:
+            of_motion = f"of the planned motion: {judged.reasons[0]}"
+            found = replace(
+                found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion, *found.reasons[1:])
+            )
     if map_file is not None:
         from cabledrive.report.resonance_map_page import resonance_map_page
         from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks

@@ -8,11 +8,12 @@ import click
 
 from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
 from cabledrive.app.messages import note
-from cabledrive.app.options import Subcommand, answering, axis_argument
+from cabledrive.app.options import Subcommand, answering, axis_or_machine
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent
 from cabledrive.parameters.one_process import one_process
+from cabledrive.parameters.route import RoutedDrive
 
 QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
 SERVED = "no input has changed: results of the finished study"
@@ -24,7 +25,7 @@ SERVED = "no input has changed: results of the finished study"
     short_help="From a drive file and logs to a controller with a verdict.",
 )
 @answering
-@axis_argument
+@axis_or_machine
 @click.option(
     "--log", "logs", type=click.Path(), multiple=True, metavar="LOG", help="A measured log; repeatable."
 )
@@ -45,7 +46,8 @@ SERVED = "no input has changed: results of the finished study"
     "-o", "--output", type=click.Path(), required=True, metavar="DIR", help="Folder of report and results."
 )
 def command(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
+    no_chain: str | None,
     logs: tuple[str, ...],
     goals: str | None,
     quick: bool,
@@ -55,7 +57,8 @@ def command(
 ) -> Answer:
     """Study DRIVE: what logs identify, modes, resonance, a controller with its bound, a test on many plants.
 
-    Of a machine with routes the chain of its axis is studied, see --axis.
+    Of a machine with routes the chain of its axis is studied, see --axis; without one its modes, internal
+    resonance and margins, and why there is no controller.
 
     DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
     and the finished stages; a changed input redoes only the stages that depend on it.
@@ -71,7 +74,12 @@ def command(
     try:
         with one_process(folder / STAGES):
             before = None if force else _finished_before(folder, asked)  # by another process meanwhile
-            data = before or _studied(drive, logs, goals, quick, folder, asked)
+            if before is not None:
+                data = before
+            elif isinstance(drive, RoutedDrive):
+                data = _without_chain(drive, no_chain or "", len(logs), folder, asked)
+            else:
+                data = _studied(drive, logs, goals, quick, folder, asked)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
@@ -95,6 +103,19 @@ def _finished_before(folder: Path, asked: str) -> dict[str, Any] | None:
         )
     note(SERVED)
     return before
+
+
+def _without_chain(drive: RoutedDrive, why: str, logs: int, folder: Path, asked: str) -> dict[str, Any]:
+    """Modes, internal resonance and margins of a machine, with its page."""
+    from cabledrive.parameters.drive_file import drive_text
+    from cabledrive.report.writing import report_html
+    from cabledrive.studies.study.results_file import DRIVE, REPORT, finish
+    from cabledrive.studies.study.without_chain import study_without_chain
+
+    results = study_without_chain(drive, why, logs)
+    note("report")
+    written = {REPORT: report_html([drive]), DRIVE: drive_text(drive)}
+    return finish(folder, written, results, asked=asked, code=code_hash())
 
 
 def _studied(

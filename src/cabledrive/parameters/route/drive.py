@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NoReturn
 
-from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count
+from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count, check_excitation
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
 from cabledrive.parameters.instruments import Goal, Sensors
 from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
@@ -64,6 +65,8 @@ class RoutedDrive:
         Its parts, in the order of the file.
     sensors : Sensors or None
     goal : Goal or None
+    excitation : StatedExcitation or None
+        What excites it in operation.
     title, source : str
         What it is, and where its figures come from.
     schema : int
@@ -82,6 +85,7 @@ class RoutedDrive:
     motor: tuple[RoutedMotor, ...] = ()
     sensors: Sensors | None = None
     goal: Goal | None = None
+    excitation: StatedExcitation | None = None
     title: str = ""
     source: str = ""
     schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
@@ -100,6 +104,7 @@ class RoutedDrive:
         self.driven  # noqa: B018
         self.free_spans  # noqa: B018
         self.carriage_places  # noqa: B018
+        check_excitation(self.excitation, self.motor[0] if self.motor else None)
 
     def __getattr__(self, name: str) -> Any:
         if name in ONLY_TWO_PULLEYS:

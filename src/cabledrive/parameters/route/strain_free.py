@@ -13,6 +13,7 @@ with the sense of a pulley, 1 against the clock; what no turns can pass on is th
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import combinations
 from math import atan2
 
@@ -107,24 +108,27 @@ def _followed(
     """The machine after Newton's steps of some coordinates; None where they do not undo the strain."""
     step, now, scale = np.zeros(len(keys)), asked, float(_rope_lengths(drive).max())
 
-    def at(values: Array) -> RoutedDrive:
-        return posed(asked, {key: _place(asked, key) + float(v) for key, v in zip(keys, values, strict=True)})
+    loose = replace(asked, body=tuple(replace(body, travel=None) for body in asked.body))
+
+    def at(start: RoutedDrive, values: Array) -> RoutedDrive:
+        return posed(start, {key: _place(asked, key) + float(v) for key, v in zip(keys, values, strict=True)})
 
     try:
         left = _left_over(drive, now, passed_on)
         for _ in range(_STEPS):
             columns = [
-                (_left_over(drive, at(step + nudge), passed_on) - left) / (_NUDGE * scale)
+                (_left_over(drive, at(loose, step + nudge), passed_on) - left) / (_NUDGE * scale)
                 for nudge in _NUDGE * scale * np.eye(len(keys))
             ]
             change, _, rank, _ = np.linalg.lstsq(np.column_stack(columns), -left, rcond=1e-6)
             if rank < len(keys):
                 return None
             step = step + change
-            now = at(step)
+            now = at(loose, step)
             left = _left_over(drive, now, passed_on)
             if np.abs(change).max() < 1e-13 * scale or not np.abs(left).max() > 1e-13 * scale:
                 break
+        now = at(asked, step)  # refused outside of a travel
     except InputRefused:  # the machine cannot be where a step leads
         return None
     return now if _small(drive, left) else None

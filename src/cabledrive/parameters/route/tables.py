@@ -5,6 +5,7 @@ from typing import Any
 from cabledrive.parameters.cable_types import with_type
 from cabledrive.parameters.drive import WORDS
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import kind_of
 from cabledrive.parameters.instruments import Goal, Sensors
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -20,7 +21,13 @@ from cabledrive.parameters.route.rope import Rope, Route
 from cabledrive.parameters.tables import HEAD, check_keys, plain_table, table_from
 from cabledrive.parameters.units import to_si
 
-ROUTE_TABLES: dict[str, type] = {"cable": Rope, "layout": RouteLayout, "sensors": Sensors, "goal": Goal}
+ROUTE_TABLES: dict[str, type] = {
+    "cable": Rope,
+    "layout": RouteLayout,
+    "sensors": Sensors,
+    "goal": Goal,
+    "excitation": StatedExcitation,
+}
 ROUTE_ARRAYS: dict[str, type] = {
     "body": Body,
     "pulley": RoutedPulley,

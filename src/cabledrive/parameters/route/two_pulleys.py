@@ -18,6 +18,7 @@ _MOTOR = (
     "coulomb_friction",
     "torque_limit",
     "speed_limit",
+    "holding_stiffness",
 )
 
 

@@ -7,13 +7,21 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.views import Badge
 from cabledrive.studies.resonance import ResonanceSummary, resonance
+from cabledrive.studies.resonance_detuning import NO_EXCITATION
 
-TONES = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "remark"}
+TONES = {
+    "safe": "good",
+    "close": "warning",
+    "resonant": "warning",
+    "unknown": "remark",
+    NO_EXCITATION: "remark",
+}
 BADGES = {
     "safe": "No internal resonance",
     "close": "Close to internal resonance",
     "resonant": "Internal resonance",
-    "unknown": "Internal resonance: no torque given",
+    "unknown": "Internal resonance: amplitude not given",
+    NO_EXCITATION: "Internal resonance: no excitation given",
 }
 
 
@@ -46,7 +54,8 @@ def resonance_verdict(drive: Drive) -> ResonanceVerdict:
         return ResonanceVerdict(
             badge=Badge(text="Internal resonance: not computed", tone="remark"), reasons=(str(refusal),)
         )
-    at = f" at {quantity(found.torque, 'N m', 3)}"
+    stated = found.verdict != NO_EXCITATION
+    at = f" at {quantity(found.torque, 'N m', 3)}" if stated else ""
     facts = []
     if found.frequency_ratio is not None:
         ratio = number(found.frequency_ratio, 3)

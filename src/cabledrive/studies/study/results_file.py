@@ -190,16 +190,27 @@ def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, c
     Returns the content of ``results.json``.
     """
     controller = controller_numbers(result)
-    written = {REPORT: report, DRIVE: _file_of(result)}
+    written: dict[str, str] = {REPORT: report, DRIVE: _file_of(result)}
     if controller is not None:
         written[CONTROLLER] = json.dumps(controller, indent=1, allow_nan=False) + "\n"
+    return finish(folder, written, results_of(result), asked=asked, code=code)
+
+
+def finish(
+    folder: Path, written: dict[str, str], results: dict[str, Any], *, asked: str, code: str
+) -> dict[str, Any]:
+    """Write the files of a study, its results last; a controller of before goes where there is none now.
+
+    ``written``: content by name; ``results``: plain data; ``asked``, ``code``: as of `write_files`.
+    Returns the content of ``results.json``.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in written.items():
         write_whole(folder / name, text, force=True)
-    if controller is None:
+    if CONTROLLER not in written:
         (folder / CONTROLLER).unlink(missing_ok=True)
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()}
-    data = results_of(result) | {"asked": asked, "code": code, "files": hashes}
+    data = results | {"asked": asked, "code": code, "files": hashes}
     data = with_own_hash(json.loads(json.dumps(data, allow_nan=False)))
     write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
     return data

@@ -1,0 +1,91 @@
+"""`cabledrive sway`: ropes of a lift in a building that sways."""
+
+from typing import Any
+
+import click
+
+from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import as_machine
+
+METHOD = "strings under their weight, ends moving with the building"
+NOTE = "Steady state across the plane of the machine; ropes touch nothing, the building's shape is straight"
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive sway lift-2-to-1 --building 0.2Hz --amplitude 50mm --vary car.y=2m:38m",
+    short_help="How far the ropes of DRIVE move across in a building that sways.",
+)
+@answering
+@saves_answer
+@machine_argument
+@click.option(
+    "--building",
+    type=Quantity("Hz"),
+    required=True,
+    metavar="HZ",
+    help="Frequency at which the building sways.",
+)
+@click.option(
+    "--amplitude",
+    type=Quantity("m"),
+    required=True,
+    metavar="M",
+    help="Its horizontal amplitude at the highest part of the machine.",
+)
+@click.option(
+    "--vary",
+    "text",
+    metavar="KEY=FROM:TO[:N]",
+    help="Places of a body, such as car.y=2m:38m; default: the pose of the file.",
+)
+def command(drive: Drive | RoutedDrive, building: float, amplitude: float, text: str | None) -> Answer:
+    """First frequency and amplitude of every rope of DRIVE in a building that sways, over places."""
+    from cabledrive.app.vary_options import vary_of
+    from cabledrive.report.numbers import quantity
+    from cabledrive.studies.sway import STEEP, sway
+
+    machine = drive if isinstance(drive, RoutedDrive) else as_machine(drive)
+    found = sway(machine, building, amplitude, vary_of(machine, (text,)) if text else None)
+    key = found.keys[0] if found.keys else ""
+    rows: list[dict[str, Any]] = [
+        {"name": rope.name, "frequency_hz": rope.frequency_hz, "amplitude": rope.amplitude}
+        for rope in found.ropes
+    ]
+    width = max(len(rope.name) for rope in found.ropes)
+    top, bottom = (quantity(height, "m", 4) for height in (found.top, found.bottom))
+    head = f"{'rope':<{width}}  {'first mode [Hz]':>20}  {'largest amplitude':>17}"
+    lines = [
+        machine.title or machine.name,
+        f"The building sways at {quantity(building, 'Hz')} by {quantity(amplitude, 'm')} at {top}, "
+        f"in proportion to the height above {bottom}.",
+        "",
+        head + (f"  at {key} [m]" if key else ""),
+    ]
+    for rope in found.ropes:
+        low, high, worst = rope.frequency_hz.min(), rope.frequency_hz.max(), int(rope.amplitude.argmax())
+        span = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+        at = f"  {found.places[worst]:.4g}" if key else ""
+        lines.append(f"{rope.name:<{width}}  {span:>20}  {quantity(rope.amplitude[worst], 'm', 3):>17}{at}")
+    beyond = [rope for rope in found.ropes if rope.largest_share > STEEP]
+    warnings = [
+        f"{rope.name}: {100 * rope.largest_share:.2g} % of its length: its stretching, left out, limits it"
+        for rope in beyond
+    ]
+    lines += ["", *(f"Warning: {line}." for line in warnings), f"{NOTE}."]
+    return Answer(
+        data={
+            "keys": found.keys,
+            "places": found.places,
+            "bottom": found.bottom,
+            "top": found.top,
+            "ropes": rows,
+            "warnings": warnings,
+            "assumptions": [NOTE],
+        },
+        text="\n".join(lines),
+        provenance=provenance(drive, method=METHOD),
+    )

@@ -1,0 +1,240 @@
+r"""Ropes in a building that sways: how far each moves across, over the places of the car.
+
+The building moves by :math:`a(y)\cos\omega t`, in proportion to the height; the ends of every free span move
+with it. Across the span, with the tension T that grows along it by its weight,
+
+.. math:: (T u')' + \rho(\omega^2 - i\omega\Gamma)\,u = 0, \qquad u = a \text{ at both ends},
+
+which Bessel's functions of order 0 of :math:`2\sqrt{\kappa T}/T'`, with
+:math:`\kappa = \rho(\omega^2 - i\omega\Gamma)`, solve. The sway of a rope is the largest of :math:`|u - a|`;
+it is that of the steady state, reached where the car stands long enough.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import cos, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.network.statics import statics_of
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import LARGEST
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.varied_drive import varied_together
+
+Array = NDArray[np.float64]
+
+POINTS = 201
+"""Points of a span at which its motion is looked at."""
+MOST_PLACES = 2_000
+_HALVINGS = 48
+_SLOPE = 1e-6
+"""Least change of a tension along a span over its mean; at it the solutions are those of a uniform string."""
+STEEP = 0.02
+"""Share of its length beyond which a rope's own stretching, which is left out, limits its sway."""
+_LOWEST, _HIGHEST = 0.4, 1.6
+"""Range of the first mode over that of a string under the mean tension, whatever the weight: 0.76 to 1."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwayingRope:
+    """One free span in a building that sways, at every place.
+
+    Attributes
+    ----------
+    name : str
+    frequency_hz : ndarray, shape (places,)
+        Of its first mode between ends at rest [Hz].
+    amplitude : ndarray, shape (places,)
+        Largest motion across, from where the building has it [m].
+    length : ndarray, shape (places,)
+        Of the span [m].
+    """
+
+    name: str
+    frequency_hz: Array
+    amplitude: Array
+    length: Array
+
+    @property
+    def largest_share(self) -> float:
+        """Largest amplitude over the length of the span."""
+        return float((self.amplitude / self.length).max())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sway:
+    """Ropes of a machine in a building that sways.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        What is varied, the first naming the places; empty for the file's own pose.
+    places : ndarray, shape (places,)
+        [m]; where a rope's first mode meets the building's frequency is one of them.
+    ropes : tuple of SwayingRope
+        The one with the largest amplitude first.
+    bottom, top : float
+        Heights between which the building's motion grows from 0 to ``amplitude`` [m].
+    """
+
+    keys: tuple[str, ...]
+    places: Array
+    ropes: tuple[SwayingRope, ...]
+    bottom: float
+    top: float
+
+
+def sway(
+    drive: RoutedDrive, building: float, amplitude: float, vary: Mapping[tuple[str, ...], Array] | None = None
+) -> Sway:
+    """How far the ropes of a machine move across in a building that sways.
+
+    Parameters
+    ----------
+    drive : RoutedDrive
+    building : float
+        Frequency of the building [Hz].
+    amplitude : float
+        Horizontal amplitude at the highest part of the machine [m].
+    vary : mapping, optional
+        Keys that move together, with rows of places, shape (keys, places): ``{("car.y",): [[5.0, 20.0]]}``.
+
+    Returns
+    -------
+    Sway
+
+    Raises
+    ------
+    InputRefused
+        For a frequency or an amplitude out of range, a rope without transverse damping, several ranges, and
+        places that are no machine.
+    """
+    for word, value, unit in (("building", building, "Hz"), ("amplitude", amplitude, "m")):
+        if not 0.0 < value <= LARGEST:
+            raise InputRefused(f"{word} = {value:.6g} {unit} must be above 0 and finite")
+    for route, rope in zip(drive.route, drive.ropes, strict=True):
+        if not rope.transverse_damping > 0.0:
+            raise InputRefused(
+                f'route "{route.name}": transverse_damping is 0, and nothing else bounds its sway: '
+                "give it in [cable]"
+            )
+        if route.speed:
+            raise InputRefused(
+                f'route "{route.name}" runs at {route.speed:.4g} m/s: sway is of ropes at rest'
+            )
+    if vary is not None and len(vary) != 1:
+        raise InputRefused(f"{len(vary)} ranges are varied: sway takes the places of one motion")
+    keys, rows = next(iter(vary.items())) if vary else ((), np.zeros((0, 1)))
+    points = [pulley.at for pulley in drive.pulley] + [anchor.at for anchor in drive.anchor]
+    heights = [_height(drive, point) for point in points]
+    bottom, top = min(heights), max(heights)
+    if not top > bottom:
+        raise InputRefused("the machine has no height: sway is of ropes that hang in a building")
+    columns = [np.asarray(column, dtype=float) for column in rows.T]
+    if len(columns) > MOST_PLACES:
+        raise InputRefused(f"{len(columns)} places, at most {MOST_PLACES} are computed: take fewer")
+    known = [_at(drive, keys, column, building, amplitude, (bottom, top)) for column in columns]
+    for i in range(len(columns) - 1):
+        for span in np.flatnonzero((known[i][0] - building) * (known[i + 1][0] - building) < 0.0):
+            place = _crossing(drive, keys, columns[i], columns[i + 1], building, int(span))
+            columns.append(place)
+            known.append(_at(drive, keys, place, building, amplitude, (bottom, top)))
+    order = np.argsort([column[0] if keys else 0.0 for column in columns], kind="stable")
+    hertz, moved, lengths = (np.array([known[i][part] for i in order]) for part in range(3))
+    ropes = [
+        SwayingRope(name=span.name, frequency_hz=hertz[:, i], amplitude=moved[:, i], length=lengths[:, i])
+        for i, span in enumerate(drive.free_spans)
+    ]
+    ropes.sort(key=lambda rope: -float(rope.amplitude.max()))
+    places = np.array([columns[i][0] for i in order]) if keys else np.array([])
+    return Sway(keys=tuple(keys), places=places, ropes=tuple(ropes), bottom=bottom, top=top)
+
+
+def _height(drive: RoutedDrive, at: Sequence[float]) -> float:
+    """Height of a point against gravity [m]."""
+    return at[0] * sin(drive.layout.inclination) + at[1] * cos(drive.layout.inclination)
+
+
+def _posed(drive: RoutedDrive, keys: tuple[str, ...], place: Array) -> RoutedDrive:
+    return varied_together(drive, dict(zip(keys, place.tolist(), strict=True))) if keys else drive
+
+
+def _at(
+    drive: RoutedDrive,
+    keys: tuple[str, ...],
+    place: Array,
+    building: float,
+    amplitude: float,
+    reach: tuple[float, float],
+) -> tuple[Array, Array, Array]:
+    """First frequencies [Hz], amplitudes and lengths [m] of all spans at one place, shapes (spans,)."""
+    from scipy.special import hankel1e, hankel2e
+
+    own = _posed(drive, keys, place)
+    tension, density, damping, length = _strings(own)
+    ends = np.array([[_height(own, point) for point in span.contacts] for span in own.free_spans]).T
+    floor = amplitude * (ends - reach[0]) / (reach[1] - reach[0])
+    omega = 2 * pi * building
+    share = np.linspace(0.0, 1.0, POINTS)[:, None]
+    stiff = density * (omega**2 - 1j * omega * damping)
+    rate = 2 * np.sqrt(stiff) * length / np.abs(tension[1] - tension[0])
+    z = rate * np.sqrt(tension[0] + (tension[1] - tension[0]) * share)
+    first, second = (  # of Hankel's kind, scaled at the start: on an even rope z is large
+        hankel(0, z) * np.exp(sign * 1j * (z - z[0])) for hankel, sign in ((hankel1e, 1), (hankel2e, -1))
+    )
+    whole = first[0] * second[-1] - first[-1] * second[0]
+    motion = (
+        first * (floor[0] * second[-1] - floor[1] * second[0])
+        + second * (floor[1] * first[0] - floor[0] * first[-1])
+    ) / whole
+    still = floor[0] + (floor[1] - floor[0]) * share
+    return _first_hertz(own), np.abs(motion - still).max(axis=0), length
+
+
+def _strings(drive: RoutedDrive) -> tuple[Array, Array, Array, Array]:
+    """Tension at both ends, shape (2, spans) [N]; density [kg/m], damping [1/s], length [m] of each span."""
+    statics = statics_of(drive)
+    change = statics.end - statics.start
+    half = 0.5 * np.where(change < 0.0, -1.0, 1.0) * np.maximum(np.abs(change), _SLOPE * statics.mean)
+    ropes = [drive.ropes[span.route] for span in drive.free_spans]
+    density = np.array([rope.mass_per_length for rope in ropes])
+    damping = np.array([rope.transverse_damping for rope in ropes])
+    length = np.array([span.length for span in drive.free_spans])
+    return np.array([statics.mean - half, statics.mean + half]), density, damping, length
+
+
+def _first_hertz(drive: RoutedDrive) -> Array:
+    """First mode of every span between ends at rest [Hz], by halving, shape (spans,)."""
+    from scipy.special import j0, y0
+
+    tension, density, _, length = _strings(drive)
+    mean = np.sqrt(tension.mean(axis=0) / density) / (2 * length)
+    ends = (
+        4
+        * pi
+        * np.sqrt(density)
+        * length
+        / np.abs(tension[1] - tension[0])
+        * np.sqrt(np.sort(tension, axis=0))
+    )
+    low, high = _LOWEST * mean, _HIGHEST * mean
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        near, far = middle * ends
+        before = j0(near) * y0(far) > j0(far) * y0(near)
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.asarray(0.5 * (low + high))
+
+
+def _crossing(
+    drive: RoutedDrive, keys: tuple[str, ...], low: Array, high: Array, building: float, span: int
+) -> Array:
+    """The place between two where a span's first mode has the building's frequency, shape (keys,)."""
+    from scipy.optimize import brentq
+
+    def beyond(share: float) -> float:
+        return float(_first_hertz(_posed(drive, keys, low + share * (high - low)))[span]) - building
+
+    return np.asarray(low + brentq(beyond, 0.0, 1.0, xtol=1e-9) * (high - low))

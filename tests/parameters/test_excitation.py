@@ -1,0 +1,48 @@
+"""[excitation] of a drive file: what is no excitation is refused, what is one is written again as it was."""
+
+import pytest
+
+import cabledrive as cd
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
+
+LIFT = packaged_text("lift-2-to-1")
+REFUSED = [
+    ("", "torque_ripple"),
+    ("torque_ripple = 0", "torque_ripple"),
+    ("torque_ripple = 1.5", "torque_ripple"),
+    ('orders = ["poles=traction sheave*20"]', "speed"),
+    ('speed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["poles"]\nspeed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["a=pit sheave", "a=traction sheave"]\nspeed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["poles=traction sheave*-1"]\nspeed = "car.y=0.2m/s:1m/s"', "number"),
+    ('orders = ["rails=car.y/0m"]\nspeed = "car.y=0.2m/s:1m/s"', "length"),
+    ('orders = "poles=traction sheave"\nspeed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["poles=traction sheave"]\nspeed = "car.y=1m/s:0.2m/s"', "speed"),
+]
+
+
+@pytest.mark.parametrize(("table", "name"), REFUSED)
+def test_what_is_no_excitation_is_refused(table, name):
+    with pytest.raises(InputRefused, match=name):
+        drive_from_text(f"{LIFT}\n[excitation]\n{table}\n")
+
+
+def test_a_ripple_is_a_share_of_a_torque_limit():
+    with pytest.raises(InputRefused, match="torque_limit"):
+        cd.load_drive("dissertation-2", overrides=["excitation.torque_ripple=0.02"])
+
+
+def test_orders_are_of_machines_whose_parts_have_names():
+    text = packaged_text("dissertation-3")
+    table = '[excitation]\norders = ["poles=motor*20"]\nspeed = "motor=1rad/s:2rad/s"\n'
+    with pytest.raises(InputRefused, match="route"):
+        drive_from_text(f"{text}\n{table}")
+
+
+def test_an_excitation_is_written_as_it_was_read():
+    orders = 'orders = ["poles=traction sheave*20", "rails=car.y/5m"]\nspeed = "car.y=0.2m/s:1m/s"'
+    drive = drive_from_text(f'{LIFT}\n[excitation]\ntorque_ripple = "2 %"\n{orders}\n')
+    assert drive_from_text(drive_text(drive)) == drive
+    assert drive.excitation.torque_ripple == 0.02
+    assert [order.number for order in drive.excitation.listed] == [20.0, 1.0]
