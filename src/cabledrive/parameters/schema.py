@@ -9,6 +9,7 @@ from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST, key_of
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import MOVES
+from cabledrive.parameters.route.shaft import KEY, RELATIVE
 from cabledrive.parameters.route.tables import ROUTE_ARRAYS, ROUTE_TABLES
 from cabledrive.parameters.tables import ARRAYS, TABLES
 
@@ -113,6 +114,10 @@ def _route_schema() -> dict[str, Any]:
     for key, table in ROUTE_ARRAYS.items():
         schema["properties"][key] = {"type": "array", "items": _table_schema(table)}
     keys = schema["properties"]
+    keys[KEY] = {
+        "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}],
+        "description": "length that places may be written relative to, such as 0.5 shaft - 1 m [m]",
+    }
     point, text = _pair_schema("m"), {"type": "string"}
     keys["excitation"]["properties"] |= _EXCITATION
     keys["body"]["items"]["properties"]["moves"] = {
@@ -145,7 +150,8 @@ def _route_schema() -> dict[str, Any]:
 
 
 def _pair_schema(unit: str) -> dict[str, Any]:
-    part = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]}
+    text = {"type": "string", "pattern": rf"(^\s*[+-]?(\d|\.\d))|({RELATIVE})"}
+    part = {"anyOf": [{"type": "number"}, text]}
     return {"type": "array", "items": part, "minItems": 2, "maxItems": 2, "description": f"x and y [{unit}]"}
 
 

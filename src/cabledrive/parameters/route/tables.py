@@ -18,6 +18,7 @@ from cabledrive.parameters.route.parts import (
     RouteLayout,
 )
 from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.parameters.route.shaft import with_shaft
 from cabledrive.parameters.tables import HEAD, check_keys, plain_table, table_from
 from cabledrive.parameters.units import to_si
 
@@ -46,6 +47,7 @@ def routed_from_tables(data: dict[str, Any]) -> RoutedDrive:
     ``data``: of kind "route", its version checked.
     Raises `InputRefused` for what does not fit.
     """
+    data = with_shaft(data)
     check_keys(data, RoutedDrive, "")
     content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
     for key, table in ROUTE_TABLES.items():
