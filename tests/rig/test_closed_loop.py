@@ -244,3 +244,15 @@ def test_table_and_picture_of_a_run_hold_its_error():
     assert np.degrees(table["error"].abs().max()) == pytest.approx(found.summary["peak_error_deg"])
     np.testing.assert_array_equal(table.index, found.time)
     assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(found.error.max()))
+
+
+def test_without_a_load_encoder_the_stretch_under_the_loads_friction_is_not_seen():
+    """While the load moves, its friction stretches both spans by c/k, which no reading shows."""
+    drive = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.01 N m"])
+    servo = replace(drive, sensors=replace(drive.sensors, load_encoder=None))
+    motion = Motion(angle=30.0, rise=0.5, dwell=1.0)
+    seen, unseen = (track(one, motion=motion, controller="lqi") for one in (drive, servo))
+    assert unseen.summary["encoders"] == ["motor", "drive"]
+    stretch = 0.01 / (2 * drive.load_pulley.radius**2 * drive.cable.axial_rigidity / drive.span_length)
+    assert 0.5 * stretch < abs(unseen.error).max() < 1.05 * stretch
+    assert abs(seen.error).max() < 0.25 * abs(unseen.error).max()

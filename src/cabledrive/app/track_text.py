@@ -11,11 +11,14 @@ def track_text(drive: Drive, said: dict[str, Any]) -> str:
         f"{drive.title or drive.name}: {said['controller']} on {said['plant']}, {said['observer']}",
         "",
         f"  peak error      {said['peak_error_deg']:9.4f} deg",
-        f"   by its encoder {said['encoder_error_deg']:9.4f} deg",
+        f"   by {'its' if 'load' in said['encoders'] else 'motor'} encoder"
+        f"{said['encoder_error_deg']:{10 if 'load' in said['encoders'] else 8}.4f} deg",
         f"  rms error       {said['rms_error_deg']:9.4f} deg",
         f"  peak torque     {said['peak_torque']:9.4f} N m",
         f"  at its limit    {100 * said['saturated_fraction']:9.1f} % of the samples",
     ]
+    if "load" not in said["encoders"]:
+        lines.append("  no encoder at the load: errors are of the simulated load, which no sensor shows")
     if "axis" in said:
         lines += axis_lines(said["axis"])
     lines += _pair(said)

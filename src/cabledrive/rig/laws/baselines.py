@@ -33,7 +33,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_o
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.fitting import fitted_encoders
+from cabledrive.rig.laws.fitting import load_count
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
 INTEGRAL_TIMES = 3.0
@@ -176,7 +176,7 @@ def weights(
     ``chain``: default: the drive's.
     Returns ``error``, one count of the load's encoder [rad]; ``torque`` [N m]; both for people.
     """
-    count, chain = fitted_encoders(spec.drive)["load"], chain or _chain(spec)
+    count, chain = load_count(spec.drive), chain or _chain(spec)
     settings: dict[str, Any] = {"error_weight_rad": count}
     if torque is None and spec.bandwidth is not None:
         hertz = _hertz(spec, 0.0)

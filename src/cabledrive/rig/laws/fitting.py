@@ -34,16 +34,20 @@ def load_gear(drive: Drive) -> float:
 def fitted_encoders(drive: Drive) -> dict[str, float]:
     """One count of each encoder at the first shaft [rad], by shaft; the load's last.
 
-    Raises `InputRefused` if the load pulley has no encoder: nothing then measures its angle.
+    Without one at the load the filter computes the load's angle from the others, as a servo does.
+    Raises `InputRefused` if there is none at all.
     """
     sensors = drive.sensors
     counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}
-    if counts["load"] is None:
-        raise InputRefused(
-            "sensors.load_encoder is missing, and the load's angle is controlled: add it, such as 10000"
-        )
+    if not any(counts.values()):
+        raise InputRefused("sensors has no encoder, nothing is measured: add motor_encoder, such as 10000")
     gears = {"motor": 1.0, "drive": 1.0, "load": load_gear(drive)}
     return {shaft: 2.0 * pi / number * gears[shaft] for shaft, number in counts.items() if number is not None}
+
+
+def load_count(drive: Drive) -> float:
+    """One count of the load's encoder, else of the one nearest to it, at the first shaft [rad]."""
+    return list(fitted_encoders(drive).values())[-1]
 
 
 def law_shafts(model: int, feedback: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.fitting import fitted_encoders, load_gear
+from cabledrive.rig.laws.fitting import load_count, load_gear
 from cabledrive.rig.laws.indirect import NAME as INDIRECT
 from cabledrive.rig.laws.load_learning import CHANGING
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
@@ -52,8 +52,8 @@ def checked_names(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def one_count(drive: Drive) -> float:
-    """One count of the load's encoder, at the load [rad]."""
-    return fitted_encoders(drive)["load"] / load_gear(drive)
+    """One count of the load's encoder, else of the one nearest to it, at the load [rad]."""
+    return load_count(drive) / load_gear(drive)
 
 
 def goal_of(drive: Drive) -> float:

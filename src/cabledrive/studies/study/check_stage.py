@@ -100,10 +100,6 @@ def missing_for_control(drive: Drive) -> tuple[str, ...]:
     sensors = drive.sensors
     if sensors is None or sensors.sample_rate is None:
         found.append('sensors.sample_rate is missing: give it, such as "5 kHz"')
-    if sensors is None or sensors.load_encoder is None:
-        found.append(
-            "sensors.load_encoder is missing, but the load angle is the controlled variable: fit one"
-        )
     if sensors is not None and all(getattr(sensors, f"{shaft}_encoder") is None for shaft in SHAFTS[:2]):
         found.append("neither sensors.motor_encoder nor sensors.drive_encoder is given: fit one")
     if any(pulley.fixed for pulley in drive.pulley):

@@ -1,7 +1,6 @@
 """Stages 3 and 5: certified modes, how far each reduced model holds, and which one the motion calls for."""
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from cabledrive.parameters import Drive
 from cabledrive.reduction.models import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
 from cabledrive.rig.closed_loop.loop import plant_chain
+from cabledrive.rig.ranking.ranked import one_count
 from cabledrive.rig.setting import DEGREE, Motion
 
 SHOWN = 4
@@ -139,11 +139,9 @@ def choose_reduced_model(
 ) -> ModelResult:
     """The simplest model whose neglected springs wind up by less than a tenth of the error allowed.
 
-    ``error``: allowed [rad]; None: one count of the load encoder.
+    ``error``: allowed [rad]; None: one count of the load encoder, else of the one nearest to it.
     """
-    assert drive.sensors is not None
-    assert drive.sensors.load_encoder is not None
-    allowed = error if error is not None else 2.0 * pi / drive.sensors.load_encoder
+    allowed = error if error is not None else one_count(drive)
     tolerance = NEGLIGIBLE * allowed
     windups = neglected_windup(drive, motion)
     evidence = tuple(

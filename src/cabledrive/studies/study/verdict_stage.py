@@ -36,6 +36,10 @@ OTHER = (
     "are valid without it"
 )
 ENDS = {"slack torque": "carry before a span goes slack", "lost tension": "are the pretension"}
+NO_LOAD_ENCODER = (
+    "no encoder at the load: the law computes its angle from the motor's; errors are of the simulated "
+    "load, and what slips or stretches otherwise than the file says is not seen"
+)
 COMPLETE = "complete the drive file; modes, resonance and torque are valid without it"
 CORRECT = (
     "decide between data sheet and log; then correct the drive file (drive.toml in the output folder has "
@@ -228,6 +232,9 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
     if found.knowledge.residual is None:
         given = "could be used" if found.check.logs else "was given"
         words.append(f"no log {given}: all values are from the data sheet, with the stated uncertainty")
+    sensors = None if found.carried or found.known is None else found.known.sensors
+    if sensors is not None and sensors.load_encoder is None:
+        words.append(NO_LOAD_ENCODER)
     if found.resonance.alarm == "unknown":
         words.append("undecided: whether the motion excites the transverse modes beyond the limit")
     if found.resonance.verdict == "close":
