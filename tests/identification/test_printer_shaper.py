@@ -211,7 +211,8 @@ def test_a_random_spectrum_is_read_or_refused_in_one_line(tmp_path, values, step
     done = call("shaper", path, "--json")
     assert done.exit_code in (0, 2), (done.exit_code, done.stderr)
     if done.exit_code == 0:
-        assert object_of(done.stdout)["recommended"] in SHAPERS
+        found = object_of(done.stdout)
+        assert found["recommended"] in SHAPERS or found["recommended_reason"]
     else:
         assert (done.stdout, done.stderr.count("\n")) == ("", 1)
 
@@ -226,3 +227,29 @@ def test_a_density_made_without_a_window_has_its_damping_ratio_too(tmp_path, int
     (peak,) = spectrum_peaks(read_printer_spectrum(tmp_path / "resonances_x.csv"))
     assert peak.frequency_low < 52.0 < peak.frequency_high, peak
     assert peak.damping_low < 0.05 < peak.damping_high, peak
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "code"),
+    [("noise", slice(None), "no-peak"), ("sweep", slice(0, 2560), "test-broken-off")],
+)
+def test_noise_and_a_test_that_broke_off_give_no_lines(tmp_path, name, rows, code):
+    modes = [] if name == "noise" else [(48.0, 0.05, 1.0)]
+    sweep = {"per_hertz": 0.0} if name == "noise" else {}
+    table = samples(modes, np.random.default_rng(3), **sweep)[rows]
+    for write in (write_samples, write_densities):
+        found = cd.shaper(write(tmp_path / f"{write.__name__}_x.csv", table))
+        assert code in [finding.code for finding in found.findings]
+        assert (found.configuration, found.refused is None) == ("", False)
+    told = call("shaper", str(tmp_path / "write_samples_x.csv"), "--json", "-o", str(tmp_path / "found.json"))
+    assert object_of(told.stdout)["recommended"] is None
+    assert "recommends no shaper" in refusal(
+        "export", str(tmp_path / "found.json"), "--format", "klipper", "-o", str(tmp_path / "lines")
+    )
+
+
+def test_no_shaper_lies_above_the_highest_frequency_of_the_firmware(tmp_path):
+    table = samples([(172.0, 0.03, 1.0)], np.random.default_rng(3), end=196.0)
+    found = cd.shaper(write_samples(tmp_path / "resonances_x.csv", table))
+    assert max(fit.frequency for fit in found.shapers) < 150.0
+    assert "peak-above-shapers" in [finding.code for finding in found.findings]

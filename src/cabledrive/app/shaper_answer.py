@@ -14,18 +14,19 @@ NO_BAND = "it leaves more than 5 % at its own frequency"
 
 def shaper_data(found: PrinterShaper) -> dict[str, Any]:
     """The JSON object: frequencies in Hz, smoothing in m, acceleration in m/s^2."""
-    best = found.recommended
+    best, refused = found.recommended, found.refused
+    none = Absent(reason=refused or "")
     return {
         "axis": found.axis or Absent(reason=NO_NAME),
         "peaks": [_peak_data(found, peak) for peak in found.peaks],
         "spread_hz": Absent(reason="no peak") if found.spread is None else list(found.spread),
         "shapers": [_fit_data(fit) for fit in found.shapers],
-        "recommended": best.type,
-        "recommended_shaper": _fit_data(best),
+        "recommended": best.type if refused is None else none,
+        "recommended_shaper": _fit_data(best) if refused is None else none,
         "recommended_vibration_at_measured_damping": (
             Absent(reason=NO_DAMPING) if found.measured_vibration is None else found.measured_vibration
         ),
-        "configuration": found.configuration,
+        "configuration": found.configuration if refused is None else none,
         "damping": found.damping,
         "corner_speed": found.corner_speed,
         "logs": [spectrum.source for spectrum in found.spectra],
@@ -74,9 +75,12 @@ def shaper_text(found: PrinterShaper) -> str:
     else:
         lines.append("No peak stands out.")
     lines += ["", "shaper     at [Hz]   vibration   smoothing   max_accel [mm/s^2]   within 5 %"]
-    lines += [_fit_line(fit, best) for fit in found.shapers]
+    lines += [_fit_line(fit, best, found.refused is None) for fit in found.shapers]
     if not any(fit is best for fit in found.shapers):
-        lines.append(_fit_line(best, best))
+        lines.append(_fit_line(best, best, found.refused is None))
+    if found.refused is not None:
+        lines += ["", f"No shaper is recommended: {found.refused}."]
+        return "\n".join([*lines, *_findings(found)])
     lines += ["", f"Recommended: {best.type} at {best.frequency:.1f} Hz."]
     if found.spread is not None and best.band is not None:
         low, high = found.spread
@@ -88,10 +92,13 @@ def shaper_text(found: PrinterShaper) -> str:
         lines.append(
             f"At the measured damping it leaves {100 * found.measured_vibration:.1f} % of the vibration."
         )
-    lines += ["", found.configuration]
-    lines += ["", *(f"finding: {finding}" for finding in found.findings)] if found.findings else []
-    lines += ["", *(f"note: {note}" for note in found.notes)] if found.notes else []
-    return "\n".join(lines)
+    return "\n".join([*lines, "", found.configuration, *_findings(found)])
+
+
+def _findings(found: PrinterShaper) -> list[str]:
+    """Findings and notes, each under an empty line."""
+    lines = ["", *(f"finding: {finding}" for finding in found.findings)] if found.findings else []
+    return lines + (["", *(f"note: {note}" for note in found.notes)] if found.notes else [])
 
 
 def _peak_line(found: PrinterShaper, peak: SpectrumPeak) -> str:
@@ -104,10 +111,10 @@ def _peak_line(found: PrinterShaper, peak: SpectrumPeak) -> str:
     return f"{peak.frequency:6.1f} +- {wide:<6.2f}  {ratio:<21} {kept}"
 
 
-def _fit_line(fit: ShaperFit, best: ShaperFit) -> str:
+def _fit_line(fit: ShaperFit, best: ShaperFit, recommended: bool) -> str:
     band = "nowhere" if fit.band is None else f"{fit.band[0]:.1f} to {fit.band[1]:.1f} Hz"
     return (
         f"{fit.type:<9} {fit.frequency:8.1f} {100 * fit.vibration:9.1f} % {1e3 * fit.smoothing:8.3f} mm "
         f"{100 * round(10 * fit.max_acceleration):14d}         {band}"
-        + ("   <- recommended" if fit is best else "")
+        + ("   <- recommended" if fit is best and recommended else "")
     )

@@ -18,9 +18,13 @@ def klipper_files(source: Any) -> dict[str, str]:
     place = require_regular(Path(str(source)), REMEDY)
     try:
         data = json.loads(place.read_text(encoding="utf-8"))
+        if data["recommended"] is None:
+            raise InputRefused(f"recommends no shaper: {data['recommended_reason']}").at(str(place))
         type_, best = str(data["recommended"]), data["recommended_shaper"]
         hertz, damping = float(best["frequency_hz"]), float(data["damping"])
         axis, lines = data["axis"], str(data["configuration"])
+    except InputRefused:
+        raise
     except OSError as error:
         raise InputRefused(f"cannot be read ({error.strerror}): {REMEDY}").at(str(place)) from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

@@ -10,6 +10,7 @@ import numpy as np
 from cabledrive.identification.finding import Finding
 from cabledrive.identification.printer_spectrum import PrinterSpectrum, read_printer_spectrum
 from cabledrive.identification.shaper_choice import (
+    HIGHEST_FREQUENCY,
     ShaperFit,
     fit_shapers,
     remaining_vibration,
@@ -23,6 +24,12 @@ DAMPING = 0.1
 """Damping ratio of the design, where none is given: that of the firmware."""
 MOST_LOGS = 100
 AXES = ("x", "y", "z")
+REFUSING = ("no-peak", "test-broken-off")
+"""Findings with which nothing is recommended."""
+SHORTEST_TEST = 10.0
+"""Duration below which samples are no whole test [s]: 5 to 133 Hz at 2 Hz/s take 64."""
+LOWEST_PEAK = 15.0
+"""Frequency of the largest vibration below which a test was broken off, or the frame rocks [Hz]."""
 TOO_MUCH = 0.1
 """Remaining vibration, of all or of one peak, above which a shaper is not called sufficient."""
 
@@ -42,6 +49,7 @@ class PrinterShaper:
     shapers : tuple of ShaperFit
         The best of each type.
     recommended : ShaperFit
+        With the least score; it is no recommendation where `refused` says why.
     measured_vibration : float or None
         Remaining vibration of the recommended one at the damping ratios that were measured.
     damping, corner_speed : float
@@ -69,8 +77,15 @@ class PrinterShaper:
         return (min(places), max(places)) if places else None
 
     @property
+    def refused(self) -> str | None:
+        """Why the logs are no ground for a shaper; None where they are."""
+        return next((finding.message for finding in self.findings if finding.code in REFUSING), None)
+
+    @property
     def configuration(self) -> str:
-        """Lines for the printer's configuration; "AXIS" where the axis is not known."""
+        """Lines for the printer's configuration, "AXIS" for an axis not known; empty where `refused`."""
+        if self.refused is not None:
+            return ""
         axis = self.axis or "AXIS"
         lines = [
             "[input_shaper]",
@@ -189,6 +204,27 @@ def _axis(spectra: Sequence[PrinterSpectrum], given: str | None, findings: list[
 def _judged(found: PrinterShaper, findings: list[Finding]) -> PrinterShaper:
     """The result with what a user must act on."""
     best = found.recommended
+    for spectrum in found.spectra:
+        if spectrum.duration is not None and spectrum.duration < SHORTEST_TEST:
+            message = (
+                f"{spectrum.source}: {spectrum.duration:.3g} s of samples are no whole test, which takes "
+                f"{SHORTEST_TEST:g} s or more: record it to its end"
+            )
+            findings.append(Finding("test-broken-off", message))
+        largest = float(spectrum.frequency[np.argmax(spectrum.measured)])
+        if largest < LOWEST_PEAK:
+            message = (
+                f"{spectrum.source}: the largest vibration is at {largest:.3g} Hz, where a test only begins: "
+                "record it to its end, or look for a frame that rocks"
+            )
+            findings.append(Finding("test-broken-off", message))
+    for peak in found.peaks:
+        if peak.frequency > HIGHEST_FREQUENCY:
+            message = (
+                f"{peak.source}: the peak at {peak.frequency:.1f} Hz is above {HIGHEST_FREQUENCY:g} Hz, the "
+                "highest frequency of a shaper in the firmware"
+            )
+            findings.append(Finding("peak-above-shapers", message))
     if not found.peaks:
         message = "no peak stands out of the spectrum: check that the axis was excited"
         findings.append(Finding("no-peak", message))

@@ -52,6 +52,8 @@ class PrinterSpectrum:
         any unit, the largest is 1.
     even : bool
         Whether the frequencies are those of a Fourier transform.
+    duration : float or None
+        Of the samples [s]; None: the file holds a spectrum.
     notes : tuple of str
     """
 
@@ -60,6 +62,7 @@ class PrinterSpectrum:
     frequency: Array
     density: Array
     even: bool
+    duration: float | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -83,8 +86,9 @@ def read_printer_spectrum(path: str | Path) -> PrinterSpectrum:
     heads = {name.lower().strip(): name for name in table.names}
     if "freq" in heads and any(f"psd_{name}" in heads for name in (*_DIRECTIONS, "xyz")):
         frequency, density, even, notes = _of_densities(table, heads)
+        duration = None
     elif "time" in heads and any(f"accel_{name}" in heads for name in _DIRECTIONS):
-        frequency, density, notes = _of_samples(table, heads)
+        frequency, density, duration, notes = _of_samples(table, heads)
         even = True
     else:
         raise InputRefused(
@@ -107,6 +111,7 @@ def read_printer_spectrum(path: str | Path) -> PrinterSpectrum:
         frequency=frequency,
         density=density / largest,
         even=even,
+        duration=duration,
         notes=notes,
     )
 
@@ -177,8 +182,8 @@ def _put_back(frequency: Array, source: str) -> tuple[Array, bool]:
     return frequency, False
 
 
-def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, tuple[str, ...]]:
-    """Frequency, normalised density, notes, by Welch's method."""
+def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, float, tuple[str, ...]]:
+    """Frequency, normalised density, duration [s], notes, by Welch's method."""
     names = [f"accel_{name}" for name in _DIRECTIONS if f"accel_{name}" in heads]
     time, *parts = _columns(table, [heads["time"], *(heads[name] for name in names)], MOST_SAMPLES)
     check = check_time(time, table.source)
@@ -214,4 +219,5 @@ def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, tupl
         notes.append(f"{rate:.4g} samples per second show nothing above {rate / 2:.4g} Hz")
     if len(names) < len(_DIRECTIONS):
         notes.append(f"the sum of {', '.join(names)} is used")
-    return np.asarray(frequency, dtype=float), normalized(frequency, total), tuple(notes)
+    whole = grid.size / rate
+    return np.asarray(frequency, dtype=float), normalized(frequency, total), whole, tuple(notes)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.printer_spectrum import HIGHEST, PrinterSpectrum
+from cabledrive.identification.printer_spectrum import PrinterSpectrum
 from cabledrive.parameters import InputRefused
 from cabledrive.trajectories.input_shaping import (
     LARGEST_DAMPING,
@@ -27,6 +27,8 @@ from cabledrive.trajectories.shaped_corner import highest_acceleration, smoothin
 
 Array = NDArray[np.float64]
 
+HIGHEST_FREQUENCY = 150.0
+"""Highest frequency of a shaper, as in the firmware [Hz]."""
 LOWEST_FREQUENCY = {"zv": 21.0, "mzv": 23.0, "ei": 29.0, "2hump_ei": 39.0, "3hump_ei": 48.0}
 """Types that are compared, and the frequency [Hz] below which each would allow about 1.5 m/s^2 only."""
 STEP = 0.2
@@ -153,7 +155,7 @@ def _tried(
     max_smoothing: float | None,
 ) -> list[ShaperFit]:
     """A type at every frequency, upwards."""
-    frequencies = np.round(np.arange(LOWEST_FREQUENCY[type], HIGHEST, STEP), 6)
+    frequencies = np.round(np.arange(LOWEST_FREQUENCY[type], HIGHEST_FREQUENCY, STEP), 6)
     shapers = [input_shaper(type, float(frequency), damping) for frequency in frequencies]
     rounding = np.array([smoothing(shaper, corner_speed=corner_speed) for shaper in shapers])
     allowed = np.flatnonzero(rounding <= (np.inf if max_smoothing is None else max_smoothing))
