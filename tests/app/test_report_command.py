@@ -8,15 +8,15 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.dissertation import registry, run
-from cabledrive.report import chapters
+from cabledrive.report import writing
 from cabledrive.report.typesetting import typeset
 from command import answer, call, refusal
 
 
 @pytest.fixture(autouse=True)
-def no_chapters(monkeypatch):
+def no_study(monkeypatch):
     """The page without its long studies; with them the example of the command's help makes one."""
-    monkeypatch.setattr(chapters, "registry", lambda: ())
+    monkeypatch.setattr(writing, "effect_of_parameters", lambda context: None)
 
 
 def test_page_holds_the_drives_that_are_named(tmp_path):

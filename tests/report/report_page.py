@@ -1,32 +1,22 @@
 """The report of a few drives, made once in a process, and a reader of its HTML."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
 from html.parser import HTMLParser
-from unittest import mock
 
-from cabledrive.parameters import Drive, load_drive
-from cabledrive.report import chapters, report_html
+from cabledrive.parameters import load_drive
+from cabledrive.report import report_html
 
 DRIVES = ("dissertation-1", "camera-line")
-QUICK = ("what_moves_them",)
 TIME = datetime(2020, 2, 3, 4, 5, 6, tzinfo=UTC)
 VOID = {"meta", "link", "br", "img", "hr", "input"}
-
-
-def report_of(drives: Sequence[Drive], studies: Sequence[str] = QUICK) -> str:
-    """A report with the studies named alone: the others take minutes and have tests of their own."""
-    chosen = tuple(entry for entry in chapters.registry() if entry.name in studies)
-    with mock.patch.object(chapters, "registry", return_value=chosen):
-        return report_html(drives, written_at=TIME)
 
 
 @cache
 def page(*names: str) -> str:
     """The report of packaged drives, of two very different ones by default."""
-    return report_of([load_drive(name) for name in names or DRIVES])
+    return report_html([load_drive(name) for name in names or DRIVES], written_at=TIME)
 
 
 @dataclass

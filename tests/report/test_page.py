@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from report_page import Reader, page, read, report_of
+from report_page import Reader, page, read
 
 from cabledrive.parameters import load_drive
+from cabledrive.report import report_html
 
 
 def attributes(name: str) -> list[tuple[str, str]]:
@@ -107,7 +108,7 @@ def test_words_of_a_drive_file_are_shown_as_they_are():
     """What a drive file says is text, never markup."""
     name = '</script><script>alert(1)</script> a "quoted" & odd Überseil ü'
     drive = replace(load_drive("camera-line"), name=name, title=name, source=name)
-    html = report_of([drive], ())
+    html = report_html([drive])
     reader = Reader(html)
     assert reader.faults == []
     assert "<script>alert" not in html

@@ -8,7 +8,7 @@ from report_page import TIME
 
 from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
-from cabledrive.report import chapters, report_html, write_report, writing
+from cabledrive.report import report_html, write_report, writing
 from cabledrive.report.blocks import Chapter, Paragraph
 from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
@@ -20,8 +20,7 @@ from cabledrive.report.numbers import number
 def one_study(monkeypatch):
     """What is checked here holds for any studies; this one takes no time."""
     about = Chapter(title="A study", anchor="a-study", blocks=(Paragraph(text="Nothing."),))
-    entry = chapters.ChapterEntry(place=1, name="a_study", write=lambda context: about)
-    monkeypatch.setattr(chapters, "registry", lambda: (entry,))
+    monkeypatch.setattr(writing, "effect_of_parameters", lambda context: about)
     monkeypatch.setattr(writing, "machine_view", lambda context, place: machine())
 
 
@@ -63,7 +62,7 @@ def test_a_report_that_fails_on_the_way_leaves_nothing(tmp_path, monkeypatch):
     def fail(*args, **kwargs):
         raise NotComputed("no")
 
-    monkeypatch.setattr(writing, "topic_views", fail)
+    monkeypatch.setattr(writing, "effect_of_parameters", fail)
     with pytest.raises(NotComputed):
         write_report(drives(), tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []

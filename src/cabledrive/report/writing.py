@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from html import unescape
 from pathlib import Path
@@ -11,13 +11,14 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.axis import require_own_spans
-from cabledrive.report.chapters import topic_views
-from cabledrive.report.context import make_context
+from cabledrive.report.context import ReportContext, make_context
 from cabledrive.report.machine.page import machine_view
 from cabledrive.report.machine.route import route_view
 from cabledrive.report.overview import overview_figure
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import provenance
+from cabledrive.report.views import TOPICS, Card, View
+from cabledrive.report.what_moves_them import effect_of_parameters
 
 
 def write_report(
@@ -102,7 +103,7 @@ def report_html(
     context = make_context(drives, progress)
     machines = tuple(machine_view(context, place) for place in range(len(context.drives)))
     routes = tuple(route_view(context, place) for place in range(len(context.routes)))
-    views = (*machines, *routes, *topic_views(context))
+    views = (*routes, *machines, *_effects(context))
     methods = tuple(method for view in views for method in view.methods)
     return render(
         Page(
@@ -114,6 +115,23 @@ def report_html(
             provenance=provenance(context, methods, written_at or datetime.now(UTC)),
         )
     )
+
+
+def _effects(context: ReportContext) -> Iterator[View]:
+    """The page on what moves the frequencies, where the report has a drive for it."""
+    context.progress("effect of parameters on the frequencies")
+    found = effect_of_parameters(context)
+    if found is not None:
+        yield View(
+            anchor=found.anchor,
+            title=found.title,
+            group=TOPICS,
+            card=Card(text=found.summary or found.headline),
+            template="topic.html",
+            content=found,
+            blocks=found.all_blocks,
+            methods=found.methods,
+        )
 
 
 def linked_page(page: str | Path, folder: Path) -> tuple[str, str]:

@@ -50,7 +50,8 @@ def command(
         refuse_given("links", why="is for the page of drives: leave it out")
         return _campaign(drives, goals, output)
     refuse_given("goals", why="is for the store of a sweep: name one, or leave it out")
-    loaded = [load_drive(name) for name in drives or packaged_drives()]
+    names = drives or sorted(packaged_drives(), key=lambda name: name.startswith("dissertation"))
+    loaded = [load_drive(name) for name in names]
     from cabledrive.report import write_report
 
     path = write_report(loaded, output.path, force=output.force, progress=note, links=links)

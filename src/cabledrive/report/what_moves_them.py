@@ -1,4 +1,4 @@
-"""Chapter "Effect of parameters on the frequencies": pretension, inertia and the place of a carriage."""
+"""Effect of parameters on the frequencies: pretension, inertia, the place of a carriage."""
 
 from collections.abc import Iterator
 
@@ -11,13 +11,12 @@ from cabledrive.report.figures.followed import followed_picture
 from cabledrive.report.numbers import number, quantity
 from cabledrive.studies import frequency_against
 
-PLACE = 300
 VARIED, TRAVELLED = "dissertation-2", "linear-axis"
 POINTS, FEWEST = 61, 13
 MOST_CARRIAGES = 500
 
 
-def chapter(context: ReportContext) -> Chapter | None:
+def effect_of_parameters(context: ReportContext) -> Chapter | None:
     """Frequencies of a machine against pretension and load inertia, of another against carriage place."""
     if not context.drives:
         return None
