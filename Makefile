@@ -7,6 +7,7 @@ BENCH_VENV := .venv-bench
 RELEASE_VENV := .venv-release
 REPORT := build/demo/report.html
 DISSERTATION := build/demo/dissertation
+REPRODUCTION := build/reproduction
 CAMPAIGN := build/demo/campaign
 # Modules are compiled when they are first imported: most of a library never is.
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check --no-compile -c $(CURDIR)/constraints.txt
@@ -22,10 +23,11 @@ ifndef SIDE_BY_SIDE  # `lint` alone runs parts of itself at once
 .NOTPARALLEL:
 endif
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint lint-style lint-types lint-docstrings lint-house check mutants docs bench verify release format clean
+.PHONY: help demo reproduce test lint lint-style lint-types lint-docstrings lint-house check mutants docs bench verify release format clean
 
 help:
 	@echo "make demo     the report on the packaged drives, the dissertation and a small campaign, in build/demo"
+	@echo "make reproduce  the dissertation recomputed, item by item, in build/reproduction; ONLY=\"Fig. 5.3\""
 	@echo "make test     format, lint, types, import contract, tests, examples, kernels without the compiler"
 	@echo "make lint     the part of it that runs no test"
 	@echo "make check    the part of it that a change needs first: lint, types and the fast tests, two minutes"
@@ -39,12 +41,17 @@ help:
 
 demo: $(VENV)/run.stamp
 	@mkdir -p $(dir $(REPORT))
-	$(BIN)/cabledrive reproduce --quick -o $(DISSERTATION) --force
+	$(BIN)/python -m reproduction --quick -o $(DISSERTATION) --force
 	$(BIN)/cabledrive sweep examples/tolerance_campaign.toml -o $(CAMPAIGN).zarr --workers 1 --force
 	$(BIN)/cabledrive report $(CAMPAIGN).zarr --goal "longitudinal_hz[0] > 5.9 Hz" -o $(CAMPAIGN).html --force
 	$(BIN)/cabledrive report -o $(REPORT) --link $(CAMPAIGN).html --link $(DISSERTATION)/report.html --force
 	@echo "The report is in $(REPORT), the dissertation item by item in $(DISSERTATION)/report.html,"
 	@echo "a campaign of 1,280 variants of one drive in $(CAMPAIGN).html"
+
+reproduce: $(VENV)/run.stamp
+	@mkdir -p $(dir $(REPRODUCTION))
+	$(BIN)/python -m reproduction $(if $(ONLY),--only "$(ONLY)") -o $(REPRODUCTION) --force
+	@echo "The dissertation, item by item, is in $(REPRODUCTION)/report.html"
 
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile

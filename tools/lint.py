@@ -33,6 +33,7 @@ SOURCES = sorted((ROOT / "src").rglob("*.py"))
 PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
 ERRATA = (DOCS / "errata.md", DOCS / "errata_control.md")
 EQUATIONS = DOCS / "equations.md"
+sys.path.append(str(ROOT))  # the reproduction
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 LONGEST_FILE = 400  # lines
 
@@ -356,8 +357,10 @@ def equations() -> Iterator[Breach]:
 
 
 def documented_things() -> Iterator[tuple[str, object]]:
-    """Functions, classes, methods and properties of the package by the dotted path of their home."""
-    for name, module in modules().items():
+    """Functions, classes, methods and properties, the reproduction's too, by their dotted path."""
+    beside = [one.name for one in pkgutil.iter_modules([str(ROOT / "reproduction")], "reproduction.")]
+    names = [name for name in beside if not name.startswith(("reproduction.test_", "reproduction.__"))]
+    for name, module in (modules() | {name: importlib.import_module(name) for name in names}).items():
         for key, thing in vars(module).items():
             thing = getattr(thing, "py_func", thing)  # a compiled kernel
             if not (inspect.isclass(thing) or inspect.isfunction(thing)):
@@ -406,7 +409,7 @@ def rooms() -> Iterator[Breach]:
     if re.findall(r"^\| `(\w+)` \|", text_of(page), re.M) != order:
         yield page, 1, f"the table of rooms is not {order}"
     drawn = re.findall(r'<text x="110" y="\d+">(\w+)</text>', text_of(picture))
-    if [*reversed(drawn), "dissertation", "export", "campaign", "studio", "app"] != order:
+    if [*reversed(drawn), "export", "campaign", "studio", "app"] != order:
         yield picture, 1, f"the rooms are not {order}"
     parameters = importlib.import_module("cabledrive.parameters")
     for number, line in lines_of(DOCS / "conventions.md"):

@@ -36,7 +36,6 @@ from cabledrive.parameters.version import __version__
 if TYPE_CHECKING:
     from cabledrive.campaign import run_sweep
     from cabledrive.control import OwnController
-    from cabledrive.dissertation import reproduce
     from cabledrive.export import export_to
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
@@ -68,7 +67,6 @@ __getattr__ = on_demand(
         "identify": "identification.one_log",
         "map_modes": "studies.mode_map",
         "read_log": "identification.logs.reading",
-        "reproduce": "dissertation",
         "resonance": "studies.internal_resonance",
         "response": "identification.log_response",
         "run_study": "studies.study",
@@ -119,7 +117,6 @@ __all__ = [
     "natural_frequencies",
     "packaged_drives",
     "read_log",
-    "reproduce",
     "resonance",
     "response",
     "run_study",

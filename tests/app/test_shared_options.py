@@ -70,8 +70,6 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
         arguments += ["--goals", "few.toml", *SLOWLY]
     if name == "compare":  # one law on few plants: tuning all of them is tested elsewhere
         arguments += ["--controllers", "lqi", "--draws", "2"]
-    if name == "reproduce":  # all of it is tested elsewhere
-        arguments += ["--only", "Table 3.2"]
     if name == "shaper":
         write_densities(tmp_path / arguments[1], samples([(48.3, 0.06, 1.0)], np.random.default_rng(0)))
     if "campaign.toml" in arguments:

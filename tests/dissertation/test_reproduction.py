@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from cabledrive.dissertation import reproduce
-from cabledrive.dissertation.chapter_6_rig import _numbers, _resolution
-from cabledrive.dissertation.errata_text import PAGES, errata_items
-from cabledrive.dissertation.item import (
+from reproduction import reproduce
+from reproduction.__main__ import command
+from reproduction.chapter_6_rig import _numbers, _resolution
+from reproduction.errata_text import PAGES, errata_items
+from reproduction.item import (
     AGREES,
     DIFFERS,
     ERRATUM,
@@ -20,13 +20,16 @@ from cabledrive.dissertation.item import (
     NOT_COMPUTABLE,
     UNEXPLAINED,
 )
-from cabledrive.dissertation.judge import compared, last_place
-from cabledrive.dissertation.registry import FIGURES, SKETCHES, TABLES, entries
-from cabledrive.dissertation.rig_runs import ENCODER, LAWS
-from cabledrive.dissertation.run import call_of, chosen_entries, mentions
+from reproduction.judge import compared, last_place
+from reproduction.registry import FIGURES, SKETCHES, TABLES, entries
+from reproduction.rig_runs import ENCODER, LAWS
+from reproduction.run import call_of, chosen_entries, mentions
+
+from cabledrive.app.failures import status_of
 
 ROOT = Path(__file__).parents[2]
 PRINT = ROOT.parent / "shared" / "reference" / "dissertation.txt"
+FOUR = ("section-2-4", "table-6-1", "figure-6-1", "table-a-3")
 CHEAP = ("section-2-4", "table-3-1", "table-a-1", "table-a-2", "table-a-3", "section-4-1", "table-6-3")
 
 
@@ -78,8 +81,8 @@ def test_a_number_agrees_inside_the_rounding_of_the_print_and_not_outside():
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_no_printed_accuracy_of_a_lost_pulse_is_judged_whichever_side_the_rig_is_on(law, factor, monkeypatch):
     """Both figures are given; the verdict does not depend on which is the larger."""
-    monkeypatch.setattr("cabledrive.dissertation.chapter_6_rig._slower", lambda law: "none")
-    monkeypatch.setattr("cabledrive.dissertation.chapter_6_rig._origin", lambda law, runs: None)
+    monkeypatch.setattr("reproduction.chapter_6_rig._slower", lambda law: "none")
+    monkeypatch.setattr("reproduction.chapter_6_rig._origin", lambda law, runs: None)
     peaks = np.full(3, factor * LAWS[law][2])
     run = SimpleNamespace(summary={"peak_torque": 0.1})
     (item,) = [one for one in _numbers(law, peaks, [run]) if one is not None and "accuracy" in one.id]
@@ -146,10 +149,10 @@ def test_every_place_in_the_errata_is_an_item_that_the_page_can_show():
 
 def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "cabledrive.dissertation.run.entries",
+        "reproduction.run.entries",
         lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:2]),
     )
-    monkeypatch.setattr("cabledrive.dissertation.run.source_hash", lambda: "0" * 64)
+    monkeypatch.setattr("reproduction.run.source_hash", lambda: "0" * 64)
     lines = []
     first = reproduce(quick=True, folder=tmp_path, note=lines.append)
     assert len(lines) == 2
@@ -163,12 +166,12 @@ def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
 
 def test_another_source_is_computed_again(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "cabledrive.dissertation.run.entries",
+        "reproduction.run.entries",
         lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:1]),
     )
     lines = []
     for source in "010":
-        monkeypatch.setattr("cabledrive.dissertation.run.source_hash", lambda s=source: s * 64)
+        monkeypatch.setattr("reproduction.run.source_hash", lambda s=source: s * 64)
         reproduce(quick=True, folder=tmp_path, note=lines.append)
     assert len(lines) == 3
     assert len(list(tmp_path.iterdir())) == 1
@@ -193,3 +196,57 @@ def test_no_item_differs_without_a_cause(quick, measured):
             assert f"({anchor})=" in (ROOT / page).read_text(encoding="utf-8"), f"{item.id}: {anchor}"
     drawn = {panel.figure for _, outcome in found.outcomes for panel in outcome.panels}
     assert set(FIGURES) <= drawn, set(FIGURES) - drawn
+
+
+@pytest.fixture
+def reproduced(capsys, monkeypatch):
+    """The program on four entries: status, standard output, standard error."""
+    chosen = tuple(entry for entry in entries() if entry.name in FOUR)
+    monkeypatch.setattr("reproduction.run.entries", lambda: chosen)
+    monkeypatch.setattr("reproduction.run.source_hash", lambda: "0" * 64)
+
+    def run(*arguments):
+        status = status_of(lambda: command.main([*arguments], "reproduction", standalone_mode=False))
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def test_items_and_page_are_written_and_a_second_run_takes_what_is_finished(reproduced, tmp_path, measured):
+    folder = tmp_path / "out"
+    status, _, progress = reproduced("--quick", "-o", str(folder))
+    data = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert (status, "1/4" in progress) == (0, True)
+    measured(f"{len(re.findall(r'[1-4]/4', progress))} of 4 entries computed, none in a second run")
+    assert sum(data["counts"].values()) == len(data["items"])
+    assert all(item["verdict"] in page for item in data["items"])
+    for more, word in ([], "finished run"), (["--force"], "report"):
+        _, shown, progress = reproduced("--quick", *more, "--json", "-o", str(folder))
+        assert json.loads(shown)["items"] == data["items"]
+        assert (word in progress, "1/4" in progress) == (True, False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["--quick", "--output="], "--output"),
+        (["-o", "a/b"], "does not exist"),
+        (["--only", "Fig. 9.9", "-o", "new"], "Fig. 9.9"),
+    ],
+)
+def test_what_cannot_be_reproduced_is_refused(reproduced, arguments, word, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, _, line = reproduced(*arguments)
+    assert (status, word in line, line.count("\n")) == (2, True, 1)
+
+
+def test_one_part_is_computed_alone_and_its_page_links_to_the_errata_it_holds(reproduced, tmp_path):
+    folder = tmp_path / "out"
+    status, shown, _ = reproduced("--quick", "--only", "Section 2.4", "--json", "-o", str(folder))
+    assert status == 0
+    assert {item["id"].rpartition("-")[0] for item in json.loads(shown)["items"]} == {"section-2-4"}
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    links = set(re.findall(r'href="#(errata-[\w-]+)"', page))
+    assert "errata-erratum-2-31-spacing" in links
+    assert all(f'id="{link}"' in page for link in links)

@@ -75,11 +75,6 @@ COMMANDS = {
         written=("s/results.json", "s/drive.toml", "s/controller.json"),
         keeps=True,
     ),
-    "reproduce": Command(
-        arguments=["reproduce", "--quick", "-o", "d"],
-        written=("d/results.json",),
-        keeps=True,
-    ),
     "compare": Command(arguments=[*COMPARED, "-o", "c"], written=("c/stages/runs-*",), keeps=True),
     "export": Command(
         arguments=["export", "dissertation-3", "--format", "c99", "--controller", "lqg", "-o", "e"],
@@ -245,8 +240,7 @@ def attacker(folder: Path) -> Iterator[Attack | None]:
         yield None
         return
     (folder / "attacked").mkdir()
-    environment = {"NURSERY_ENTRIES": "table-6-1"}
-    with Nursery(library=library, environment=environment) as nursery:
+    with Nursery(library=library) as nursery:
         yield Attack(nursery, folder / "attacked")
 
 

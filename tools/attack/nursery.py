@@ -118,11 +118,6 @@ def _load_everything(np: Any) -> None:
     import cabledrive.report
     import cabledrive.studies.study  # noqa: F401
     from cabledrive.app.main import main  # noqa: F401
-    from cabledrive.dissertation import run
-
-    wanted, entries = os.environ.get("NURSERY_ENTRIES", "").split(), run.entries()
-    if wanted:
-        run.entries = lambda: tuple(entry for entry in entries if entry.name in wanted)
 
 
 def _start(number: int, request: dict[str, Any]) -> tuple[int, int, int, float]:

@@ -77,7 +77,7 @@ def test_a_disk_that_is_full_at_the_end_keeps_what_is_finished_and_the_command_g
     assert (full / "r.nc").read_bytes() == (tmp_path / "alone.nc").read_bytes()
 
 
-@pytest.mark.parametrize("command", [["study", "dissertation-3"], ["reproduce"], RUN, ["modes", "elevator"]])
+@pytest.mark.parametrize("command", [["study", "dissertation-3"], RUN, ["modes", "elevator"]])
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(command, nursery, tmp_path):
     """Nothing can be made in the folder of processes, whoever asks."""
     if not Path("/proc/self").exists():

@@ -25,7 +25,7 @@ Completion of commands, options and drives in bash (zsh: zsh_source):
 """
 
 SECTIONS = {
-    "The whole job": ("studio", "study", "reproduce", "report"),
+    "The whole job": ("studio", "study", "report"),
     "The drive": ("drives", "check", "schema"),
     "Vibration": ("modes", "map", "resonance", "sway", "simulate"),
     "Measurement": ("experiment", "identify", "response", "shaper", "camera"),

@@ -7,8 +7,8 @@ half a segment away, which is of second order and the same as a ghost node.
 """
 
 import numpy as np
+from reproduction.expanded_equations import accelerations
 
-from cabledrive.dissertation.expanded_equations import accelerations
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.simulation.channels import BALANCE
 from cabledrive.simulation.plan import FALL_U, FALL_W, INVERSE_SPACING, KEEP_T, KICK_T, KICK_U, Plan, law_of

@@ -5,9 +5,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.dissertation.item import DIFFERS, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed
-from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.studies.chapter_5 import (
@@ -20,6 +17,9 @@ from cabledrive.studies.chapter_5 import (
     tuned_drive,
 )
 from cabledrive.studies.resonance_validation import ForcedCase, envelope, exact_motion
+from reproduction.item import DIFFERS, Outcome, outcome, place
+from reproduction.judge import claimed
+from reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]
 CHOSEN = (

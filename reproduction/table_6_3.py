@@ -2,9 +2,9 @@
 
 from math import pi, sqrt
 
-from cabledrive.dissertation.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import compared, erratum, unknown
 from cabledrive.parameters import Drive, load_drive
+from reproduction.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
+from reproduction.judge import compared, erratum, unknown
 
 
 def drive_3() -> Drive:

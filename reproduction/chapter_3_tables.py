@@ -1,9 +1,9 @@
 """Tables 3.1 and 3.2: the rig of chapter 3 and its frequencies."""
 
-from cabledrive.dissertation.item import ERRATUM, Entry, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, compared, taken
 from cabledrive.parameters import load_drive
 from cabledrive.studies.carriage_table import PRINTED, QUANTITIES, table_3_2
+from reproduction.item import ERRATUM, Entry, Item, Outcome, outcome, place
+from reproduction.judge import claimed, compared, taken
 
 CONFIGURATIONS = {1: ("7.316e-6", "7.316e-6"), 2: ("0.0011", "7.316e-6")}
 COMMON = {

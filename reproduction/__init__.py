@@ -1,6 +1,6 @@
 """The dissertation item by item: printed, computed, deviation, verdict."""
 
-from cabledrive.dissertation.item import Entry, Item, Outcome
-from cabledrive.dissertation.run import Reproduction, reproduce
+from reproduction.item import Entry, Item, Outcome
+from reproduction.run import Reproduction, reproduce
 
 __all__ = ["Entry", "Item", "Outcome", "Reproduction", "reproduce"]

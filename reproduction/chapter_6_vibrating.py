@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from cabledrive.dissertation.item import DIFFERS, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed
-from cabledrive.dissertation.panel import Curve, Panel, curve
-from cabledrive.dissertation.rig_runs import (
+from cabledrive.reduction.lumped_chain import natural_frequencies_of
+from cabledrive.reduction.models import lumped_model
+from reproduction.item import DIFFERS, Outcome, outcome, place
+from reproduction.judge import claimed
+from reproduction.panel import Curve, Panel, curve
+from reproduction.rig_runs import (
     ENCODER,
     JOINT_BAND,
     MOTION,
@@ -14,9 +16,7 @@ from cabledrive.dissertation.rig_runs import (
     peak_of,
     run,
 )
-from cabledrive.dissertation.table_6_3 import drive_3
-from cabledrive.reduction.lumped_chain import natural_frequencies_of
-from cabledrive.reduction.models import lumped_model
+from reproduction.table_6_3 import drive_3
 
 BANDWIDTHS = (5.0, 6.0, 7.0, 8.0)
 

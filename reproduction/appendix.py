@@ -2,7 +2,9 @@
 
 from math import pi, sqrt
 
-from cabledrive.dissertation.item import (
+from cabledrive.parameters import load_drive
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from reproduction.item import (
     DIFFERS,
     Entry,
     Item,
@@ -11,9 +13,7 @@ from cabledrive.dissertation.item import (
     outcome,
     place,
 )
-from cabledrive.dissertation.judge import compared, erratum, taken, unknown
-from cabledrive.parameters import load_drive
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from reproduction.judge import compared, erratum, taken, unknown
 
 RPM = 2 * pi / 60
 VOLTAGE, RESISTANCE = 24.0, 0.103

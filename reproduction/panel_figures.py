@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from cabledrive.dissertation.panel import Panel
 from cabledrive.report.blocks import Figure
 from cabledrive.report.picture import picture
 from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SMALL, log_axis
+from reproduction.panel import Panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,15 +4,15 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.dissertation.item import DIFFERS, ERRATUM, Entry, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, compared, erratum, taken, unknown
-from cabledrive.dissertation.panel import Panel, curve
-from cabledrive.dissertation.responses import measured_response
-from cabledrive.dissertation.table_6_3 import drive_3, table_6_3
 from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
 from cabledrive.reduction.models import lumped_model
 from cabledrive.rig import Motion
 from cabledrive.trajectories import derivative_jump, rise_coefficients
+from reproduction.item import DIFFERS, ERRATUM, Entry, Item, Outcome, outcome, place
+from reproduction.judge import claimed, compared, erratum, taken, unknown
+from reproduction.panel import Panel, curve
+from reproduction.responses import measured_response
+from reproduction.table_6_3 import drive_3, table_6_3
 
 TABLE_6_1 = (
     ("j1", "J1", "0.001742", "kg m^2"),

@@ -5,13 +5,13 @@ from functools import partial
 
 import numpy as np
 
-from cabledrive.dissertation.chapter_6_prose import prose
-from cabledrive.dissertation.chapter_6_vibrating import model_1, model_2
-from cabledrive.dissertation.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, not_comparable, unknown
-from cabledrive.dissertation.panel import Panel, curve
-from cabledrive.dissertation.rig_runs import ENCODER, LAWS, MOTION, Array, run, slower_rise
 from cabledrive.rig import Tracking
+from reproduction.chapter_6_prose import prose
+from reproduction.chapter_6_vibrating import model_1, model_2
+from reproduction.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome, place
+from reproduction.judge import claimed, not_comparable, unknown
+from reproduction.panel import Panel, curve
+from reproduction.rig_runs import ENCODER, LAWS, MOTION, Array, run, slower_rise
 
 SEEDS, QUICK_SEEDS = 32, 4
 FIGURES = {

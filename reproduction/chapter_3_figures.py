@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.dissertation.chapter_3_shapes import SHAPE_DIFFERS, shapes
-from cabledrive.dissertation.chapter_3_transporter import transporter
-from cabledrive.dissertation.item import ERRATUM, Entry, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, compared
-from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.simulation import Pluck, Scheme, Start, simulate
 from cabledrive.simulation.stopped import whole
 from cabledrive.studies.determinant import modal_determinant
+from reproduction.chapter_3_shapes import SHAPE_DIFFERS, shapes
+from reproduction.chapter_3_transporter import transporter
+from reproduction.item import ERRATUM, Entry, Outcome, outcome, place
+from reproduction.judge import claimed, compared
+from reproduction.panel import Panel, curve
 
 RANGES = {"whole": (0.0, 3000.0), "zoomed": (0.0, 200.0)}
 DAMPING = 5.0

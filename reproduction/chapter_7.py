@@ -4,10 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.dissertation.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome
-from cabledrive.dissertation.judge import claimed, unknown
-from cabledrive.dissertation.rig_runs import MOTION, dwell_spectrum, held_frequency, peak_of, run
-from cabledrive.dissertation.table_6_3 import drive_3
 from cabledrive.modal import against_rigid_supports, modes, natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
@@ -16,6 +12,10 @@ from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.studies.chapter_5 import tuned_drive
+from reproduction.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome
+from reproduction.judge import claimed, unknown
+from reproduction.rig_runs import MOTION, dwell_spectrum, held_frequency, peak_of, run
+from reproduction.table_6_3 import drive_3
 
 DRASTIC = 3.0
 """Factor from which a frequency counts as drastically reduced."""

@@ -1,10 +1,10 @@
 """Tables 4.1 and 4.2: does the identification return what the virtual rig was given?"""
 
-from cabledrive.dissertation.bench_logs import identified
-from cabledrive.dissertation.item import DIFFERS, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, compared, unknown
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from reproduction.bench_logs import identified
+from reproduction.item import DIFFERS, Item, Outcome, outcome, place
+from reproduction.judge import claimed, compared, unknown
 
 WIDE = 3.5
 """Standard errors on each side of an estimate inside which a printed value must lie: 99.9 %."""

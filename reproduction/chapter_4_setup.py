@@ -5,7 +5,10 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.dissertation.appendix import (
+from cabledrive.identification.camera.spots import levels_of, spots_of
+from cabledrive.parameters import load_drive
+from cabledrive.rig.bench.chapter_4 import TORQUE_PER_VOLT
+from reproduction.appendix import (
     NOMINAL_SPEED,
     NOMINAL_TORQUE,
     RPM,
@@ -14,12 +17,9 @@ from cabledrive.dissertation.appendix import (
     encoder_counts,
     gear_ratio,
 )
-from cabledrive.dissertation.item import DIFFERS, Entry, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, compared, erratum, taken, unknown
-from cabledrive.dissertation.panel import Panel, curve
-from cabledrive.identification.camera.spots import levels_of, spots_of
-from cabledrive.parameters import load_drive
-from cabledrive.rig.bench.chapter_4 import TORQUE_PER_VOLT
+from reproduction.item import DIFFERS, Entry, Item, Outcome, outcome, place
+from reproduction.judge import claimed, compared, erratum, taken, unknown
+from reproduction.panel import Panel, curve
 
 CHOSEN = "a dimension or setting of the rig: nothing in the print gives it again"
 ROWS, COLUMNS = 160, 224

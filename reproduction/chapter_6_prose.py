@@ -4,10 +4,10 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.dissertation.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, erratum, unknown
-from cabledrive.dissertation.rig_runs import run
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from reproduction.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
+from reproduction.judge import claimed, erratum, unknown
+from reproduction.rig_runs import run
 
 
 def prose(quick: bool) -> Outcome:

@@ -6,13 +6,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.dissertation.bench_logs import EXPERIMENTS, Experiment, bench_log
-from cabledrive.dissertation.chapter_4_tables import table_4_1, table_4_2
-from cabledrive.dissertation.item import AGREES, DIFFERS, Entry, Item, Outcome, outcome, place, rms
-from cabledrive.dissertation.judge import claimed, unknown
-from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from reproduction.bench_logs import EXPERIMENTS, Experiment, bench_log
+from reproduction.chapter_4_tables import table_4_1, table_4_2
+from reproduction.item import AGREES, DIFFERS, Entry, Item, Outcome, outcome, place, rms
+from reproduction.judge import claimed, unknown
+from reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]
 CORNER, IDEAL, SMOOTHING = 20.0, 50.0, 0.5

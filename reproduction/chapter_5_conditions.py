@@ -2,9 +2,6 @@
 
 import numpy as np
 
-from cabledrive.dissertation.item import DIFFERS, ERRATUM, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, compared, erratum, unknown
-from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.modal.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
 from cabledrive.modal.tuning import span_frequency, tuned_pretension
 from cabledrive.parameters import load_drive
@@ -13,6 +10,9 @@ from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.studies.chapter_5 import (
     tuned_drive,
 )
+from reproduction.item import DIFFERS, ERRATUM, Outcome, outcome, place
+from reproduction.judge import claimed, compared, erratum, unknown
+from reproduction.panel import Panel, curve
 
 TENSIONS = (2.0, 3.2838, 5.0, 10.0)
 DRIVE_RATIOS = (1.0, 10.0, 1000.0)

@@ -1,4 +1,4 @@
-"""`cabledrive reproduce`: the dissertation computed anew, item by item."""
+"""`python -m reproduction`: the dissertation computed anew, item by item."""
 
 import json
 from hashlib import sha256
@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from cabledrive.app.failures import interrupted, status_of
+from cabledrive.app.interrupts import run_to_its_end
 from cabledrive.app.messages import note
 from cabledrive.app.options import Subcommand, answering
 from cabledrive.app.results import Answer, plain
@@ -20,7 +22,7 @@ RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 
 @click.command(
     cls=Subcommand,
-    example="cabledrive reproduce --quick -o dissertation",
+    example="python -m reproduction --quick -o dissertation",
     short_help="Recompute the results of the dissertation and compare them with the printed values.",
 )
 @answering
@@ -44,7 +46,7 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
     if before is not None:
         return _answer(before, folder)
     _check(folder, force=force or resume)
-    from cabledrive.dissertation.run import chosen_entries
+    from reproduction.run import chosen_entries
 
     chosen_entries(only)
     try:
@@ -58,8 +60,8 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
 
 
 def _reproduced(quick: bool, only: str | None, folder: Path) -> dict[str, Any]:
-    from cabledrive.dissertation import reproduce
-    from cabledrive.dissertation.page import reproduction_html
+    from reproduction import reproduce
+    from reproduction.page import reproduction_html
 
     found = reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
     note("report")
@@ -93,7 +95,7 @@ def _finished(folder: Path, quick: bool, only: str | None) -> dict[str, Any] | N
 
 
 def _still_holds(before: dict[str, Any], quick: bool, only: str | None) -> bool:
-    from cabledrive.dissertation.run import source_hash
+    from reproduction.run import source_hash
 
     alike = before["quick"] == quick and before.get("only") == only
     return bool(alike and before["provenance"].get("source_hash") == source_hash())
@@ -128,3 +130,9 @@ def _text(data: dict[str, Any], folder: Path) -> str:
 
 def _shown(value: float | str | None) -> str:
     return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+if __name__ == "__main__":
+    raise SystemExit(
+        run_to_its_end(lambda: status_of(lambda: command.main(standalone_mode=False)), interrupted)
+    )

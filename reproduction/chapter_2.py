@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from cabledrive.dissertation.item import Entry, Outcome, outcome, place
-from cabledrive.dissertation.judge import erratum
 from cabledrive.parameters import load_drive
+from reproduction.item import Entry, Outcome, outcome, place
+from reproduction.judge import erratum
 
 COURANT = 0.999
 SEGMENTS = 100

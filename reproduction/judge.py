@@ -1,6 +1,6 @@
 """A printed number or claim beside what is computed, and the verdict."""
 
-from cabledrive.dissertation.item import (
+from reproduction.item import (
     AGREES,
     DIFFERS,
     ERRATUM,

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.dissertation.item import DIFFERS, Item, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed
-from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.parameters import load_drive
 from cabledrive.studies.shapes import mode_shapes
+from reproduction.item import DIFFERS, Item, Outcome, outcome, place
+from reproduction.judge import claimed
+from reproduction.panel import Panel, curve
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,16 +8,16 @@ from itertools import groupby
 
 from markupsafe import Markup
 
-from cabledrive.dissertation import Entry, Item, Outcome, Reproduction
-from cabledrive.dissertation.errata_text import ErrataItem, errata_items
-from cabledrive.dissertation.panel_figures import panels_figure
-from cabledrive.dissertation.run import call_of
 from cabledrive.parameters.version import __version__
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
 from cabledrive.report.numbers import number
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import Provenance
 from cabledrive.report.wording import texts
+from reproduction import Entry, Item, Outcome, Reproduction
+from reproduction.errata_text import ErrataItem, errata_items
+from reproduction.panel_figures import panels_figure
+from reproduction.run import call_of
 
 Known = dict[tuple[str, str], ErrataItem]
 
@@ -32,7 +32,7 @@ TITLES = {
     "A": "Appendix A: hardware",
 }
 _PLACE = re.compile(r"(docs/errata(?:_control)?\.md)#([\w-]+)")
-say = texts("page", "cabledrive.dissertation")
+say = texts("page", "reproduction")
 
 
 def reproduction_html(found: Reproduction, written_at: datetime | None = None) -> str:
@@ -120,7 +120,7 @@ def _section(entry: Entry, outcome: Outcome, known: Known, quick: bool) -> Secti
 
 def _call(entry: Entry, quick: bool) -> Paragraph:
     """How to make it again: on the command line, and in Python."""
-    shell = f'cabledrive reproduce --only "{entry.covers[0]}"{" --quick" if quick else ""} -o DIR'
+    shell = f'python -m reproduction --only "{entry.covers[0]}"{" --quick" if quick else ""} -o DIR'
     words = Markup("Made by <code>{}</code>, in Python <code>{}</code>.")
     return Paragraph(text=words.format(shell, call_of(entry, quick)))
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cabledrive.dissertation.panel import Panel
+from reproduction.panel import Panel
 
 AGREES, ERRATUM, DIFFERS, NOT_COMPUTABLE = "agrees", "erratum", "differs", "not computable"
 VERDICTS = (AGREES, ERRATUM, DIFFERS, NOT_COMPUTABLE)

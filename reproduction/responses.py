@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.frequency_response import response_by_segments
 from cabledrive.identification.response_inputs import compensated_torque
@@ -13,6 +12,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 from cabledrive.rig.bench.chapter_4 import response_command, rig_of
 from cabledrive.rig.bench.virtual_rig import VirtualRig, run_rig
+from reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]
 

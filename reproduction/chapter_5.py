@@ -3,11 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.dissertation.chapter_5_conditions import figure_5_2, figure_5_3, section_5
-from cabledrive.dissertation.chapter_5_free import CHOSEN, figure_5_7
-from cabledrive.dissertation.item import DIFFERS, Entry, Outcome, outcome
-from cabledrive.dissertation.judge import claimed
-from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.studies.chapter_5 import (
@@ -20,6 +15,11 @@ from cabledrive.studies.chapter_5 import (
     tuned_drive,
 )
 from cabledrive.studies.resonance_validation import ForcedCase, envelope, exact_motion
+from reproduction.chapter_5_conditions import figure_5_2, figure_5_3, section_5
+from reproduction.chapter_5_free import CHOSEN, figure_5_7
+from reproduction.item import DIFFERS, Entry, Outcome, outcome
+from reproduction.judge import claimed
+from reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]
 

@@ -11,15 +11,15 @@ from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
 
-from cabledrive.dissertation.item import AGREES, VERDICTS, Entry, Item, Outcome
-from cabledrive.dissertation.judge import INPUT
-from cabledrive.dissertation.panel import panel_of
-from cabledrive.dissertation.registry import entries
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.own_hash import intact_object, with_own_hash
 from cabledrive.parameters.version import __version__
+from reproduction.item import AGREES, VERDICTS, Entry, Item, Outcome
+from reproduction.judge import INPUT
+from reproduction.panel import panel_of
+from reproduction.registry import entries
 
 SUFFIXES = (".py", ".toml")
 BEYOND = ("report", "app")
@@ -97,7 +97,7 @@ class Reproduction:
 def call_of(entry: Entry, quick: bool = False) -> str:
     """The call in Python that computes an entry: items and the data of its figures.
 
-    Returns such as ``cabledrive.dissertation.chapter_5_conditions.figure_5_3(quick=False)``.
+    Returns such as ``reproduction.chapter_5_conditions.figure_5_3(quick=False)``.
     """
     made = entry.compute
     values: tuple[Any, ...] = getattr(made, "args", ())
@@ -206,17 +206,17 @@ def reproduce(
 
 
 def source_hash() -> str:
-    """Hash of every source and drive file of the package but for those of report and door.
+    """Hash of the sources here and of the package, drive files included, but for those of report and door.
 
     Returns 64 hexadecimal digits.
     """
-    root = Path(str(resources.files("cabledrive")))
     digest = hashlib.sha256()
-    for path in sorted(path for path in root.rglob("*") if path.suffix in SUFFIXES):
-        name = path.relative_to(root)
-        if name.parts[0] not in BEYOND:
-            digest.update(name.as_posix().encode())
-            digest.update(path.read_bytes())
+    for root in (Path(str(resources.files("cabledrive"))), Path(__file__).parent):
+        for path in sorted(path for path in root.rglob("*") if path.suffix in SUFFIXES):
+            name = path.relative_to(root)
+            if name.parts[0] not in BEYOND:
+                digest.update(name.as_posix().encode())
+                digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

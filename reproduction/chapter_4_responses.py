@@ -2,11 +2,11 @@
 
 from math import pi, sqrt
 
-from cabledrive.dissertation.item import DIFFERS, ERRATUM, Entry, Outcome, outcome, place
-from cabledrive.dissertation.judge import claimed, compared
-from cabledrive.dissertation.responses import measured_response
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_rig
+from reproduction.item import DIFFERS, ERRATUM, Entry, Outcome, outcome, place
+from reproduction.judge import claimed, compared
+from reproduction.responses import measured_response
 
 JOINT, JOINT_DAMPING = 135.0, 0.075
 MOTOR = BENCH_TESTS[0].inertia

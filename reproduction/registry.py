@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-from cabledrive.dissertation.item import Entry
+from reproduction.item import Entry
 
 MODULES = (
     "chapter_2",

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
 from markupsafe import Markup, escape
@@ -40,7 +39,7 @@ class ErrataItem:
 def errata_items() -> dict[tuple[str, str], ErrataItem]:
     """Every item of both pages.
 
-    Returns by page and anchor; empty where the package comes without its documentation.
+    Returns by page and anchor.
     """
     found = {}
     for page in PAGES:
@@ -51,13 +50,8 @@ def errata_items() -> dict[tuple[str, str], ErrataItem]:
 
 
 def _text(page: str) -> str:
-    """A page as the package holds it when it is installed, else from the folder of its sources."""
-    name = Path(page).name
-    inside = resources.files("cabledrive.dissertation") / "errata" / name
-    if inside.is_file():
-        return inside.read_text(encoding="utf-8")
-    beside = Path(str(resources.files("cabledrive"))).parents[1] / "docs" / name
-    return beside.read_text(encoding="utf-8") if beside.is_file() else ""
+    """A page of the documentation."""
+    return (Path(__file__).parents[1] / page).read_text(encoding="utf-8")
 
 
 def _set(line: str) -> Markup:
