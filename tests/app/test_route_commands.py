@@ -12,7 +12,6 @@ from cabledrive.studies.study.check_stage import _of_the_file
 from command import answer, call, refusal, the_line
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
-COREXY = str(ROUTES / "corexy.toml")
 
 
 def test_check_lists_every_span_with_length_wrap_and_tension():
@@ -52,16 +51,6 @@ def test_check_draws_a_machine(name, tmp_path):
     assert text.count("<path") > 20
 
 
-def test_modes_says_which_waves_are_between_held_ends_and_how_the_rotors_are_held():
-    found = answer("modes", COREXY, "--below", "140", "--motor", "held")
-    assert (found["motor"], found["certified"], found["rigid_body_modes"]) == ("held", True, 0)
-    clamped = [mode.get("clamped", False) for mode in found["modes"]]
-    assert any(clamped)
-    assert not all(clamped)
-    assert {mode["kind"] for mode in found["modes"]} == {"longitudinal", "transverse"}
-    assert all(mode["span"] for mode in found["modes"] if mode["kind"] == "transverse")
-
-
 def test_a_machine_is_simulated_at_the_command_line(tmp_path):
     out = tmp_path / "run.nc"
     asked = ("--duration", "1 ms", "--segments", "4", "--torque-amplitude", "0.05", "--torque-frequency", "0")
@@ -82,27 +71,6 @@ def test_a_machine_is_simulated_at_the_command_line(tmp_path):
     assert found["spans"][1]["midpoint_peak"] == pytest.approx(1e-4, rel=0.05)
     assert found["coordinates"]["motor"]["peak_to_peak"] > 0.0
     assert any("state of rest" in line for line in found["assumptions"])
-
-
-def test_the_response_of_a_machine_has_its_rigid_mass_below_its_modes():
-    """Place over torque is r / (M r^2 + J) / omega^2 far below the first mode."""
-    found = answer(
-        "response",
-        str(ROUTES / "printer.toml"),
-        "--input",
-        "motor",
-        "--response",
-        "head.x",
-        "--below",
-        "100 Hz",
-    )
-    radius, head = 6.366e-3, 0.35
-    belt = 8.3e-3 * (0.18 + 0.40 + 4.732e-3 + 0.18)
-    inertia = 1.6e-7 + 54e-7 + (head + belt + 2 * 3e-8 / 4e-3**2) * radius**2
-    omega = 2 * np.pi * found["frequency_hz"][0]
-    assert found["magnitude"][0] == pytest.approx(radius / inertia / omega**2, rel=2e-3)
-    refusal("response", "dissertation-3")
-    refusal("response", str(ROUTES / "printer.toml"), "--response", "tail")
 
 
 def test_a_response_between_coordinates_that_symmetry_decouples_is_said_to_be_zero(tmp_path):

@@ -99,36 +99,6 @@ def test_a_driver_killed_at_ten_random_moments_ends_with_the_bytes_of_a_quiet_ru
     assert contents(cut) == contents(whole)
 
 
-@pytest.fixture
-def small_disk(tmp_path):
-    """A disk of 8 MB; skips where none can be mounted."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    if os.system(f"mount -t tmpfs -o size=8m none {place} 2>/dev/null") != 0:
-        pytest.skip("no disk can be mounted here: needs the rights of an administrator")
-    yield place
-    os.system(f"umount {place}")
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_disk_that_fills_up_ends_the_sweep_in_a_line_and_room_lets_it_go_on(workers, small_disk, tmp_path):
-    (tmp_path / "spec.toml").write_text(MODES)
-    run_sweep(tmp_path / "spec.toml", tmp_path / "whole.zarr", progress=False)
-    (small_disk / "other").write_bytes(bytes(6_000_000))
-    arguments = ("sweep", tmp_path / "spec.toml", "-o", small_disk / "cut.zarr", "--workers", workers)
-    full = run(*arguments)
-    assert full.returncode in (2, 3), full
-    lines = [line for line in full.stderr.splitlines() if line.strip()]
-    assert "No space left on device" in lines[-1], full.stderr
-    done = len(list((small_disk / "cut.zarr").glob("code/c/*")))
-    assert 0 < done < 150
-    (small_disk / "other").unlink()
-    again = run(*arguments, "--json")
-    assert again.returncode == 0, again.stderr
-    assert contents(small_disk / "cut.zarr") == contents(tmp_path / "whole.zarr")
-
-
 @pytest.mark.verify
 def test_the_engine_takes_under_three_percent_of_chunks_of_five_seconds(tmp_path, measured):
     """Rows that sleep need no processor: what a worker loses is the engine's and the store's."""

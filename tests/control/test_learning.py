@@ -12,14 +12,13 @@ import pytest
 from scipy.signal import StateSpace, lsim
 
 from cabledrive.control.flat_output import flat_output
-from cabledrive.control.innovations_of_load import missed_by_filter, whitening
+from cabledrive.control.innovations_of_load import whitening
 from cabledrive.control.kalman import QUIET, Sampling, kalman_filter
 from cabledrive.control.law_kernels import learn_from_innovations
 from cabledrive.control.load_equation import estimate_load
 from cabledrive.control.load_torque import carried
 from cabledrive.control.momentum_sum import estimate_motor
 from cabledrive.control.numbers import LEARNING, LawNumbers
-from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.reference import flat_reference, joint_motion
 from cabledrive.control.regression import filtered
 from cabledrive.reduction.lumped_chain import state_space
@@ -192,40 +191,6 @@ def filter_of(chain):
     return kalman_filter(chain, [0, 1, 2], counts, sampling, chosen=[0, 1, 2], tuning=tuning), np.array(
         counts
     )
-
-
-def test_what_the_filter_misses_is_what_it_misses_on_a_plant_with_that_torque():
-    """The plant by its matrices, the filter by the kernels of the loop, no torque of the motor."""
-    chain = replace(model(4), coulomb=(0.0, 0.0, 0.0), offsets=(0.0, 0.0, 0.0))
-    observer, _ = filter_of(chain)
-    torque = 0.01 * np.sin(40.0 * INTERVAL * np.arange(500))
-    missed, innovations = missed_by_filter(observer, chain, torque, INTERVAL)
-    a, b = state_space(chain)
-    fine = 10
-    time = INTERVAL / fine * np.arange(500 * fine + 1)
-    load = np.interp(time, INTERVAL * np.arange(500), torque)
-    _, true, _ = lsim(StateSpace(a, -b[:, -1:], np.eye(6), np.zeros((6, 1))), load, time)
-    estimate, states, scratch, held = np.zeros(9), np.zeros(6), np.zeros(12), np.zeros(2)
-    found, seen = np.zeros((500, 6)), np.zeros((500, 3))
-    for k in range(500):
-        x = true[k * fine]
-        correct(
-            2,
-            observer.chosen,
-            observer.output,
-            observer.gains,
-            observer.scalars,
-            k,
-            estimate,
-            x[:3],
-            states,
-            scratch,
-        )
-        found[k], seen[k] = x - states, scratch[:3]
-        predict(observer.model, observer.scalars, 3, estimate, held, 0.0, 0.0, scratch)
-    for ours, theirs in ((missed, found), (innovations, seen)):
-        gap = np.abs(ours - theirs).max(axis=0) / np.abs(theirs).max(axis=0)
-        assert gap.max() < 2e-3, f"observed {gap}"
 
 
 def test_whitened_innovations_have_variance_one():

@@ -9,7 +9,7 @@ from cabledrive.control.hinf import MARGIN, hinf_gain, problem
 from cabledrive.control.law_kernels import adapt, linear_command, reference_model_command
 from cabledrive.control.linear_laws import lq_law, lqi_law
 from cabledrive.control.numbers import HIGH, LOW
-from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.reduction.lumped_chain import state_space
 from control_chains import INTERVAL, model, row_of, state_of
 
 COUNT, TORQUE, TIME = 2.0 * np.pi / 10_000, 0.05, 0.03
@@ -72,45 +72,6 @@ def test_worst_case_gain_of_the_h_infinity_feedback_is_within_a_margin_of_the_le
     assert swept(-law.rows) > gamma / MARGIN * 0.999
 
 
-def chain_over_decades(rng):
-    """Inertias, springs, frictions and weights over decades: the problem of a fast or a heavy machine."""
-    n = int(rng.integers(1, 4))
-    inertias = 10.0 ** rng.uniform(-6.0, 1.0, n)
-    hertz = 10.0 ** rng.uniform(0.0, 3.0, n - 1)
-    reduced = inertias[:-1] * inertias[1:] / (inertias[:-1] + inertias[1:])
-    chain = LumpedChain(
-        names=tuple(f"body {i}" for i in range(n)),
-        inertias=tuple(inertias),
-        viscous=tuple(inertias * 10.0 ** rng.uniform(-3.0, 0.0, n)),
-        coulomb=(0.0,) * n,
-        offsets=(0.0,) * n,
-        stiffness=tuple((2.0 * np.pi * hertz) ** 2 * reduced),
-        damping=tuple(1e-3 * (2.0 * np.pi * hertz) * reduced),
-        ratios=((1.0, 1.0),) * (n - 1),
-    )
-    error, torque = 10.0 ** rng.uniform(-5.0, -2.0), 10.0 ** rng.uniform(-3.0, 1.0)
-    return problem(chain, error, 10.0 ** rng.uniform(-3.0, 0.0), 10.0 ** rng.uniform(-2.0, 0.0)), torque**-2
-
-
-def test_h_infinity_feedback_of_chains_over_decades_is_stable_and_keeps_its_worst_case_gain(measured):
-    """Stable by eigenvalues, and a sweep over frequencies reaches gamma from below within its margin."""
-    rng = np.random.default_rng(20)
-    shares = []
-    for _ in range(40):
-        (a, by_torque, by_disturbance, weight), cost = chain_over_decades(rng)
-        gain, gamma = hinf_gain(a, by_disturbance, by_torque, weight, cost)
-        closed = a - by_torque @ gain
-        poles = np.linalg.eigvals(closed)
-        assert poles.real.max() < 0.0
-        outputs = np.vstack((np.sqrt(weight), np.sqrt(cost) * gain))
-        swept = np.concatenate(
-            (np.geomspace(abs(poles).min() / 1e2, abs(poles).max() * 10.0, 300), abs(poles))
-        )
-        shares.append(worst_gain(closed, by_disturbance, outputs, swept) / gamma)
-    measured(f"{min(shares):.3f} to {max(shares):.4f} of gamma")
-    assert 0.8 < min(shares) < max(shares) < 1.001
-
-
 LASTING = 0.03
 SAMPLES = 10_000
 
@@ -146,16 +107,6 @@ def test_l1_removes_a_torque_that_lasts_and_the_feedback_alone_does_not(number, 
     measured(f"{abs(removed[-1] / alone[-1]):.1e} of the error is left")
     assert abs(alone[-1]) > 0.3 * COUNT
     assert abs(removed[-1]) < 1e-6 * abs(alone[-1])
-
-
-def test_l1_lets_a_torque_above_its_low_pass_to_the_feedback():
-    """At ten times the low-pass the error differs from that of the feedback alone by less than a third."""
-    torque = LASTING * np.sin(2.0 * np.pi * 60.0 * INTERVAL * np.arange(4000))
-    alone, slow = (
-        np.ptp(load_error(law, torque)[2000:])
-        for law in (lq_law(model(4), COUNT, TORQUE, INTERVAL), l1_law(model(4), COUNT, TORQUE, 6.0, INTERVAL))
-    )
-    assert slow == pytest.approx(alone, rel=0.34)
 
 
 def test_model_reference_adaptation_finds_the_factors_of_a_torque_and_keeps_its_bounds(measured):

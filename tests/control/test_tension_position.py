@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import lsq_linear
 
-from cabledrive.control.position_bound import place_answers, place_bound
+from cabledrive.control.position_bound import place_answers
 from cabledrive.control.tension_allocation import PREFERENCE, allocate
 from cabledrive.control.tension_position import TensionGains, first_state, step
 from cabledrive.reduction.two_motors_kernels import TwoMotors
@@ -151,19 +151,3 @@ def test_white_noise_goes_through_the_square_of_the_answer(kind, name):
     time, answer = pulse_answer(kind)
     expected = np.sqrt(np.trapezoid(answer**2, time))
     assert getattr(place_answers(POSITION, LAG, OBSERVER), name) == pytest.approx(expected, rel=0.01)
-
-
-def test_parts_of_the_bound_add_up():
-    answers, zero = place_answers(POSITION, LAG, OBSERVER), np.zeros(1)
-    plain = {
-        "unexpected": zero,
-        "tension": zero,
-        "counts": zero,
-        "place_noise": zero,
-        "acceleration_noise": zero,
-    }
-    assert place_bound(answers, 1e-3, **plain | {"unexpected": np.ones(1), "counts": np.ones(1)})[
-        0
-    ] == pytest.approx(answers.unexpected + answers.place)
-    noisy = place_bound(answers, 1e-3, **plain | {"place_noise": np.ones(1)})[0]
-    assert noisy == pytest.approx(5.0 * np.sqrt(1e-3) * answers.noisy_place)

@@ -164,19 +164,6 @@ def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
     assert len(lines) == 3
 
 
-def test_another_source_is_computed_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        "reproduction.run.entries",
-        lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:1]),
-    )
-    lines = []
-    for source in "010":
-        monkeypatch.setattr("reproduction.run.source_hash", lambda s=source: s * 64)
-        reproduce(quick=True, folder=tmp_path, note=lines.append)
-    assert len(lines) == 3
-    assert len(list(tmp_path.iterdir())) == 1
-
-
 @pytest.mark.verify
 @pytest.mark.parametrize("quick", [True, False])
 def test_no_item_differs_without_a_cause(quick, measured):

@@ -49,22 +49,6 @@ def test_mujoco_oscillates_at_the_frequencies_of_the_chain(name, measured):
     assert max(gaps) < 1e-5, f"observed {gaps}"
 
 
-def test_a_slack_span_carries_nothing_in_mujoco():
-    """Beyond the slack torque 2 r T0 only one of the two spans pulls, with half of the stiffness."""
-    mujoco = pytest.importorskip("mujoco", reason="needs mujoco")
-    drive = cd.load_drive("dissertation-3")
-    model = mujoco.MjModel.from_xml_string(mjcf_files(drive)["model-3.xml"])
-    model.dof_frictionloss[:] = 0.0
-    data, slack = mujoco.MjData(model), 2.0 * drive.drive_pulley.radius * drive.cable.pretension
-    stiffness = 2.0 * drive.lumped.cable_stiffness * drive.drive_pulley.radius**2
-    for share in (0.5, 1.0, 3.0):
-        for sign in (1.0, -1.0):
-            data.qpos[:] = sign * share * slack / stiffness, 0.0
-            mujoco.mj_forward(model, data)
-            wanted = slack * (share if share <= 1.0 else 1.0 + 0.5 * (share - 1.0))
-            assert data.qfrc_passive[0] == pytest.approx(-sign * wanted, rel=1e-9)
-
-
 @pytest.mark.parametrize("name", DRIVES)
 def test_the_equations_of_the_modelica_text_are_those_of_the_chain(name):
     """Its equations, evaluated in Python line by line, accelerate as the state space does."""

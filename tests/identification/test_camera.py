@@ -1,7 +1,5 @@
 """The track of a marker is right to a twentieth of a pixel, and what is wrong with a clip is said."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -122,22 +120,6 @@ def test_a_lost_marker_is_missing_and_said(clip):
     assert "marker lost in 3 of 100 frames" in track.findings
 
 
-def test_two_markers_are_followed_when_asked_for_and_refused_when_not():
-    rng = np.random.default_rng(4)
-    upper, lower = swinging(rng, (5, 2, 1), 0.2, middle=40.0), swinging(rng, (6, 2, 1), 0.2, middle=120.0)
-    bright = VirtualCamera(clutter=0, noise=0.0)
-    pairs = zip(filmed(bright, upper, rng), filmed(bright, lower, rng), strict=True)
-    frames = [np.maximum(a, b) + rng.normal(0, 6, a.shape) for a, b in pairs]
-    with pytest.raises(InputRefused, match="2 markers move, 1 wanted"):
-        track_marker(clip_of(frames, RATE))
-    track = track_marker(clip_of(frames, RATE), markers=2)
-    for k, rows in enumerate((upper, lower)):
-        assert np.sqrt(np.mean((track.rows[:, k] - rows.mean(axis=1)) ** 2)) < 0.05
-    assert set(marker_log(track, 1e-3).channels) >= {"upper_position", "lower_position"}
-    one = track_marker(clip_of(frames, RATE), region=(80, 160, 0, 224))
-    assert np.sqrt(np.mean((one.rows[:, 0] - lower.mean(axis=1)) ** 2)) < 0.05
-
-
 def test_a_clip_without_a_marker_is_refused_in_one_line():
     rng = np.random.default_rng(2)
     frames = [25 + 8 * rng.normal(size=(60, 80)) for _ in range(20)]
@@ -164,25 +146,3 @@ def test_a_video_file_and_a_folder_of_pictures_are_the_same_clip(clip, tmp_path)
         error = track.rows[:, 0] - exact[:60][track.place - track.place[0]]
         assert np.sqrt(np.mean(error**2)) <= 0.05, (source, np.sqrt(np.mean(error**2)))
     assert "1 frames dropped" in track.findings[0]
-
-
-def test_the_door_writes_a_log_that_identify_reads(clip, tmp_path, capsys):
-    pytest.importorskip("cv2", reason="needs the extra camera")
-    import cv2
-
-    from cabledrive.app.main import main
-
-    _, frames = clip
-    video = cv2.VideoWriter(str(tmp_path / "a.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, (224, 160))
-    for frame in frames[:80]:
-        video.write(np.repeat(frame[:, :, None], 3, axis=2))
-    video.release()
-    arguments = ["--frame-rate", "480", "--known-length", "30 mm", "--known-pixels", "75", "--json"]
-    with pytest.raises(SystemExit) as end:
-        main(["camera", str(tmp_path / "a.avi"), *arguments, "-o", str(tmp_path / "a.csv"), "--quiet"])
-    out = capsys.readouterr()
-    assert (end.value.code or 0, out.err) == (0, "")
-    assert json.loads(out.out)["scale"] == pytest.approx(4e-4)
-    log = read_log(tmp_path / "a.csv")
-    assert log.sample_rate == pytest.approx(480.0)
-    assert set(log.channels) == {"position", "along_position"}

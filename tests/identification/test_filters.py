@@ -23,22 +23,6 @@ def test_the_causal_filter_has_the_response_of_4_1(frequency):
         np.testing.assert_allclose(found[k][inner], exact[inner], atol=0.2 * (w * DT) ** 2 * size)
 
 
-def test_forwards_and_backwards_leaves_no_phase():
-    wave = np.sin(2 * np.pi * 5 * T)
-    inner = slice(500, -500)
-    assert np.abs(filters.zero_phase(wave, DT, 60.0)[inner] - wave[inner]).max() < 1e-8
-
-
-def test_the_difference_is_of_order_eight():
-    errors = []
-    for dt in (4e-3, 2e-3):
-        t = dt * np.arange(1000)
-        exact = 80 * np.cos(80 * t)
-        errors.append(np.abs(filters.difference(np.sin(80 * t), dt) - exact)[8:-8].max())
-    order = np.log2(errors[0] / errors[1])
-    assert order == pytest.approx(8.0, abs=0.3), f"observed order {order:.2f}"
-
-
 def test_the_bandwidth_is_where_the_motion_meets_the_rounding_of_the_encoder():
     quantum = 2 * np.pi / 2600
     rng = np.random.default_rng(3)

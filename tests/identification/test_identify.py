@@ -196,13 +196,3 @@ def test_an_axis_that_is_held_by_friction_at_first_does_not_lose_its_intervals()
     free, held = (identify(bench_log(TEST, seed), PLAIN, method="output-error") for seed in (70_000, 70_145))
     errors = [found.parameters["viscous_friction"].standard_error for found in (free, held)]
     assert errors[1] < 3.0 * errors[0], f"observed {errors}"
-
-
-def test_several_logs_narrow_the_intervals():
-    logs = [bench_log(TEST, seed) for seed in (8, 9, 10)]
-    one, three = identify(logs[0], PLAIN, method="output-error"), identify(logs, PLAIN, method="output-error")
-    assert (
-        three.parameters["viscous_friction"].standard_error
-        < one.parameters["viscous_friction"].standard_error
-    )
-    assert len(three.reports) == 3

@@ -250,15 +250,6 @@ def test_a_comma_is_no_decimal_mark_where_points_are(tmp_path):
         read_log(written(tmp_path, f"time torque angle\n{rows}\n0.020 3,5 4.0\n"))
 
 
-def test_channels_of_classic_netcdf_that_differ_in_length_are_refused(tmp_path):
-    with io.netcdf_file(str(tmp_path / "log.nc"), "w") as file:
-        for name, values, size in (("time", TIME, N), ("torque", TORQUE, N), ("angle", ANGLE[:-1], N - 1)):
-            file.createDimension(f"rows of {name}", size)
-            file.createVariable(name, "d", (f"rows of {name}",))[:] = values
-    with pytest.raises(InputRefused, match="differ in length"):
-        read_log(tmp_path / "log.nc")
-
-
 @pytest.mark.parametrize(
     ("line", "words"),
     [

@@ -6,11 +6,9 @@ import pytest
 from pyarrow import parquet
 
 from cabledrive.identification.logs import reading
-from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.reading import open_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
 from cabledrive.identification.one_log import IdentifyOptions, identify
-from cabledrive.identification.rigid_axis import identify_rigid_axis
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import run_rig
@@ -54,35 +52,6 @@ def test_a_log_too_long_for_memory_is_refused_where_blocks_do_not_serve(path, mo
     monkeypatch.setattr(reading, "MOST_VALUES", 1000)
     with pytest.raises(InputRefused, match="more than 1000 numbers"):
         reading.read_log(path)
-
-
-def test_blocks_without_a_time_column_follow_one_another(path, tmp_path, monkeypatch):
-    """Time is counted from the sample rate over the whole file, not from each block's first row."""
-    monkeypatch.setattr("cabledrive.identification.logs.parquet.BLOCK_ROWS", 5_000)
-    monkeypatch.setattr("cabledrive.identification.long_logs.BLOCK_ROWS", 17_000)
-    timeless = parquet.read_table(path).drop_columns(["time [s]"])
-    parquet.write_table(timeless, tmp_path / "timeless.parquet")
-    recording = open_log(tmp_path / "timeless.parquet", ColumnMap(sample_rate=1000.0))
-    with_time, without = identify_long_log(open_log(path)), identify_long_log(recording)
-    assert without.method["blocks"] == 4
-    assert without["inertia"] == pytest.approx(with_time["inertia"], rel=1e-9)
-
-
-def test_samples_at_which_the_torque_saturates_are_left_out_of_every_block(path, tmp_path, monkeypatch):
-    """Torque clipped at seven tenths of its peak: blocks and whole log leave the same samples out."""
-    columns = parquet.read_table(path).to_pydict()
-    torque = np.array(columns["torque [N m]"])
-    most = 0.7 * np.abs(torque).max()
-    columns["torque [N m]"] = np.clip(torque, -most, most)
-    parquet.write_table(pa.table(columns), tmp_path / "clipped.parquet")
-    whole = identify_rigid_axis([reading.read_log(tmp_path / "clipped.parquet")])
-    monkeypatch.setattr("cabledrive.identification.logs.parquet.BLOCK_ROWS", 5_000)
-    monkeypatch.setattr("cabledrive.identification.long_logs.BLOCK_ROWS", 17_000)
-    blocks = identify_long_log(open_log(tmp_path / "clipped.parquet"))
-    assert blocks.method["blocks"] == 4
-    for name, estimate in whole.parameters.items():
-        off = abs(blocks[name] - estimate.value) / estimate.standard_error
-        assert off < 0.5, f"{name}: {off:.2f} standard errors"
 
 
 def csv_of(path, folder):

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from cabledrive.identification.innovation_kernels import observe, shadow
-from cabledrive.identification.innovations import Track, answered, observer_gains, predicted_angles
+from cabledrive.identification.innovations import observer_gains
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.model_check import INNOVATIONS
 from cabledrive.identification.one_log import identify
-from cabledrive.identification.reference_logs import innovation_powers
 from servo_logs import servo_log
 
 VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])
@@ -50,31 +49,6 @@ def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
     observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), STEP, out)
     assert np.abs(out[0]).max() < 1e-12 * np.ptp(angle), f"observed {np.abs(out[0]).max():.2g} rad"
     assert 0.2 < np.mean(out[3] == 0.0) < 0.8, "the motion must hold sticking and slipping"
-
-
-def test_the_answer_to_a_disturbance_is_the_derivative_of_the_innovation():
-    """A torque of 1e-7 N m while the axis slips one way: to its second order."""
-    torque = np.full(800, 0.1)
-    track = Track(torque=torque, position=free_motion(torque), start=0.0, interval=STEP, quantum=0.0)
-    extra = 1e-7 * np.sin(0.05 * np.arange(800.0))
-    run = predicted_angles(track, VALUES, 60.0)
-    made = free_motion(torque + extra)
-    other = predicted_angles(
-        Track(torque=torque, position=made, start=0.0, interval=STEP, quantum=0.0), VALUES, 60.0
-    )
-    expected = answered(track, run, {"extra": extra})[0]
-    off = np.abs(other.innovation - run.innovation - expected).max() / np.abs(expected).max()
-    assert off < 2e-3, f"observed {off:.2g}"  # the answer takes viscous decay to the first order in the step
-
-
-def test_the_power_of_innovations_under_noise_is_the_calculated_one():
-    """White noise of the angle of an axis in steady rotation; 20,000 samples: 3 standard errors are 5 %."""
-    rng, torque = np.random.default_rng(5), np.full(20_000, 0.1)
-    noise = 1e-3 * rng.normal(size=torque.size)
-    track = Track(torque=torque, position=free_motion(torque) + noise, start=0.0, interval=STEP, quantum=0.0)
-    power = np.mean(predicted_angles(track, VALUES, 60.0).innovation[1000:] ** 2)
-    by_angle, _ = innovation_powers(VALUES[0], 60.0, STEP)
-    assert power == pytest.approx(1e-6 * by_angle, rel=0.05)
 
 
 @pytest.mark.parametrize("motion", ["trapezoids", "steps"])

@@ -5,15 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.excitation import low_crest_multisine, multisine_lines
-from cabledrive.identification.frequency_response import response_by_periods
-from cabledrive.identification.planned_response import predicted_response_errors, resonance_warnings
+from cabledrive.identification.planned_response import resonance_warnings
 from cabledrive.identification.planning import largest_amplitude, plan_test
 from cabledrive.identification.predicted_errors import AxisGuess, Instruments
-from cabledrive.identification.response_models import PARAMETERS, chain_for, fit_response
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, rig_of
 from cabledrive.rig.bench.experiment import Excitation, command_of, experiment, load_excitation
 from cabledrive.rig.bench.planned_experiment import plan_experiment
@@ -22,16 +18,6 @@ from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
 TEST = replace(BENCH_TESTS[1], duration=12.0)
 GUESS = AxisGuess(inertia=TEST.inertia, viscous=TEST.viscous, coulomb=TEST.coulomb, offset=TEST.offset)
 TORQUE = TORQUE_PER_VOLT * bench_command(TEST, np.random.default_rng(1))
-MODEL_4 = {
-    "motor_inertia": 0.0011,
-    "drive_inertia": 0.000642,
-    "load_inertia": 0.00235,
-    "viscous_friction": 0.0031,
-    "joint_stiffness": 135.0,
-    "joint_damping": 0.075,
-    "cable_stiffness": 850.0,
-    "cable_damping": 0.18,
-}
 
 
 def spread(test, noise, repeats):
@@ -72,42 +58,6 @@ def test_limits_are_kept_by_the_largest_amplitude_and_named_when_passed():
     assert max(shares) == pytest.approx(1.0, rel=1e-3), shares
     passed = plan_test(1.2 * scale * TORQUE, 1e-3, GUESS, limits=limits).findings
     assert any("above its limit" in finding for finding in passed), passed
-
-
-def test_predicted_errors_of_the_response_are_those_its_fit_states():
-    """Seven periods of a multisine; torque with noise, angle rounded to 2,600 counts as the shaft turns."""
-    rate, period, periods, rng = 5000.0, 5000, 7, np.random.default_rng(3)
-    lines = multisine_lines(period, rate, 2.0, 250.0, count=120)
-    one = 0.6 * low_crest_multisine(period, rate, lines, passes=40).values
-    spectrum, omega = np.fft.rfft(one), 2 * np.pi * np.arange(period // 2 + 1)
-    angle = np.zeros_like(spectrum)
-    angle[lines] = spectrum[lines] * speed_response(chain_for(4, MODEL_4, 0.04), omega[lines])
-    angle[lines] /= 1j * omega[lines]
-    turning = 3.0 * np.arange(periods * period) / rate
-    quantum = 2 * np.pi / 2600
-    exact = np.tile(np.fft.irfft(angle, period), periods) + turning
-    read = quantum * np.floor(exact / quantum + rng.uniform()) - turning
-    torque = np.tile(one, periods) + 0.002 * rng.normal(size=read.size)
-    of_angle = response_by_periods(torque, read, 1 / rate, period, lines, skipped=0)
-    factor = omega[lines]
-    measured = replace(
-        of_angle, response=1j * factor * of_angle.response, deviation=factor * of_angle.deviation
-    )
-    fit = fit_response(measured, 4, MODEL_4, radius=0.04)
-    predicted = predicted_response_errors(
-        4,
-        MODEL_4,
-        measured.frequency,
-        2 * np.abs(spectrum[lines]) / period,
-        radius=0.04,
-        quantum=quantum,
-        sample_rate=rate,
-        duration=periods * period / rate,
-        torque_noise=0.002,
-    )
-    for name in PARAMETERS[4]:
-        stated = fit.errors[fit.names.index(name)] / fit[name]
-        assert 0.5 < stated / predicted[name] < 2.0, (name, stated, predicted[name])
 
 
 def test_a_line_on_the_pulley_mode_of_a_tuned_drive_is_warned_of_above_its_threshold_only(measured):

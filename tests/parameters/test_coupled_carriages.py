@@ -23,21 +23,6 @@ def test_a_coupled_carriage_moves_as_far_as_the_first(direction):
     assert places == pytest.approx([35.0, 30.0 + 5.0 * direction])
 
 
-def test_a_carriage_that_is_not_coupled_stays():
-    drive = with_coupling(coupled="")
-    motion = PlannedMotion(time=np.array([0.0, 10.0]), torque=np.zeros(2), carriage=np.array([30.0, 40.0]))
-    assert drive_along(drive, motion, 10.0).carriage[1].position == 30.0
-
-
-def test_coupling_is_mutual_and_carries_over():
-    drive = load_drive("elevator")
-    car, weight = drive.carriage
-    third = replace(weight, name="third", position=60.0, coupled="counterweight", direction=-1)
-    drive = replace(drive, carriage=(car, weight, third))
-    assert drive.moving_with(0) == {0: 1, 1: 1, 2: -1}
-    assert drive.moving_with(2) == {2: 1, 1: -1, 0: -1}
-
-
 @pytest.mark.parametrize(
     ("second", "word"),
     [

@@ -11,12 +11,7 @@ import pytest
 import cabledrive as cd
 
 PAGE = Path(__file__).parents[2] / "docs" / "drives.md"
-COMPOSITES = [name for name in cd.packaged_drives("loop", "line") if not name.startswith("dissertation")]
 DISSERTATION = [name for name in cd.packaged_drives("loop", "line") if name.startswith("dissertation")]
-MOTORS = {name: cd.load_drive(name).motor for name in cd.packaged_drives("loop", "line")}
-STATED_ROTORS = [
-    name for name, motor in MOTORS.items() if motor is not None and motor.rotor_inertia is not None
-]
 
 
 @pytest.fixture(scope="module")
@@ -54,49 +49,6 @@ def test_documented_lumped_frequency_is_the_two_pulley_formula(name, snippet):
     k = drive.cable.axial_rigidity / drive.span_length
     formula = np.sqrt(2.0 * k * inverse_mass) / (2.0 * np.pi)
     assert snippet["lumped_frequency"](drive, carriages=False) == pytest.approx(formula, rel=1e-9)
-
-
-@pytest.mark.parametrize("name", COMPOSITES)
-def test_tight_span_stays_elastic_at_the_torque_limit(name):
-    """The motor adds at most tau / (2 r) of tension to one span of a loop, at most tau / r to a line."""
-    drive = cd.load_drive(name)
-    share = 2.0 if drive.kind == "loop" else 1.0
-    tension = drive.cable.pretension + drive.motor.torque_limit / (share * drive.drive_pulley.radius)
-    strain = tension / drive.cable.axial_rigidity
-    assert strain < drive.cable.strain_limit, (
-        f"strain {strain:.3%}, elastic to {drive.cable.strain_limit:.3%}"
-    )
-
-
-@pytest.mark.parametrize("name", COMPOSITES)
-def test_torque_limit_leaves_no_span_slack(name):
-    """Below 2 r1 T0 the motor cannot unload a span; only the dissertation's rig can."""
-    drive = cd.load_drive(name)
-    slack_torque = 2.0 * drive.drive_pulley.radius * drive.cable.pretension
-    assert drive.motor.torque_limit < slack_torque, (
-        f"limit {drive.motor.torque_limit} N m, slack {slack_torque} N m"
-    )
-
-
-@pytest.mark.parametrize("name", STATED_ROTORS)
-def test_motor_inertia_contains_the_rotor_through_the_gear(name):
-    """J11 >= n^2 J_rotor, but in configuration 3, where Tables 4.1 and A.1 contradict each other."""
-    motor = cd.load_drive(name).motor
-    reflected = motor.gear_ratio**2 * motor.rotor_inertia
-    contained = motor.inertia >= reflected * (1.0 - 1e-12)
-    assert contained == (name != "dissertation-3"), (
-        f"motor {motor.inertia}, rotor through the gear {reflected} kg m^2"
-    )
-
-
-@pytest.mark.parametrize("name", [n for n in COMPOSITES if cd.load_drive(n).drive_pulley.capstan_friction])
-def test_torque_limit_does_not_make_the_rope_slip(name):
-    """Capstan: the drive pulley holds (T1 - T2) r with T1 + T2 = 2 T0 up to 2 r T0 tanh(mu alpha / 2)."""
-    drive = cd.load_drive(name)
-    pulley = drive.drive_pulley
-    grip = 2.0 * pulley.radius * drive.cable.pretension
-    grip *= np.tanh(pulley.capstan_friction * pulley.wrap_angle / 2.0)
-    assert drive.motor.torque_limit < grip, f"limit {drive.motor.torque_limit} N m, slip at {grip:.4g} N m"
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,10 @@ import pytest
 
 from cabledrive.reduction.averaging import averaged_rates
 from cabledrive.reduction.branches import (
-    effective_cubic,
     fold,
     growth_of,
     hopf_torque_force,
     jacobian,
-    quadratic,
     steady_amplitudes,
     steady_state,
 )
@@ -73,33 +71,6 @@ def test_jacobian_is_the_derivative_of_the_rates():
         h = 1e-8
         columns = [(residual(x + h * e, force) - residual(x - h * e, force)) / (2 * h) for e in np.eye(6)]
         np.testing.assert_allclose(np.array(columns).T, exact, atol=1e-6 * np.max(np.abs(exact)))
-
-
-def test_one_span_alone_is_unstable_to_the_other_where_the_sum_of_shifts_is_positive():
-    """Unstable to the other span iff delta_1 + (n + n_x) X / 2 > 0; 400 random settings."""
-    rng, checked = np.random.default_rng(8), 0
-    for _ in range(400):
-        c = random_settings(rng)
-        for squared in steady_amplitudes(c, "one"):
-            state = steady_state(c, squared, "one")
-            values = np.linalg.eigvals(jacobian(c, state)[np.ix_([2, 5], [2, 5])])
-            shift = float(c.transverse_detuning[0]) + effective_cubic(c, "both") * squared
-            if abs(shift) > 1e-3:
-                assert (np.max(values.real) > 0) == (shift > 0), f"{shift}"
-                checked += 1
-    assert checked > 200
-
-
-def test_continuation_stays_on_the_closed_branch():
-    c = settings(2.0, 2.0, 5.0, 6.0, 1e-3)
-    branch = followed(c, 3 * fold(c, "one")[0])
-    errors = []
-    for state, force in zip(branch.states, branch.parameters, strict=True):
-        at = c._replace(force=np.array(force + 0j))
-        squared = np.abs(complex_of(state)[1]) ** 2
-        errors.append(abs(np.polyval(quadratic(at, "one"), squared)) / abs(quadratic(at, "one")[-1]))
-    assert branch.complete
-    assert max(errors) < 1e-10, f"{max(errors):.1e}"
 
 
 @pytest.mark.parametrize("kind", ["one", "both"])

@@ -8,18 +8,15 @@ from scipy.linalg import eigh
 
 import cabledrive as cd
 from cabledrive.modal import natural_frequencies
-from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import load_drive
-from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.lumped_chain import (
     LumpedChain,
     natural_frequencies_of,
     speed_response,
     speed_transfer_function,
-    state_space,
 )
 from cabledrive.reduction.models import lumped_model
-from cabledrive.reduction.python_control import speed_to_control, to_control
+from cabledrive.reduction.python_control import to_control
 from cabledrive.reduction.quality import (
     distributed_response,
     model_quality,
@@ -175,25 +172,6 @@ def test_models_have_the_frequencies_of_the_dense_matrices_and_of_a_cable_withou
     assert found == pytest.approx(exact, rel=1e-4)
 
 
-@JOINTS
-def test_damping_of_the_pulley_mode_is_that_of_the_lumped_eigenvalues(joint):
-    """Weak axial damping of a cable almost without mass: real part of the eigenvalue of Model 3 or 4."""
-    drive = with_joint(joint)
-    still = tuple(replace(p, viscous_friction=0.0) for p in drive.pulley)
-    drive = replace(
-        drive,
-        cable=replace(drive.cable, axial_damping=1e-4 * drive.cable.axial_rigidity),
-        pulley=still,
-        motor=replace(drive.motor, viscous_friction=0.0, joint_damping=0.0),
-    )
-    model = autoparametric_model(drive)
-    poles = np.linalg.eigvals(state_space(lumped_model(drive))[0])
-    nearest = poles[np.argmin(np.abs(np.abs(poles) - pulley_mode(drive).omega))]
-    assert model.natural == pytest.approx(abs(nearest), rel=1e-3)
-    assert model.modal_damping == pytest.approx(-2.0 * nearest.real, rel=0.02), f"{model.modal_damping}"
-    assert model.rigid_arm == 0.0
-
-
 FEW = 2.0 * np.pi * np.array([0.3, 3.0, 8.0, 90.0, 300.0])
 
 
@@ -207,18 +185,3 @@ def test_state_space_answers_as_the_model_does(model, measured):
     expected = np.abs(model_response(DRIVE, model, FEW))
     measured(f"Model {model}: response within {np.max(np.abs(np.abs(found) / expected - 1.0)):.1e}")
     np.testing.assert_allclose(np.abs(found), expected, rtol=1e-8)
-
-
-def test_transfer_function_has_the_modes_as_poles_and_the_held_drive_as_zeros(measured):
-    """From motor torque to motor speed: zeros at the frequencies of the row with its motor held."""
-    control = pytest.importorskip("control")
-    chain = lumped_model(DRIVE, 4)
-    system = speed_to_control(chain)
-    poles = np.sort(np.abs(control.poles(system)))[1::2]
-    modes = natural_frequencies_of(chain)
-    held = np.linalg.eigvals(np.linalg.solve(np.diag(chain.inertias[1:]), chain.stiffness_matrix[1:, 1:]))
-    zeros = np.sort(np.abs(control.zeros(system)))[::2]
-    away = [np.max(np.abs(a / b - 1.0)) for a, b in ((poles, modes), (zeros, np.sort(np.sqrt(held))))]
-    measured(f"poles within {100 * away[0]:.2g} %, zeros within {100 * away[1]:.2g} % of the undamped modes")
-    np.testing.assert_allclose(poles, modes, rtol=2e-2)
-    np.testing.assert_allclose(zeros, np.sort(np.sqrt(held)), rtol=2e-2)

@@ -78,22 +78,6 @@ def test_compiled_integration_equals_its_readable_twin(planes):
         np.testing.assert_allclose(compiled, readable, rtol=1e-9, atol=1e-12 * np.max(np.abs(readable)))
 
 
-@pytest.mark.parametrize("step", [1e-4, 7e-4, 3e-3])
-def test_linear_frequencies_and_decay_are_exact_at_any_step(step):
-    """A small pluck of the fundamental decays as exp(-Gamma t/2) at its own frequency."""
-    model = uniform_tension_model(TUNED, 2)
-    q, p, a, b = rest(model)
-    a[0, 0, 0] = 1e-9
-    steps = 300
-    recorded = integrate(coefficients(model, step), q, p, a, b, np.zeros(steps + 1), step, 1)
-    midspan = recorded.across[:, 0, 0, 0, 0]
-    t = step * np.arange(steps + 1)
-    half = 0.5 * model.transverse_damping
-    w = np.sqrt(model.transverse[0] ** 2 - half**2)
-    exact = 1e-9 * np.exp(-half * t) * (np.cos(w * t) + half / w * np.sin(w * t))
-    np.testing.assert_allclose(midspan, exact, atol=1e-13 * 1e-9 * steps)
-
-
 @pytest.mark.parametrize("whirling", [False, True])
 def test_one_mode_limit_is_the_nonlinear_string(whirling, measured):
     """Heavy pulleys, one sine: elliptic integral in a plane, sqrt(w0^2 + alpha A^2) on a circle."""

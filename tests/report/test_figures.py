@@ -8,32 +8,8 @@ import pytest
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import load_drive, packaged_drives
-from cabledrive.report import picture as pictures
-from cabledrive.report.figures import followed, ladder, machine_layout, shapes
+from cabledrive.report.figures import ladder, machine_layout, shapes
 from cabledrive.report.figures.machine import machine_picture
-from cabledrive.studies import frequency_against
-
-
-@pytest.fixture
-def axes_of(monkeypatch):
-    """Draws a picture and gives the axes of its wide version."""
-
-    def draw(make, *arguments, **options):
-        figures = []
-        drawn = pictures._drawn
-
-        def keep(name, paint, narrow, size):
-            def painted(figure, narrow):
-                paint(figure, narrow)
-                figures.append(figure)
-
-            return drawn(name, painted, narrow, size)
-
-        monkeypatch.setattr(pictures, "_drawn", keep)
-        make(*arguments, **options)
-        return figures[0].axes
-
-    return draw
 
 
 def below_fifth(name: str):
@@ -74,16 +50,6 @@ def spread(drive):
     for span in drive.spans:
         carried = [carriage.position for carriage in drive.carriages_on(span)]
         yield span, np.unique([*np.linspace(0.0, drive.span_length, shapes.POINTS), *carried])
-
-
-def test_the_marked_pretension_is_where_the_lowest_mode_across_is_half_the_lowest_along(axes_of):
-    """3.28377 N for configuration 2, with the density of the unstretched cable."""
-    drive = load_drive("dissertation-2")
-    data = frequency_against(drive, "cable.pretension", 5.0 * np.geomspace(0.1, 10.0, 61), modes=2)
-    (axes,) = axes_of(followed.followed_picture, "x", data, "pretension", unit="N")
-    marked = [line.get_xdata()[0] for line in axes.lines if line.get_marker() == "o"]
-    assert marked == [pytest.approx(3.28377, rel=1e-5)], marked
-    assert any("3.28 N" in text.get_text() for text in axes.texts)
 
 
 @pytest.mark.parametrize("name", packaged_drives("loop", "line"))

@@ -154,23 +154,6 @@ def test_torque_loop_of_first_order_follows_its_time_constant():
     assert states[0, -1] == pytest.approx(0.2 * (1 - np.exp(-1.0)), rel=1e-12)
 
 
-def test_energy_only_falls_without_torque():
-    """Stored energy after each sample, from a wound-up cable with the motor stuck and free."""
-    chain = replace(CHAIN, offsets=(0.0, 0.0, 0.0))
-    numbers = plant_numbers(chain, INTERVAL)
-    x, slip = np.zeros(7), 0
-    x[2] = 0.2
-    terms, work, energy = np.zeros((MOST_TERMS, 7)), np.zeros(7), []
-    for _ in range(2000):
-        slip = advance(*numbers, x, slip, 0.0, 0.0, 0.0, INTERVAL, terms, work)
-        theta, omega = x[:3], x[3:6]
-        stored = theta @ chain.stiffness_matrix @ theta + omega @ np.diag(chain.inertias) @ omega
-        energy.append(0.5 * stored)
-    rises = np.diff(energy).max()
-    assert rises < 1e-15, f"observed {rises:.2e} J"
-    assert slip == 0
-
-
 DRIVE = load_drive("dissertation-3")
 SMOOTH = RigOptions(ideal_sensors=True, smooth_friction=True)
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)

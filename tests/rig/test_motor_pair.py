@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.flank_torque import closing_torques
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.pair import doubled
@@ -67,15 +66,6 @@ def test_with_both_flanks_closed_the_pair_is_a_motor_of_twice_the_size_without_b
     assert ours.state.summary[10] == 0
     off = np.abs(ours.log[:, 2] - theirs.log[:, 2]).max()
     assert off < 1e-5 * np.abs(theirs.log[:, 2]).max(), off
-
-
-def test_flanks_open_where_half_the_torque_of_the_joint_exceeds_the_preload():
-    found = np.zeros(2)
-    for twist, pressed in ((1e-3, 3e-3), (4e-3, 3e-3), (-4e-3, 3e-3), (0.03, 3e-3)):
-        closing_torques(100.0, 8e-3, twist, pressed, found)
-        gear = MotorPair(1.0, 0.0, 100.0, 0.0, 16e-3, 1.0, 1.0, 1.0, 0.0, 1.0)
-        theirs = gear.contact(twist + pressed + 8e-3, 0.0), -gear.contact(twist - pressed - 8e-3, 0.0)
-        np.testing.assert_allclose(found, theirs, atol=1e-12)
 
 
 def over_draws(law, hertz, draws, seed, options=PAIR, drive=DRIVE):

@@ -218,32 +218,6 @@ def test_two_masses_in_plain_python_are_model_2(settings, measured):
     assert fine < 0.4 * coarse, f"observed {coarse:.1e} and {fine:.1e} deg"
 
 
-def test_an_own_controller_on_an_own_plant():
-    def step(gains, state, measurement, reference):
-        return state, reference[-1] - 5.0 * (measurement[0] - reference[0]) - 0.05 * (
-            measurement[2] - reference[2]
-        )
-
-    own = cd.OwnController(step=step, shafts=("motor", "load"))
-    options = RigOptions(ideal_sensors=True)
-    found = track(LINEAR, controller=own, plant=own_model_2(), motion=SHORT, options=options)
-    named = track(LINEAR, controller=own, plant="model-2", motion=SHORT, options=options)
-    assert found.interpreted == "controller, plant"
-    np.testing.assert_allclose(found.load_angle, named.load_angle, rtol=0.0, atol=1e-6 * DEGREE)
-
-
-@pytest.mark.parametrize("model", [1, 2, 3, 4])
-def test_the_drives_own_lumped_chain_is_its_model(model):
-    """With the same figures, the same words and the same verdict on the bound."""
-    named = track(LINEAR, controller="darc-4-damped", plant=f"model-{model}", motion=SHORT)
-    chain = replace(lumped_model(LINEAR, model), holding=0.0)
-    given = track(LINEAR, controller="darc-4-damped", plant=chain, motion=SHORT)
-    np.testing.assert_array_equal(named.load_angle, given.load_angle)
-    for key in ("broken_assumptions", "within_bound", "theory_bound_deg", "closed_loop_poles"):
-        assert named.summary[key] == given.summary[key], key
-    assert given.summary["plant"].startswith(f"lumped chain of {chain.size} inertias")
-
-
 def test_four_inertias_run_as_model_4_when_the_gear_is_stiff(measured):
     """The gear's link is twenty times the joint's; a hundred times that, and nothing is left of it."""
     chain, options = gearbox(), RigOptions(ideal_sensors=True)

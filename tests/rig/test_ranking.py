@@ -13,7 +13,7 @@ from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.comparison import compared, loops_of, tuned
 from cabledrive.rig.error_budget import error_sources, in_degrees
-from cabledrive.rig.expected_bound import expected_bound, residual_response
+from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.best_gains import best_gains, torque_noise
 from cabledrive.rig.laws.registry import CONTROLLERS, design
 from cabledrive.rig.plant_samples import sampled_loops
@@ -55,14 +55,6 @@ def test_linear_loop_is_the_rig_without_friction():
     found = run(tested, last=300).log[1:300, 2]
     assert np.abs(found).max() > 1e-4
     np.testing.assert_allclose(found, 1e-3 * np.cumsum(impulse), atol=1e-9)
-
-
-def test_residual_vanishes_on_the_plant_the_law_is_made_for():
-    """What is left is the straight lines between samples of the reference: far below a thousandth deg."""
-    found = residual_response(loop(), loop().chain)
-    assert np.degrees(np.abs(found).max()) < 1e-9
-    soft = replace(loop().chain, stiffness=(135.0, 0.95 * loop().chain.stiffness[1]))
-    assert np.degrees(np.abs(residual_response(loop(), soft)).max()) == pytest.approx(0.02, abs=0.01)
 
 
 def test_expected_bound_holds_over_draws_and_is_within_three_of_the_worst():

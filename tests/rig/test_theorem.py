@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 
 from adversarial_runs import adversarial_outcomes, adversarial_spec
-from cabledrive.control.learning_bound import ideal_loop
-from cabledrive.control.numbers import DARC
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.load_learning import CHANGING, NAME
-from cabledrive.rig.laws.registry import CONTROLLERS, design
+from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.learning_check import check_learning
 from cabledrive.rig.setting import Disturbance
-from cabledrive.rig.theorem import check_theorem
 from cabledrive.rig.trial import spec_for
 
 DRIVE = load_drive("dissertation-3")
@@ -30,36 +27,6 @@ def said(*overrides, controller="darc-4-damped", options=IDEAL, motion=PULSE, **
     return track(
         DRIVE, controller=controller, plant_drive=plant, options=options, motion=motion, **choices
     ).summary
-
-
-def causes_of(drive, plant, options, *, bandwidth=23.0):
-    """Causes of the error of a law that adapts nothing, and the load's error."""
-    spec = spec_for(drive, PULSE, bandwidth=bandwidth, adapt=False)
-    loop = close_loop(drive, plant, design("darc-4-damped", spec), PULSE, options, np.random.default_rng(0))
-    assert loop.controller.law.kind == DARC
-    done = run(loop)
-    check = check_theorem(loop, plant, done.log)
-    assert check is not None
-    return check.residual, done.log[:, 2] - loop.target
-
-
-def without_friction(rate):
-    motor = replace(DRIVE.motor, coulomb_friction=0.0, current_bandwidth=None)
-    return replace(DRIVE, motor=motor, sensors=replace(DRIVE.sensors, sample_rate=rate))
-
-
-def test_a_wrong_inertia_of_the_motor_is_matched_and_a_wrong_cable_is_not(measured):
-    """Shares of the error that no torque of the motor can make."""
-    drive = without_friction(5_000.0)
-    heavy = replace(drive, motor=replace(drive.motor, inertia=1.1 * DRIVE.motor.inertia))
-    soft = replace(drive, lumped=replace(drive.lumped, cable_stiffness=0.9 * 850.0))
-    shares = []
-    for plant in (heavy, soft):
-        causes, error = causes_of(drive, plant, IDEAL)
-        shares.append(np.abs(causes.unmatched).max() / np.abs(error).max())
-    measured(f"inertia {shares[0]:.1e}, cable {shares[1]:.2f}")
-    assert shares[0] < 0.01
-    assert shares[1] > 0.3
 
 
 def test_a_fast_short_pulse_keeps_inside_the_tube_with_the_order_that_the_law_needs(measured):
@@ -173,19 +140,6 @@ def test_parts_of_the_error_add_up_to_it_and_the_bound_holds_them(name, measured
     measured(f"used {found.used:.2f}; later pulses {worst:.3f} deg, bound {bound:.3f} deg")
     assert found.used <= 1.0
     assert np.all(np.abs(error) <= found.bound.tube)
-
-
-def test_the_ideal_loop_is_that_of_the_law_with_true_states():
-    """No friction, true states by hand: the load comes back as the recursion says."""
-    spec = spec_for(DRIVE, TWO, bandwidth=20.0, options=RigOptions())
-    made = CONTROLLERS["lqg"](spec)
-    ideal = ideal_loop(made.law, spec.model(4), spec.interval)
-    assert np.abs(np.linalg.eigvals(ideal.matrix)).max() < 1.0
-    response = ideal.response(2000)
-    assert response[0] == 0.0
-    stiffness = 1.0 / response.sum()  # a lasting torque against the feedback of the angles alone
-    angles = -made.law.rows[0, :3].sum()
-    assert stiffness == pytest.approx(angles, rel=0.02)
 
 
 def outcomes(generators):

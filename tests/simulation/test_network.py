@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import curve_fit
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
@@ -161,35 +160,6 @@ def test_two_idlers_move_as_lumps_on_springs():
     head, motor = -motion[:, 0], motion[:, starts[1]] / 6.366e-3
     np.testing.assert_allclose(found.channel("head.x"), head, atol=2e-4 * distance)
     np.testing.assert_allclose(found.channel("motor"), motor, atol=2e-4 * np.abs(motor).max())
-
-
-def test_plucked_modes_are_the_certified_ones_to_second_order(measured):
-    """Frequency of the head on the belt, at rest otherwise, against `modes`; the error falls with h^2."""
-    exact = cd.modes(PRINTER, below=600.0).longitudinal[0].frequency
-    errors = []
-    for segments in (2, 4):
-        found = simulate_network(
-            PRINTER,
-            0.05,
-            scheme=Scheme(segments=segments, model="linear", step=2e-7),
-            recording=Recording(rate=20_000.0),
-            start=NetworkStart(places={"head.x": 1e-6}),
-        )
-        # The head moves with the rigid drift and the first two modes; the second is 848.7 Hz.
-        guess = [0.0, 0.0, 1e-7, 0.0, 190.0, 1e-9, 0.0, 848.0]
-        fitted, _ = curve_fit(_two_modes, found.time, found.channel("motor") * 1e-2, p0=guess, maxfev=20_000)
-        errors.append(fitted[4] / exact - 1.0)
-    order = np.log2(errors[0] / errors[1])
-    measured(
-        f"mode of the printer from its motion: off by {errors[1]:.1e} with 4 segments, order {order:.2f}"
-    )
-    assert order == pytest.approx(2.0, abs=0.15), errors
-    assert abs(errors[1]) < 1e-3
-
-
-def _two_modes(t, a, b, c, d, f, g, h, f2):
-    w, w2 = 2 * np.pi * f * t, 2 * np.pi * f2 * t
-    return a + b * t + c * np.cos(w) + d * np.sin(w) + g * np.cos(w2) + h * np.sin(w2)
 
 
 GUIDE = """

@@ -8,7 +8,6 @@ import pytest
 import xarray
 
 from cabledrive import __version__
-from cabledrive.mechanics import compiled
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.errors import InputRefused
@@ -45,20 +44,6 @@ def test_a_dataset_has_units_and_coordinates_for_everything():
     assert json.loads(data.attrs["method"])["segments"] == 20
 
 
-def test_fields_and_probes_show_the_same_motion():
-    result = example()
-    data = result.dataset
-    upper = data["field"].sel(span="upper", plane="w").values
-    np.testing.assert_array_equal(upper[:, 10], result.midpoint("upper")[::5, 2])
-    np.testing.assert_array_equal(
-        data["field"].sel(span="lower", plane="w").values[:, 10], result.midpoint("lower")[::5, 2]
-    )
-    np.testing.assert_allclose(data["field_time"], result.time[::5])
-    place = data["position"].sel(span="lower").values
-    at_probe = [np.interp(0.3, place, shape) for shape in data["field"].sel(span="lower", plane="w").values]
-    np.testing.assert_allclose(result.probe(2)[::5, 2], at_probe, atol=1e-18)
-
-
 def test_a_file_holds_the_dataset(tmp_path):
     path = tmp_path / "run.nc"
     result = example(output=path)
@@ -68,21 +53,6 @@ def test_a_file_holds_the_dataset(tmp_path):
         for name, variable in result.dataset.variables.items():
             assert stored[name].attrs == variable.attrs, name
     assert result.path == path
-
-
-def test_the_summary_is_what_the_command_answers_with():
-    result = example()
-    summary = result.summary()
-    json.dumps(summary, allow_nan=False)
-    assert summary["steps"] == result.steps == round(0.05 / result.step)
-    angle = result.load_angle
-    assert summary["load_angle"]["peak_to_peak"] >= np.ptp(angle)
-    assert summary["load_angle"]["peak_to_peak"] == pytest.approx(np.ptp(angle), rel=1e-2)
-    assert summary["upper_midpoint"]["peak"] == pytest.approx(
-        np.max(np.abs(result.midpoint()[:, 2])), rel=1e-2
-    )
-    assert summary["slack_events"] == []
-    assert 0.0 < summary["energy_budget_error"] < 1e-5
 
 
 def test_energies_add_up_to_what_a_textbook_says():
@@ -132,23 +102,3 @@ def test_the_error_estimate_covers_the_error_and_sees_its_order(shape, order):
 def test_an_error_estimate_of_too_few_segments_is_refused():
     with pytest.raises(InputRefused, match="segments = 11: an error estimate halves them twice and needs 12"):
         simulate(DRIVE, 0.01, scheme=Scheme(segments=11), error_estimate=True)
-
-
-def test_compiled_kernels_lie_in_a_folder_of_the_user_and_version(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    compiled._cache_folder.cache_clear()
-    sources = compiled.Path(compiled.__file__)
-    folder = compiled.Path(compiled._cache_folder(sources))
-    assert folder.parent == tmp_path / "cabledrive"
-    assert __version__ in folder.name
-    assert folder.stat().st_mode & 0o077 == 0
-    compiled._cache_folder.cache_clear()
-
-
-def test_a_cache_others_can_write_into_is_not_used(tmp_path, monkeypatch):
-    """Nor one that cannot be made: then there is none in that place, and kernels are compiled anew."""
-    (tmp_path / "cabledrive").mkdir()
-    (tmp_path / "cabledrive").chmod(0o777)
-    assert not compiled._is_own(tmp_path / "cabledrive")
-    (tmp_path / "file").touch()
-    assert not compiled._is_own(tmp_path / "file" / "below")

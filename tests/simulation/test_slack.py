@@ -66,32 +66,6 @@ def test_a_sudden_torque_slackens_the_span_when_the_drive_pulley_has_turned_far_
     assert event.time == pytest.approx(expected, rel=0.01)
 
 
-def test_a_stopped_run_keeps_what_came_before():
-    result = stopped(HELD, 1.0, torque=Constant(2.0 * SLACK_TORQUE), recording=Recording(fields=10))
-    assert result.stopped.startswith("the upper span goes slack at t = ")
-    assert "\n" not in result.stopped
-    time = result.slack_events[0].time
-    assert result.time[-1] <= time <= result.time[-1] + 1.000001 * result.time[1]
-    assert len(result.field_time) == (len(result.time) + 9) // 10
-    np.testing.assert_allclose(result.field_time, result.time[::10])
-    assert result.channel("least_tension_upper")[-1] > 0.0
-    assert result.steps == round(time / result.step)
-
-
-def test_a_recorded_slack_goes_on_and_is_noted_once_per_spell():
-    result = simulate(
-        HELD, 0.3, torque=Constant(1.2 * SLACK_TORQUE), scheme=Scheme(segments=40, slack="record")
-    )
-    assert result.stopped is None
-    upper = [event.time for event in result.slack_events if event.span == "upper"]
-    assert upper == sorted(upper)
-    assert upper
-    tension = result.channel("least_tension_upper")
-    assert tension.min() < 0.0, "the law is meant to go on and push"
-    spells = np.sum(np.diff((tension < 0.0).astype(int)) == 1)
-    assert len(upper) >= spells
-
-
 @pytest.mark.parametrize("model", ["exact", "weak", "weak-consistent"])
 def test_a_cable_that_only_pulls_never_pushes_and_keeps_its_budget(model):
     result = simulate(

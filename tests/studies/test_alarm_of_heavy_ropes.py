@@ -5,9 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-import cabledrive as cd
 from alarm_samples import random_sample
-from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.parameters import Cable, Drive, Layout, NotComputed, Pulley
 from cabledrive.reduction.static_state import static_state
 from cabledrive.reduction.static_strain import static_strain
@@ -75,13 +74,6 @@ def test_static_strain_is_that_of_a_ring_of_beads(pushed):
     state = static_state(drive, segments=50)
     found = static_strain(drive, state.mesh, [pushed])[0] * (1.0 + drive.cable.prestrain)
     np.testing.assert_allclose(found, strain_of_beads(drive, pushed, 50), atol=1e-9 * np.abs(found).max())
-
-
-def test_a_force_on_the_motor_strains_the_cable_as_one_on_the_drive_pulley():
-    """In either case the motor's own share of the acceleration is all that does not reach the cable."""
-    drive = cd.load_drive("dissertation-3", overrides=["motor.joint_stiffness=100"])
-    motor, pulley = static_strain(drive, static_state(drive, segments=40).mesh, [MOTOR, DRIVE_PULLEY])
-    np.testing.assert_allclose(motor, pulley, atol=1e-9 * np.abs(pulley).max())
 
 
 def row(number, node_steps):

@@ -1,17 +1,12 @@
 """The stated bound where all that is known is the data sheet: springs and load off by a tenth and more."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.quality import model_quality
-from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.study.acceptance_stage import accept
-from cabledrive.studies.study.bandwidth_cost import unmatched_part, without_counts
-from cabledrive.studies.study.closed_loop import joined_loop, make_law, with_values
 from cabledrive.studies.study.controller_stage import design_controller
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
@@ -44,20 +39,3 @@ def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
     measured(f"bound {bound:.3f} deg, worst {worst:.3f} deg; {100 * runs.inside:.1f} % within")
     assert runs.inside == 1.0
     assert bound < 3.0 * worst
-
-
-def test_deviations_are_those_of_the_loop_with_its_filter(measured):
-    """All at the ends that push one way: no more than the part says, and more than each by itself."""
-
-    motion, known = Motion(), know(DRIVE, [], SPREADS).quantities
-    loop = joined_loop(DRIVE, DRIVE, make_law(DRIVE, motion, known, 4, 32.0), motion, None)
-    smooth = replace(loop, rig=without_counts(loop.rig))
-    part = unmatched_part(smooth, DRIVE, known)
-    peaks = []
-    for values in part.ends:
-        moved = with_values(smooth, DRIVE, values, None)
-        error = moved.load_error(run(moved).log)
-        assert np.all(np.abs(error - part.nominal) <= part.deviation * (1 + 1e-12))
-        peaks.append(np.abs(error).max())
-    measured(f"ends {np.degrees(peaks[0]):.3f} and {np.degrees(peaks[1]):.3f} deg")
-    assert max(peaks) > max(part.shares.values())

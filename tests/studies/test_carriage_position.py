@@ -49,16 +49,6 @@ def test_mass_at_midspan_lowers_the_fundamental_only_above_the_crossing(measured
     assert data.frequency.sel(mass_ratio=50.0, position=0.5, mode=1) == pytest.approx(116.32932059, rel=1e-9)
 
 
-@pytest.mark.parametrize("span", ["upper", "lower"])
-def test_carriage_at_a_rim_is_the_limit_of_one_near_it(span):
-    """At either end of the span the mass turns with that pulley, of whatever span it is."""
-    drive = load_drive("dissertation-2")
-    near = frequency_against_carriage_position(drive, [10.0], [1e-7, 1 - 1e-7], span=span)
-    rims = frequency_against_carriage_position(drive, [10.0], [0.0, 1.0], span=span)
-    np.testing.assert_allclose(near.frequency, rims.frequency, rtol=1e-5)
-    assert rims.frequency[0, 0, 0] != pytest.approx(rims.frequency[0, 1, 0].item(), rel=0.01)
-
-
 @pytest.mark.parametrize(
     ("drive", "reason"),
     [

@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from cabledrive.modal import longitudinal_modes
 from cabledrive.modal.printed import loop_matrix
 from cabledrive.parameters import load_drive
-from cabledrive.studies import modal_determinant, mode_shapes, with_carriage
-
-LOOP = load_drive("dissertation-1")
+from cabledrive.studies import modal_determinant, mode_shapes
 
 
 @pytest.mark.parametrize("name", ["dissertation-1", "dissertation-2"])
@@ -36,25 +33,3 @@ def test_fundamental_shapes_come_from_the_null_space_of_3_13(name):
     expected *= data.displacement.values[0].ravel() @ expected.ravel() / np.sum(expected**2)
     np.testing.assert_allclose(data.displacement[0], expected, atol=1e-10)
     assert np.abs(data.displacement.values).max() == pytest.approx(1.0, abs=1e-14)
-
-
-def test_mass_at_midspan_rests_in_the_fundamental_and_leads_the_in_phase_mode():
-    """Fig. 3.9: a node at the mass; in the mode above it the whole of the upper span goes with the mass."""
-    data = mode_shapes(with_carriage(LOOP, 5.0, 0.5), modes=2)
-    bare = mode_shapes(LOOP)
-    np.testing.assert_allclose(data.displacement[0], bare.displacement[0], atol=1e-9)
-    assert abs(data.carriage_displacement[0, 0]) < 1e-9
-    assert data.carriage_displacement[1, 0] == pytest.approx(1.0, abs=1e-9)
-    assert list(data.carriage_position.values) == [0.5]
-
-
-def test_shapes_of_a_double_mode_are_both_given():
-    held = load_drive("dissertation-1")
-    ring = with_carriage(held, held.drive_pulley.rim_mass / 9.8e-4, 0.5)
-    ring = with_carriage(ring, held.drive_pulley.rim_mass / 9.8e-4, 0.5, span="lower")
-    data = mode_shapes(ring, modes=3)
-    assert longitudinal_modes(ring, count=1)[0].multiplicity == 2
-    assert data.frequency[0] == data.frequency[1] != data.frequency[2]
-    first, second = (data.displacement.values[i].ravel() for i in (0, 1))
-    cosine = abs(first @ second) / np.linalg.norm(first) / np.linalg.norm(second)
-    assert cosine < 0.9, f"cosine {cosine:.3f}"

@@ -1,16 +1,11 @@
 """Plants are drawn with the correlation that the numbers of one log have, each as wide as it is known."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.regression import Fit
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
-from cabledrive.studies.study.correlations import of_an_axis, of_intervals, root_of
-from cabledrive.studies.study.datasheet_bounds import by_datasheet
-from cabledrive.studies.study.goals import SPREADS
+from cabledrive.studies.study.correlations import of_intervals, root_of
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity
 from cabledrive.studies.study.sampled_plants import sampled_plant
 from study_drives import drive_of, log_with
@@ -106,34 +101,3 @@ def test_a_log_gives_how_its_numbers_err_together():
     assert found["cable_stiffness", "load_inertia"] > 0.5, found
     sizes = np.linalg.eigvalsh(matrix(identified.correlations, sorted(identified.intervals)))
     assert sizes[0] > 0.0, f"observed {sizes}"
-
-
-def with_intervals(found):
-    """Intervals of two standard errors, also where the model is refused, as it is for this flexible drive."""
-    errors = np.sqrt(np.diag(found.covariance))
-    pairs = zip(found.parameters.items(), errors, strict=True)
-    widened = {
-        name: replace(e, low=e.value - 2.0 * error, high=e.value + 2.0 * error) for (name, e), error in pairs
-    }
-    return replace(found, parameters=widened)
-
-
-def test_both_parts_of_an_axis_carry_its_error():
-    log, sheet = log_with(("torque", "angle")), by_datasheet(drive_of("turntable"), SPREADS)
-    found = with_intervals(identify([log], IdentifyOptions(), method="inverse-dynamics"))
-    halves = {name: 0.5 * (e.high - e.low) for name, e in found.parameters.items() if name in UNITS}
-    halves |= {"near_inertia": 1e-5, "load_inertia": 2e-4}
-    known = {
-        name: replace(sheet[name], low=sheet[name].value - half, high=sheet[name].value + half, source=LOG)
-        for name, half in halves.items()
-    }
-    parts = {"near_inertia": 0.2, "load_inertia": 7.0}
-    identified = {(one.first, one.second): one.value for one in of_an_axis(found, parts, known)}
-    axis = found.parameters["inertia"]
-    product = 0.2 * 7.0 * (0.5 * (axis.high - axis.low)) ** 2
-    assert identified["load_inertia", "near_inertia"] == pytest.approx(product / (1e-5 * 2e-4))
-    errors = np.sqrt(np.diag(found.covariance))
-    names = list(found.parameters)
-    i, j = names.index("coulomb_friction"), names.index("viscous_friction")
-    expected = found.covariance[i, j] / (errors[i] * errors[j])
-    assert identified["coulomb_friction", "viscous_friction"] == pytest.approx(expected)

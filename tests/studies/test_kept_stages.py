@@ -11,7 +11,7 @@ from cabledrive.mechanics.sources import PACKAGE
 from cabledrive.parameters.own_hash import OWN_HASH, with_own_hash
 from cabledrive.studies.study.log_files import log_files
 from cabledrive.studies.study.plain_data import as_plain
-from cabledrive.studies.study.stage_cache import Made, StageCache
+from cabledrive.studies.study.stage_cache import StageCache
 
 
 @dataclass(frozen=True)
@@ -112,18 +112,6 @@ def test_a_stage_is_known_by_its_function_and_by_every_argument_that_it_is_given
     assert staged(tmp_path, calls, argument=3.0) == Found(4.5)
     assert staged(tmp_path, calls, twice, 2.0) == Found(4.0)
     assert calls == [2.0, 3.0, 2.0]
-
-
-def test_what_is_made_of_arguments_is_known_by_them_and_made_when_it_is_needed(tmp_path):
-    calls, made = [], []
-
-    def half(value):
-        made.append(value)
-        return value / 2.0
-
-    for value in (2.0, 2.0, 4.0):
-        assert staged(tmp_path, calls, argument=Made(half, (value,))) == Found(0.75 * value)
-    assert made == [2.0, 4.0], "served from the folder, nothing is made"
 
 
 def test_where_a_log_lies_is_no_part_of_what_it_is(tmp_path):

@@ -127,22 +127,6 @@ def test_two_masses_over_a_sheave_have_the_tensions_of_newton(machine, measured)
     assert any("motor at sheave" in reason for reason in found.reasons)
 
 
-def test_a_slow_change_of_acceleration_needs_the_friction_of_eytelwein(machine):
-    """Where the acceleration changes evenly within a second, what vibrates adds little."""
-    time = np.linspace(0.0, 4.0, 4001)
-    rate, turn = 1.0, pi / 2.0
-    up = rate / turn * (time - np.sin(turn * time) / turn)  # the acceleration is rate sin(turn t)
-    motion = PlannedMotion(time=time, torque=0.0 * time, places={"car.y": up, "weight.y": -up})
-    found = motion_margins(machine(ATWOOD.replace('coulomb_friction = "20 N"\n', "")), motion)
-    needed = log(100.0 * (9.81 + rate) / (80.0 * (9.81 - rate))) / pi
-    assert found.pulleys[0].needed_friction == pytest.approx(needed, rel=0.02)
-    slips = motion_margins(
-        machine(ATWOOD.replace("capstan_friction = 0.2", "capstan_friction = 0.13")), motion
-    )
-    assert slips.pulleys[0].verdict == EXCEEDED
-    assert "slips on sheave" in " ".join(slips.reasons)
-
-
 @pytest.mark.parametrize("ramp", [0.0, 0.004, 0.03])
 def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(machine, ramp, measured):
     """A torque that jumps, or rises within 4 or 30 ms, brakes and ends."""

@@ -129,12 +129,6 @@ def test_slack_is_marked_on_the_map_and_not_interpolated():
     assert "NaN" not in page
 
 
-@pytest.mark.parametrize("axis", [{"pretensions": [0.0, 1.0]}, {"torques": [-1.0]}, {"torques": []}])
-def test_axes_that_make_no_map_are_refused(axis):
-    with pytest.raises(cd.InputRefused, match=next(iter(axis))):
-        growth_map(damped(2.0, 5.0), torque=0.01, **axis)
-
-
 @pytest.mark.parametrize("rate, share", [(0.2, 0.02), (1.0, 0.02), (5.0, 0.05)])
 @pytest.mark.parametrize("pumping, damping", [(8.0, 2.0), (12.0, 1.0)])
 def test_growth_integral_finds_the_onset_of_a_sweep(pumping, damping, rate, share, measured):

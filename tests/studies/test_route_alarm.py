@@ -15,8 +15,8 @@ from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_alarm import route_alarm
 from cabledrive.studies.route_growth import Runs, growth_along
 from cabledrive.studies.route_pairs import route_resonance
-from cabledrive.studies.route_path import RoutePath, path_of
-from cabledrive.studies.route_snapshot import Snapshot, snapshot_of
+from cabledrive.studies.route_path import RoutePath
+from cabledrive.studies.route_snapshot import Snapshot
 from command import answer, refusal
 from network_samples import as_route
 from resonance_samples import damped_loop
@@ -120,20 +120,6 @@ def test_a_sweep_through_resonance_grows_as_a_general_integrator_has_it(measured
     assert found.displacement[0] == pytest.approx(expected.max(), rel=0.01)
 
 
-def test_modes_of_a_pose_follow_the_closed_form_of_the_string_beside_the_head():
-    """The span from motor to head: n/(2L) sqrt(T/rho), L its length in the pose."""
-    machine = cd.load_drive(str(PRINTER))
-    for x in (0.15, 0.25):
-        pose = snapshot_of(cd.load_drive(str(PRINTER), overrides=[f"head.x={x}"]))
-        length = x - 0.02
-        names = [key for key in pose.keys if key[:2] == ("left clamp to motor", "v")]
-        found = pose.across[[pose.keys.index(key) for key in names]] / (2.0 * np.pi)
-        density = machine.ropes[0].mass_per_length / (1.0 + 30.0 / machine.ropes[0].axial_rigidity)
-        exact = np.arange(1, found.size + 1) / (2.0 * length) * np.sqrt(30.0 / density)
-        assert found.size
-        assert found == pytest.approx(exact, rel=1e-9)
-
-
 def test_a_move_of_the_head_passes_a_resonance_that_the_machine_at_rest_has_not():
     """The first string mode of one strand falls from above to below half the longitudinal mode."""
     machine = cd.load_drive(str(PRINTER))
@@ -147,18 +133,6 @@ def test_a_move_of_the_head_passes_a_resonance_that_the_machine_at_rest_has_not(
     assert not any(one.passes for one in still.passages)
     assert found.poses == 13
     assert still.poses == 1
-
-
-def test_places_that_follow_from_the_torque_are_those_of_the_rigid_machine():
-    """A step of torque moves the head by r M t^2 / (2 J); the sum of masses is that of the file."""
-    machine = cd.load_drive(str(PRINTER))
-    time = np.linspace(0.0, 0.1, 2001)
-    path = path_of(machine, PlannedMotion(time=time, torque=np.full(time.size, 0.05)))
-    radius = 6.366e-3
-    belt = 8.3e-3 * (0.18 + 0.40 + 4.732e-3 + 0.18)
-    inertia = 1.6e-7 + 54e-7 + (0.35 + belt + 2 * 3e-8 / 4e-3**2) * radius**2
-    way = abs(path.poses[-1]["head.x"] - path.poses[0]["head.x"])
-    assert way == pytest.approx(0.5 * radius * 0.05 / inertia * 0.1**2, rel=2e-3)
 
 
 def test_the_command_reads_places_and_torques_of_other_motors(tmp_path):

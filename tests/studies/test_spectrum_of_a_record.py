@@ -19,13 +19,6 @@ def test_a_sine_shows_at_its_frequency_with_its_amplitude():
     assert spectrum.resolution == pytest.approx(0.5)
 
 
-def test_two_sines_are_separated_from_twice_the_resolution_on():
-    signal = np.sin(2.0 * np.pi * 80.0 * TIME) + np.sin(2.0 * np.pi * 81.25 * TIME)
-    spectrum = amplitude_spectrum(TIME, signal)
-    assert spectrum.peak(79.5, 80.5)[0] == pytest.approx(80.0, abs=0.1)
-    assert spectrum.peak(80.8, 81.8)[0] == pytest.approx(81.25, abs=0.1)
-
-
 def test_a_record_too_short_or_a_band_too_narrow_is_refused():
     with pytest.raises(InputRefused, match="spectrum of 5 samples"):
         amplitude_spectrum(TIME[:5], TIME[:5])

@@ -2,11 +2,10 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.reduction.network_axis import as_axis, response_of_axis
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import model_quality
 from cabledrive.rig import Motion, track
 from cabledrive.rig.setting import DEGREE
@@ -20,26 +19,6 @@ RADIUS = 6.366e-3
 @pytest.fixture(scope="module")
 def printer():
     return load_drive("printer-idlers", overrides=["sensors.load_encoder=40000"])
-
-
-def test_the_response_of_an_axis_ends_in_its_rigid_mass(printer):
-    """Far below the first mode the load follows 1 / (J omega^2), with the file's masses summed by hand."""
-    axis, omega = as_axis(printer), 2.0 * np.pi * np.array([2.0])
-    masses = {body.name: body.mass for body in printer.body}
-    belt = sum(span.length for span in printer.free_spans) * printer.ropes[0].mass_per_length
-    idlers = [pulley for pulley in printer.pulley if pulley.name != "motor"]
-    moved = masses["head"] + belt + sum(one.inertia / one.radius**2 for one in idlers)
-    motor = next(one for one in printer.pulley if one.name == "motor")
-    inertia = motor.inertia + printer.motor[0].inertia + moved * motor.radius**2
-    found = abs(response_of_axis(axis, omega)[0])
-    damped = abs(inertia * omega[0] ** 2 - 1j * omega[0] * _viscous(printer, motor.radius))
-    assert found == pytest.approx(1.0 / damped, rel=2e-3)
-
-
-def _viscous(machine, radius):
-    turned = {one.name: radius / one.radius for one in machine.pulley}
-    total = sum(one.viscous_friction * turned[one.name] ** 2 for one in machine.pulley)
-    return total + machine.motor[0].viscous_friction + sum(b.damping for b in machine.body) * radius**2
 
 
 def test_the_chain_of_an_axis_holds_beyond_its_first_mode(printer, measured):
