@@ -31,17 +31,8 @@ LONGEST = 1.5
 class Outcome:
     """What one run said of the bound.
 
-    Attributes
-    ----------
-    inside : bool
-        Whether the error kept inside the tube at every sample.
-    within : bool or None
-        What the result says of it.
-    broken : tuple of str
-        Assumptions named.
-    used : float or None
-    words : str
-        How to make the run again.
+    ``inside``: whether the error kept inside the tube at every sample; ``within``: what the result says of
+    it; ``broken``, tuple of str: assumptions named; ``words``: how to make the run again.
     """
 
     inside: bool

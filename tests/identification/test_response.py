@@ -1,19 +1,43 @@
 """Frequency responses: exact on exact signals, with their noise, and enough to distinguish Models 1 to 4."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from cabledrive.identification.amplifier import amplifier_response, fit_amplifier, identify_amplifier
 from cabledrive.identification.excitation import (
     crest_factor,
     low_crest_multisine,
     multisine_lines,
     random_multisine,
 )
-from cabledrive.identification.frequency_response import response_by_periods, response_by_segments
+from cabledrive.identification.filters import difference
+from cabledrive.identification.frequency_response import (
+    FrequencyResponse,
+    response_by_periods,
+    response_by_segments,
+)
 from cabledrive.identification.model_choice import choose_model
+from cabledrive.identification.planned_response import resonance_warnings
+from cabledrive.identification.planning import largest_amplitude, plan_test
+from cabledrive.identification.predicted_errors import AxisGuess, Instruments
 from cabledrive.identification.response_models import chain_for, fit_response
-from cabledrive.parameters import InputRefused
+from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
+from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
+from cabledrive.rig.bench.chapter_4 import (
+    BENCH_TESTS,
+    TORQUE_PER_VOLT,
+    bench_command,
+    bench_rig,
+    response_command,
+    rig_of,
+)
+from cabledrive.rig.bench.experiment import Excitation, command_of, experiment, load_excitation
+from cabledrive.rig.bench.planned_experiment import plan_experiment
+from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
+from command import call, object_of
 
 RATE, PERIOD = 2000.0, 2000
 LINES = multisine_lines(PERIOD, RATE, 1.0, 250.0, odd=True)
@@ -220,3 +244,303 @@ def test_a_response_from_a_file_is_averaged_without_its_outliers(tmp_path):
     (tmp_path / "x.csv").write_text("a,b\n1,2\n")
     with pytest.raises(InputRefused, match="no columns omega or frequency"):
         read_response(tmp_path / "x.csv")
+
+
+# --- What `response` says of its coherence, against the textbook's value for a gain with noise added
+def written(path, coherence):
+    """White input through a gain of two, with as much white noise as makes this coherence."""
+    rng = np.random.default_rng(1)
+    torque = rng.standard_normal(40_000)
+    noise = 2.0 * np.sqrt(1.0 / coherence - 1.0) * rng.standard_normal(torque.size)
+    rows = np.column_stack([1e-3 * np.arange(torque.size), torque, 2.0 * torque + noise])
+    np.savetxt(path, rows, delimiter=",", header="time [s],torque [N m],speed [rad/s]", comments="")
+    return path
+
+
+@pytest.mark.parametrize("coherence", [0.23, 0.95])
+def test_the_median_coherence_is_printed_and_a_low_one_warned_of(coherence, tmp_path, measured):
+    log = written(tmp_path / "log.csv", coherence)
+    arguments = (
+        "response",
+        log,
+        "--input",
+        "torque [N m]",
+        "--response",
+        "speed [rad/s]",
+        "--segment",
+        "0.25s",
+    )
+    said = call(*arguments).output
+    printed = float(said.split("coherence ")[1].split()[0])
+    measured(f"coherence {printed} for {coherence}")
+    assert printed == pytest.approx(coherence, abs=0.03)
+    warnings = object_of(call(*arguments, "--json").stdout)["warnings"]
+    assert ("warning: coherence" in said) == (coherence < 0.8) == bool(warnings)
+
+
+# --- The amplifier's gain and lag are in the response from command to torque, Eq. (4.20)
+GAIN = 10 ** (4.2 / 20)
+
+
+def noisy_amplifier(seed, bandwidth=800.0, delay=1.5e-4, noise=0.01):
+    rng = np.random.default_rng(seed)
+    frequency = np.linspace(5.0, 500.0, 120)
+    exact = amplifier_response(frequency, GAIN, bandwidth, delay)
+    parts = rng.normal(size=(2, frequency.size)) * noise / np.sqrt(2)
+    return FrequencyResponse(
+        frequency=frequency,
+        response=exact + parts[0] + 1j * parts[1],
+        deviation=np.full(frequency.size, noise),
+        coherence=np.ones(frequency.size),
+        averages=10.0,
+    )
+
+
+def test_intervals_of_gain_bandwidth_and_delay_hold_the_truth():
+    """40 responses with 1 % noise: each 95 % interval holds its truth in at least 34."""
+    held = np.zeros(3)
+    for seed in range(40):
+        fit = fit_amplifier(noisy_amplifier(seed))
+        truth = ((fit.gain, GAIN), (fit.bandwidth, 800.0), (fit.delay, 1.5e-4))
+        held += [estimate.low <= value <= estimate.high for estimate, value in truth]
+        assert fit.misfit == pytest.approx(1.0, abs=0.25)
+    assert (held >= 34).all(), held
+
+
+def test_a_lag_far_above_the_band_gets_no_number_but_a_bound():
+    fit = fit_amplifier(noisy_amplifier(3, bandwidth=1e6, noise=0.02))
+    assert np.isnan(fit.bandwidth.value)
+    assert fit.bandwidth.low > 500.0
+    assert "constant gain" in fit.findings[0]
+    assert fit.gain.low < GAIN < fit.gain.high
+
+
+def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
+    """4.2 dB and 1 kHz, from 4 s of 1,000 sines at 5 kHz."""
+    rig, rng = rig_of(load_drive("dissertation-3"), 4), np.random.default_rng(2015)
+    log = run_rig(rig, response_command(rng, duration=4.0), rng)
+    fit = identify_amplifier(log)
+    gain = fit.gain
+    measured(
+        f"{fit.decibels:.3f} dB, {gain.value:.4f} ({gain.low:.4f} to {gain.high:.4f}) N m/V, "
+        f"{fit.bandwidth.value:.0f} Hz"
+    )
+    assert abs(fit.gain.value - GAIN) < 3.3 * fit.gain.standard_error, fit.gain  # 99.9 %
+    assert fit.decibels == pytest.approx(4.2, abs=0.01)
+    assert fit.volts_per_torque == pytest.approx(0.6166, rel=1e-3)
+    assert fit.bandwidth.value == pytest.approx(1000.0, rel=0.05), fit.bandwidth
+    slower = replace(rig, imperfections=replace(rig.imperfections, current_bandwidth=300.0))
+    fit = identify_amplifier(run_rig(slower, response_command(rng, duration=4.0), rng))
+    assert fit.bandwidth.value == pytest.approx(300.0, rel=0.05), fit.bandwidth
+
+
+def amplifiers(seeds):
+    """Logs of 4 s: intervals of gain and bandwidth that hold, and the spread over the stated error."""
+    from cabledrive.identification.logs.log import log_of
+    from cabledrive.rig.bench.virtual_rig import acting_torque
+
+    rig = rig_of(load_drive("dissertation-3"), 1)
+    held, off, message = np.zeros(2), [], []
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        command = response_command(rng, duration=4.0)
+        torque = acting_torque(rig, command, rng, 4)
+        weights = np.array([0.5, 1.0, 1.0, 1.0, 0.5]) / 4.0
+        padded = np.concatenate([np.full(2, torque[0]), torque, np.full(2, torque[-1])])
+        logged = np.convolve(padded, weights, "valid")[::4] + 0.006 * rng.normal(size=command.size)
+        channels = {"command_voltage": command, "torque": logged}
+        fit = identify_amplifier(log_of(np.arange(command.size) / 5000.0, channels, {}))
+        truth = ((fit.gain, GAIN), (fit.bandwidth, 1000.0))
+        held += [estimate.low <= value <= estimate.high for estimate, value in truth]
+        off.append([estimate.value - value for estimate, value in truth])
+        message.append([estimate.standard_error for estimate, _ in truth])
+    return held, np.sqrt(np.mean(np.square(off), axis=0) / np.mean(np.square(message), axis=0))
+
+
+@pytest.mark.verify
+def test_intervals_from_logs_hold_gain_and_bandwidth(measured):
+    """200 logs of 4 s: 91 to 99 % of the intervals of gain and bandwidth hold; errors are as large as stated.
+
+    One standard error of a share is 1.5 %, of the spread over the standard error stated 5 %.
+    """
+    held, ratio = amplifiers(range(200))
+    measured(
+        f"gain and bandwidth: {held[0]:.0f} and {held[1]:.0f} of 200 intervals hold, "
+        f"spread over the stated error {ratio[0]:.2f} and {ratio[1]:.2f}"
+    )
+    assert np.all((held >= 182) & (held <= 198)), f"observed {held} of 200"
+    assert np.all((ratio > 0.85) & (ratio < 1.15)), f"observed {ratio}"
+
+
+# --- Joint and cable of Table 6.2 from a virtual multisine through the motor encoder, and their model
+SEED, RATE_TABLE, PERIOD_TABLE, RADIUS_TABLE = 2015, 5000.0, 10_000, 0.04
+PRINTED = {"cable_stiffness": 850.0, "cable_damping": 0.18, "joint_stiffness": 135.0, "joint_damping": 0.075}
+INERTIAS = {"motor_inertia": 0.0011, "drive_inertia": 0.000642, "load_inertia": 0.00235}
+ROUGH_TABLE = {
+    **{name: 0.7 * value for name, value in PRINTED.items()},
+    **INERTIAS,
+    "viscous_friction": 0.004,
+}
+
+
+def measured_response(periods):
+    """Odd lines of 0.5 Hz spacing up to 250 Hz; a constant part keeps the shaft turning one way."""
+    rng = np.random.default_rng(SEED)
+    lines = multisine_lines(PERIOD_TABLE, RATE_TABLE, 1.0, 250.0, odd=True)
+    command = 0.12 + 0.3 * np.tile(low_crest_multisine(PERIOD_TABLE, RATE_TABLE, lines).values, periods)
+    log = run_rig(rig_of(load_drive("dissertation-3"), 4), command, rng)
+    speed = difference(log.channel("angle"), log.interval)
+    # The log holds the mean of the torque over each interval, which lowers a line by its sinc.
+    mean = np.sinc(np.arange(PERIOD_TABLE // 2 + 1) / PERIOD_TABLE)
+    torque = log.channel("torque").reshape(periods, PERIOD_TABLE)
+    torque = np.fft.irfft(np.fft.rfft(torque, axis=1) / mean, PERIOD_TABLE, axis=1).ravel()
+    return response_by_periods(torque, speed, log.interval, PERIOD_TABLE, lines, skipped=5)
+
+
+@pytest.fixture(scope="module")
+def response():
+    return measured_response(13)
+
+
+def test_table_6_2_lies_inside_its_intervals(response, measured):
+    """Every printed value inside its 99.9 % interval, at seed 2015; inertias known from the bench tests."""
+    fit = fit_response(response, 4, ROUGH_TABLE, radius=RADIUS_TABLE, fixed=INERTIAS)
+    bounds = {name: fit.bounds(name, 0.999) for name in PRINTED}
+    measured(", ".join(f"{n} {fit[n]:.5g} ({low:.5g} to {high:.5g})" for n, (low, high) in bounds.items()))
+    assert 0.8 < fit.misfit < 1.5, f"{fit.misfit:.3f}"
+    for name, value in PRINTED.items():
+        low, high = bounds[name]
+        assert low < value < high, f"{name}: {low:.6g} to {high:.6g}, printed {value}"
+        assert high - low < 0.1 * value, f"{name}: {low:.6g} to {high:.6g}"
+
+
+def test_model_4_is_chosen_over_1_to_3(response, measured):
+    choice = choose_model(response, ROUGH_TABLE, radius=RADIUS_TABLE, inertias_known=True)
+    measured(f"Model {choice.chosen} chosen, {choice.reason}")
+    assert choice.chosen == 4, choice.reason
+
+
+# --- The intervals that a test will give are computed before it is run
+TEST = replace(BENCH_TESTS[1], duration=12.0)
+GUESS = AxisGuess(inertia=TEST.inertia, viscous=TEST.viscous, coulomb=TEST.coulomb, offset=TEST.offset)
+TORQUE = TORQUE_PER_VOLT * bench_command(TEST, np.random.default_rng(1))
+
+
+def spread(test, noise, repeats):
+    """Standard deviation of the estimates over repeats of one test, and the prediction."""
+    command = bench_command(test, np.random.default_rng(1))
+    found = []
+    for seed in range(repeats):
+        rig = bench_rig(test, Imperfections(torque_noise=noise))
+        log = run_rig(rig, command, np.random.default_rng(seed))
+        one = identify_rigid_axis([log], AxisOptions(bandwidth=20.0, lag=False))
+        found.append([one[name] for name in one.parameters])
+    guess = AxisGuess(inertia=test.inertia, viscous=test.viscous, coulomb=test.coulomb, offset=test.offset)
+    plan = plan_test(TORQUE_PER_VOLT * command, 1e-3, guess, Instruments(torque_noise=noise, bandwidth=20.0))
+    return np.std(found, axis=0, ddof=1) / np.array(list(plan.standard_errors.values()))
+
+
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_predicted_standard_errors_are_the_spread_of_repeated_tests(test):
+    """16 repeats give a standard deviation to 18 %: three of that."""
+    ratios = spread(replace(test, duration=12.0), 0.05, 16)
+    assert (np.abs(ratios - 1.0) < 0.54).all(), ratios
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_predicted_standard_errors_of_every_bench_test(test, measured):
+    """100 repeats of 30 s, torque noise 50 mN m: within a quarter."""
+    ratios = spread(replace(test, duration=30.0), 0.05, 100)
+    measured("spread over prediction, J, b, c, d: " + ", ".join(f"{ratio:.2f}" for ratio in ratios))
+    assert (np.abs(ratios - 1.0) < 0.25).all(), ratios
+
+
+def test_limits_are_kept_by_the_largest_amplitude_and_named_when_passed():
+    limits = {"torque": 0.6, "speed": 25.0, "stroke": 6.0}
+    scale = largest_amplitude(TORQUE, 1e-3, GUESS, limits)
+    peaks = plan_test(scale * TORQUE, 1e-3, GUESS, limits=limits).peaks
+    shares = [peaks[name] / limit for name, limit in limits.items()]
+    assert max(shares) == pytest.approx(1.0, rel=1e-3), shares
+    passed = plan_test(1.2 * scale * TORQUE, 1e-3, GUESS, limits=limits).findings
+    assert any("above its limit" in finding for finding in passed), passed
+
+
+def test_a_line_on_the_pulley_mode_of_a_tuned_drive_is_warned_of_above_its_threshold_only(measured):
+    """Configuration 2 near its tuned pretension: 0.9 mN m at 81.74 Hz is the threshold."""
+    settings = ("cable.pretension=3.3", "cable.transverse_damping=1.0", "pulley.1.viscous_friction=1e-5")
+    drive, time = load_drive("dissertation-2", overrides=settings), np.arange(8000) / 1000.0
+
+    def warned(frequency, amplitude):
+        return resonance_warnings(drive, amplitude * np.sin(2 * np.pi * frequency * time), 1000.0)
+
+    measured("; ".join(warned(81.74, 2e-3)) + f"; {len(warned(81.74, 4e-4))} warnings of 0.4 mN m")
+    assert "would drive the 1:2 resonance" in warned(81.74, 2e-3)[0]
+    assert warned(81.74, 4e-4) == ()
+    assert warned(40.0, 0.05) == ()
+
+
+def test_the_door_plans_an_experiment_without_running_it(tmp_path, capsys):
+    """Model 4 under a multisine: stiffness of the joint to a few per cent; nothing is written."""
+    import json
+
+    from cabledrive.app.main import main
+
+    toml = 'kind = "multisine"\nduration = "8 s"\namplitude = "1 V"\nband = ["1 Hz", "250 Hz"]\nlines = 120\n'
+    (tmp_path / "e.toml").write_text(toml + 'period = "1 s"\nodd = false\n')
+    with pytest.raises(SystemExit) as end:
+        main(["experiment", "dissertation-3", "--excitation", str(tmp_path / "e.toml"), "--plan", "--json"])
+    answer = json.loads(capsys.readouterr().out)
+    assert not end.value.code
+    assert 0.0 < answer["relative_standard_error"]["joint_stiffness"] < 0.05
+    assert set(answer["peaks"]) == {"torque", "speed", "stroke"}
+    assert [path.name for path in tmp_path.iterdir()] == ["e.toml"]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("frequencies = 3", "is no list"),
+        ('band = ["1 Hz"]', "band holds 1 frequencies"),
+        ('lines = "all"', "must be a whole number"),
+        ("trials = 0", "at least 1"),
+        ("odd = 3", "neither true nor false"),
+        ("kind = 3", 'excitation "3" is unknown'),
+        ("period = 0", "must be above 0"),
+        ("amplitude = true", "is no quantity"),
+        ("frequencies = []\namplitudes = []", "frequencies holds none"),
+    ],
+)
+def test_an_excitation_with_a_value_of_another_kind_is_refused(tmp_path, line, words):
+    (tmp_path / "e.toml").write_text(line + "\n")
+    with pytest.raises(InputRefused, match=words):
+        load_excitation(tmp_path / "e.toml")
+
+
+def without(**sensors):
+    drive = load_drive("dissertation-3")
+    return replace(drive, sensors=replace(drive.sensors, **sensors))
+
+
+SHORT = Excitation(duration=2.0)
+BLIND = {"motor_encoder": None, "drive_encoder": None, "load_encoder": None}
+
+
+@pytest.mark.parametrize(
+    ("planned", "words"),
+    [
+        (lambda: plan_test(0.05 * TORQUE, 1e-3, GUESS), "does not move the axis"),
+        (lambda: plan_experiment(without(motor_encoder=None), SHORT), r"sensors\.motor_encoder is missing"),
+        (lambda: experiment(without(), SHORT, seed=-1), "seed = -1 must not be negative"),
+        (lambda: rig_of(without(**BLIND), 1), "no encoder on motor"),
+        (lambda: rig_of(without(sample_rate=None), 1), r"sensors\.sample_rate is missing"),
+        (
+            lambda: command_of(replace(SHORT, kind="multisine", period=1e-6), 1e3, np.random.default_rng(0)),
+            "holds 0 samples",
+        ),
+        (lambda: plan_experiment(without(), SHORT, model=1, stroke=0.0), "stroke = 0"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused(planned, words):
+    with pytest.raises(InputRefused, match=words):
+        planned()

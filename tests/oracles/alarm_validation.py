@@ -25,14 +25,9 @@ RECORDS_PER_PERIOD = 10
 class TrueMotion:
     """Largest displacements of the full model along a motion.
 
-    Attributes
-    ----------
-    driven : float
-        From equilibrium, by the motion alone [m].
-    grown : float
-        From equilibrium with the floor put on it, what the floor's other modes add taken off [m].
-    slack : bool
-        Whether a run ended because a span lost its tension.
+    ``driven``: from equilibrium, by the motion alone [m]; ``grown``: from equilibrium with the floor put on
+    it, what the floor's other modes add taken off [m]; ``slack``: whether a run ended because a span lost its
+    tension.
     """
 
     driven: float

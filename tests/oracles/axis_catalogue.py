@@ -43,12 +43,7 @@ FAULTS = {
 
 @dataclass(frozen=True)
 class Truth:
-    """One kind of log.
-
-    Attributes
-    ----------
-    fault, excitation, convention, noise : str
-    """
+    """One kind of log."""
 
     fault: str
     excitation: str
@@ -65,11 +60,7 @@ class Truth:
 class Made:
     """One log and what made it.
 
-    Attributes
-    ----------
-    time, torque, angle : ndarray
-    values : dict of str to float
-        What an identification should find.
+    ``values``, dict of str to float: what an identification should find.
     """
 
     time: np.ndarray
@@ -118,16 +109,7 @@ TRUTHS = _truths()
 def made(truth: Truth, seed: int, duration: float = DURATION) -> Made:
     """One log.
 
-    Parameters
-    ----------
-    truth : Truth
-    seed : int
-    duration : float
-        [s].
-
-    Returns
-    -------
-    Made
+    ``duration``: [s].
     """
     rng = np.random.default_rng([seed, TRUTHS.index(truth)])
     fault, noise = FAULTS[truth.fault], NOISES[truth.noise]

@@ -242,14 +242,7 @@ def move(p, command, extra, reference, servo, sensor, interval, fine, line, angl
 def parameters(**values):
     """Numbers of the plant, all others zero.
 
-    Parameters
-    ----------
-    **values : float
-        By `NAMES`.
-
-    Returns
-    -------
-    ndarray
+    ``**values``: by `NAMES`.
     """
     p = np.zeros(len(NAMES))
     p[WS] = 1.0

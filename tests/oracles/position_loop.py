@@ -14,16 +14,8 @@ Array = NDArray[np.float64]
 class PositionLoop:
     """Proportional position loop over a proportional speed loop: u = kv (kp (reference - position) - speed).
 
-    Attributes
-    ----------
-    position_gain : float
-        kp [1/s].
-    speed_gain : float
-        kv [V s/rad or V s/m].
-    force_per_volt : float
-        Gain of amplifier and motor [N m/V or N/V].
-    largest_command : float
-        [V].
+    ``position_gain``: kp [1/s]; ``speed_gain``: kv [V s/rad or V s/m]; ``force_per_volt``: gain of amplifier
+    and motor [N m/V or N/V]; ``largest_command``: [V].
     """
 
     position_gain: float

@@ -16,19 +16,9 @@ HALVINGS = 40
 class ReadablePlant:
     """A chain between equal angles and what a drive adds to it.
 
-    Attributes
-    ----------
-    chain : LumpedChain
-    rate : float
-        Bandwidth of the torque loop [rad/s]; 0: none.
-    play : float
-        Backlash of the first link, from end to end [rad].
-    slack : float
-        Twist of the last link beyond which one of its two spans carries nothing [rad].
-    slope : float
-        K of the load's friction c tanh(K w) [s/rad].
-    step : float
-        Of Runge and Kutta [s].
+    ``rate``: bandwidth of the torque loop [rad/s]; 0: none; ``play``: backlash of the first link, from end to
+    end [rad]; ``slack``: twist of the last link beyond which one of its two spans carries nothing [rad];
+    ``slope``: K of the load's friction c tanh(K w) [s/rad]; ``step``: of Runge and Kutta [s].
     """
 
     chain: LumpedChain

@@ -18,14 +18,8 @@ Array = NDArray[np.float64]
 class Servo:
     """PD on the motor's encoder.
 
-    Attributes
-    ----------
-    bandwidth : float
-        Of the loop around an axis without friction [Hz].
-    damping : float, default 0.8
-        Of that loop.
-    speed_filter : float, default 50
-        Low-pass of the first order behind the backward difference of the encoder's angle [Hz].
+    ``bandwidth``: of the loop around an axis without friction [Hz]; ``damping``: of that loop;
+    ``speed_filter``: low-pass of the first order behind the backward difference of the encoder's angle [Hz].
     """
 
     bandwidth: float = 6.0

@@ -18,17 +18,10 @@ HALVINGS, MOST_TURNS = 44, 24
 class Row(NamedTuple):
     """Inertias of a row, every field of shape (n,), of the links after them (n - 1,).
 
-    Attributes
-    ----------
-    inertia, viscous, coulomb, offset : ndarray
-    excess, fading : ndarray
-        Friction at rest above the Coulomb friction [N m]; speed at which it has fallen to 1/e [rad/s].
-    slope : ndarray
-        K of c tanh(K w) [s/rad]; 0: the inertia sticks.
-    stiffness, damping, gap : ndarray
-        Of the links; backlash from end to end [rad].
-    near, far : ndarray
-        Stretch of a link per angle of its first and of its second inertia.
+    ``excess``, ``fading``: friction at rest above the Coulomb friction [N m]; speed at which it has fallen to
+    1/e [rad/s]; ``slope``: K of c tanh(K w) [s/rad]; 0: the inertia sticks; ``stiffness``, ``damping``,
+    ``gap``: of the links; backlash from end to end [rad]; ``near``, ``far``: stretch of a link per angle of
+    its first and of its second inertia.
     """
 
     inertia: Array
