@@ -33,15 +33,6 @@ def test_check_lists_every_span_with_length_wrap_and_tension():
     assert found["warnings"] == []
 
 
-def test_check_gives_the_friction_that_a_traction_sheave_needs():
-    """|ln(T1/T2)| over the wrap; 1729 and 1565.5 N a rope without the ropes' weight."""
-    light = [f"--set=route.{name}.mass_per_length=1e-9" for name in ("suspension", "compensation")]
-    found = answer("check", str(ROUTES / "elevator.toml"), *light)
-    sheave = next(row for row in found["pulleys"] if row["name"] == "traction sheave")
-    assert sheave["tension_in"], sheave["tension_out"] == pytest.approx((1729.0, 1565.5), abs=0.1)
-    assert sheave["needed_friction"] == pytest.approx(np.log(1729.0125 / 1565.5125) / np.pi, rel=1e-6)
-
-
 @pytest.mark.parametrize("name", ["corexy", "serpentine", "ropeway"])
 def test_check_draws_a_machine(name, tmp_path):
     picture = tmp_path / f"{name}.svg"

@@ -133,15 +133,6 @@ def test_json_is_one_object_and_nothing_else(arguments):
     assert done.stdout.isascii()
 
 
-@pytest.mark.parametrize("arguments", [["drives"], ["check", "elevator"], ["modes", "elevator"]])
-def test_every_result_says_where_it_comes_from(arguments):
-    origin = answer(*arguments)["provenance"]
-    assert origin["cabledrive"] == cd.__version__
-    if len(arguments) > 1:
-        assert origin["drive_hash"] == cd.content_hash(cd.load_drive("elevator"))
-        assert origin["method"]
-
-
 def test_set_replaces_values_for_this_run():
     changed = cd.load_drive("dissertation-2", overrides=["cable.pretension=6 N", "pulley.0.inertia=0.002"])
     settings = ["--set", 'cable.pretension="6 N"', "--set", "pulley.0.inertia=0.002"]
@@ -205,14 +196,3 @@ def test_text_survives_a_terminal_of_few_letters():
 def test_colours_only_on_a_terminal_and_not_under_no_color(environment, coloured):
     assert ("\x1b[31m" in on_a_terminal(["modes"], **environment)) == coloured
     assert "\x1b" not in run("modes", env={"NO_COLOR": ""}).stderr
-
-
-@pytest.mark.parametrize(
-    "name", [name for name in COMMANDS if name != "studio"]
-)  # it serves, it answers nothing
-def test_every_command_answers_in_json_quietly_or_at_length(name):
-    options = {opt for option in main.get_command(Context(main), name).params for opt in option.opts}
-    assert {"--json", "--quiet", "--verbose"} <= options
-    # of `sensitivity` it names an output of the store; the folder of an export has to be new
-    writes = "--output" in options and name not in ("sensitivity", "export")
-    assert not writes or "--force" in options, f"{name} writes and has no --force"

@@ -1,18 +1,12 @@
 """cabledrive simulate: what it answers, what it writes, how it ends."""
 
-import os
-import signal
-import subprocess
-import sys
-import time
-
 import numpy as np
 import pytest
 import xarray
 
 from cabledrive.parameters import load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
-from command import answer, call, listening, object_of
+from command import answer, call, object_of
 
 SHORT = ["--duration", "0.02", "--segments", "20"]
 FORCED = ["--torque-amplitude", "0.02", "--torque-frequency", "81.7"]
@@ -55,36 +49,6 @@ def test_slack_ends_the_run_with_status_3_and_keeps_what_was_found(tmp_path):
         assert stored["time"][-1] <= event["time"]
     allowed = answer("simulate", "dissertation-2", *HELD, *options, "--tension-only", "--duration", "0.1")
     assert allowed["slack_events"]
-
-
-def test_an_interrupted_run_says_how_to_go_on_and_does(tmp_path):
-    """Ctrl-C in the middle: status 130, then --resume finishes it."""
-    command = [sys.executable, "-m", "cabledrive", "simulate", "dissertation-2", "-o", "run.nc"]
-    options = ["--duration", "20", "--segments", "60", "--rate", "500", "--torque-amplitude", "0.01"]
-    options += ["--torque-frequency", "60", "--quiet"]
-    running = subprocess.Popen(
-        [*command, *options],
-        cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        preexec_fn=listening,
-    )
-    folder = tmp_path / "run.nc.part"
-    deadline = time.monotonic() + 120.0
-    while not (folder / "rows.f64").exists() or (folder / "rows.f64").stat().st_size == 0:
-        assert time.monotonic() < deadline, "the run never began to write"
-        assert running.poll() is None, running.communicate()[1].decode()
-        time.sleep(0.05)
-    running.send_signal(signal.SIGINT)
-    _, message = running.communicate(timeout=60)
-    assert running.returncode == 130
-    line = message.decode().splitlines()[-1]
-    assert line.startswith("cabledrive: interrupted; ")
-    assert "s were simulated; go on with the same command and --resume" in line
-    assert not (tmp_path / "run.nc").exists()
-    done = subprocess.run([*command, *options, "--resume"], cwd=tmp_path, capture_output=True)
-    assert done.returncode == 0, done.stderr.decode()
-    assert os.listdir(tmp_path) == ["run.nc"]
 
 
 def test_a_run_is_drawn_and_animated(tmp_path):

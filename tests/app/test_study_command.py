@@ -2,16 +2,12 @@
 
 import json
 import re
-import signal
-import subprocess
-import sys
-import time
 from html.parser import HTMLParser
 
 import pytest
 
 from cabledrive.rig.laws.registry import CONTROLLERS
-from command import answer, call, listening, object_of, refusal
+from command import answer, call, object_of, refusal
 from study_drives import FOLDER
 
 WINCH = str(FOLDER / "winch.toml")
@@ -119,25 +115,6 @@ def test_a_no_is_an_answer_and_not_a_failure(tmp_path, undrawn):
     assert (result.exit_code, found["verdict"]) == (0, "no")
     assert found["reasons"][0].startswith("torque")
     assert not (tmp_path / "out" / "controller.json").exists()
-
-
-def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path, undrawn):
-    (tmp_path / "hasty.toml").write_text(HASTY)
-    asked = ["study", WINCH, "--goals", str(tmp_path / "hasty.toml")]
-    command = [sys.executable, "-m", "cabledrive", *asked, "-o", str(tmp_path / "out")]
-    started = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listening
-    )
-    for line in started.stderr:
-        if "[1/8]" in line:
-            break
-    time.sleep(0.05)
-    started.send_signal(signal.SIGINT)
-    _, errors = started.communicate(timeout=60)
-    assert started.returncode == 130, errors
-    assert "to go on, give the same command again" in errors.splitlines()[-1]
-    assert not (tmp_path / "out" / "results.json").exists()
-    assert call(*asked, "-o", tmp_path / "out", "--resume").exit_code == 0
 
 
 def test_a_lift_has_modes_resonance_and_margins_and_no_controller(tmp_path):

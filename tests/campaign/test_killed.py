@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 
-import pytest
 import xarray as xr
 
 from cabledrive.campaign import run_sweep
@@ -94,27 +93,6 @@ def test_a_driver_that_is_killed_resumes_to_the_same_bytes(tmp_path):
         "spec.toml",
         "whole.zarr",
     ]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_ctrl_c_keeps_the_finished_chunks_and_says_how_to_go_on(tmp_path):
-    (tmp_path / "spec.toml").write_text(MODES)
-    store = tmp_path / "store.zarr"
-    command = [sys.executable, "-m", "cabledrive", "sweep", str(tmp_path / "spec.toml"), "-o", str(store)]
-    driver = subprocess.Popen(
-        [*command, "--workers", "1"],
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    deadline = time.monotonic() + 60.0
-    while not list(store.glob("code/c/*")) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    driver.send_signal(signal.SIGINT)
-    _, errors = driver.communicate(timeout=30)
-    assert driver.returncode == 130, errors
-    assert "give the same command again" in errors
-    assert 0 < len(list(store.glob("code/c/*"))) < 20
 
 
 def test_workers_with_another_version_are_refused_and_nothing_is_written(tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ import xarray as xr
 
 import cabledrive as cd
 from cabledrive.campaign import run_sweep
-from cabledrive.campaign.sensitivity import indices, sensitivity
+from cabledrive.campaign.sensitivity import indices
 from campaign_computations import Dangerous, Ishigami
 from command import answer, refusal
 
@@ -83,21 +83,6 @@ def test_screening_finds_the_effects_of_a_product_and_a_line(tmp_path):
         bent = found["effects"][key]
         assert bent["mean_size"]["low"] <= 2.0 <= bent["mean_size"]["high"], bent
         assert bent["deviation"] == pytest.approx(np.sqrt(1.25), rel=0.05)
-
-
-def test_refused_rows_leave_out_their_group_and_are_counted(tmp_path):
-    (tmp_path / "spec.toml").write_text(
-        'drive = "dissertation-3"\n[vary]\n"own.x" = { values = [1.0, 2.0, 3.0, 4.0] }\n'
-        '[design]\nkind = "saltelli"\nbase = 64\n'
-    )
-    store = tmp_path / "store.zarr"
-    run_sweep(tmp_path / "spec.toml", store, computation=Dangerous(folder=str(tmp_path)), progress=False)
-    data = xr.open_zarr(store).load()
-    refused = (data.code.values == 2).reshape(64, 3)
-    found = sensitivity(store, "square", generator=np.random.default_rng(0))
-    assert found.refused == np.count_nonzero(refused)
-    assert found.groups_left_out == np.count_nonzero(refused.any(axis=1)) > 0
-    assert found.groups == 64 - found.groups_left_out
 
 
 def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):

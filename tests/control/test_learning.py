@@ -62,18 +62,6 @@ def test_filter_gives_the_derivatives_of_a_slow_sine():
         assert np.abs(row - exact).max() < 1e-5 * np.abs(exact).max()
 
 
-def test_one_pulse_of_counts_gives_beta_within_a_fifth_of_a_per_cent():
-    angles, _ = motion()
-    for seed in range(6):
-        rng = np.random.default_rng(seed)
-        found = estimate_load(counted(angles, rng)[:, 1:], COUNTS[1:], INTERVAL, rng)
-        assert found.excited
-        assert found.beta == pytest.approx(BETA, rel=2e-3)
-        assert found.gamma == pytest.approx(GAMMA, rel=0.1)
-        assert found.misfit < 1.3, f"observed {found.misfit:.2f}"
-        assert 2e-5 < found.beta_error / BETA < 1e-3, f"observed {found.beta_error / BETA:.1e}"
-
-
 def rubbed(coulomb: float, viscous: float, extra: np.ndarray | float = 0.0) -> np.ndarray:
     """Angles before the load and of it in a pulse, with friction of the load; the twist by its own equation.
 
@@ -105,17 +93,6 @@ def test_friction_of_the_load_is_not_taken_for_a_softer_cable(coulomb, viscous, 
         assert found.viscous == pytest.approx(viscous, abs=min(0.5, 4.0 * found.viscous_error))
     measured(f"beta {100 * worst:.3f} % at most; {held} of 8 intervals hold the Coulomb friction")
     assert worst < 2e-3, f"observed {worst:.1e}"
-
-
-def test_a_load_that_does_not_obey_the_equation_teaches_nothing(measured):
-    """A torque of the load's position, 12 per radian, as a bent shaft or a gear makes it."""
-    time = np.arange(0.0, 2.0, INTERVAL / 20)
-    cogging = 3.0 * np.sin(12.0 * pulse(0.785, 0.5, 0.5)(time, 0)[0] * 2.0 * np.pi)
-    rng = np.random.default_rng(1)
-    found = estimate_load(counted_pair(rubbed(0.0, 0.0, cogging), rng), COUNTS[1:], INTERVAL, rng)
-    measured(f"residual {found.misfit:.1f} times that of rounding")
-    assert not found.believed
-    assert not found.excited
 
 
 def counted_pair(angles: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -19,7 +19,7 @@ from cabledrive.reduction.modal_cable_kernels import (
     new_modal_cable_state,
     start_cable,
 )
-from export.test_fmu import ERROR, Slave
+from export.test_fmu import Slave
 
 fmpy = pytest.importorskip("fmpy", reason="needs fmpy")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
@@ -64,29 +64,6 @@ def test_the_cable_steps_as_the_interpreted_kernel_to_the_bit(name, version, tmp
     assert one.get("holds") == [1.0]
     assert np.abs(places).max() > 0.0
     measured(f"{name}, FMI {version}: {samples} samples equal to the bit")
-
-
-@pytest.mark.parametrize("version", [2, 3])
-def test_another_step_is_an_error_and_a_state_can_be_taken_up_again(version, tmp_path):
-    one, cable = slave(tmp_path, "dissertation-1", version), package("dissertation-1", version)[2]
-    one.start(pluck_upper=1e-3)
-    with pytest.raises(Exception, match=r"doStep|DoStep") as failed:  # a type of its own for each version
-        one.step(0, 0.5 * cable.interval)
-    assert getattr(failed.value, "status", ERROR) == ERROR
-    fmu = one.fmu
-    kept = fmu.getFMUstate() if version == 2 else fmu.getFMUState()
-
-    def run() -> list[float]:
-        found = []
-        for k in range(30):
-            one.step(k, cable.interval)
-            found += one.get("upper_middle", "load_speed")
-        return found
-
-    first = run()
-    (fmu.setFMUstate if version == 2 else fmu.setFMUState)(kept)
-    assert run() == first
-    assert abs(first[0]) > 1e-5
 
 
 def test_a_slack_span_is_said(tmp_path):

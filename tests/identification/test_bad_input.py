@@ -220,16 +220,6 @@ def test_a_corrupt_video_is_status_2_in_one_line(tmp_path):
 READERS = [load_options, load_column_map, load_excitation, load_goals]
 
 
-def test_a_configuration_says_slope_bandwidth_and_check_with_their_units(tmp_path):
-    path = tmp_path / "identify.toml"
-    path.write_text(
-        '[identify]\nmodel = "rigid-axis-tanh"\nslope = "2 s/rad"\nbandwidth = 12\ncheck = false\n'
-    )
-    found = load_options(path)
-    assert (found.model, found.axis.friction.slope, found.axis.bandwidth) == ("rigid-axis-tanh", 2.0, 12.0)
-    assert not found.check
-
-
 @pytest.mark.parametrize(
     ("line", "words"),
     [

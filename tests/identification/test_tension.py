@@ -1,6 +1,5 @@
 """The tension of a span from a ping."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from scipy.io import wavfile
 
 import cabledrive as cd
-from cabledrive.app.main import main
 from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.tension import (
@@ -246,14 +244,6 @@ def test_a_ping_after_a_silence_is_a_ping(silence):
 
 
 # --- Both spans sound in one recording: two families of partials, two tensions, or one line why not
-def called(capsys, *arguments):
-    """Status, standard output and standard error of one call."""
-    try:
-        status = main([str(a) for a in arguments])
-    except SystemExit as end:
-        status = end.code
-    printed = capsys.readouterr()
-    return status or 0, printed.out, printed.err
 
 
 @pytest.mark.parametrize("seed", [10_000, 10_001])
@@ -337,33 +327,6 @@ def test_one_partial_of_each_span_may_be_taken_either_way():
     with pytest.raises(NotComputed, match="two assignments") as refusal:
         tension_of_both(log_of(one.log.time, {"sound": low}, {}), one.drive)
     assert "\n" not in str(refusal.value)
-
-
-def test_the_command_reads_both_spans_of_a_sound_file(tmp_path, capsys):
-    """Two tensions with labels and status 0; one family and status 3 with one line on standard error."""
-    for name, heights in (("both", (1.5e-3, 0.6e-3)), ("one", (1.5e-3, 0.0))):
-        one = played(10_060, heights=heights, share=0.1, loudness=(1.0, 1.0), rate=1000.0)
-        sound = one.log.channel("sound")
-        stored = (20_000 * sound / np.abs(sound).max()).astype("int16")
-        wavfile.write(tmp_path / f"{name}.wav", 1000, stored)
-    options = ["--ping", "dissertation-3", "--span", "both", "--json"]
-    status, out, err = called(capsys, "identify", tmp_path / "both.wav", *options, "--plucked", "upper")
-    answer = json.loads(out)
-    assert (status, err) == (0, "")
-    assert answer["parameters"]["tension_upper"]["value"] == pytest.approx(one.upper, rel=0.002)
-    assert answer["parameters"]["tension_lower"]["value"] == pytest.approx(one.lower, rel=0.002)
-    status, out, err = called(capsys, "identify", tmp_path / "one.wav", *options)
-    answer = json.loads(out)
-    assert status == 3
-    assert len(err.splitlines()) == 1
-    assert "one family" in err
-    assert answer["identifiable"] is False
-    assert answer["parameters"]["standing_torque"]["value"] is None
-    refused = called(
-        capsys, "identify", tmp_path / "one.wav", "--ping", "dissertation-3", "--plucked", "upper"
-    )
-    assert refused[0] == 2
-    assert "--span both" in refused[2]
 
 
 def test_overlapping_decaying_tones_are_fitted_without_bias():
@@ -540,21 +503,6 @@ def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
     assert found.mean_upper[0] == pytest.approx(6.5, abs=0.01)
     assert found.mean_upper[0] == found.mean_lower[0]
     assert "no angle" in found.findings[0]
-
-
-def test_the_virtual_rig_of_chapter_4_has_a_load_cell():
-    """Model 4, 8 s: both spans at 7 N in the mean, parted by J2 a / r2 as the pulley turns."""
-    from cabledrive.rig.bench.experiment import Excitation, experiment
-
-    drive = load_drive("dissertation-3", overrides=["sensors.sample_rate=1 kHz"])
-    log = experiment(drive, Excitation(duration=8.0), seed=3)
-    found = tensions_from_load_cell(log, drive)
-    for name in ("upper", "lower"):
-        value, low, high = getattr(found, f"mean_{name}")
-        assert value == pytest.approx(7.0, abs=0.02), (name, value)
-        assert low < 7.0 < high, (name, low, high)
-    assert np.std(found.upper - found.lower) > 2.0 * found.deviation
-    assert np.std(found.upper + found.lower) < 0.05
 
 
 # --- A ping tells the tension of a named span of a machine with routes, and two pings compare two belts

@@ -76,30 +76,6 @@ def test_logs_at_two_tensions_tell_wraps_from_bearings_and_one_tension_does_not(
         split_friction([logs[0].part(0.0, 2.0)], (60.0,))
 
 
-@pytest.mark.verify
-def test_both_frictions_lie_in_their_intervals_over_random_arms(measured):
-    """30 arms; 95 % intervals that hold the truth in 24 or fewer of them would be wrong at 1e-3."""
-    rng, held = np.random.default_rng(5), np.zeros(2)
-    for _ in range(30):
-        other = {
-            "friction": float(rng.uniform(0.02, 0.12)),
-            "wrap": float(rng.uniform(0.2, 0.8)),
-            "motor_coulomb": float(rng.uniform(0.003, 0.02)),
-            "joint_coulomb": float(rng.uniform(0.01, 0.06)),
-            "joint_inertia": float(rng.uniform(0.02, 0.06)),
-            "stiffness": float(rng.uniform(200e3, 600e3)),
-        }
-        tensions = (40.0, 90.0, 140.0)
-        found = split_friction([logged(tension, rng, **other) for tension in tensions], tensions)
-        assert found.separated, other
-        for k, (own, true) in enumerate(
-            zip((found.constant, found.per_tension), truth(ARM | other), strict=True)
-        ):
-            held[k] += own.low <= true <= own.high
-    measured(f"of 30 arms the truth lies in the interval: bearings {held[0]:.0f}, wraps {held[1]:.0f}")
-    assert held.min() >= 25
-
-
 def test_friction_that_is_not_in_proportion_is_found():
     """A bearing that a tighter rope loads twice over is no wrap's friction."""
     tensions = (40.0, 90.0, 140.0)

@@ -255,31 +255,8 @@ def test_path_that_is_no_file_is_refused(name, words, tmp_path, monkeypatch):
         assert refusal(name).startswith(words)
 
 
-def test_file_that_fails_while_it_is_read_is_refused(tmp_path, monkeypatch):
-    """As on a lost network drive; root has no unreadable file to try it on."""
-
-    def fails(*_args, **_options):
-        raise OSError(5, "Input/output error")
-
-    path = tmp_path / "drive.toml"
-    path.write_text(DRIVE)
-    monkeypatch.setattr(Path, "open", fails)
-    assert refusal(path) == "cannot be read (Input/output error): check the path"
-
-
 def test_folder_of_a_results_name_does_not_hide_a_packaged_drive(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     name = packaged_drives()[0]
     Path(name).mkdir()
     assert isinstance(load_drive(name), Drive)
-
-
-def test_endless_file_name_leaves_room_for_the_reason(tmp_path):
-    path = tmp_path / ("n" * 120) / ("n" * 120) / "drive.toml"
-    path.parent.mkdir(parents=True)
-    path.write_text(pretension("0"))
-    with pytest.raises(
-        InputRefused, match=r"n/drive\.toml: cable\.pretension = 0 N must be above 0"
-    ) as refused:
-        load_drive(path)
-    assert len(str(refused.value)) < 300

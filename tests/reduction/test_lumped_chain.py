@@ -119,17 +119,6 @@ def test_reflection_keeps_frequencies_and_responses():
     np.testing.assert_allclose(found, speed_response(chain, FAR, speed_of=1), rtol=1e-10)
 
 
-def test_distributed_drive_turns_its_motor_as_model_4_does_up_to_the_joints_mode():
-    """Motor speed per torque, the curve of Fig. 6.3: within 1 % up to 120 Hz."""
-    omega = 2.0 * np.pi * np.geomspace(1.0, 120.0, 200)
-    exact = 1j * omega * distributed_response(DRIVE, omega, angle_of="motor")
-    worst = np.abs(speed_response(lumped_model(DRIVE, 4), omega) / exact - 1.0).max()
-    assert worst < 0.01, f"observed {worst:.4f}"
-    rigid = replace(DRIVE, motor=replace(DRIVE.motor, joint_stiffness=None))
-    exact = 1j * omega[:50] * distributed_response(rigid, omega[:50], angle_of="motor")
-    np.testing.assert_allclose(speed_response(lumped_model(rigid, 3), omega[:50]), exact, rtol=0.01)
-
-
 HOLDING = 25.0
 BASE = cd.load_drive("dissertation-3")
 SMOOTH = replace(

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from report_page import TIME, Reader
 
-from cabledrive.identification.regressor_curves import regressor_curves
 from cabledrive.identification.rigid_axis import identify_rigid_axis
 from cabledrive.parameters import InputRefused
 from cabledrive.report.log_page import write_log_report
@@ -23,26 +22,6 @@ def log():
 @pytest.fixture(scope="module")
 def found(log):
     return identify_rigid_axis([log])
-
-
-def test_the_modelling_error_is_small_beside_the_torque(log, found):
-    """Rounding of the encoder in the acceleration makes 9 %, the turns some more; a wrong inertia 25 %."""
-    share = regressor_curves(log, found).error_share
-    assert 0.05 < share < 0.2, share
-    from dataclasses import replace
-
-    heavier = dict(found.parameters)
-    heavier["inertia"] = replace(heavier["inertia"], value=1.3 * heavier["inertia"].value)
-    assert regressor_curves(log, replace(found, parameters=heavier)).error_share > 1.5 * share
-
-
-def test_the_causal_filter_lags_behind_the_ideal_one(log, found):
-    """(4.1) with 20 Hz and damping 1 lags by 2/omega = 16 ms at low frequencies."""
-    curves = regressor_curves(log, found)
-    speed, filtered = curves.unfiltered[1, 500:-500], curves.filtered[1, 500:-500]
-    lags = np.arange(0, 40)
-    match = [np.corrcoef(speed[: speed.size - 40], filtered[k : k + speed.size - 40])[0, 1] for k in lags]
-    assert lags[int(np.argmax(match))] == pytest.approx(2000 / (2 * np.pi * 20), abs=3)
 
 
 def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):

@@ -19,7 +19,7 @@ from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
 from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances
-from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop, disturbed_numbers
+from cabledrive.rig.disturbed.disturbed_plants import disturbed_numbers
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.log_file import log_text
 from cabledrive.rig.trial import spec_for
@@ -226,18 +226,6 @@ def test_each_disturbance_is_that_of_another_integrator(loop, ours, theirs, meas
     measured(f"{np.degrees(found):.4f} deg, the other {np.degrees(other):.4f}")
     assert abs(found - other) < 0.02 * other, f"observed {found:.3e}, {other:.3e} rad"
     assert abs(found - plain) > abs(found - other), "the disturbance changes nothing"
-
-
-def test_a_load_of_three_times_the_inertia_a_shock_and_wear_change_the_run(loop):
-    base = run(with_disturbances(loop), log=False).state.summary[0]
-    for values in ({"load_factor": 3.0, "load_time": 0.2}, {"softening": 0.5}, {"warming": 0.9}):
-        assert run(with_disturbances(loop, **values), log=False).state.summary[0] != base, values
-    pushed = Disturbances(shock_torque=(0.5, 0.5), shock_time=(0.5, 0.5), shock_duration=(0.02, 0.02))
-    calm = run(disturbed_loop(loop, Disturbances(), OPTIONS, np.random.default_rng(1)))
-    hit = run(disturbed_loop(loop, pushed, OPTIONS, np.random.default_rng(1)))
-    change = np.abs(hit.log[:, 2] - calm.log[:, 2])
-    assert change[:2500].max() == 0.0
-    assert np.degrees(change[2500:].max()) > 0.1
 
 
 def test_a_file_of_ranges_is_read_with_its_units(tmp_path):

@@ -102,15 +102,6 @@ def test_best_gains_leave_the_torque_below_its_limit_whatever_changes_the_loop(o
     assert said["peak_error_deg"] < 0.15, f"observed {said['peak_error_deg']:.3f} deg"
 
 
-@pytest.mark.parametrize("law", ["darc-3", "darc-4", "backstepping", "pd", "lqi"])
-def test_other_laws_get_the_setting_with_the_smallest_error_in_trial_runs(law, measured):
-    best, printed = (best_track(DRIVE, controller=law, gains=gains).summary for gains in ("best", "printed"))
-    measured(f"{best['peak_error_deg']:.4f} deg beside {printed['peak_error_deg']:.4f}")
-    assert best["peak_error_deg"] < printed["peak_error_deg"]
-    assert "trial runs" in best["gains"]["reasons"][0]
-    assert best["saturated_fraction"] == 0.0
-
-
 MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
 
 

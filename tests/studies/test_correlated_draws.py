@@ -1,7 +1,6 @@
 """Plants are drawn with the correlation that the numbers of one log have, each as wide as it is known."""
 
 import numpy as np
-import pytest
 
 from cabledrive.identification.regression import Fit
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
@@ -70,27 +69,6 @@ def test_what_an_interval_has_beyond_the_regression_takes_its_share_of_the_corre
     whole = matrix(of_intervals(FIT, intervals()), sorted(NAMES))
     shared = matrix(of_intervals(FIT, intervals(2.0)), sorted(NAMES))
     np.testing.assert_allclose(shared - np.eye(5), 0.25 * (whole - np.eye(5)), atol=1e-12)
-
-
-def test_stiffness_and_damping_of_the_cable_carry_the_loads_error():
-    """Nothing of their own: they go with the load, and with the motor's inertia as the load does."""
-    identified = intervals()
-    load = identified["load_inertia"]
-    identified |= {name: tuple(scale * v for v in load) for name, scale in (("cable_stiffness", 1e7),)}
-    damping = 30.0 * load[0]
-    half = 2.0 * 30.0 * 0.5 * (load[2] - load[1])
-    identified["cable_damping"] = (damping, damping - half, damping + half)
-    found = {(one.first, one.second): one.value for one in of_intervals(FIT, identified)}
-    assert found["cable_stiffness", "load_inertia"] == pytest.approx(1.0)
-    assert found["cable_stiffness", "near_inertia"] == pytest.approx(-0.8)
-    assert found["cable_damping", "load_inertia"] == pytest.approx(0.5)
-    assert found["cable_damping", "cable_stiffness"] == pytest.approx(0.5)
-    plants = drawn(identified, of_intervals(FIT, identified))
-    names = sorted(identified)
-    ratio = plants[:, names.index("cable_stiffness")] / plants[:, names.index("load_inertia")]
-    assert np.ptp(ratio) < 1e-5 * ratio.mean(), (
-        "a stiffness with no error of its own is the load's times a number"
-    )
 
 
 def test_a_log_gives_how_its_numbers_err_together():

@@ -73,15 +73,6 @@ def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_d
     assert len(expected) == folds
 
 
-@pytest.mark.verify
-def test_a_larger_load_leaves_one_span_at_a_time():
-    """Under 1 mN m there is no steady motion of both; one of the two single-span states is stable."""
-    branches = branches_of(1e-3)
-    assert [branch.spans for branch in branches] == [("upper",), ("lower",)]
-    growth = [branch.at(TORQUE)[0][3] for branch in branches]
-    assert min(growth) < 0 < max(growth), f"{growth}"
-
-
 def test_more_sections_than_two_are_not_followed():
     with pytest.raises(cd.NotComputed, match="sections"):
         steady_branches(cd.load_drive("dissertation-transporter"), 0.01, np.random.default_rng(0))

@@ -21,8 +21,6 @@ from cabledrive.studies.study.carriage_machine import (
 )
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import goals_of
-from cabledrive.studies.study.plain_data import as_plain, revived
-from cabledrive.studies.study.result import StudyResult
 from cabledrive.studies.study.verdict_stage import judge
 from cabledrive.studies.study.verdict_words import rounded_up
 
@@ -104,15 +102,6 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
     speed = np.abs(case_of(BELT, slower).reference[:, 4]).max() / BELT.drive_pulley.radius
     assert speed <= BELT.motor.speed_limit
     assert speed > 0.99 * BELT.motor.speed_limit, f"observed {speed:.2f} rad/s"
-
-
-def test_another_goal_redoes_the_judgement_and_not_the_runs(studied):
-    found, folder = studied
-    before = {path.name for path in folder.iterdir()}
-    run_study(BELT, [], replace(ASKED, carriage_error=2e-4), folder=folder)
-    fresh = {path.name.rsplit("-", 1)[0] for path in folder.iterdir() if path.name not in before}
-    assert fresh == set()
-    assert revived(StudyResult, as_plain(found)) == found
 
 
 @pytest.mark.parametrize(
