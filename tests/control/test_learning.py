@@ -14,16 +14,14 @@ from scipy.signal import StateSpace, lsim
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.innovations_of_load import whitening
 from cabledrive.control.kalman import QUIET, Sampling, kalman_filter
-from cabledrive.control.law_kernels import learn_from_innovations
 from cabledrive.control.load_equation import estimate_load
 from cabledrive.control.load_torque import carried
 from cabledrive.control.momentum_sum import estimate_motor
-from cabledrive.control.numbers import LEARNING, LawNumbers
 from cabledrive.control.reference import flat_reference, joint_motion
 from cabledrive.control.regression import filtered
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
-from control_chains import INTERVAL, model, row_of, state_of
+from control_chains import INTERVAL, model, row_of
 
 COUNTS = 2.0 * np.pi / np.array([2600.0, 10000.0, 10000.0])
 CHAIN = model(4)
@@ -186,47 +184,3 @@ def test_whitened_innovations_have_variance_one():
     assert np.abs(np.linalg.eigvals(transition - transition @ gain @ output)).max() < 1.0
     drawn = rng.multivariate_normal(np.zeros(3), spread, 40_000) @ matrix.T
     np.testing.assert_allclose(np.cov(drawn.T), np.eye(3), atol=0.05)
-
-
-def learnt(slopes, innovations, forgetting, start, gate=1e9, high=1e9, renewed=0.0):
-    """Parameters and covariance after the kernel has seen every row, one encoder."""
-    p = slopes.shape[1]
-    kept = state_of((), (*np.zeros(p), *start.ravel()))
-    rows = np.array([[0.0], [1.0]])
-    learning = np.array([np.zeros(p), np.full(p, -1e9), np.full(p, high), np.ones(p), np.full(p, np.inf)])
-    law = LawNumbers(LEARNING, np.zeros((0, 1)), rows, learning, np.array([0.0, forgetting, gate, renewed]))
-    reference = np.zeros((len(slopes), 1 + 2 * p))
-    reference[:, 2::2] = slopes
-    for k, value in enumerate(innovations):
-        kept.work[0] = value
-        learn_from_innovations(law, kept, reference, k)
-    estimate = kept.parameters
-    return estimate[:p], estimate[p : p + p * p].reshape(p, p)
-
-
-@pytest.mark.kernel
-def test_without_forgetting_it_is_least_squares_with_a_prior():
-    rng = np.random.default_rng(5)
-    slopes, truth, prior = rng.normal(size=(60, 3)), np.array([0.3, -1.0, 2.0]), np.diag([4.0, 1.0, 9.0])
-    data = slopes @ truth + rng.normal(size=60)
-    found, spread = learnt(slopes, data, 1.0, prior)
-    information = np.linalg.inv(prior) + slopes.T @ slopes
-    np.testing.assert_allclose(found, np.linalg.solve(information, slopes.T @ data), rtol=1e-9)
-    np.testing.assert_allclose(spread, np.linalg.inv(information), rtol=1e-9)
-
-
-@pytest.mark.kernel
-def test_an_innovation_that_the_covariance_does_not_explain_is_passed_over():
-    prior = np.diag([1e-4, 1e-4, 1e-4])
-    found, kept = learnt(np.ones((1, 3)), np.array([50.0]), 1.0, prior, gate=6.0)
-    np.testing.assert_array_equal(found, 0.0)
-    np.testing.assert_array_equal(kept, prior)
-    _, renewed = learnt(np.ones((1, 3)), np.array([50.0]), 1.0, prior, gate=6.0, renewed=0.25)
-    np.testing.assert_allclose(renewed, 0.75 * prior + 0.25 * np.eye(3), rtol=1e-15)
-    spread = 3.0  # of three parameters of variance 1, besides the innovation's own 1: the gate is at 12
-    for size, learns in ((0.99, True), (1.01, False)):
-        value = size * 6.0 * np.sqrt(1.0 + spread)
-        found, _ = learnt(np.ones((1, 3)), np.array([value]), 1.0, np.eye(3), gate=6.0)
-        np.testing.assert_allclose(found, value / (1.0 + spread) if learns else 0.0, rtol=1e-14)
-    held, _ = learnt(np.ones((1, 3)), np.array([5.0]), 1.0, np.eye(3), gate=6.0, high=0.5)
-    np.testing.assert_array_equal(held, 0.5)

@@ -81,26 +81,3 @@ def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measur
     measured(f"{gap.max():.1e} of the peak")
     assert load.columns == blocks.shape[1] == 3 * (2 * n + 1 + m)
     assert gap.max() < 1e-9
-
-
-@pytest.mark.kernel
-def test_a_motion_twice_as_slow_is_the_same_motion_at_half_the_speed():
-    """y(t) in the time 2t: derivative k is smaller by 2^k."""
-    spec = spec_for(DRIVE, Motion(rise=0.04, dwell=0.01))
-    made = CONTROLLERS["backstepping"](spec)
-    fast, slow = (motion_numbers(DRIVE, Motion(rise=s * 0.04, dwell=s * 0.01)) for s in (1.0, 2.0))
-    rows = reference_table(made.generator, fast, 2e-4, 200)
-    slowed = reference_table(made.generator, slow, 4e-4, 200)
-    gap = np.abs(slowed * 2.0 ** np.arange(5) - rows) / np.abs(rows).max(axis=0)
-    assert gap.max() < 1e-10, f"observed {gap.max():.1e} of each column's peak"
-
-
-@pytest.mark.kernel
-def test_nothing_moves_before_the_start_and_after_the_end():
-    spec = spec_for(DRIVE, Motion(rise=0.04, dwell=0.01))
-    made = CONTROLLERS["backstepping"](spec)
-    late = made.generator._replace(taps=np.array([[0.02, 1.0]]))
-    numbers: MotionNumbers = motion_numbers(DRIVE, Motion(rise=0.04, dwell=0.01))
-    rows = reference_table(late, numbers, 2e-4, 900)
-    assert not np.any(rows[:100])
-    assert np.abs(rows[620:]).max() == 0.0

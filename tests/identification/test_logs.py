@@ -57,18 +57,6 @@ def written(tmp_path, content, name="log.csv"):
         text("time(µs) torque angle", " ", (1e6 * TIME, TORQUE, ANGLE)).encode("cp1252"),
         text("time [s];torque [Nm];angle [rad]", ";").replace(".", ",").encode("utf-16"),
     ],
-    ids=[
-        "csv",
-        "comment",
-        "other units",
-        "decimal comma",
-        "tsv with units below",
-        "white space",
-        "bom and brackets",
-        "windows",
-        "windows, white space",
-        "utf-16",
-    ],
 )
 def test_dialects_and_units_are_recognised(tmp_path, content):
     is_the_log(read_log(written(tmp_path, content)))
@@ -329,20 +317,6 @@ Unit;N m;rad
         "# \f \u2028 \u2029 \v \x1c \x1d\ntime,torque,angle\n" + rows_of(SECONDS),
         ("time,torque,angle\n" + rows_of(SECONDS)).replace("\n", "\r\n"),
         ("time,torque,angle\n" + rows_of(SECONDS)).replace("\n", "\r"),
-    ],
-    ids=[
-        "a head behind a comment sign",
-        "a head behind a comment sign, after a comment",
-        "a head behind a comment sign, white space",
-        "metadata of an oscilloscope",
-        "iso time",
-        "iso time with a zone and a space",
-        "iso time with a distance from utc",
-        "plus signs and spaces",
-        "form feeds among the rows",
-        "signs that end lines elsewhere",
-        "windows",
-        "carriage returns",
     ],
 )
 def test_every_way_to_write_a_log_gives_all_its_rows(tmp_path, content):

@@ -187,44 +187,22 @@ DRUMS = """
 schema = 1
 name = "drums"
 kind = "route"
-[cable]
-axial_rigidity = "500 kN"
-mass_per_length = "0.1 kg/m"
-pretension = "500 N"
-[layout]
-gravity = "0 m/s^2"
-[[body]]
-name = "cart"
-mass = "80 kg"
-at = ["4 m", "0.1 m"]
-moves = "x"
-[[pulley]]
-name = "drum a"
-at = ["0 m", "0 m"]
-radius = "100 mm"
-inertia = "0.05 kg m^2"
-[[pulley]]
-name = "drum b"
-at = ["12 m", "0 m"]
-radius = "100 mm"
-inertia = "0.08 kg m^2"
-[[anchor]]
-name = "a"
-on = "cart"
-at = ["3.8 m", "0.1 m"]
-[[anchor]]
-name = "b"
-on = "cart"
-at = ["4.2 m", "0.1 m"]
-[[route]]
-name = "rope a"
-path = ["-drum a", "a"]
-[[route]]
-name = "rope b"
-path = ["b", "-drum b"]
-[motor]
-pulley = "drum a"
-inertia = "0.05 kg m^2"
+cable = { axial_rigidity = "500 kN", mass_per_length = "0.1 kg/m", pretension = "500 N" }
+layout = { gravity = "0 m/s^2" }
+body = [{ name = "cart", mass = "80 kg", at = ["4 m", "0.1 m"], moves = "x" }]
+pulley = [
+    { name = "drum a", at = ["0 m", "0 m"], radius = "100 mm", inertia = "0.05 kg m^2" },
+    { name = "drum b", at = ["12 m", "0 m"], radius = "100 mm", inertia = "0.08 kg m^2" },
+]
+anchor = [
+    { name = "a", on = "cart", at = ["3.8 m", "0.1 m"] },
+    { name = "b", on = "cart", at = ["4.2 m", "0.1 m"] },
+]
+route = [
+    { name = "rope a", path = ["-drum a", "a"] },
+    { name = "rope b", path = ["b", "-drum b"] },
+]
+motor = { pulley = "drum a", inertia = "0.05 kg m^2" }
 """
 
 
@@ -239,11 +217,11 @@ def test_a_drum_that_nothing_holds_is_named_with_its_torque(tmp_path):
 
     assert len(warned(DRUMS)) == 2
     assert all("drum b by 50 N m" in line for line in warned(DRUMS))
-    assert warned(DRUMS.replace('inertia = "0.08 kg m^2"', 'inertia = "0.08 kg m^2"\nfixed = true')) == []
-    two = DRUMS.replace("[motor]", '[[motor]]\npulley = "drum b"\ninertia = "0.05 kg m^2"\n[[motor]]')
+    assert warned(DRUMS.replace('inertia = "0.08 kg m^2"', 'inertia = "0.08 kg m^2", fixed = true')) == []
+    two = DRUMS.replace("motor = {", 'motor = [{ pulley = "drum b", inertia = "0.05 kg m^2" }, {')[:-1] + "]"
     assert warned(two) == []
     assert len(warned(DRUMS, hold=["drum b"])) == 1  # of the file, which does not hold it
-    assert len(warned(DRUMS.replace('inertia = "0.08', 'coulomb_friction = "60 N m"\ninertia = "0.08'))) == 0
+    assert len(warned(DRUMS.replace('inertia = "0.08', 'coulomb_friction = "60 N m", inertia = "0.08'))) == 0
 
 
 def test_a_rope_beyond_its_elastic_range_is_named(tmp_path):

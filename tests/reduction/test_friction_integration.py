@@ -17,7 +17,6 @@ from cabledrive.reduction.friction_integration import (
     integrate_rigid_axis,
 )
 from cabledrive.reduction.lumped_chain import LumpedChain
-from oracles.position_loop import PositionLoop, integrate_position_loop_of
 
 pytestmark = pytest.mark.kernel
 
@@ -100,16 +99,6 @@ def test_sensitivities_are_the_derivatives_of_the_motion(quantity, number, field
     assert np.quantile(error, 0.98) < 2e-3 * scale, f"{np.quantile(error, 0.98) / scale:.2e}"
 
 
-def test_backlash_transmits_nothing_inside_the_gap():
-    gap = 0.5
-    found = integrate_chain(
-        replace(TWO, coulomb=(0.0, 0.0), offsets=(0.0, 0.0)), np.full(100, 0.01), 1e-3, gaps=(gap,)
-    )
-    inside = np.abs(found.angles[:, 0]) < gap / 2
-    assert inside.all()
-    assert np.all(found.angles[:, 1] == 0.0)
-
-
 def test_friction_at_rest_holds_more_than_friction_in_motion():
     law = FrictionLaw(excess=(0.02,), fading=(0.1,), slope=(0.0,))
     assert np.all(integrate_chain(ONE, np.full(100, 0.059), 1e-3, law=law).angles == 0.0)
@@ -166,15 +155,3 @@ def test_one_axis_alone_moves_as_a_row_of_one(slope):
     scale = np.abs(sensitivities).max(axis=0)
     error = np.abs(sensitivities - row.speed_sensitivities[:, 0]) / scale
     assert np.quantile(error, 0.99) < 1e-5, f"{error.max(axis=0)}"
-
-
-def test_an_axis_in_its_loop_stops_within_the_friction_band_of_a_step():
-    """Also inside a position loop: at rest the command's force is below the friction."""
-    loop = PositionLoop(position_gain=20.0, speed_gain=0.1, force_per_volt=1.0)
-    reference = np.concatenate([np.zeros(10), np.ones(1500)])
-    position, speed, command = integrate_position_loop_of(
-        np.array([0.002, 0.003, 0.04, 0.0]), loop, reference, 1e-3
-    )
-    assert speed[-1] == 0.0
-    assert abs(command[-1]) <= 0.04
-    assert abs(position[-1] - 1.0) <= 0.04 / (20.0 * 0.1) + 1e-9

@@ -166,13 +166,14 @@ GUIDE = """
 schema = 1
 kind = "route"
 name = "guide"
+layout = { gravity = "0 m/s^2" }
+anchor = [{ name = "end", on = "load", at = ["0.21 m", "-0.3 m"] }]
+route = [{ name = "tendon", path = ["-drum", "-guide", "end"] }]
 [cable]
 axial_rigidity = "10 kN"
 mass_per_length = "5 g/m"
 pretension = "20 N"
 transverse_damping = "200 1/s"
-[layout]
-gravity = "0 m/s^2"
 [[body]]
 name = "load"
 at = ["0.21 m", "-0.3 m"]
@@ -192,13 +193,6 @@ at = ["0.2 m", "0 m"]
 radius = "10 mm"
 fixed = true
 capstan_friction = 0.25
-[[anchor]]
-name = "end"
-on = "load"
-at = ["0.21 m", "-0.3 m"]
-[[route]]
-name = "tendon"
-path = ["-drum", "-guide", "end"]
 """
 
 

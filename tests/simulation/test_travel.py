@@ -18,100 +18,47 @@ TRACTION = """
 schema = 1
 kind = "route"
 name = "traction"
-[cable]
-axial_rigidity = "100 kN"
-mass_per_length = "0.1 g/m"
-[layout]
-gravity = "9.81 m/s^2"
-[[body]]
-name = "car"
-at = ["-0.2 m", "-20 m"]
-moves = "y"
-mass = "60 kg"
-[[body]]
-name = "weight"
-at = ["0.2 m", "-10 m"]
-moves = "y"
-mass = "50 kg"
-[[pulley]]
-name = "sheave"
-at = ["0 m", "0 m"]
-radius = "0.2 m"
-inertia = "1 kg m^2"
-[[anchor]]
-name = "car hook"
-on = "car"
-at = ["-0.2 m", "-20 m"]
-[[anchor]]
-name = "weight hook"
-on = "weight"
-at = ["0.2 m", "-10 m"]
-[[route]]
-name = "rope"
-path = ["car hook", "-sheave", "weight hook"]
-[motor]
-pulley = "sheave"
-inertia = "0.1 kg m^2"
+cable = { axial_rigidity = "100 kN", mass_per_length = "0.1 g/m" }
+layout = { gravity = "9.81 m/s^2" }
+body = [
+    { name = "car", at = ["-0.2 m", "-20 m"], moves = "y", mass = "60 kg" },
+    { name = "weight", at = ["0.2 m", "-10 m"], moves = "y", mass = "50 kg" },
+]
+pulley = [{ name = "sheave", at = ["0 m", "0 m"], radius = "0.2 m", inertia = "1 kg m^2" }]
+anchor = [
+    { name = "car hook", on = "car", at = ["-0.2 m", "-20 m"] },
+    { name = "weight hook", on = "weight", at = ["0.2 m", "-10 m"] },
+]
+route = [{ name = "rope", path = ["car hook", "-sheave", "weight hook"] }]
+motor = { pulley = "sheave", inertia = "0.1 kg m^2" }
 """
 HOIST = """
 schema = 1
 kind = "route"
 name = "hoist"
-[cable]
-axial_rigidity = "1 MN"
-mass_per_length = "0.5 kg/m"
-[layout]
-gravity = "9.81 m/s^2"
-[[body]]
-name = "load"
-at = ["0.25 m", "-30 m"]
-moves = "y"
-mass = "50 kg"
-[[pulley]]
-name = "drum"
-at = ["0 m", "0 m"]
-radius = "0.25 m"
-inertia = "2 kg m^2"
-[[anchor]]
-name = "hook"
-on = "load"
-at = ["0.25 m", "-30 m"]
-[[route]]
-name = "rope"
-path = ["-drum", "hook"]
-[motor]
-pulley = "drum"
-inertia = "0.5 kg m^2"
+cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m" }
+layout = { gravity = "9.81 m/s^2" }
+body = [{ name = "load", at = ["0.25 m", "-30 m"], moves = "y", mass = "50 kg" }]
+pulley = [{ name = "drum", at = ["0 m", "0 m"], radius = "0.25 m", inertia = "2 kg m^2" }]
+anchor = [{ name = "hook", on = "load", at = ["0.25 m", "-30 m"] }]
+route = [{ name = "rope", path = ["-drum", "hook"] }]
+motor = { pulley = "drum", inertia = "0.5 kg m^2" }
 """
 DRUMS = """
 schema = 1
 kind = "route"
 name = "drums"
-[cable]
-axial_rigidity = "1 MN"
-mass_per_length = "0.5 kg/m"
-pretension = "1 kN"
-[layout]
-gravity = "0 m/s^2"
-[[pulley]]
-name = "left"
-at = ["0 m", "0 m"]
-radius = "0.2 m"
-inertia = "2 kg m^2"
-[[pulley]]
-name = "right"
-at = ["10 m", "0 m"]
-radius = "0.3 m"
-inertia = "3 kg m^2"
-[[route]]
-name = "rope"
-path = ["-left", "-right"]
-[[motor]]
-pulley = "left"
-inertia = "0.5 kg m^2"
-[[motor]]
-pulley = "right"
-inertia = "0.5 kg m^2"
+cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m", pretension = "1 kN" }
+layout = { gravity = "0 m/s^2" }
+pulley = [
+    { name = "left", at = ["0 m", "0 m"], radius = "0.2 m", inertia = "2 kg m^2" },
+    { name = "right", at = ["10 m", "0 m"], radius = "0.3 m", inertia = "3 kg m^2" },
+]
+route = [{ name = "rope", path = ["-left", "-right"] }]
+motor = [
+    { pulley = "left", inertia = "0.5 kg m^2" },
+    { pulley = "right", inertia = "0.5 kg m^2" },
+]
 """
 
 
@@ -289,7 +236,7 @@ def test_an_interrupted_journey_goes_on(machine, tmp_path, monkeypatch):
     ],
 )
 def test_what_cannot_travel_is_refused_in_one_line(machine, change, options, words):
-    drive = machine(HOIST if "inertia" not in change else HOIST.split("[motor]")[0])
+    drive = machine(HOIST if "inertia" not in change else HOIST.split("motor = ")[0])
     drive = replace(drive, pulley=tuple(replace(one, **change) for one in drive.pulley))
     with pytest.raises(InputRefused, match=words) as refused:
         simulate_travel(drive, 0.1, **options)

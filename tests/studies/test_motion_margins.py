@@ -16,72 +16,41 @@ ATWOOD = """
 schema = 1
 kind = "route"
 name = "two masses over a sheave"
-[cable]
-axial_rigidity = "1 GN"
-mass_per_length = "1e-6 kg/m"
-strength = "4 kN"
-[[body]]
-name = "car"
-mass = "100 kg"
-at = ["-0.2 m", "0 m"]
-moves = "y"
-coulomb_friction = "20 N"
-[[body]]
-name = "weight"
-mass = "80 kg"
-at = ["0.2 m", "0 m"]
-moves = "y"
+cable = { axial_rigidity = "1 GN", mass_per_length = "1e-6 kg/m", strength = "4 kN" }
+body = [
+    { name = "car", mass = "100 kg", at = ["-0.2 m", "0 m"], moves = "y", coulomb_friction = "20 N" },
+    { name = "weight", mass = "80 kg", at = ["0.2 m", "0 m"], moves = "y" },
+]
+anchor = [
+    { name = "car top", on = "car", at = ["-0.2 m", "0 m"] },
+    { name = "weight top", on = "weight", at = ["0.2 m", "0 m"] },
+]
+route = [{ name = "rope", path = ["car top", "-sheave", "weight top"] }]
+motor = { pulley = "sheave", inertia = "0.5 kg m^2", torque_limit = "120 N m" }
 [[pulley]]
 name = "sheave"
 at = ["0 m", "10 m"]
 radius = "0.2 m"
 inertia = "0.5 kg m^2"
 capstan_friction = 0.2
-[[anchor]]
-name = "car top"
-on = "car"
-at = ["-0.2 m", "0 m"]
-[[anchor]]
-name = "weight top"
-on = "weight"
-at = ["0.2 m", "0 m"]
-[[route]]
-name = "rope"
-path = ["car top", "-sheave", "weight top"]
-[motor]
-pulley = "sheave"
-inertia = "0.5 kg m^2"
-torque_limit = "120 N m"
 """
 BELT = """
 schema = 1
 kind = "route"
 name = "belt"
+layout = { gravity = "0 m/s^2" }
+pulley = [
+    { name = "motor", at = ["0 m", "0 m"], radius = "20 mm" },
+    { name = "load", at = ["1 m", "0 m"], radius = "20 mm", inertia = "2e-3 kg m^2" },
+]
+route = [{ name = "belt", closed = true, path = ["-motor", "-load"] }]
+motor = { pulley = "motor", inertia = "1e-3 kg m^2", torque_limit = "10 N m" }
 [cable]
 axial_rigidity = "20 kN"
 mass_per_length = "1e-6 kg/m"
 pretension = "200 N"
 tooth_pitch = "5 mm"
 strength = "600 N"
-[layout]
-gravity = "0 m/s^2"
-[[pulley]]
-name = "motor"
-at = ["0 m", "0 m"]
-radius = "20 mm"
-[[pulley]]
-name = "load"
-at = ["1 m", "0 m"]
-radius = "20 mm"
-inertia = "2e-3 kg m^2"
-[[route]]
-name = "belt"
-closed = true
-path = ["-motor", "-load"]
-[motor]
-pulley = "motor"
-inertia = "1e-3 kg m^2"
-torque_limit = "10 N m"
 """
 
 
