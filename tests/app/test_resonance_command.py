@@ -74,6 +74,14 @@ def test_a_motion_that_excites_the_cable_is_dangerous(tmp_path):
     assert "damp the cable" in found["remedy"]
 
 
+def test_a_steady_load_splits_the_tuning_of_the_spans():
+    """dT = 2 tau / (2 r) apart: the mean tensions that tune the spans lie as far apart as their tensions."""
+    found = answer("resonance", "dissertation-2", *TUNED, "--load-torque", "1 mN m")
+    split = found["tuned_pretension_under_load"]
+    assert split["lower"] - split["upper"] == pytest.approx(1e-3 / 0.03, rel=0.02), split
+    assert found["tuned_pretension"] == pytest.approx(3.28377, rel=1e-5)
+
+
 def test_branches_without_damping_end_with_status_3_and_keep_the_rest():
     result = call("resonance", "dissertation-2", "--torque", "40 mN m", "--branches", "--json")
     assert result.exit_code == 3

@@ -1,5 +1,7 @@
 """cabledrive simulate: what it answers, what it writes, how it ends."""
 
+import json
+
 import numpy as np
 import pytest
 import xarray
@@ -33,6 +35,15 @@ def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
     with xarray.open_dataset(path, engine="h5netcdf") as stored:
         np.testing.assert_array_equal(stored["load_angle"], result.load_angle)
         assert stored["field"].sizes["field_time"] == 21
+
+
+def test_an_error_estimate_comes_with_the_answer_and_in_the_file(tmp_path):
+    options = (*SHORT, *FORCED, "--error-estimate", "-o", tmp_path / "run.nc")
+    found = answer("simulate", "dissertation-2", *options)["error_estimate"]
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
+        assert json.loads(stored.attrs["error_estimate"]) == found
+    assert found["segments"] == [20, 10, 5]
+    assert 0.0 < found["load_angle"]["relative"] < 0.1
 
 
 def test_slack_ends_the_run_with_status_3_and_keeps_what_was_found(tmp_path):

@@ -37,7 +37,7 @@ from cabledrive.rig.bench.chapter_4 import (
 from cabledrive.rig.bench.experiment import Excitation, command_of, experiment, load_excitation
 from cabledrive.rig.bench.planned_experiment import plan_experiment
 from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
-from command import call, object_of
+from command import answer, call, object_of
 
 RATE, PERIOD = 2000.0, 2000
 LINES = multisine_lines(PERIOD, RATE, 1.0, 250.0, odd=True)
@@ -516,3 +516,20 @@ BLIND = {"motor_encoder": None, "drive_encoder": None, "load_encoder": None}
 def test_what_cannot_be_planned_is_refused(planned, words):
     with pytest.raises(InputRefused, match=words):
         planned()
+
+
+def test_the_door_plans_an_experiment_without_running_it(tmp_path):
+    """Model 4 under a multisine: stiffness of the joint to a few per cent; nothing is written."""
+    toml = 'kind = "multisine"\nduration = "8 s"\namplitude = "1 V"\nband = ["1 Hz", "250 Hz"]\nlines = 120\n'
+    (tmp_path / "e.toml").write_text(toml + 'period = "1 s"\nodd = false\n')
+    found = answer("experiment", "dissertation-3", "--excitation", tmp_path / "e.toml", "--plan")
+    assert 0.0 < found["relative_standard_error"]["joint_stiffness"] < 0.05
+    assert set(found["peaks"]) == {"torque", "speed", "stroke"}
+    assert [path.name for path in tmp_path.iterdir()] == ["e.toml"]
+
+
+def test_hv_lies_between_h1_and_h2():
+    u, y = noisy(0.3, 0.05)
+    size = {e: response_by_segments(u, y, 1 / RATE, estimator=e).magnitude for e in ("H1", "Hv", "H2")}
+    assert np.all(size["H1"] <= size["Hv"] * (1 + 1e-9))
+    assert np.all(size["Hv"] <= size["H2"] * (1 + 1e-9))

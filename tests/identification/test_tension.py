@@ -563,3 +563,13 @@ def test_the_command_names_spans_and_refuses_in_one_line(tmp_path):
     assert "name the span" in refusal("identify", files[0], "--ping", "corexy")
     assert "one --span for each" in refusal("identify", files[0], *asked)
     assert "not upper, lower or both" in refusal("identify", files[0], "--ping", "elevator", "--span", "uper")
+
+
+def test_the_command_gives_both_spans_of_a_sound_file(tmp_path):
+    one = played(10_060, heights=(1.5e-3, 0.6e-3), share=0.1, loudness=(1.0, 1.0), rate=1000.0)
+    sound = one.log.channel("sound")
+    wavfile.write(tmp_path / "both.wav", 1000, (20_000 * sound / np.abs(sound).max()).astype("int16"))
+    asked = ("--ping", "dissertation-3", "--span", "both", "--plucked", "upper")
+    found = answer("identify", tmp_path / "both.wav", *asked)["parameters"]
+    assert found["tension_upper"]["value"] == pytest.approx(one.upper, rel=0.002)
+    assert found["tension_lower"]["value"] == pytest.approx(one.lower, rel=0.002)

@@ -25,6 +25,7 @@ from cabledrive.rig.ranking.tuned_by_limits import (
     nominal_loop,
 )
 from cabledrive.rig.trial import spec_for
+from command import answer
 
 DRIVE = load_drive("dissertation-3")
 RUBBING = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"])
@@ -294,3 +295,9 @@ def test_repetitions_take_two_thirds_of_the_error_of_lqg_and_stop_by_themselves(
     assert found["contraction"] < 1.0
     assert len(peaks) < 12, "learning stops before it is told to"
     assert "fell by less than" in found["stopped"]
+
+
+def test_the_command_shows_the_error_of_each_repetition():
+    said = answer("track", "dissertation-3", "--controller", "lqg", "--bandwidth", "30", "--repeat", "3")
+    assert 2 <= len(said["repeated"]["repetitions"]) <= 3
+    assert said["repeated"]["assumed"]

@@ -11,47 +11,6 @@ from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.studio.edited_text import text_with
 from command import call
 
-ROUTE = """\
-schema = 1
-kind = "route"
-name = "two-pulleys-and-a-slide"
-[cable]
-axial_rigidity = "20 kN"
-mass_per_length = "8 g/m"
-pretension = "40 N"
-[layout]
-gravity = 0
-[[body]]
-name = "slide"
-at = ["0.5 m", "0.05 m"]
-mass = "0.4 kg"
-moves = "x"
-[[pulley]]
-name = "motor"
-at = ["0 m", "0 m"]
-radius = "5 cm"
-inertia = "1e-4 kg m^2"
-[[pulley]]
-name = "idler"
-at = ["1 m", "0 m"]
-radius = "5 cm"
-inertia = "1e-4 kg m^2"
-[[anchor]]
-name = "left"
-on = "slide"
-at = ["0.45 m", "0.05 m"]
-[[anchor]]
-name = "right"
-on = "slide"
-at = ["0.55 m", "0.05 m"]
-[[route]]
-name = "belt"
-path = ["right", "-idler", "-motor", "left"]
-[[motor]]
-pulley = "motor"
-inertia = "1e-4 kg m^2"
-"""
-
 
 def part(studio, *settings, **more):
     query = urlencode([("drive", "dissertation-3"), *(("set", one) for one in settings), *more.items()])
@@ -135,12 +94,10 @@ def test_an_edited_text_becomes_an_address_that_outlives_the_page(make_studio):
 
 
 def test_a_machine_with_routes_is_drawn_and_its_modes_listed(studio):
-    query = studio.post("/machine/text", content=ROUTE.encode()).json()["query"]
-    found = studio.get(f"/machine/part?{query}&row=2").json()
+    found = studio.get("/machine/part?drive=printer-idlers&row=2").json()
     assert len(frequencies_of(found["part"])) >= 6
     assert found["part"].count("data-motion") == 2
-    assert "right to idler" in found["part"]
-    page = studio.get(f"/machine?{query}").text
-    assert 'data-key="slide.x"' in page
-    moved = studio.get(f"/machine/part?{query}&set=slide.x%3D0.6+m").json()
+    assert "upper idler to right clamp" in found["part"]
+    assert 'data-key="head.x"' in studio.get("/machine?drive=printer-idlers").text
+    moved = studio.get("/machine/part?drive=printer-idlers&set=head.x%3D0.25+m").json()
     assert frequencies_of(moved["part"]) != frequencies_of(found["part"])
