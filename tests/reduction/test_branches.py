@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
 
-from cabledrive.reduction.averaging import averaged_rates
+from cabledrive.reduction.autoparametric import autoparametric_model
+from cabledrive.reduction.averaging import averaged_coefficients, averaged_rates, triangle_stretch
 from cabledrive.reduction.branches import (
     fold,
     growth_of,
@@ -13,7 +16,10 @@ from cabledrive.reduction.branches import (
     steady_state,
 )
 from cabledrive.reduction.continuation import follow_branch
-from resonance_samples import averaged_step, complex_of, one_span, real, settings
+from cabledrive.reduction.exchange import exchange_period, largest_exchange
+from cabledrive.reduction.start_map import Motion, plucked, reconstruct, start_of
+from cabledrive.reduction.threshold import growth_rates
+from resonance_samples import TUNED, averaged_step, bare_model, complex_of, damped, one_span, real, settings
 
 
 def problem(c):
@@ -157,3 +163,149 @@ def test_a_continuation_that_cannot_go_on_keeps_what_it_found():
     assert "cannot go on" in branch.ended
     assert branch.parameters.size > 3
     assert branch.parameters[-1] <= 1.0
+
+
+# --- The averaged equations against the oscillators they are made from, and the exchange between the span
+def projected_residual(size, second):
+    """What the reconstruction leaves of the equations at resonance, for amplitudes of a size."""
+    model = bare_model(
+        modes=2,
+        natural=2.0 + 0.7 * size,
+        modal_damping=0.9 * size,
+        transverse=np.array([1.0 + 0.5 * size, 1.0 - 0.3 * size]),
+        transverse_damping=0.6 * size,
+        coupling=np.array([1.0, -0.8]),
+        stiffening=np.array([[1.3, 0.4], [0.4, 0.9]]),
+    )
+    c = averaged_coefficients(model, torque=1.1 * size**2, forcing=2.0)
+    start = size * np.array([0.6 - 0.8j, 0.9 + 0.3j, -0.5 + 1.1j])
+    instants, h = 2 * np.pi * np.arange(64) / 64, 1e-3
+
+    def motion(t):
+        steps = 16
+        state = start
+        for n in range(steps):
+            d, at = t / steps, n * t / steps
+            state = averaged_step(c, state, at, d, second=second)
+        m = reconstruct(c, state, t, second=second)
+        return np.append(m.q, m.a), np.append(m.q_rate, m.a_rate)
+
+    left = np.zeros(3, dtype=complex)
+    for t in instants:
+        (place, rate), ahead, behind = motion(t), motion(t + h)[0], motion(t - h)[0]
+        bend = (ahead - 2 * place + behind) / h**2
+        q, a = place[0], place[1:]
+        force = 1.1 * size**2 * np.sin(2 * t) - model.coupling @ a**2
+        along = bend[0] + model.modal_damping * rate[0] + model.natural**2 * q - force
+        across = bend[1:] + model.transverse_damping * rate[1:] + model.transverse**2 * a
+        across = across + 2 * model.coupling * q * a + a * (model.stiffening @ a**2)
+        left += np.append(along * np.exp(-2j * t), across * np.exp(-1j * t)) / instants.size
+    return np.max(np.abs(left))
+
+
+@pytest.mark.parametrize(("second", "power"), [(False, 3.0), (True, 4.0)])
+def test_what_averaging_leaves_at_resonance_falls_with_its_order(second, power, measured):
+    """Amplitudes, dampings, detunings of size e: first order leaves e^3, second e^4, (A.14), (A.15)."""
+    sizes = np.array([0.04, 0.02])
+    left = [projected_residual(size, second) for size in sizes]
+    order = np.log(left[0] / left[1]) / np.log(2.0)
+    measured(f"{'second' if second else 'first'} order leaves e^{order:.2f}")
+    assert order == pytest.approx(power, abs=0.35), f"order {order:.2f}, left {left}"
+
+
+def test_elastic_pendulum_swings_up_at_three_quarters_of_its_stroke(measured):
+    """Pendulum tuned 1:2, length l, stroke z0: growth 0.75 w z0 / l, coupling from the Lagrangian."""
+    x, z, length, rate, mass = sp.symbols("x z l w m", positive=True)
+    stiffness, rest = 4 * mass * rate**2, sp.Rational(3, 4) * length
+    potential = stiffness / 2 * (sp.sqrt((length + z) ** 2 + x**2) - rest) ** 2 - mass * rate**2 * length * z
+    cubic = sp.diff(potential, x, 2, z).subs({x: 0, z: 0}) / 2
+    assert sp.simplify(sp.diff(potential, x, 2).subs({x: 0, z: 0}) - mass * rate**2) == 0
+    numbers = {length: 1.3, rate: 2.2, mass: 0.7}
+    w, stroke = 2.2, 0.013
+    model = bare_model(
+        natural=2 * w,
+        modal_mass=0.7,
+        transverse=np.array([w]),
+        transverse_mass=np.array([0.7]),
+        coupling=np.array([float(cubic.subs(numbers))]),
+    )
+    c = averaged_coefficients(model)
+    growth, exact = float(abs(c.pump[0]) * stroke), floquet_growth(w, 1.3, stroke)
+    closed = growth / (0.75 * w * stroke / 1.3) - 1.0
+    measured(f"growth: {closed:.1e} from 0.75 w z0/l, {growth / exact - 1.0:.1e} from Floquet")
+    assert growth == pytest.approx(0.75 * w * stroke / 1.3, rel=1e-12)
+    assert growth == pytest.approx(exact, rel=1e-4)
+    assert growth_rates(c, stroke)[0] == pytest.approx(growth, rel=1e-4)
+
+
+def floquet_growth(w, length, stroke):
+    """Growth of a vanishing swing about the exact vertical oscillation, per time."""
+
+    def rates(t, y):
+        stiffness = 4 * w**2 * (1 - 0.75 * length / (length + stroke * np.cos(2 * w * t)))
+        return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
+
+    end = solve_ivp(rates, (0, 2 * np.pi / w), [1, 0, 0, 1], rtol=1e-12, atol=1e-14, method="DOP853").y[:, -1]
+    multipliers = np.linalg.eigvals([[end[0], end[2]], [end[1], end[3]]])
+    return np.log(np.max(np.abs(multipliers))) * w / (2 * np.pi)
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_start_map_reproduces_the_motion_at_rest(second):
+    c = averaged_coefficients(autoparametric_model(damped(2.0, 10.0)), torque=0.03, passive=[2e-7, 1e-7])
+    rest = Motion(q=np.array(0.0), q_rate=np.array(0.0), a=np.array([3e-3, -1e-3]), a_rate=np.zeros(2))
+    found = reconstruct(c, start_of(c, rest, second=second), 0.0, second=second)
+    np.testing.assert_allclose(found.a, rest.a, atol=1e-12)
+    assert abs(found.q) < 1e-14
+    assert np.max(np.abs(found.a_rate)) < 1e-10 * 250
+    assert abs(found.q_rate) < 1e-11
+
+
+def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
+    """Q(0) cancels the static rotation lq a^2 / (2 W^2): starting from zero would miss it."""
+    c = averaged_coefficients(autoparametric_model(TUNED))
+    state = plucked(c, [4e-3, 0.0])
+    assert state[0].real == pytest.approx(c.offset[0] * 16e-6, rel=0.02)
+
+
+def integrate(c, state, duration, steps, second=False):
+    h, states = duration / steps, [state]
+    for n in range(steps):
+        states.append(averaged_step(c, states[-1], n * h, h, second=second))
+    return np.array(states)
+
+
+def test_stretch_of_a_triangle_beyond_its_first_mode():
+    m = np.arange(3, 20_001, 2)
+    total = np.sum(m**2 * (8 / np.pi**2 / m**2) ** 2)
+    assert triangle_stretch(1.0) == pytest.approx(total, abs=5e-5)
+    assert triangle_stretch(1.0) == pytest.approx(0.1535, abs=1e-4)
+
+
+MODEL = autoparametric_model(TUNED)
+
+
+@pytest.mark.parametrize("plucks, period, stroke", [((5, 2), 0.511, 0.2562), ((3, 1), 0.913, 0.1708)])
+def test_period_and_stroke_of_unequal_plucks(plucks, period, stroke):
+    """Configuration 2: T [s] and the largest pulley displacement [mm]."""
+    plucks = 1e-3 * np.array(plucks)
+    assert exchange_period(MODEL, *plucks) == pytest.approx(period, rel=6e-3)
+    assert largest_exchange(MODEL, *plucks) == pytest.approx(1e-3 * stroke, rel=2e-3)
+
+
+def test_averaged_equations_swap_in_the_closed_period():
+    """Without cubic terms the amplitudes are swapped after T/2 and back after T; AB is kept."""
+    c = averaged_coefficients(MODEL)
+    c = c._replace(
+        cubic=0 * c.cubic, static=0 * c.static, detuning=np.array(0.0), transverse_detuning=np.zeros(2)
+    )
+    a, b = 3e-3, 1e-3
+    steps = 2000
+    h, state, most = exchange_period(MODEL, a, b) / steps, np.array([0, a, b], dtype=complex), 0.0
+    for n in range(steps):
+        state = averaged_step(c, state, n * h, h)
+        most = max(most, abs(state[0]))
+        if n + 1 == steps // 2:
+            np.testing.assert_allclose(np.abs(state), [0, b, a], atol=1e-9)
+    np.testing.assert_allclose(np.abs(state), [0, a, b], atol=1e-9)
+    assert most == pytest.approx(largest_exchange(MODEL, a, b), rel=1e-5)

@@ -1,6 +1,7 @@
 """Maps of modes over figures of a machine, and the speeds at which its motion excites them."""
 
 import math
+from math import cos, pi, sin
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import map_modes
+from cabledrive.studies.route_snapshot import Snapshot
+from cabledrive.studies.route_tracking import tracked
 from cabledrive.studies.varied_drive import varied_together
 from oracles.route_fem import frequencies_of_route
 
@@ -130,3 +133,71 @@ def test_zones_name_ropes_and_places_and_reach_as_far_as_the_order():
     sixth = excitation(lift, {"car.y": [10.0, 20.0]}, [SHEAVE, poles], ("car.y", 0.2, 0.6))
     assert max(z.weight for z in sixth.zones if z.order == "poles") <= 1.0 / 6.0
     assert sixth.clear == ()
+
+
+# --- Modes followed from pose to pose: through a crossing, a veering, and where no step is small enough
+KEYS = (("left", "w", 1), ("right", "w", 1), ("right", "w", 2))
+
+
+def snapshot(shape, across):
+    """Three modes with these shapes, shape (points, 3), and frequencies; one longitudinal mode."""
+    coupling = (shape.T @ np.diag(np.arange(1.0, len(shape) + 1.0)) @ shape)[None]
+    return Snapshot(
+        along=np.ones(1),
+        along_loss=np.zeros(1),
+        along_turn=np.ones((1, 1)),
+        along_shape=np.ones((1, 1)),
+        strain=np.ones((1, 1)),
+        tension=np.ones(1),
+        keys=KEYS,
+        across=np.asarray(across, dtype=float),
+        across_loss=np.arange(3.0),
+        across_turn=np.arange(3.0)[:, None],
+        coupling=coupling,
+        shape=shape,
+        certified=True,
+        reach=100.0,
+    )
+
+
+def turned(angle):
+    """Two coupled modes whose shapes have turned into each other, and one that nothing changes."""
+    c, s = cos(angle), sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def test_modes_that_cross_keep_their_shapes_and_not_their_numbers():
+    first, swapped = np.eye(3), np.eye(3)[:, [1, 0, 2]] * [1.0, -1.0, 1.0]
+
+    def between(place):
+        return snapshot(first if place < 0.6 else swapped, (1.0 + 0.1 * place, 2.0 - 0.1 * place, 3.0))
+
+    found, doubts = tracked([between(0.0), between(1.0)], between)
+    assert doubts == []
+    assert found[1].across.tolist() == [1.9, 1.1, 3.0]
+    np.testing.assert_array_equal(found[1].shape, first)  # signs as well
+    np.testing.assert_allclose(found[1].coupling, found[0].coupling)
+    assert found[1].across_loss.tolist() == [1.0, 0.0, 2.0]
+
+
+def test_modes_that_turn_into_each_other_are_followed_in_smaller_steps():
+    """A turn by 0.45 pi between two poses looks like an exchange; half-way it is none."""
+    asked = []
+
+    def between(place):
+        asked.append(place)
+        return snapshot(turned(0.45 * pi * place), (1.0, 2.0, 3.0))
+
+    found, doubts = tracked([between(0.0), between(1.0)], between)
+    assert doubts == []
+    assert len(asked) > 2
+    np.testing.assert_allclose(np.abs(np.diag(found[1].shape)), [cos(0.45 * pi)] * 2 + [1.0])
+
+
+def test_modes_that_jump_are_named_as_ambiguous():
+    def between(place):
+        return snapshot(turned(0.0 if place < 0.5 else pi / 4.0), (1.0, 2.0, 3.0))
+
+    _, doubts = tracked([between(0.0), between(1.0)], between)
+    assert len(doubts) == 2
+    assert "mode 1 of left (w) between poses 1 and 2" in doubts

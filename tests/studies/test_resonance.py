@@ -6,18 +6,26 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.mechanics.warnings import ELASTIC_RULE, largest_pretension
+from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
+from cabledrive.reduction.averaging import averaged_coefficients
+from cabledrive.reduction.branches import fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
 from cabledrive.reduction.motion_kernels import exact_stiffness, transitions
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
+from cabledrive.studies.peak_fit import fit_to_peaks
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.resonance_remedies import remedies, sensitivity
+from cabledrive.studies.resonance_validation import averaged_history
+from cabledrive.studies.spectrum import amplitude_spectrum
+from cabledrive.studies.steady_motion import steady_branches
 from cabledrive.studies.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
-from resonance_samples import damped
+from resonance_samples import at_detunings, damped, settings_pair
 
 
 def at_tension(drive, tension):
@@ -198,3 +206,158 @@ def test_every_place_of_the_lift_has_a_summary_with_finite_numbers_or_reasons(sh
         value = getattr(found, name)
         assert np.isfinite(value) if value is not None else True, (name, value)
     assert all(pair.reason for pair in found.coupled if pair.threshold_torque is None)
+
+
+# --- No advice asks for a pretension that the cable cannot bear
+TORQUE = 0.01
+
+
+def with_strain_limit(drive, limit):
+    return replace(drive, cable=replace(drive.cable, strain_limit=limit))
+
+
+def raised(drive):
+    return next(one for one in remedies(drive, TORQUE) if one.change == "raise pretension")
+
+
+@pytest.mark.parametrize("limit", [None, 0.004])
+def test_the_largest_pretension_strains_the_cable_to_the_end_of_its_range(limit):
+    drive = with_strain_limit(damped(2.0, 5.0), limit)
+    strained = largest_pretension(drive) / drive.cable.axial_rigidity
+    assert strained == pytest.approx(ELASTIC_RULE if limit is None else limit)
+
+
+def test_a_pretension_is_raised_within_the_elastic_range_only():
+    """A drive that a higher pretension makes safe, with a range that ends above it, and just below it."""
+    drive = damped(2.0, 5.0)
+    free = raised(drive).value
+    strain = free / drive.cable.axial_rigidity
+    assert raised(with_strain_limit(drive, 1.01 * strain)).value == pytest.approx(free, rel=1e-3)
+    short = raised(with_strain_limit(drive, 0.99 * strain))
+    assert short.value is None
+    assert f"elastic range, up to {0.99 * free:.4g} N" in short.text
+
+
+def test_a_tuned_pretension_beyond_the_elastic_range_is_said_to_be_out_of_reach():
+    """A lift: an empty span would be tuned at 467 kN; its rope bears 246 kN."""
+    lift = load_drive("elevator")
+    words = "above its elastic range"
+    reason = next(reason for reason in resonance(lift).reasons if words in reason)
+    assert "up to 2.46e+05 N" in reason
+    assert not any(words in reason for reason in resonance(load_drive("dissertation-2")).reasons)
+
+
+# --- A spectrum shows sines with their own amplitude and frequency
+TIME = np.arange(4000) / 2000.0
+
+
+def test_a_sine_shows_at_its_frequency_with_its_amplitude():
+    """On an even line, which does not count; between two lines of the unpadded transform."""
+    signal = 3.0 * np.sin(2.0 * np.pi * 81.73 * TIME + 0.4) + 7.0 + 50.0 * TIME
+    spectrum = amplitude_spectrum(TIME, signal)
+    frequency, amplitude = spectrum.peak(70.0, 95.0)
+    assert frequency == pytest.approx(81.73, abs=1e-3), frequency
+    assert amplitude == pytest.approx(3.0, rel=2e-3), amplitude
+    assert spectrum.resolution == pytest.approx(0.5)
+
+
+def test_a_record_too_short_or_a_band_too_narrow_is_refused():
+    with pytest.raises(InputRefused, match="spectrum of 5 samples"):
+        amplitude_spectrum(TIME[:5], TIME[:5])
+    with pytest.raises(InputRefused, match=r"band from 80 to 80\.01 Hz"):
+        amplitude_spectrum(TIME, np.sin(TIME)).peak(80.0, 80.01)
+
+
+# --- Figures of a machine are found again from the frequencies of its modes
+MOTORS = ("motor.0.holding_stiffness", "motor.1.holding_stiffness")
+SOFT = ("cable.axial_rigidity=16 kN", *(f"{key}=23 N m/rad" for key in MOTORS))
+
+
+def peaks_of(settings, error):
+    found = cd.modes(cd.load_drive("corexy", overrides=settings), count=2).longitudinal
+    return {name: (mode.frequency, error) for name, mode in zip(("beam.y", "head.x"), found, strict=True)}
+
+
+def test_belt_and_motor_stiffness_are_found_from_two_peaks():
+    fit = fit_to_peaks(cd.load_drive("corexy"), peaks_of(SOFT, 0.3), ["cable.axial_rigidity", MOTORS])
+    belt, motors = fit.figures
+    assert belt.value == pytest.approx(16e3, rel=1e-7)
+    assert motors.value == pytest.approx(23.0, rel=1e-7)
+    assert motors.high / motors.low > belt.high / belt.low > 1.1  # the motors' stiffness is hardly seen
+    assert fit.after["head.x"] == pytest.approx(fit.measured["head.x"], rel=1e-9)
+
+
+def test_figures_that_the_peaks_do_not_determine_are_refused():
+    drive = cd.load_drive("corexy")
+    peaks = peaks_of(SOFT, 0.3)
+    with pytest.raises(cd.InputRefused, match="2 peaks for 3 figures"):
+        fit_to_peaks(drive, peaks, ["cable.axial_rigidity", *MOTORS])
+    with pytest.raises(cd.NotComputed, match="do not determine"):
+        fit_to_peaks(drive, peaks, ["cable.axial_rigidity", "motor.0.speed_limit"])
+    with pytest.raises(cd.InputRefused, match="no coordinate"):
+        fit_to_peaks(drive, {"bed.z": (50.0, 1.0)}, ["cable.axial_rigidity"])
+
+
+# --- Branches of steady motion where a steady load splits the spans, and beats beyond the Hopf point
+DRIVE = replace(damped(2.0, 6.0), cable=replace(damped(2.0, 6.0).cable, pretension=3.36))
+PUSHED, LOAD = 0.08, 1e-4
+
+
+def branches_of(load):
+    return steady_branches(DRIVE, PUSHED, np.random.default_rng(0), load_torque=load)
+
+
+def test_without_a_load_both_spans_move_alike():
+    """The branch of both, found by continuation, lies on the closed form of Eq. (A.27): equal amplitudes."""
+    branches = branches_of(0.0)
+    assert [branch.spans for branch in branches] == [("upper",), ("lower",), ("upper", "lower")]
+    both = branches[-1]
+    np.testing.assert_allclose(both.amplitude[0], both.amplitude[1], rtol=1e-8)
+    model = autoparametric_model(DRIVE)
+    for torque, amplitude in zip(both.torque[::7], both.amplitude[:, ::7].T, strict=True):
+        c = averaged_coefficients(model, torque=torque, drift=False)
+        closed = steady_amplitudes(settings_pair(c), "both")
+        found = float(np.sum(amplitude**2))
+        assert np.min(np.abs(closed / found - 1)) < 1e-8, f"{found} {closed}"
+
+
+def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so(measured):
+    """The branch of both leaves that of the relaxed span at a torque; motion in time ends on it, unequal."""
+    both = branches_of(LOAD)[-1]
+    assert both.spans == ("upper", "lower")
+    found = both.at(PUSHED)[0]
+    assert found[3] < 0
+    assert found[1] < 0.7 * found[2], f"{found}"
+    assert np.min(both.amplitude[0]) < 0.1 * np.max(both.amplitude[0]), "it starts from the lower span alone"
+    assert both.onset is not None
+    c = averaged_coefficients(autoparametric_model(DRIVE, load_torque=LOAD), torque=PUSHED, drift=False)
+    start = np.array([1e-4, 1.5e-3, 2.5e-3j])
+    _, states = averaged_history(c, start, 16.0, second=False, step=4e-3)
+    apart = np.max(np.abs(np.abs(states[:, -1]) / found[:3] - 1.0))
+    measured(f"amplitudes in time within {apart:.1e} of the branch")
+    np.testing.assert_allclose(np.abs(states[:, -1]), found[:3], rtol=2e-3)
+
+
+@pytest.mark.parametrize("transverse, pulley, folds", [(3.0, 0.0, 0), (6.0, 5.0, 1)])
+def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_does(
+    transverse, pulley, folds, measured
+):
+    """Gamma = c_q = 2: detunings of one sign make the branch of one span turn back, Eq. (A.27)."""
+    drive, forcing = at_detunings(damped(2.0, 2.0), transverse, pulley)
+    upper = steady_branches(drive, PUSHED, np.random.default_rng(0), forcing=forcing)[0]
+    model = autoparametric_model(drive)
+    threshold = float(threshold_torque(model, forcing, second=False))
+    c = settings_pair(averaged_coefficients(model, torque=PUSHED, forcing=forcing, drift=False))
+    closed = fold(c, "one")
+    expected = [] if closed is None else [closed[0] * PUSHED / float(np.abs(c.force))]
+    apart = [abs(seen / closed - 1.0) for seen, closed in zip(upper.folds, expected, strict=False)]
+    away = "".join(f", fold within {one:.1e}" for one in apart)
+    measured(f"leaves rest within {abs(upper.onset / threshold - 1.0):.1e} of the threshold{away}")
+    assert upper.onset == pytest.approx(threshold, rel=1e-3)
+    np.testing.assert_allclose(upper.folds, expected, rtol=1e-8)
+    assert len(expected) == folds
+
+
+def test_more_sections_than_two_are_not_followed():
+    with pytest.raises(cd.NotComputed, match="sections"):
+        steady_branches(cd.load_drive("dissertation-transporter"), 0.01, np.random.default_rng(0))

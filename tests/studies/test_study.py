@@ -5,23 +5,33 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.regression import Fit
 from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.reduction.network_axis import as_axis
+from cabledrive.reduction.quality import model_quality
+from cabledrive.rig import Motion, track
+from cabledrive.rig.bench.experiment import experiment
 from cabledrive.rig.closed_loop.loop import run
+from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.candidates import score
+from cabledrive.studies.study.chain_regression import NAMES, identify_chain
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
+from cabledrive.studies.study.correlations import of_intervals, root_of
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS, goals_of
-from cabledrive.studies.study.knowledge_stage import know
+from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.log_finding import LogFinding
-from cabledrive.studies.study.machine import values_of
+from cabledrive.studies.study.machine import LOG, UNITS, Quantity, drive_with, values_of
 from cabledrive.studies.study.plain_data import as_plain, revived
 from cabledrive.studies.study.result import StudyResult
+from cabledrive.studies.study.results_file import results_of
 from cabledrive.studies.study.sampled_plants import sampled_plant
 from cabledrive.studies.study.sensor_gain import sensor_bound
 from cabledrive.studies.study.verdict_stage import judge
-from study_drives import CASES, datasheet_of, drive_of, goals, written_log
+from study_drives import CASES, FOLDER, LIVELY, datasheet_of, drive_of, goals, log_with, written_log
 
 
 @pytest.fixture(scope="module")
@@ -230,3 +240,185 @@ def test_goals_are_read_with_their_units(tmp_path):
     assert found.load_inertia == pytest.approx((0.002, 0.0025))
     assert found.spreads["stiffness"] == 0.3
     assert found.spreads["friction"] == SPREADS["friction"]
+
+
+# --- What a study learns from a log without the load's angle: the axis as one, where it moves as one
+def test_with_a_stiff_cable_the_axis_is_identified_and_not_the_cable():
+    """Motor and load reflected through the radii come out together, not the data sheet's."""
+    stiff = load_drive(FOLDER / "turntable.toml", overrides=["cable.youngs_modulus=20 TPa"])
+    log, truth = experiment(stiff, LIVELY, seed=1), values_of(stiff)
+    one = replace(log, channels={name: log.channels[name] for name in ("torque", "angle")})
+    found = know(datasheet_of(stiff), [one], SPREADS)
+    whole = found.values["near_inertia"] + found.values["load_inertia"] / 9.0
+    assert whole == pytest.approx(truth["near_inertia"] + truth["load_inertia"] / 9.0, rel=0.003)
+    friction = found.quantities["coulomb_friction"]
+    assert friction.low < truth["coulomb_friction"] < friction.high
+    assert friction.source == "log"
+    assert found.quantities["cable_stiffness"].source == "datasheet"
+    assert any("no load angle" in words for words in found.undetermined)
+
+
+def test_an_axis_that_is_not_rigid_gives_nothing_and_the_datasheet_stays():
+    found = know(drive_of("turntable"), [log_with(("torque", "angle"))], SPREADS)
+    assert any("not one rigid axis" in words for words in found.undetermined)
+    assert {quantity.source for quantity in found.quantities.values()} == {"datasheet"}
+
+
+# --- A quantity is what it is set to in every drive, draw and bound: nothing is cut off in silence
+RUBBING = load_drive("dissertation-3")
+PULLEYS = tuple(replace(pulley, viscous_friction=0.002, coulomb_friction=0.01) for pulley in RUBBING.pulley)
+
+
+@pytest.mark.parametrize("motor", [RUBBING.motor, None], ids=["with a motor", "without"])
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.9, 1.0, 2.0])
+def test_a_drive_has_the_friction_that_it_is_given(motor, share):
+    """Also where that is less than the drive file gives the pulleys alone."""
+    drive = replace(RUBBING, motor=motor, pulley=PULLEYS)
+    before = values_of(drive)
+    wanted = {name: share * before[name] for name in ("viscous_friction", "coulomb_friction")}
+    moved = drive_with(drive, wanted)
+    found = values_of(moved)
+    for name, value in wanted.items():
+        assert found[name] == pytest.approx(value, rel=1e-12, abs=1e-18), f"{name}: {found[name]:.6g}"
+        first, second = (getattr(pulley, name) for pulley in moved.pulley)
+        if motor is not None:
+            assert first == pytest.approx(second), "the pulleys rub alike, and still do"
+
+
+def quantity(name, value, half):
+    return Quantity(name=name, value=value, low=value - half, high=value + half, unit="", source=LOG)
+
+
+def with_less_friction(log, taken):
+    """The log of a drive whose viscous friction is smaller by so much."""
+    speed = difference(zero_phase(log.channel("angle"), log.interval, 100.0), log.interval)
+    return replace(log, channels={**log.channels, "torque": log.channel("torque") - taken * speed})
+
+
+def test_a_friction_that_comes_out_negative_is_reported_and_not_cut_in_silence():
+    drive, log = drive_of("turntable"), log_with(("torque", "angle", "load_angle"))
+    value, low, high = identify_chain([log], drive).intervals["viscous_friction"]
+    slight = know(drive, [with_less_friction(log, value + 0.3 * (high - low))], SPREADS)
+    known = slight.quantities["viscous_friction"]
+    assert (known.value, known.source) == (0.0, LOG)
+    assert known.low < 0.0 < known.high
+    assert any("taken as 0" in words for words in slight.undetermined), slight.undetermined
+    wrong = know(drive, [with_less_friction(log, 3.0 * value)], SPREADS)
+    assert "viscous_friction" in ESSENTIAL
+    assert wrong.open_names == ("viscous_friction",)
+    assert any(
+        words.startswith("viscous friction") and "signs and units" in words for words in wrong.undetermined
+    )
+
+
+# --- Plants are drawn with the correlation that the numbers of one log have, each as wide as it is known
+VALUES = np.array([4e-4, 0.02, 1e-3, 0.02, 1e-3])
+RHO = np.eye(5)
+RHO[0, 1] = RHO[1, 0] = -0.8
+RHO[2, 3] = RHO[3, 2] = -0.5
+RHO[0, 4] = RHO[4, 0] = 0.3
+ERRORS = 0.02 * VALUES
+FIT = Fit(
+    names=NAMES,
+    values=VALUES,
+    covariance=RHO * np.outer(ERRORS, ERRORS),
+    freedom=60,
+    condition=1.0,
+    unidentifiable=np.zeros((0, 5)),
+    residual=0.0,
+    scale=1.0,
+    rows=1000,
+)
+DRAWS = 4000
+
+
+def intervals(wider=1.0):
+    """Identified from a log that leaves nothing but the regression's own width, or a multiple of it."""
+    halves = wider * FIT.half_width()
+    return {n: (v, v - h, v + h) for n, v, h in zip(NAMES, VALUES, halves, strict=True)}
+
+
+def quantities(identified):
+    return {
+        name: Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=LOG)
+        for name, (value, low, high) in identified.items()
+    }
+
+
+def drawn(identified, correlations, seed=5):
+    """Plants as rows of numbers, in the order of the alphabet."""
+    known = quantities(identified)
+    plants = [sampled_plant(known, 2, seed, draw, correlations)[0] for draw in range(DRAWS)]
+    return np.array([[plant[name] for name in sorted(known)] for plant in plants])
+
+
+def matrix(correlations, names):
+    root = root_of(correlations, names)
+    return root @ root
+
+
+def test_drawn_plants_have_the_regressions_correlation_where_it_is_all_there_is():
+    identified = intervals()
+    correlations = of_intervals(FIT, identified)
+    order = [NAMES.index(name) for name in sorted(NAMES)]
+    np.testing.assert_allclose(matrix(correlations, sorted(NAMES)), RHO[np.ix_(order, order)], atol=1e-12)
+    seen = np.corrcoef(drawn(identified, correlations).T)
+    off = np.abs(seen - RHO[np.ix_(order, order)]).max()
+    assert off < 4.0 / np.sqrt(DRAWS), f"observed {off:.4f} of {4.0 / np.sqrt(DRAWS):.4f}"
+
+
+def test_what_an_interval_has_beyond_the_regression_takes_its_share_of_the_correlation():
+    """Twice as wide: a quarter of the variance is the regression's, a quarter of the correlation is left."""
+    whole = matrix(of_intervals(FIT, intervals()), sorted(NAMES))
+    shared = matrix(of_intervals(FIT, intervals(2.0)), sorted(NAMES))
+    np.testing.assert_allclose(shared - np.eye(5), 0.25 * (whole - np.eye(5)), atol=1e-12)
+
+
+def test_a_log_gives_how_its_numbers_err_together():
+    """More inertia at the motor is less at the load; the rest of the log's matrix makes sense as well."""
+    identified = identify_chain([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
+    found = {(one.first, one.second): one.value for one in identified.correlations}
+    assert found["load_inertia", "near_inertia"] < -0.3, found
+    assert found["cable_stiffness", "load_inertia"] > 0.5, found
+    sizes = np.linalg.eigvalsh(matrix(identified.correlations, sorted(identified.intervals)))
+    assert sizes[0] > 0.0, f"observed {sizes}"
+
+
+# --- A study of an axis of a machine with routes: its units, its reduced models, its resonance, its verdi
+RADIUS = 6.366e-3
+"""Of the printer's motor pulley [m]."""
+
+
+@pytest.fixture(scope="module")
+def printer():
+    return load_drive("printer-idlers", overrides=["sensors.load_encoder=40000"])
+
+
+def test_the_chain_of_an_axis_holds_beyond_its_first_mode(printer, measured):
+    one, three = model_quality(as_axis(printer))
+    measured(f"rigid {one.holds_5:.0f} Hz, chain {three.holds_5:.0f} Hz, mode {three.exact[0]:.1f} Hz")
+    assert three.frequencies == pytest.approx(three.exact, rel=1e-9)
+    assert one.holds_5 < 0.5 * three.exact[0] < 1.5 * three.exact[0] < three.holds_5
+
+
+@pytest.mark.parametrize(("axis", "other"), [("head.x", "10.9 %"), ("beam.y", "11.2 %")])
+def test_axes_that_do_not_split_are_refused_with_their_coupling(axis, other):
+    with pytest.raises(InputRefused, match=f"moves the other axis by {other}"):
+        run_study(load_drive("corexy"), axis=axis)
+
+
+@pytest.mark.verify
+def test_a_study_of_the_printer_ends_in_millimetres_that_track_confirms(printer, measured):
+    goals = Goals(travel=0.02, duration=0.15, carriage_error=5e-4, draws=300, cable_draws=0)
+    found = run_study(printer, (), goals)
+    data = results_of(found)
+    measured(data["headline"])
+    assert data["verdict"] == "yes", data["headline"]
+    assert data["axis"]["load"] == "head.x"
+    assert "lumped plants only" in data["headline"]
+    chosen = next(one for one in data["candidates"] if one["holds"])
+    motion = Motion(angle=0.02 / RADIUS / DEGREE, rise=0.15, pulses=1)
+    run = track(printer, controller=chosen["controller"], motion=motion, plant="model-3")
+    assert run.summary["axis"]["peak_error_mm"] < chosen["worst_mm"]
+    harder = run_study(printer, (), replace(goals, carriage_error=1e-6, draws=50))
+    assert results_of(harder)["verdict"] != "yes"
