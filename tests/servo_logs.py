@@ -5,23 +5,31 @@ from math import pi, radians
 import numpy as np
 
 from cabledrive.identification.excitation import chirp
-from cabledrive.identification.logs.log import DataReport, Log
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_rig
+from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, log_from, run_rig
 from cabledrive.trajectories.segments import waypoints
 from oracles.axis_plant import move, parameters
 
 TEST = BENCH_TESTS[1]
-RATE, QUANTUM = 1000.0, 2 * pi / 2600
-COMMON = {"viscous": TEST.viscous, "coulomb": TEST.coulomb, "offset": TEST.offset}
-JOINT = COMMON | {"inertia": 0.0011, "load_inertia": 0.000642, "stiffness": 135.0, "damping": 0.075}
+RATE = 1000.0
+RIGID = bench_rig(TEST).chain
+JOINTED = LumpedChain(
+    names=("motor", "drive"),
+    inertias=(0.0011, 0.000642),
+    viscous=(TEST.viscous, 0.0),
+    coulomb=(TEST.coulomb, 0.0),
+    offsets=(TEST.offset, 0.0),
+    stiffness=(135.0,),
+    damping=(0.075,),
+    ratios=((1.0, 1.0),),
+)
 RIGS = {
-    "rigid": COMMON | {"inertia": TEST.inertia},
-    "stribeck": COMMON | {"inertia": TEST.inertia, "stribeck_excess": 0.03, "stribeck_speed": 1.0},
-    "backlash": JOINT | {"gap": radians(1.0)},
-    "flexible": JOINT,
+    "rigid": (RIGID, {}),
+    "stribeck": (RIGID, {"stribeck_excess": 0.03, "stribeck_speed": 1.0}),
+    "backlash": (JOINTED, {"backlash": radians(1.0)}),
+    "flexible": (JOINTED, {}),
 }
-TORQUE_PER_VOLT, AMPLIFIER, CELL = 1.6218, 0.005, 0.006
-"""[N m/V]; noise of the torque that acts and of its reading [N m]."""
 
 
 def distances(rng):
@@ -73,38 +81,51 @@ def steps(rng, duration):
     return np.concatenate(parts)[: round(duration * RATE)]
 
 
-def servo_log(motion, rig, seed, duration=60.0):
-    """One log of "trapezoids", "s-curves", a "chirp" (0.5 to 60 Hz) or "steps".
-
-    The servo is a PD on the motor's encoder, 6 Hz and damped by 0.8 around an axis without friction, whose
-    speed is a backward difference behind a low-pass of 50 Hz.
-    """
-    rng, plant = np.random.default_rng(seed), parameters(**RIGS[rig])
-    reference, servo = np.zeros((3, round(duration * RATE))), np.zeros(6)
-    command = AMPLIFIER * rng.normal(size=reference.shape[1])
-    if motion in ("trapezoids", "s-curves"):
-        reference[:2] = (trapezoids if motion == "trapezoids" else s_curves)(rng, duration)
-        omega = 2 * pi * 6.0
-        gains = TEST.inertia * omega * np.array([omega, 1.6])
-        servo[:] = 1.0, *gains, 0.0, 0.0, 1.0 - np.exp(-2 * pi * 50.0 / RATE)
-    elif motion == "chirp":
-        size = rng.uniform(0.15, 0.25) * rng.choice([-1, 1])
-        command += TORQUE_PER_VOLT * size * chirp(duration, RATE, rng.uniform(0.4, 0.6), 60.0)
-    else:
-        command += TORQUE_PER_VOLT * steps(rng, duration)
-    angle, torque = np.empty((2, command.size))
-    sensor = np.array([QUANTUM, rng.uniform(), 0.0, 0.0])
-    fine = 12 if rig == "backlash" else 4
-    move(plant, command, 0 * command, reference, servo, sensor, 1 / RATE, fine, 0, angle, torque)
-    channels = {
-        "torque": torque + CELL * rng.normal(size=torque.size),
-        "angle": QUANTUM * np.floor(angle / QUANTUM + sensor[1]),
-    }
-    report = DataReport(rows=torque.size, duration=duration, interval=1 / RATE, quantum={"angle": QUANTUM})
-    return Log(
-        source="virtual rig with servo",
-        time=np.arange(torque.size) / RATE,
-        channels=channels,
-        units={"torque": "N m", "angle": "rad"},
-        report=report,
+def run_servo(rig, reference, rng, oversampling):
+    """A PD on the motor's encoder, 6 Hz and damped by 0.8 around an axis without friction; speed at 50 Hz."""
+    chain, flaws, omega = rig.chain, rig.imperfections, 2 * pi * 6.0
+    joint = (
+        {}
+        if chain.size == 1
+        else {
+            "load_inertia": chain.inertias[1],
+            "stiffness": chain.stiffness[0],
+            "damping": chain.damping[0],
+        }
     )
+    plant = parameters(
+        inertia=chain.inertias[0],
+        viscous=TEST.viscous,
+        coulomb=TEST.coulomb,
+        offset=TEST.offset,
+        gap=flaws.backlash,
+        stribeck_excess=flaws.stribeck_excess,
+        stribeck_speed=flaws.stribeck_speed,
+        **joint,
+    )
+    gains = sum(chain.inertias) * omega * np.array([omega, 1.6])
+    servo = np.array([1.0, *gains, 0.0, 0.0, 1.0 - np.exp(-2 * pi * 50.0 / RATE)])
+    noise = flaws.amplifier_noise * rng.normal(size=reference.shape[1])
+    phase, wanted = float(rng.uniform()), np.vstack([reference, 0 * noise])
+    sensor = np.array([2 * pi / rig.encoders["angle"], phase, 0.0, 0.0])
+    angle, torque = np.empty((2, noise.size))
+    move(plant, noise, 0 * noise, wanted, servo, sensor, 1 / RATE, oversampling, 0, angle, torque)
+    acting = np.repeat(torque, oversampling)
+    return log_from(rig, acting, angle[:, None], rng, {}, "virtual rig with servo", {"angle": phase})
+
+
+def servo_log(motion, rig, seed, duration=60.0):
+    """One log of "trapezoids", "s-curves", a "chirp" (0.5 to 60 Hz) or "steps"."""
+    chain, flaws = RIGS[rig]
+    rng = np.random.default_rng(seed)
+    made = VirtualRig(chain=chain, torque_per_volt=1.6218, imperfections=Imperfections(**flaws))
+    oversampling = 12 if rig == "backlash" else 4
+    if motion in ("trapezoids", "s-curves"):
+        reference = (trapezoids if motion == "trapezoids" else s_curves)(rng, duration)
+        return run_servo(made, reference, rng, oversampling)
+    if motion == "chirp":
+        size = rng.uniform(0.15, 0.25) * rng.choice([-1, 1])
+        command = size * chirp(duration, RATE, rng.uniform(0.4, 0.6), 60.0)
+    else:
+        command = steps(rng, duration)
+    return run_rig(made, command, rng, oversampling=oversampling)
