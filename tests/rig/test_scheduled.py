@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.law_kernels import law_step
+from cabledrive.control.linear_laws import FRICTION_SLOPE
 from cabledrive.control.load_schedule import filter_at, law_at, with_load
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, Payload, RigOptions, track
@@ -104,6 +106,27 @@ def test_what_the_integral_holds_does_not_jump_where_another_load_is_announced()
         row[0, -1] = state.parameters[0] = load
         torques.append(law_step(law, state, row, 0)[0])
     assert torques == pytest.approx([0.07] * 3, abs=1e-15)
+
+
+@pytest.mark.kernel
+def test_between_two_points_the_step_is_that_of_the_law_and_the_filter_frozen_there():
+    loop = loop_of(NAME)
+    rng, load = np.random.default_rng(2), 1.83
+    frozen = replace(loop, observer=filter_at(loop.observer, load))
+    one, other = (loop_at_rest(each).controller for each in (loop, frozen))
+    readings, row = 1e-3 * rng.standard_normal(3), 1e-3 * rng.standard_normal((1, 15))
+    row[0, 7:14], row[0, 14] = 0.0, load
+    for _ in range(3):
+        ours = controller_step(loop.observer, loop.controller.law, 9.0, one, readings, row, 0)
+        theirs = controller_step(
+            frozen.observer, law_at(loop.controller.law, load), 9.0, other, readings, row, 0
+        )
+        friction = loop.chain.coulomb[0] * np.tanh(FRICTION_SLOPE * row[0, 3])
+        assert ours[0] == pytest.approx(theirs[0] + friction, rel=1e-9)
+        other.memory[0] = one.memory[0] / law_at(loop.controller.law, load).rows[0, 0]
+        other.commands[:], other.held[:] = one.commands, one.held
+        other.estimate[:] = one.estimate
+    np.testing.assert_allclose(one.states, other.states, rtol=1e-9)
 
 
 @pytest.mark.verify
