@@ -110,7 +110,7 @@ def run_servo(rig, reference, rng, oversampling):
     sensor = np.array([2 * pi / rig.encoders["angle"], phase, 0.0, 0.0])
     angle, torque = np.empty((2, noise.size))
     move(plant, noise, 0 * noise, wanted, servo, sensor, 1 / RATE, oversampling, 0, angle, torque)
-    acting = np.repeat(torque, oversampling)
+    acting = np.roll(np.repeat(torque, oversampling), 1)  # the amplifier answers a step later
     return log_from(rig, acting, angle[:, None], rng, {}, "virtual rig with servo", {"angle": phase})
 
 
