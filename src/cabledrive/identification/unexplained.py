@@ -51,9 +51,14 @@ class Unexplained:
     @property
     def words(self) -> str:
         """The unexplained torque in a sentence."""
+        size = (
+            f"{100 * self.share:.2g} % of the torque"
+            if self.share < 1.0
+            else (f"{self.share:.2g} times as much torque as was measured")
+        )
         return (
-            f"{100 * self.share:.2g} % of the torque is not explained by a rigid axis with constant friction "
-            f"(below {self.bandwidth:.2g} Hz): an unmeasured disturbance, or a fault that is not in the list"
+            f"{size} is not explained by a rigid axis with constant friction (below {self.bandwidth:.2g} "
+            "Hz): an unmeasured disturbance, or a fault that is not in the list"
         )
 
 

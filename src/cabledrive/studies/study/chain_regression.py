@@ -59,6 +59,8 @@ class RegressionResult:
     correlations : tuple of Correlation
     undetermined : tuple of str
         What could not, in words.
+    negative : tuple of str
+        What came out negative by more than its interval, so that signs or units are wrong.
     residual, residual_torque : float
         Of the sum of torques, relative to the torque and as it is [N m], below the filter's bandwidth.
     lag : float
@@ -71,6 +73,7 @@ class RegressionResult:
     intervals: dict[str, tuple[float, float, float]]
     correlations: tuple[Correlation, ...]
     undetermined: tuple[str, ...]
+    negative: tuple[str, ...]
     residual: float
     residual_torque: float
     lag: float
@@ -103,7 +106,8 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     weak = [name for name in found if _is_weak(name, found[name], sizes, middle)]
     words = unidentifiable_words(middle) + tuple(weak_words(name) for name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
-    found, negative = _possible(found)
+    sums = found
+    found, negative = _possible(sums)
     words += negative
     result, negative = _possible(identify_cable(load, drive, found))
     found |= result
@@ -123,6 +127,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         intervals=found,
         correlations=of_intervals(middle, found),
         undetermined=words,
+        negative=tuple(name for name in sums if name not in found),
         residual=float(residual),
         residual_torque=float(middle.residual),
         lag=lag,

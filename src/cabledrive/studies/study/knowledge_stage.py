@@ -27,6 +27,8 @@ SEEN = 0.2
 """Share of the largest eccentricity that the replay of a log may overlook."""
 ESSENTIAL = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "cable_stiffness")
 """Parameters that a log of the whole drive should identify; the study reports those it does not."""
+FRICTION = ("viscous_friction", "coulomb_friction")
+"""What a data sheet guesses: a log that finds another replaces it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,7 +168,7 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
     return Knowledge(
         quantities=fresh,
         undetermined=words,
-        open_names=tuple(name for name in ESSENTIAL if fresh[name].source != LOG),
+        open_names=tuple(name for name in ESSENTIAL if name in result.negative),
         findings=findings + tuple(_of_a_replay(one) for one in replays if one.contradicts),
         replays=replays,
         residual=result.residual,
@@ -299,8 +301,17 @@ def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity
                 f"{WORDS[name]}: {quantity.value:.4g} {quantity.unit} from the log, outside the data-sheet "
                 f"interval {sheet.low:.4g} to {sheet.high:.4g} {quantity.unit}"
             )
+            guess = name in FRICTION
+            words += "; it replaces the data-sheet value" if guess else ""
             limit = sheet.high if quantity.low > sheet.high else sheet.low
             found.append(
-                LogFinding(id=name, value=quantity.value, limit=limit, unit=quantity.unit, words=words)
+                LogFinding(
+                    id=name,
+                    value=quantity.value,
+                    limit=limit,
+                    unit=quantity.unit,
+                    words=words,
+                    decides=not guess,
+                )
             )
     return tuple(found)
