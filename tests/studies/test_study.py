@@ -422,3 +422,14 @@ def test_a_study_of_the_printer_ends_in_millimetres_that_track_confirms(printer,
     assert run.summary["axis"]["peak_error_mm"] < chosen["worst_mm"]
     harder = run_study(printer, (), replace(goals, carriage_error=1e-6, draws=50))
     assert results_of(harder)["verdict"] != "yes"
+
+
+def test_a_friction_that_the_log_finds_replaces_the_guess_and_decides_nothing():
+    sheet = drive_of("turntable")
+    truth = values_of(sheet)["coulomb_friction"]
+    guessed = replace(sheet, motor=replace(sheet.motor, coulomb_friction=4.0 * truth))
+    found = know(guessed, [log_with(("torque", "angle", "load_angle"))], SPREADS)
+    friction = found.quantities["coulomb_friction"]
+    assert (friction.source, friction.low <= truth <= friction.high) == (LOG, True)
+    assert [(one.id, one.decides) for one in found.findings] == [("coulomb_friction", False)]
+    assert found.open_names == ()
