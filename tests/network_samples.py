@@ -1,13 +1,14 @@
 """Random networks, and machines with routes built from drives with two pulleys."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from cabledrive.mechanics.network.elements import Element
-from cabledrive.mechanics.network.hanging import Hanging, HangingElement
-from cabledrive.modal.network.component import Component
-from cabledrive.modal.network.elastic_links import ElasticLink
+from cabledrive.modal import elements
+from cabledrive.modal.component import Component, Fixed
+from cabledrive.modal.elements import ACROSS, ALONG, Wave
+from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
 from cabledrive.parameters.route.rope import Rope, Route
@@ -30,25 +31,32 @@ def random_network(rng, moving):
         v = rng.uniform(-0.85, 0.85) * c if moving and rng.random() < 0.7 else 0.0
         ropes = 1 if moving else int(rng.integers(1, 4))
         strings.append(String(start, end, rng.uniform(0.1, 2.0), c, v, ropes))
-    start, end = np.array([s.start for s in strings]), np.array([s.end for s in strings])
-    ropes = np.array([s.ropes for s in strings])
-    rho, c, v = (np.array([getattr(s, key) for s in strings]) for key in ("density", "wave_speed", "speed"))
-    component = Component(
-        columns=np.arange(n),
-        links=np.arange(len(strings)),
-        start=start,
-        end=end,
-        impedance=ropes * rho * c,
-        time=c / (c**2 - v**2),
-        lag=v / (c**2 - v**2),
-        mass=mass[mass > 0],
-        mass_rows=np.eye(n)[mass > 0],
-        spring=spring[spring > 0],
-        spring_rows=np.eye(n)[spring > 0],
-        geometric=np.zeros((n, n)),
-        rigid_body_modes=0,
-    )
-    return component, strings, np.diag(mass), np.diag(spring), ropes - 1
+    waves = [
+        Wave(
+            _row(one.start),
+            _row(one.end),
+            one.density * one.wave_speed,
+            one.wave_speed / (one.wave_speed**2 - one.speed**2),
+            (number, ALONG),
+            one.speed / (one.wave_speed**2 - one.speed**2),
+            one.ropes,
+        )
+        for number, one in enumerate(strings)
+    ]
+    fixed = [Fixed(MASS, value, ((i, 1.0),)) for i, value in enumerate(mass) if value > 0]
+    fixed += [Fixed(SPRING, value, ((i, 1.0),)) for i, value in enumerate(spring) if value > 0]
+    component = Component(range(n), waves, [], fixed)
+    others = np.array([one.ropes - 1 for one in strings])
+    return component, strings, np.diag(mass), np.diag(spring), others
+
+
+def _row(values):
+    return tuple((i, float(value)) for i, value in enumerate(values) if value)
+
+
+def _with(component, ropes):
+    """The component with ropes besides."""
+    return Component(component.columns, component.waves, ropes, component.fixed)
 
 
 def random_elastic_network(rng):
@@ -67,19 +75,17 @@ def random_elastic_network(rng):
         elif number > 0:
             tension[1] = tension[0] * rng.uniform(0.7, 1.4)
         ropes = int(rng.integers(1, 4))
-        element = Element(
-            start_tension=tension[0],
-            end_tension=tension[1],
-            length=length,
-            before=0.0,
-            density=density,
-            axial_rigidity=1e30,
-            bending=bending,
+        own = [_row(one) for one in (rows if bending else rows[[0, 2]])]
+        half = len(own) // 2
+        hold = partial(_even, tension, length)
+        tag = ((number, ACROSS),)
+        links.append(
+            elements.Rope(
+                tuple(own[:half]), tuple(own[half:]), length, hold, density, tag, bend=bending, ropes=ropes
+            )
         )
-        own = rows if bending else rows[[0, 2]]
-        links.append(ElasticLink(link=number, covers=(number,), element=element, ropes=ropes, rows=own))
         beams.append(Beam(rows, length, density, bending, tuple(tension), ropes))
-    return replace(component, elastic=tuple(links)), strings, beams, mass, spring, others
+    return _with(component, links), strings, beams, mass, spring, others
 
 
 def random_hanging_network(rng):
@@ -97,25 +103,38 @@ def random_hanging_network(rng):
         rows = rng.normal(size=(2 * ends, n)) * (rng.random((2 * ends, 1)) < 0.7)
         rows[0] += 0.1 * rng.normal(size=n)
         count = int(rng.integers(1, 4))
-        shape = Hanging(
-            shear=shear * length, load=load, start_tension=tension[0], end_tension=tension[1], length=length
-        )
-        element = HangingElement(
-            start_tension=tension[0],
-            end_tension=tension[1],
-            length=length,
-            before=0.0,
-            density=density,
-            axial_rigidity=rigidity,
-            bending=bending,
-            hanging=shape,
-            along=length,
-        )
-        numbers = (2 * number, 2 * number + 1)
-        links.append(ElasticLink(link=numbers[1], covers=numbers, element=element, ropes=count, rows=rows))
         own = (rows, length, density, rigidity, bending, tension, shear * length, load, count)
         ropes.append(HangingRope(*own))
-    return replace(component, elastic=tuple(links)), strings, ropes, mass, spring, others
+        links.append(rope_of(ropes[-1], number))
+    return _with(component, links), strings, ropes, mass, spring, others
+
+
+def _even(tension, length, x):
+    """Tension that changes evenly."""
+    return tension[0] + (tension[1] - tension[0]) * np.asarray(x) / length
+
+
+def rope_of(own, number=0):
+    """The element of a hanging rope of the oracle."""
+    half = len(own.rows) // 2
+    rows = [_row(one) for one in own.rows]
+
+    def direction(x):
+        slope = own.slope(x)
+        return 1.0 / np.sqrt(1.0 + slope**2), slope / np.sqrt(1.0 + slope**2)
+
+    return elements.Rope(
+        tuple(rows[:half]),
+        tuple(rows[half:]),
+        own.length,
+        own.taut_at,
+        own.density / own.stretch,
+        ((number, ALONG), (number, ACROSS)),
+        direction=direction,
+        pull=own.rigidity * own.stretch,
+        bend=own.bending,
+        ropes=own.ropes,
+    )
 
 
 def as_route(drive):

@@ -1,18 +1,12 @@
 """Counts of random networks with elements beside those of finite elements."""
 
 import numpy as np
+from parts import alone
 
-from cabledrive.modal.network.component import held_element
-from cabledrive.modal.network.structure import ComponentStructure
 from oracles.beam_fem import frequencies
 from oracles.network_fem import matrices
 
 DEGREE = 26
-
-
-def held_structure(link):
-    """One rope of a link between ends that are held."""
-    return ComponentStructure(held_element(link, ()).component)
 
 
 def wrong_counts(seed, networks, sample, with_parts):
@@ -30,13 +24,16 @@ def wrong_counts(seed, networks, sample, with_parts):
         speeds = [np.sqrt(min(part.tension) / part.density) / part.length for part in parts]
         top = min([*speeds, *(string.wave_speed for string in strings)]) * DEGREE / 2.4
         truth = frequencies(mass, spring, top)
-        counter = ComponentStructure(component)
-        held = [(held_structure(link), link.ropes - 1) for link in component.elastic]
+        held = [(alone(rope), rope.ropes - 1) for rope in component.ropes]
         for omega in rng.uniform(0.05, 1.0, 8) * top:
             if np.min(np.abs(truth - omega)) < 1e-4 * omega:  # closer than the oracle knows its frequencies
                 continue
-            own = counter.count(omega) + int(others @ np.floor(omega * component.time / np.pi))
-            own += sum(ropes * structure.count(omega) for structure, ropes in held)
+            own = (
+                component.count(omega)
+                + component.rigid
+                + int(others @ np.floor(omega * component.time / np.pi))
+            )
+            own += sum(ropes * one.count(omega) for one, ropes in held)
             wrong += own != int(np.sum(truth < omega))
             made += 1
     return wrong, made

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from machines import machine, spread
+from parts import below
 from spectral_elements import frequencies
 
 import cabledrive as cd
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.counting import ModeCounter, modes_below_reference
+from oracles.chain_count import modes_below
 
 AGREEMENT, MODES = 1e-8, 10
 CONDITIONS = ("free", "held", "holding")
@@ -99,10 +100,9 @@ def test_counts_with_grounds_and_held_joints_agree_with_the_matrix(measured):
         drive, motor, hold = drawn(rng)
         for labelled in longitudinal_chains(drive, motor=motor, hold=hold):
             chain = labelled.chain
-            counter = ModeCounter(chain)
             for omega in 40.0 * rng.random(8) / chain.travel_times.sum():
                 counts += 1
-                if counter(omega) != modes_below_reference(chain, omega):
+                if below(chain, omega) != modes_below(chain, omega):
                     wrong.append(f"machine {number}, {motor}, hold {hold}, omega {omega:.17g}")
     measured(f"{len(wrong)} disagreements in {counts:,} counts")
     assert not wrong, "\n".join(wrong)

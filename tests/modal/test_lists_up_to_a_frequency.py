@@ -4,9 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.mechanics.spans import longitudinal_chains
+from cabledrive.mechanics import rest_state
 from cabledrive.modal import longitudinal_modes
-from cabledrive.modal.resting_modes import MOST_COUNTED, transverse_band
+from cabledrive.modal.networks import network_of_drive
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import load_drive
 
 PRINTER = load_drive(Path(__file__).parent.parent / "parameters" / "routes" / "printer.toml")
@@ -21,12 +22,14 @@ def test_longitudinal_modes_of_a_route_below_a_frequency_are_the_first_of_its_li
     assert len(at) == 2 + (listed[1] == listed[2])
 
 
-def test_a_count_of_thousands_of_heavy_strings_is_exact_up_to_the_largest_that_is_counted():
-    """n pi / t of each span and plane, less than one mode each apart; an even estimate above."""
+def test_a_count_of_thousands_of_heavy_strings_is_that_of_their_travel_times():
+    """n pi / t of each span and plane, less than one mode each apart."""
     drive = load_drive("elevator")
-    band = transverse_band(drive, longitudinal_chains(drive))
-    turns = [string.travel_time / np.pi for string in band._strings.values()]
-    omega = 0.2 * MOST_COUNTED / sum(turns)
-    assert abs(band.count(omega) - 2 * sum(int(omega * turn) for turn in turns)) <= 2 * len(turns)
-    omega = 1.1 * MOST_COUNTED / sum(turns)
-    assert band.count(omega) == 2 * int(omega * sum(turns))
+    spectrum = Spectrum(network_of_drive(drive))
+    turns = [
+        np.sqrt(drive.cable.mass_per_length) * sum(own.travel_time for own in section.stretches) / np.pi
+        for section in rest_state(drive).sections
+    ]
+    omega = 4000.0 / sum(turns)
+    across = sum(part.count(omega) for part in spectrum._windows[0].parts if part.kinds == {"transverse"})
+    assert abs(across - 2 * sum(int(omega * turn) for turn in turns)) <= 2 * len(turns)

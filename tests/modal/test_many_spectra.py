@@ -1,7 +1,4 @@
-"""Spectra of many drives in one call equal those of each drive alone.
-
-The kernels are those of cabledrive.modal.batch_kernels and cabledrive.modal.batch_counting_kernels.
-"""
+"""Spectra of many drives in one call equal those of each drive alone."""
 
 import numpy as np
 import pytest
@@ -10,8 +7,6 @@ import cabledrive as cd
 from cabledrive.mechanics.chain import NO_PENDANT, Chain
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.batch import ChainBatch, many_spectra
-
-pytestmark = pytest.mark.kernel
 
 
 def batch(chains: list[Chain]) -> ChainBatch:

@@ -103,7 +103,10 @@ def test_added_mass_lowers_every_frequency_and_the_old_ones_interlace(seed, meas
     mass = drive.cable.mass_per_length * drive.span_length * 10 ** rng.uniform(-3, 3)
     place = rng.uniform(0.05, 0.95) * drive.span_length
     loaded = replace(drive, carriage=(*drive.carriage, Carriage(mass=mass, position=place)))
-    without, with_mass = cd.natural_frequencies(drive, count=12), cd.natural_frequencies(loaded, count=13)
+    without, with_mass = (
+        cd.natural_frequencies(drive, count=12),
+        cd.natural_frequencies(loaded, count=13),
+    )
     crossed = max(np.max(with_mass[:12] / without - 1), np.max(without / with_mass[1:] - 1), 0.0)
     measured(f"order broken by {crossed:.1g}, relative, in 12 modes")
     slack = 1 + 1e-12

@@ -12,7 +12,7 @@ from cabledrive.parameters import load_drive
 @pytest.mark.parametrize("stiffness", [10500.0, 11500.0, 13045.0, 16000.0, 20000.0, 21000.0])
 def test_motor_joint_mode_close_to_an_in_phase_mode_is_found_beside_it(stiffness):
     """In-phase modes of a loop are at half turns of its travel time, where halved intervals end exactly."""
-    drive = load_drive("dissertation-3")
+    drive = load_drive("dissertation-3", overrides=["layout.gravity=0"])
     drive = replace(drive, motor=replace(drive.motor, joint_stiffness=stiffness))
     found = modes(drive, count=6)
     frequency = np.array([mode.frequency for mode in found.longitudinal])

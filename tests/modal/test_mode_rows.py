@@ -23,7 +23,7 @@ def test_every_mode_stands_in_one_row_that_says_where_it_is(name):
 
 
 def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
-    found = modes(load_drive("dissertation-2"), count=12).modes
+    found = modes(load_drive("dissertation-2", overrides=["layout.gravity=0"]), count=12).modes
     across = [mode for mode in found if mode.kind == "transverse"]
     rows = mode_rows(across)
     assert max(row.count for row in rows) == 4  # two spans, two planes

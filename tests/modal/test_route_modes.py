@@ -5,16 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from parts import listed as frequencies
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
-from cabledrive.modal.network.component import Component, components_of
-from cabledrive.modal.network.elastic_links import elastic_links
-from cabledrive.modal.network.motion import NetworkMotion
-from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
-from cabledrive.modal.solver import ENCLOSURES, modes_of
+from cabledrive.modal.component import Component, Fixed
+from cabledrive.modal.elements import Wave
+from cabledrive.modal.rows import MASS, SPRING
+from cabledrive.modal.shapes import Shape
 from cabledrive.parameters.route import posed
 from cabledrive.parameters.route.parts import RoutedCarriage
 from network_samples import as_route, without_gravity
@@ -156,26 +156,20 @@ def test_a_running_string_between_held_ends(share):
 def bare(start, end, impedance, time, lag, mass, spring):
     """A component of point masses on springs, tied by strings."""
     n = start.shape[1]
-    return Component(
-        columns=np.arange(n),
-        links=np.arange(start.shape[0]),
-        start=start,
-        end=end,
-        impedance=np.full(start.shape[0], impedance),
-        time=np.full(start.shape[0], time),
-        lag=np.full(start.shape[0], lag),
-        mass=np.full(n, mass),
-        mass_rows=np.eye(n),
-        spring=np.full(n, spring) if spring else np.zeros(0),
-        spring_rows=np.eye(n) if spring else np.zeros((0, n)),
-        geometric=np.zeros((n, n)),
-        rigid_body_modes=0,
-    )
+
+    def row(values):
+        return tuple((i, float(value)) for i, value in enumerate(values) if value)
+
+    waves = [
+        Wave(row(a), row(b), impedance, time, (i, "along"), lag)
+        for i, (a, b) in enumerate(zip(start, end, strict=True))
+    ]
+    fixed = [Fixed(MASS, mass, ((i, 1.0),)) for i in range(n)]
+    return Component(range(n), waves, [], fixed + [Fixed(SPRING, spring, ((i, 1.0),)) for i in range(n)])
 
 
 def listed(component, top):
-    found = modes_of(ComponentStructure(component), top, enclosures=ENCLOSURES, multiple=MULTIPLE)
-    return np.concatenate([np.repeat(mode.omega, mode.multiplicity) for mode in found])
+    return frequencies(component.modes(0.0, top))
 
 
 def roots(function, top):
@@ -293,15 +287,14 @@ def test_kinetic_shares_of_a_mode_are_one_and_the_x_mode_moves_the_head():
 
 
 def test_strain_energy_is_kinetic_energy():
-    """What springs, turning bodies and spans store in a mode of unit modal mass is omega^2/2."""
+    """What springs, turning bodies and spans store in a mode is what moves in it, row by row."""
     for name in ("printer", "serpentine", "finger"):
-        network = network_of(route(name))
-        for component in components_of(network, elastic_links(network, {}))[0]:
-            for mode in modes_of(
-                ComponentStructure(component), 3000.0, enclosures=ENCLOSURES, multiple=MULTIPLE
-            ):
-                motion = NetworkMotion(network, mode)
-                assert motion._potential / (2 * mode.omega**2) == pytest.approx(1.0, rel=1e-9)
+        for mode in cd.modes(route(name), below=3000.0 / (2 * np.pi)).modes:
+            if isinstance(mode._motion, Shape):
+                own = mode._motion.solved
+                strain, kinetic = mode._motion.cut.energies(own.omega, own.placed, own.shapes)
+                assert kinetic.sum() == pytest.approx(2.0 * own.omega**2, rel=1e-9)
+                assert strain.sum() == pytest.approx(2.0 * own.omega**2, rel=1e-9)
 
 
 def test_shapes_meet_their_pulleys():

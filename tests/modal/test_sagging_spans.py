@@ -5,23 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hanging_samples import divided, random_machine
+from parts import held
 from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.mechanics.network.elements import Element
-from cabledrive.mechanics.network.hanging import Hanging, HangingElement, hanging_elements
+from cabledrive.mechanics.network.hanging import hanging_elements
 from cabledrive.mechanics.network.span_table import span_rows
-from cabledrive.modal.network.component import held_element
-from cabledrive.modal.network.elastic_links import ElasticLink
-from cabledrive.modal.network.hanging_range import slope_error
-from cabledrive.modal.network.routed import routed_modes
-from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
-from cabledrive.modal.solver import ENCLOSURES, modes_of
+from cabledrive.modal import elements
+from cabledrive.modal.elements import ACROSS
+from cabledrive.modal.natural import straight_modes
+from cabledrive.modal.ranges import slope_error
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import Anchor, RoutedMotor, RoutedPulley, RouteLayout
 from cabledrive.parameters.route.rope import Rope, Route
+from network_samples import rope_of
 from oracles import hanging_machine
+from oracles.hanging_fem import HangingRope
 from oracles.sagging_fem import extrapolated
 
 RIGIDITY, DENSITY, LENGTH, RADIUS = 2e6, 1.0, 100.0, 0.01
@@ -44,7 +44,7 @@ def test_what_sag_shifts_of_straight_ropes_lies_within_the_bound_and_is_flagged(
     """The first mode in the plane, which stretches the rope, against the bound 4 lambda^2/pi^4."""
     drive = one_span(pull)
     below = 2.3 * np.sqrt(pull / DENSITY) / (2 * LENGTH)
-    found = routed_modes(drive, below=below, hold=["drum"], hanging=False)
+    found = straight_modes(drive, below=below, hold=["drum"])
     straight = next(mode.frequency for mode in found.transverse if mode.plane == "w")
     truth = extrapolated(
         RIGIDITY, DENSITY, np.array([0.0, -9.81]), np.array([LENGTH, 0.0]), pull, elements=60, count=1
@@ -71,7 +71,7 @@ def test_where_motion_along_meets_motion_across_straight_ropes_are_not_certified
         pulley=(RoutedPulley(name="drum", at=(LENGTH, 0.0), radius=RADIUS, inertia=rim * RADIUS**2 / 2),),
         motor=(RoutedMotor(inertia=rim * RADIUS**2 / 2),),
     )
-    found = routed_modes(drive, below=1.6 * first, motor="free", hanging=False)
+    found = straight_modes(drive, below=1.6 * first, motor="free")
     listed = np.array([mode.frequency for mode in found.modes if mode.plane != "v"])
     chord = np.array([LENGTH, 0.0])
     truth = extrapolated(
@@ -109,7 +109,7 @@ def worst_of_machines(seeds):
         elements = hanging_elements(network_of(drive))
         worst = max(worst, error / max(slope_error(one) for one in elements.values()))
         certified = max(certified, error if found.certified else 0.0)
-        other = routed_modes(drive, below=2.0 * own[-1], hanging=False).modes
+        other = straight_modes(drive, below=2.0 * own[-1]).modes
         other = np.array([mode.frequency for mode in other if mode.plane != "v"][:6])
         straight = max(straight, float(np.max(np.abs(other / truth - 1.0))))
     return worst, certified, straight
@@ -148,23 +148,8 @@ def test_a_level_span_has_the_symmetric_modes_of_irvine_and_caughey(irvine):
     """
     tension, strain = 1.0, 1e-9
     load = np.sqrt(irvine * strain)
-    element = HangingElement(
-        start_tension=tension,
-        end_tension=tension,
-        length=1.0,
-        before=0.0,
-        density=1.0,
-        axial_rigidity=tension / strain,
-        bending=0.0,
-        hanging=Hanging(
-            shear=-0.5 * load, load=-load, start_tension=tension, end_tension=tension, length=1.0
-        ),
-        along=1.0,
-    )
-    link = ElasticLink(link=1, covers=(0, 1), element=element, ropes=1, rows=np.zeros((4, 0)))
-    structure = ComponentStructure(held_element(link, ()).component)
-    found = modes_of(structure, 6.5 * np.pi, first=6, enclosures=ENCLOSURES, multiple=MULTIPLE)
-    own = np.array([mode.omega for mode in found])[:5]
+    rope = HangingRope(np.zeros((4, 0)), 1.0, 1.0, tension / strain, 0.0, (tension,) * 2, -0.5 * load, -load)
+    own = held(rope_of(rope), 6.5 * np.pi)[:5]
 
     def miss(x):
         return np.sin(x / 2) - (x / 2 - 4 / irvine * (x / 2) ** 3) * np.cos(x / 2)
@@ -178,21 +163,12 @@ def test_a_level_span_has_the_symmetric_modes_of_irvine_and_caughey(irvine):
 
 @pytest.mark.parametrize("bending", [0.0, 1e-4, 1e-8])
 def test_without_weight_a_hanging_rope_is_a_string_a_heavy_string_or_a_beam(bending):
-    """Against the exact waves, which share nothing with the polynomials: to 1e-11."""
-    shape = {"start_tension": 1.0, "end_tension": 1.0 if bending else 1.7, "length": 1.0}
-    common = {"before": 0.0, "density": 1.0, "axial_rigidity": 1e4, "bending": bending}
-    straight = Element(**shape, **common)
-    hanging = HangingElement(**shape, **common, hanging=Hanging(shear=0.0, load=0.0, **shape), along=1.0)
-    found = []
-    for element, covers in ((straight, (1,)), (hanging, (0, 1))):
-        link = ElasticLink(
-            link=1, covers=covers, element=element, ropes=1, rows=np.zeros((2 * element.motions, 0))
-        )
-        structure = ComponentStructure(held_element(link, ()).component)
-        top = element.frequency(20.0)
-        modes = modes_of(structure, top, first=6, enclosures=ENCLOSURES, multiple=MULTIPLE)
-        found.append([mode.omega for mode in modes][:5])
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-11)
+    tension = (1.0, 1.0 if bending else 1.7)
+    ends = 6 if bending else 4
+    hanging = rope_of(HangingRope(np.zeros((ends, 0)), 1.0, 1.0, 1e4, bending, tension, 0.0, 0.0))
+    half = hanging.start[1:]
+    across = elements.Rope(half, half, 1.0, hanging.hold, hanging.density, ((0, ACROSS),), bend=bending)
+    np.testing.assert_allclose(held(hanging, 18.0)[:4], held(across, 18.0)[:4], rtol=1e-11)
 
 
 def test_a_rope_that_is_fed_round_strains_nothing():

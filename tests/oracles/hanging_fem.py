@@ -1,4 +1,4 @@
-"""A rope of shallow sag, stretched by u' + slope w', by finite elements of high order over its whole length.
+"""A rope that sags, stretched by c u' + s w', turned by c w' - s u', by finite elements of high order.
 
 No condensation, no modes between held ends: every polynomial is a coordinate of the machine.
 """
@@ -100,14 +100,15 @@ def hanging_matrices(rope, elements, degree):
     (u0, u1, _), (w0, w1, w2) = ([one.reshape(-1, one.shape[-1]) for one in field] for field in (u, w))
     slope, tension = rope.slope(place).ravel(), rope.taut_at(place).ravel()
     longer = rope.length / (rope.along or rope.length)
-    stretch = np.hstack((u1, slope[:, None] * w1))
+    cosine, sine = 1.0 / np.sqrt(1.0 + slope**2), slope / np.sqrt(1.0 + slope**2)
+    stretch = np.hstack((cosine[:, None] * u1, sine[:, None] * w1))
     none = np.zeros_like(u0)
     mass = (rope.density / rope.stretch) * (
         np.hstack((u0, 0 * w0)).T @ (measure[:, None] / longer * np.hstack((u0, 0 * w0)))
         + np.hstack((none, w0)).T @ (measure[:, None] * np.hstack((none, w0)))
     )
     stiffness = stretch.T @ (measure[:, None] * rope.rigidity * rope.stretch * longer * stretch)
-    turn, bend = np.hstack((none, w1)), np.hstack((none, w2))
+    turn, bend = np.hstack((-sine[:, None] * u1, cosine[:, None] * w1)), np.hstack((none, w2))
     stiffness += turn.T @ ((measure * tension)[:, None] * turn) + rope.bending * bend.T @ (
         measure[:, None] * bend
     )

@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 import cabledrive as cd
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.tuning import pulley_mode, section_modes
-from cabledrive.modal.waves import waves
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
@@ -63,9 +62,9 @@ def test_integrals_over_waves_equal_quadrature(name):
     """Eqs. (A.6)-(A.8) on drives whose waves are cut by carriages."""
     drive = cd.load_drive(name)
     mode = pulley_mode(drive)
-    along = waves(mode.chain, mode.solved, mode.shape)
+    along = mode.mode._motion.slope_waves(mode.shape)
     for chain in transverse_chains(drive):
-        across = waves(chain, section_modes(chain, 2)[1])
+        across = section_modes(chain, 2)[1]._motion.slope_waves()
         by_sum = np.zeros(3)
         edges = sorted({w.start for w in (*along, *across)} | {w.start + w.length for w in (*along, *across)})
         nodes, weights = np.polynomial.legendre.leggauss(40)

@@ -7,7 +7,6 @@ import pytest
 
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal import longitudinal_modes, natural_frequencies
-from cabledrive.modal.counting import modes_below_reference
 from cabledrive.modal.printed import loop_matrix
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.studies import (
@@ -20,6 +19,7 @@ from cabledrive.studies import (
 )
 from cabledrive.studies.following import mass_weighted_shapes
 from cabledrive.studies.varied_drive import varied
+from oracles.chain_count import modes_below
 
 LOOP = load_drive("dissertation-1")
 
@@ -42,7 +42,7 @@ def test_crossing_of_any_symmetric_loop_is_at_twice_the_mass_of_a_rim(inertia):
     assert found.mass == pytest.approx(2 * drive.drive_pulley.rim_mass, rel=1e-9)
     double = with_carriage(drive, found.mass_ratio, drive.span_length / 2, span="lower")
     chain = longitudinal_chains(double)[0].chain
-    count = [modes_below_reference(chain, 2 * np.pi * found.frequency * (1 + e)) for e in (-1e-6, 1e-6)]
+    count = [modes_below(chain, 2 * np.pi * found.frequency * (1 + e)) for e in (-1e-6, 1e-6)]
     assert count == [1, 3], "the rigid-body mode, then both modes"
 
 

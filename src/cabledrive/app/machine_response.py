@@ -30,7 +30,7 @@ def response_of_machine(
     from cabledrive.mechanics.network import machine_response, network_of
     from cabledrive.mechanics.network.motion import condition
     from cabledrive.modal import natural_frequencies
-    from cabledrive.modal.network.routed import straight_limit
+    from cabledrive.modal.natural import straight_limit
 
     drive = load_drive(source)
     if not isinstance(drive, RoutedDrive):

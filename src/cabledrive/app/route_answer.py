@@ -9,7 +9,8 @@ from cabledrive.app.tables import side_by_side
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
 from cabledrive.modal.lowest import lowest_frequencies
-from cabledrive.modal.network.spectrum import NetworkSpectrum
+from cabledrive.modal.route_network import network_of_routes
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import RoutedDrive
 
@@ -20,7 +21,7 @@ def checked_route(drive: RoutedDrive) -> Answer:
     """The answer of `check`."""
     from cabledrive.mechanics.network import network_of
 
-    spectrum = NetworkSpectrum(network_of(drive))
+    spectrum = Spectrum(network_of_routes(network_of(drive)))
     statics = statics_of(drive)
     spans, pulleys = span_rows(drive, statics), pulley_rows(drive, statics)
     lowest = lowest_frequencies(drive)

@@ -231,7 +231,7 @@ KINDS = {
         outputs=_modes_outputs,
         default=("longitudinal_hz", "longitudinal_proven"),
         one=_modes,
-        modules=("cabledrive.campaign.many_modes", "cabledrive.modal.batch_kernels"),
+        modules=("cabledrive.campaign.many_modes", "cabledrive.modal.batch"),
         options={"count": "count", "motor": TEXT},
     ),
     "resonance": Kind(

@@ -1,4 +1,4 @@
-"""What a span, a pulley and a carriage do: dynamic stiffness, equations of motion, the datasheet."""
+"""What a span, a pulley and a carriage do: state of rest, equations of motion, the datasheet."""
 
 from cabledrive.mechanics.cable_law import CableLaw
 from cabledrive.mechanics.cable_laws import ExactLaw, LinearLaw
@@ -7,14 +7,12 @@ from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest import RestingSection, RestingStretch, RestState, rest_state
 from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest, transverse_chains
-from cabledrive.mechanics.stiffness_matrix import DynamicStiffness, dynamic_stiffness
 from cabledrive.mechanics.warnings import drive_warnings
 
 __all__ = [
     "CableLaw",
     "Chain",
     "DerivedQuantities",
-    "DynamicStiffness",
     "ExactLaw",
     "LabelledChain",
     "LinearLaw",
@@ -24,7 +22,6 @@ __all__ = [
     "RestingStretch",
     "derived_quantities",
     "drive_warnings",
-    "dynamic_stiffness",
     "longitudinal_chains",
     "rest_state",
     "strings_at_rest",

@@ -1,6 +1,6 @@
 """Wave-carrying segments joined at point masses: the one structure behind every mode of the package."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
@@ -138,53 +138,3 @@ class Chain:
     def ground_springs(self) -> Array:
         """Stiffness from each joint to the ground, shape (n,) [N/m]; zeros where there is none."""
         return np.zeros(self.masses.size) if self.grounds is None else self.grounds
-
-
-def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.intp]]:
-    r"""Cut every segment longer than 2 rad in two, so that no part is near a pole of its stiffness.
-
-    The stiffness of a segment, Eq. (M.1), has poles where :math:`\sin\alpha = 0` with
-    :math:`\alpha = \omega l/c`.
-    With h half turns in :math:`\alpha`, rounded, and the remainder :math:`r = \alpha - h\pi`, the cut
-
-    .. math:: \alpha_1 = (m + \tfrac12)\pi + r/2, \qquad m = \lfloor (h - 1)/2 \rfloor
-
-    leaves :math:`|\sin| \ge 1/\sqrt 2` on both sides, Eq. (M.2).
-
-    ``omega``: angular frequency near which the parts are going to be used [rad/s].
-    Returns ``split``: the same chain with massless joints added; ``joints``, shape (n,): where the joints of
-    `chain` are among those of `split`.
-    """
-    phase = omega * chain.travel_times
-    long = phase > 2.0
-    if not long.any():
-        return chain, np.arange(chain.masses.size)
-    half_turns = np.rint(phase[long] / np.pi)
-    first = ((half_turns - 1) // 2 + 0.5) * np.pi + (phase[long] - half_turns * np.pi) / 2
-    share = first / phase[long]
-    ends = np.cumsum(1 + long)
-    lengths = np.repeat(chain.lengths, 1 + long)
-    lengths[ends[long] - 2] *= share
-    lengths[ends[long] - 1] *= 1.0 - share
-    joints = np.concatenate(([0], ends))[: chain.masses.size]
-    masses = np.zeros(lengths.size if chain.closed else lengths.size + 1)
-    masses[joints] = chain.masses
-    grounds = None
-    if chain.grounds is not None:
-        grounds = np.zeros(masses.size)
-        grounds[joints] = chain.grounds
-    split = replace(
-        chain,
-        rigidity=_repeated(chain.rigidity, 1 + long),
-        density=_repeated(chain.density, 1 + long),
-        lengths=lengths,
-        masses=masses,
-        pendants=tuple(replace(pendant, joint=int(joints[pendant.joint])) for pendant in chain.pendants),
-        grounds=grounds,
-    )
-    return split, joints
-
-
-def _repeated(value: float | Array, times: NDArray[np.intp]) -> float | Array:
-    """What each part of a cut segment has of its cable."""
-    return np.repeat(value, times) if np.ndim(value) else value

@@ -1,11 +1,21 @@
-"""Certified longitudinal spectra of many drives in one call, each as `natural_frequencies` gives it alone."""
+"""Certified longitudinal spectra of many drives of one build in one search: one table, a lane for each."""
 
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.modal.component import Component, Cut, Fixed
+from cabledrive.modal.elements import ALONG, Row, Wave
+from cabledrive.modal.rows import MASS, SPRING, Table, counted, lanes_at
+from cabledrive.modal.search import modes_between
+
 Array = NDArray[np.float64]
+
+MOST_TOGETHER = 4096
+"""Drives that are searched together."""
+MOST_DOUBLINGS = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,21 +51,74 @@ def many_spectra(chains: ChainBatch, wanted: int) -> tuple[Array, NDArray[np.boo
     Returns ``omega``, shape (n, wanted) [rad/s]; ``done``, shape (n,): false where a mode is multiple or
     round-off clouds a count, which the search of one chain settles.
     """
-    from cabledrive.modal.batch_kernels import spectra
+    n = chains.times.shape[0]
+    omegas, done = np.full((n, wanted), np.nan), np.zeros(n, dtype=bool)
+    for first in range(0, n, MOST_TOGETHER):
+        here = slice(first, first + MOST_TOGETHER)
+        omegas[here], done[here] = _spectra(chains, here, wanted)
+    return omegas, done
 
-    count = chains.times.shape[0]
-    held = (chains.pendant[:, 2] > 0.0) | np.any(chains.grounds > 0.0, axis=1)
-    omegas, found = np.full((count, wanted), np.nan), np.zeros(count, dtype=np.int64)
-    spectra(
-        np.ascontiguousarray(chains.times),
-        np.ascontiguousarray(chains.masses),
-        np.ascontiguousarray(chains.grounds),
-        np.ascontiguousarray(chains.impedance),
-        np.ascontiguousarray(chains.pendant),
-        0,
-        chains.closed,
-        np.where(held, 0, 1).astype(np.int64),
-        omegas,
-        found,
+
+def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArray[np.bool_]]:
+    times = chains.times[here]
+    n = times.shape[0]
+    table = _table(chains, here)
+    held = (chains.pendant[here, 2] > 0.0) | np.any(chains.grounds[here] > 0.0, axis=1)
+    rigid = np.where(held, 0, 1)
+    machine = np.arange(n)
+    top = wanted * pi / times.sum(axis=1)
+    count = counted(table, lanes_at(top, machine)) - rigid
+    for _ in range(MOST_DOUBLINGS):
+        short = np.flatnonzero(count < wanted)
+        if not short.size:
+            break
+        top[short] *= 1.5
+        count[short] = counted(table, lanes_at(top[short], short)) - rigid[short]
+    omegas = np.full((n, wanted), np.nan)
+    found = modes_between(
+        table,
+        np.zeros(n),
+        top,
+        rigid,
+        np.maximum(count, 0) + rigid,
+        times.max(axis=1),
+        wanted=wanted,
+        count=lambda lanes: counted(table, lanes),
     )
-    return omegas, found == wanted
+    seen = np.zeros(n, dtype=np.intp)
+    fine = np.ones(n, dtype=bool)
+    for own in found:
+        i = seen[own.machine]
+        if own.multiplicity > 1 or not own.enclosure:
+            fine[own.machine] = fine[own.machine] and i >= wanted
+        if i < wanted:
+            omegas[own.machine, i] = own.omega
+        seen[own.machine] += own.multiplicity
+    return omegas, fine & (seen >= wanted)
+
+
+def _table(chains: ChainBatch, here: slice) -> Table:
+    """The rows of one chain, every segment cut, with the numbers of all."""
+    times, pendant = chains.times[here], chains.pendant[here]
+    masses, grounds = chains.masses[here], chains.grounds[here]
+    joints, hung = masses.shape[1], bool(pendant.any())
+    shaft, motor = ((0, 1.0),), ((joints, 1.0),)
+    fixed: list[tuple[int, Array, Row]] = [(MASS, masses[:, i], ((i, 1.0),)) for i in range(joints)]
+    fixed += [(SPRING, grounds[:, i], ((i, 1.0),)) for i in range(joints)]
+    if hung:
+        fixed += [
+            (SPRING, pendant[:, 0], (*motor, *((c, -v) for c, v in shaft))),
+            (MASS, pendant[:, 1], motor),
+            (SPRING, pendant[:, 2], motor),
+        ]
+    z, mean = np.tile(chains.impedance[here], (times.shape[1], 1)), times.mean(axis=0)
+    waves = [
+        Wave(((i, 1.0),), (((i + 1) % joints, 1.0),), float(z[0].mean()), float(mean[i]), (i, ALONG))
+        for i in range(times.shape[1])
+    ]
+    rows = [Fixed(kind, float(factor.mean()), row) for kind, factor, row in fixed]
+    nominal = Component(range(joints + hung), waves, [], rows)
+    cut = Cut(nominal, 1.0, np.ones(len(waves), dtype=bool))
+    return cut.table._replace(
+        z=z[cut.wave], time=times.T[cut.wave], a=np.array([factor for _, factor, _ in fixed])
+    )

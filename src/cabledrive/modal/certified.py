@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
-from cabledrive.modal.solver import ENCLOSURE
+from cabledrive.modal.search import ENCLOSURE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,37 +3,23 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import pi
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cabledrive.mechanics.chain import Array
-from cabledrive.mechanics.labelled_chain import LabelledChain
-from cabledrive.modal.chain_motion import LONGITUDINAL, TRANSVERSE, ChainMotion
-from cabledrive.modal.solver import ChainMode
+if TYPE_CHECKING:
+    from cabledrive.modal.motion import Motion
 
-STRING, HEAVY_STRING, SHALLOW_SAG = "string under static tension", "heavy string", "shallow sag"
-TENSIONED_BEAM = "tensioned beam"
+Array = NDArray[np.float64]
+
+LONGITUDINAL, TRANSVERSE = "longitudinal", "transverse"
+STRING, HEAVY_STRING = "string under static tension", "heavy string"
+SAGGING, BEAM = "sagging rope", "tensioned beam"
 BOTH = "both"
 
 SAME = 1e-9
 """Modes closer than this, relative, have one frequency; multiple roots are known to this."""
-
-__all__ = [
-    "BOTH",
-    "HEAVY_STRING",
-    "LONGITUDINAL",
-    "SAME",
-    "SHALLOW_SAG",
-    "STRING",
-    "TENSIONED_BEAM",
-    "TRANSVERSE",
-    "Mode",
-    "Motion",
-    "make_mode",
-    "multiplets",
-]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,8 +41,8 @@ class Mode:
         Transverse modes: unstretched ends of the section [m], from the pulley where its span starts; None
         where both spans vibrate together.
     model : str or None
-        Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SHALLOW_SAG`,
-        `TENSIONED_BEAM`.
+        Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SAGGING`,
+        `BEAM`.
     clamped : bool, default False
         Of a machine with routes: a wave of one rope between ends that rest.
     proven : bool
@@ -76,7 +62,7 @@ class Mode:
 
     @cached_property
     def family(self) -> str:
-        """What mainly moves, see `cabledrive.modal.chain_motion.family_of`."""
+        """What mainly moves, see `cabledrive.modal.motion.Motion.family`."""
         return self._motion.family(self.kind)
 
     @property
@@ -87,7 +73,9 @@ class Mode:
     @property
     def strain_shares(self) -> dict[str, float]:
         """Of a machine with routes: share of the strain energy by span and direction, "belt 1, along"."""
-        shares = getattr(self._motion, "strain_by_span", {})
+        if not self._motion.network.by_span:
+            return {}
+        shares = self._motion.strain_by_span
         return {f"{span}, {way}": share for (span, way), share in shares.items() if share > 0.0}
 
     @property
@@ -130,50 +118,6 @@ class Mode:
             Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
         """
         return self._motion.slopes_at(joint)
-
-
-class Motion(Protocol):
-    """The shapes of a mode."""
-
-    @property
-    def kinetic_shares(self) -> dict[str, float]:
-        """Share of the kinetic energy in each joint that moves and in the "cable"."""
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints that take part, in order."""
-
-    @property
-    def joints(self) -> dict[str, Array]:
-        """Displacement of each joint, shape (multiplicity,)."""
-
-    def family(self, kind: str) -> str:
-        """What mainly moves."""
-
-    def shape(self, span: str, positions: Array) -> Array:
-        """Displacement along a span, shape (multiplicity, p)."""
-
-    def slopes_at(self, joint: str) -> tuple[Array, Array]:
-        """Slope just before and just after a joint."""
-
-
-def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | None = None) -> Mode:
-    """Name a mode of a chain in the terms of the machine.
-
-    ``kind``, {"longitudinal", "transverse"}; ``plane``: of a transverse mode.
-    """
-    where = chain.stretches if kind == TRANSVERSE else ()
-    return Mode(
-        frequency=solved.omega / (2 * pi),
-        kind=kind,
-        multiplicity=solved.multiplicity,
-        span=where[0].span if where else None,
-        plane=plane,
-        section=(where[0].start, where[-1].end) if where else None,
-        model=STRING if kind == TRANSVERSE else None,
-        proven=solved.proven,
-        _motion=ChainMotion(chain, solved),
-    )
 
 
 def multiplets(modes: Iterable[Mode]) -> list[list[Mode]]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from cabledrive.modal.certified import Modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
-from cabledrive.modal.model_range import INCOMPLETE
+from cabledrive.modal.ranges import INCOMPLETE
 
 HEADER = ("frequency [Hz]", "modes", "kind", "family", "where")
 

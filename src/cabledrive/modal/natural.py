@@ -1,26 +1,32 @@
-"""The natural modes of a drive: every one below a frequency, with a certificate of completeness."""
+"""The natural modes of a machine: every one below a frequency, with a certificate of completeness."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain
-from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
+from cabledrive.mechanics.holding import held_joints, motor_condition
+from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.own_chain import own_chain
-from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.band import Band, order_of
+from cabledrive.mechanics.warnings import warnings_of_rest
 from cabledrive.modal.certified import Certificate, Modes
-from cabledrive.modal.mode import LONGITUDINAL, Mode
-from cabledrive.modal.model_range import INCOMPLETE, mode_warnings, model_limit
-from cabledrive.modal.resting_modes import transverse_band
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive
+from cabledrive.modal.ranges import INCOMPLETE, route_limit, route_range_warnings, slack_line
+from cabledrive.modal.route_network import network_of_routes
+from cabledrive.modal.search import ENCLOSURE
+from cabledrive.modal.spectrum import Spectrum, order_of
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
+MOST_CHECKED = 2_000
+"""Modes of straight ropes among which those are looked for that sag moves."""
 LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
 
 
@@ -35,16 +41,17 @@ def modes(
 ) -> Modes:
     """All natural modes of a drive below a frequency, or those of the first few frequencies of each kind.
 
-    Longitudinal motion by the exact dynamic stiffness of every span, of the taut cable. Transverse motion
-    under the tension at rest (`cabledrive.mechanics.rest_state`), hanging carriages as point masses: strings
-    out of the plane of gravity, with shallow sag in it. Pulley friction and dampings do not enter.
+    By the exact dynamic stiffness of every span about the state of rest (`cabledrive.mechanics.rest_state`),
+    carriages as point masses: strings and rods where a span is straight, ropes about their catenaries where
+    it sags, along and across together. Each mode has the kind of its larger strain energy. Above a frequency
+    at which sag moves no mode by more than 1e-4 of it a rope counts as straight. Friction and dampings do
+    not enter.
 
     Parameters
     ----------
     drive : Drive, RoutedDrive or Chain
-        Of a machine with routes each mode has the kind of its larger strain energy. A
-        `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal; its
-        own springs and fixed ends say how it is held. Its segments may be different cables.
+        A `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal;
+        its own springs and fixed ends say how it is held. Its segments may be different cables.
     below : float, optional
         Upper end [Hz].
     count : int, optional
@@ -76,95 +83,125 @@ def modes(
     ----------
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
+    check_torque(at_torque)
+    spectrum, network = _spectrum(drive, motor, hold, at_torque)
+    listed = _listed(spectrum, below, count)
     if isinstance(drive, AxisDrive):
         drive = drive.machine
     if isinstance(drive, Chain):
-        return _of_chain(drive, below, count, motor is not None or bool(hold) or at_torque != 0.0)
-    if isinstance(drive, RoutedDrive):
-        return _of_routes(drive, below, count, motor, hold, at_torque)
-    chains = longitudinal_chains(drive, motor=motor, hold=hold)
-    along, across = Band(chains, LONGITUDINAL), transverse_band(clamped(drive, hold), chains, at_torque)
-    if below is not None:
-        _check_below(below, count, along, across)
-        found = [band.below(2 * pi * below) for band in (along, across)]
-    else:
-        wanted = _checked_count(DEFAULT_COUNT if count is None else count)
-        found = [band.first_distinct(wanted) for band in (along, across)]
-    bound = min(clear for _, clear in found)
-    listed = sorted((mode for part, _ in found for mode in part), key=order_of)
-    parts = [band.count(bound) for band in (along, across)]
-    complete = all(
-        sum(mode.multiplicity for mode in part if 2 * pi * mode.frequency < clear) == band.count(clear)
-        for (part, clear), band in zip(found, (along, across), strict=True)
-        if isfinite(clear)
-    )
-    highest = [_reached(clear, below) for _, clear in found]
-    certificate = Certificate(
-        below=_reached(bound, below),
-        longitudinal_below=highest[0],
-        transverse_below=highest[1] if isfinite(highest[1]) else _reached(bound, below),
-        count=sum(parts),
-        longitudinal=parts[0],
-        transverse=parts[1],
-    )
-    proven = complete and all(mode.proven for mode in listed)
-    limit = model_limit(drive, listed, across, bound)
-    return Modes(
-        modes=tuple(listed),
-        certified=proven and limit is None,
-        certified_reason=limit if proven else INCOMPLETE,
-        warnings=mode_warnings(drive, listed, across, bound),
+        return listed
+    if network is not None:
+        return _of_routes(listed, spectrum, network)
+    slack = spectrum.network.slack
+    complete = listed.certified
+    assert not isinstance(drive, RoutedDrive)
+    return replace(
+        listed,
+        certified=complete and not slack,
+        certified_reason=slack_line(slack[0]) if complete and slack else listed.certified_reason,
+        warnings=(
+            *warnings_of_rest(drive),
+            *(f"{slack_line(own)}; its transverse modes are not listed" for own in slack[:1]),
+        ),
         at_torque=at_torque,
-        certificate=certificate,
-        rigid_body_modes=along.rigid_body_modes,
         drive_hash=content_hash(drive),
         motor=motor_condition(drive, motor),
         hold=tuple(sorted(held_joints(drive, hold))),
     )
 
 
-def _reached(bound: float, below: float | None) -> float:
-    """A bound [rad/s] in Hz: the one that was asked for, to the last digit, where it is that."""
-    return below if below is not None and bound == 2 * pi * below else bound / (2 * pi)
-
-
-def _of_routes(
-    drive: RoutedDrive,
-    below: float | None,
-    count: int | None,
+def _spectrum(
+    drive: Drive | RoutedDrive | Chain,
     motor: str | None,
     hold: Sequence[str],
-    at_torque: float,
-) -> Modes:
-    """Modes of a machine with routes."""
-    from cabledrive.modal.network.routed import routed_modes  # other machines do not wait for it
+    at_torque: float = 0.0,
+    taut: bool = False,
+) -> tuple[Spectrum, Network | None]:
+    """The modes of any machine, and the coordinates of one with routes."""
+    if isinstance(drive, AxisDrive):
+        drive = drive.machine
+    if isinstance(drive, Chain):
+        if motor is not None or hold or at_torque:
+            raise InputRefused(
+                "motor, hold and at_torque are about drives; a chain is held by its fixed ends and grounds"
+            )
+        return Spectrum(network_of_chain(own_chain(drive))), None
+    if isinstance(drive, RoutedDrive):
+        if at_torque != 0.0:
+            refuse_route("a steady torque (at_torque)")
+        network = network_of(drive, motor=motor, hold=hold)
+        return Spectrum(network_of_routes(network)), network
+    network_of_loop = network_of_drive(drive, motor=motor, hold=hold, at_torque=at_torque, taut=taut)
+    return Spectrum(network_of_loop), None
 
-    if at_torque != 0.0:
-        refuse_route("a steady torque (at_torque)")
-    if below is not None:
-        _check_below(below, count)
-        return routed_modes(drive, below=below, motor=motor, hold=hold)
-    return routed_modes(
-        drive, count=_checked_count(DEFAULT_COUNT if count is None else count), motor=motor, hold=hold
+
+def straight_modes(
+    drive: RoutedDrive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+) -> Modes:
+    """Modes of a machine with routes whose ropes are straight, certified where sag moves none of them.
+
+    Parameters as of `modes`.
+    """
+    network = network_of(drive, motor=motor, hold=hold)
+    spectrum = Spectrum(network_of_routes(network, hanging=False))
+    return _of_routes(_listed(spectrum, below, count), spectrum, network, hanging=False)
+
+
+def straight_limit(network: Network, below: float, *, kind: str | None = None) -> str | None:
+    """Why straight ropes are in doubt as a model of a machine below a frequency; None where they are not.
+
+    ``below``: [rad/s]; ``kind``: of the modes that matter, {"longitudinal", "transverse"} or None for all.
+    """
+    spectrum = Spectrum(network_of_routes(network, hanging=False))
+    number = spectrum.count(below)
+    if number > MOST_CHECKED:
+        return (
+            f"straight ropes: {number} modes below {below / (2 * pi):.4g} Hz, more than {MOST_CHECKED}: "
+            "whether sag moves one was not checked"
+        )
+    listed = [mode for mode in spectrum.below(below) if kind in (None, mode.kind)]
+    return route_limit(network, listed, spectrum.below, hanging=False)
+
+
+def _of_routes(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: bool = True) -> Modes:
+    """A list of a machine with routes, certified where its models hold."""
+    limit = route_limit(network, listed.modes, spectrum.below, hanging=hanging)
+    return replace(
+        listed,
+        certified=listed.certified and limit is None,
+        certified_reason=limit if listed.certified else listed.certified_reason,
+        warnings=tuple(route_range_warnings(network, hanging=hanging)),
+        drive_hash=content_hash(network.drive),
+        motor=network.motion.motor,
+        hold=tuple(sorted(network.motion.hold)),
     )
 
 
-def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) -> Modes:
-    """Modes of a chain that is built in Python, certified by the same count."""
-    if held:
-        raise InputRefused(
-            "motor, hold and at_torque are about drives; a chain is held by its own fixed ends and grounds"
-        )
-    band = Band([own_chain(chain)], LONGITUDINAL)
+def _listed(spectrum: Spectrum, below: float | None, count: int | None) -> Modes:
+    """A list with its certificate, as if its models held."""
     if below is not None:
-        _check_below(below, count, band)
-        found, bound = band.below(2 * pi * below)
+        _check_below(below, count)
+        top = _clear(spectrum, 2 * pi * below)
+        found, tops = spectrum.below(top), (top, top)
     else:
-        found, bound = band.first_distinct(_checked_count(DEFAULT_COUNT if count is None else count))
-    number = band.count(bound)
-    listed = sum(mode.multiplicity for mode in found if 2 * pi * mode.frequency < bound)
-    proven = listed == number and all(mode.proven for mode in found)
-    clear = _reached(bound, below)
+        wanted = _checked_count(DEFAULT_COUNT if count is None else count)
+        parts = spectrum.first(dict.fromkeys((LONGITUDINAL, TRANSVERSE), wanted), distinct=True)
+        found = sorted((mode for own, _ in parts.values() for mode in own), key=order_of)
+        tops = parts[LONGITUDINAL][1], parts[TRANSVERSE][1]
+        top = _off_modes(spectrum, min(tops))
+    along, across = (max(top, own) if isfinite(own) else top for own in tops)
+    number = spectrum.count(top)
+    under = [mode for mode in found if 2 * pi * mode.frequency < top]
+    held = {
+        kind: sum(mode.multiplicity for mode in under if mode.kind == kind)
+        for kind in (LONGITUDINAL, TRANSVERSE)
+    }
+    proven = sum(held.values()) == number and all(mode.proven for mode in found)
     return Modes(
         modes=tuple(found),
         certified=proven,
@@ -172,19 +209,43 @@ def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) 
         warnings=(),
         at_torque=0.0,
         certificate=Certificate(
-            below=clear,
-            longitudinal_below=clear,
-            transverse_below=clear,
+            below=_hertz(top, below),
+            longitudinal_below=_hertz(along, below),
+            transverse_below=_hertz(across, below),
             count=number,
-            longitudinal=number,
-            transverse=0,
-            enclosure=band.enclosure,
+            longitudinal=held[LONGITUDINAL],
+            transverse=number - held[LONGITUDINAL],
+            enclosure=spectrum.enclosure,
         ),
-        rigid_body_modes=band.rigid_body_modes,
+        rigid_body_modes=spectrum.rigid_body_modes,
         drive_hash="",
         motor="free",
         hold=(),
     )
+
+
+def _hertz(omega: float, below: float | None) -> float:
+    """A bound in Hz: the one that was asked for, to the last digit, where it is that."""
+    return below if below is not None and omega == 2 * pi * below else omega / (2 * pi)
+
+
+def _clear(spectrum: Spectrum, omega: float) -> float:
+    """The frequency, or one just below it, at which the count does not depend on round-off [rad/s]."""
+    held, below = spectrum.count(omega), omega / (2 * pi)
+    if held > MOST_MODES:
+        raise InputRefused(
+            f"below = {below:.9g} Hz holds {held} modes, at most {MOST_MODES} are certified: "
+            f"lower it to about {below * MOST_MODES / held:.3g} Hz"
+        )
+    return _off_modes(spectrum, omega)
+
+
+def _off_modes(spectrum: Spectrum, omega: float) -> float:
+    """As `_clear`, of a frequency to which few modes are known to lie [rad/s]."""
+    step = 4 * ENCLOSURE
+    while spectrum.count(omega * (1 - ENCLOSURE)) != spectrum.count(omega * (1 + ENCLOSURE)):
+        omega, step = omega * (1 - step), 2 * step
+    return omega
 
 
 def natural_frequencies(
@@ -194,6 +255,7 @@ def natural_frequencies(
     count: int | None = None,
     motor: str | None = None,
     hold: Sequence[str] = (),
+    taut: bool = True,
 ) -> NDArray[np.float64]:
     """Longitudinal natural frequencies of a drive, each repeated by its multiplicity.
 
@@ -206,6 +268,9 @@ def natural_frequencies(
         The first so many instead (a multiple one at the end whole); ten where neither is given.
     motor, hold : optional
         How the rotor is held, and what else, see `modes`.
+    taut : bool, default True
+        Of a loop or line that is straight under its pretension alone, without weights, as formulas have it;
+        else of the ropes that hang, as `modes` lists them.
 
     Returns
     -------
@@ -217,7 +282,7 @@ def natural_frequencies(
     InputRefused, NotComputed
         As `modes`.
     """
-    listed = longitudinal_modes(drive, below=below, count=count, motor=motor, hold=hold)
+    listed = longitudinal_modes(drive, below=below, count=count, motor=motor, hold=hold, taut=taut)
     return np.repeat([mode.frequency for mode in listed], [mode.multiplicity for mode in listed])
 
 
@@ -228,6 +293,7 @@ def longitudinal_modes(
     count: int | None = None,
     motor: str | None = None,
     hold: Sequence[str] = (),
+    taut: bool = True,
 ) -> tuple[Mode, ...]:
     """Longitudinal modes of a drive alone, without the transverse ones.
 
@@ -240,6 +306,9 @@ def longitudinal_modes(
         The first so many instead (a multiple one at the end whole); ten where neither is given.
     motor, hold : optional
         How the rotor is held, and what else, see `modes`.
+    taut : bool, default True
+        Of a loop or line that is straight under its pretension alone, without weights, as formulas have it;
+        else of the ropes that hang, as `modes` lists them.
 
     Returns
     -------
@@ -251,20 +320,14 @@ def longitudinal_modes(
     InputRefused, NotComputed
         As `modes`.
     """
-    if isinstance(drive, AxisDrive):
-        drive = drive.machine
-    if isinstance(drive, RoutedDrive):
-        from cabledrive.modal.network.routed import routed_longitudinal
-
-        if below is not None:
-            _check_below(below, count)
-        wanted = None if below is not None else _checked_count(DEFAULT_COUNT if count is None else count)
-        return routed_longitudinal(drive, below=below, count=wanted, motor=motor, hold=hold)
-    band = Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL)
+    spectrum, _ = _spectrum(drive, motor, hold, taut=taut)
     if below is not None:
-        _check_below(below, count, band)
-        return tuple(band.below(2 * pi * below)[0])
-    return tuple(band.first(_checked_count(DEFAULT_COUNT if count is None else count))[0])
+        _check_below(below, count)
+        return tuple(
+            mode for mode in spectrum.below(_clear(spectrum, 2 * pi * below)) if mode.kind == LONGITUDINAL
+        )
+    wanted = _checked_count(DEFAULT_COUNT if count is None else count)
+    return tuple(spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0])
 
 
 def _checked_count(count: int) -> int:
@@ -275,7 +338,7 @@ def _checked_count(count: int) -> int:
     return count
 
 
-def _check_below(below: float, count: int | None, *bands: Band) -> None:
+def _check_below(below: float, count: int | None) -> None:
     if count is not None:
         raise InputRefused(f"below = {below:.9g} Hz and count = {count} are both given: give one of the two")
     if not (isfinite(below) and below > 0.0):
@@ -284,11 +347,4 @@ def _check_below(below: float, count: int | None, *bands: Band) -> None:
         raise InputRefused(
             f"below = {below:.9g} Hz must lie between {LOWEST_BELOW:g} and {HIGHEST_BELOW:g} Hz: "
             "outside the range of machines"
-        )
-    held = sum(band.count(2 * pi * below) for band in bands)
-    if held > MOST_MODES:
-        about = below * MOST_MODES / held
-        raise InputRefused(
-            f"below = {below:.9g} Hz holds {held} modes, at most {MOST_MODES} are certified: "
-            f"lower it to about {about:.3g} Hz"
         )

@@ -20,8 +20,11 @@ import numpy as np
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.mechanics.labelled_chain import LabelledChain
-from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest
-from cabledrive.modal.solver import ChainMode, chain_modes
+from cabledrive.mechanics.spans import strings_at_rest
+from cabledrive.modal.elements import ACROSS
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modal.networks import network_of_chain, network_of_drive
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 
 TURNING = 1e-6
@@ -37,21 +40,19 @@ _PASSES = 60
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PulleyMode:
-    """The lowest longitudinal mode in which a pulley turns.
+    """The lowest longitudinal mode of the taut drive in which a pulley turns.
 
     Attributes
     ----------
     omega : float
         Natural frequency [rad/s].
-    chain : LabelledChain
-    solved : ChainMode
+    mode : Mode
     shape : int
         Which of its shapes turns the pulleys most.
     """
 
     omega: float
-    chain: LabelledChain
-    solved: ChainMode
+    mode: Mode
     shape: int
 
 
@@ -100,32 +101,24 @@ def pulley_mode(drive: Drive) -> PulleyMode:
         raise InputRefused(
             "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
         )
-    (chain,) = longitudinal_chains(drive)
-    top = pi / float(chain.chain.travel_times.sum())
-    seen = 0
+    spectrum = Spectrum(network_of_drive(drive, taut=True))
+    seen, wanted = 0, 2
     while seen < HIGHEST_SEARCHED:
-        found = chain_modes(chain.chain, top)
-        for solved in found[seen:]:
-            turning = _rim_motion(chain, solved)
+        found = spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0]
+        for mode in found[seen:]:
+            turning = _rim_motion(mode)
             if np.max(turning) > TURNING:
-                return PulleyMode(
-                    omega=solved.omega, chain=chain, solved=solved, shape=int(np.argmax(turning))
-                )
-        seen, top = len(found), 2.0 * top
+                return PulleyMode(omega=2 * pi * mode.frequency, mode=mode, shape=int(np.argmax(turning)))
+        seen, wanted = len(found), 2 * wanted
     raise InputRefused(
         f"no pulley turns in the {seen} lowest longitudinal modes: there is no pulley mode in range"
     )
 
 
-def _rim_motion(chain: LabelledChain, solved: ChainMode) -> np.ndarray:
+def _rim_motion(mode: Mode) -> np.ndarray:
     """Motion of the rims in each shape, relative to a rigid motion of the whole chain."""
-    total = chain.chain.masses.sum() + chain.chain.cable_mass
-    rows = [
-        solved.joints[chain.joints.index(name)]
-        for name in (DRIVE_PULLEY, LOAD_PULLEY)
-        if name in chain.joints
-    ]
-    return np.asarray(np.sqrt(total * np.sum(solved.shapes[rows] ** 2, axis=0)))
+    rims = [mode.joints[name] for name in (DRIVE_PULLEY, LOAD_PULLEY) if name in mode.joints]
+    return np.asarray(np.sqrt(mode._motion.mass * np.sum(np.square(rims), axis=0)))
 
 
 def span_frequency(drive: Drive) -> float:
@@ -176,18 +169,14 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
 
 
 def section_frequencies(chain: LabelledChain, numbers: int) -> list[float]:
-    """Lowest transverse frequencies of one section."""
-    return [solved.omega for solved in section_modes(chain, numbers)]
+    """Lowest transverse frequencies of one section [rad/s]."""
+    return [2 * pi * mode.frequency for mode in section_modes(chain, numbers)]
 
 
-def section_modes(chain: LabelledChain, numbers: int) -> list[ChainMode]:
+def section_modes(chain: LabelledChain, numbers: int) -> list[Mode]:
     """Lowest transverse modes of one section."""
-    top = 1.5 * numbers * pi / float(chain.chain.travel_times.sum())
-    while True:
-        found = chain_modes(chain.chain, top, first=numbers)
-        if len(found) >= numbers:
-            return found[:numbers]
-        top *= 2.0
+    spectrum = Spectrum(network_of_chain(chain, ACROSS))
+    return spectrum.first({TRANSVERSE: numbers}, distinct=False)[TRANSVERSE][0][:numbers]
 
 
 def _up_to_tuning(chain: LabelledChain, pulley: float) -> int:

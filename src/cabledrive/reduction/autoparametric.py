@@ -21,8 +21,8 @@ from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR,
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import transverse_chains
+from cabledrive.modal.motion import SlopeWave
 from cabledrive.modal.tuning import pulley_mode
-from cabledrive.modal.waves import Wave, waves
 from cabledrive.parameters import Drive
 from cabledrive.reduction.coupling_integrals import largest_slope
 from cabledrive.reduction.pulley_motion import modal_damping, rigid_mass, scaled_rims, shafts_of
@@ -151,7 +151,7 @@ def autoparametric_model(
     pulley = pulley_mode(drive)
     rim, factor = scaled_rims(pulley)
     along = [
-        replace(wave, slope=factor * wave.slope) for wave in waves(pulley.chain, pulley.solved, pulley.shape)
+        replace(wave, slope=factor * wave.slope) for wave in pulley.mode._motion.slope_waves(pulley.shape)
     ]
     mass = factor**2
     strings, slack = _strings(drive, load_torque, along) if at_rest else (transverse_chains(drive), None)
@@ -193,7 +193,9 @@ def autoparametric_model(
     )
 
 
-def _strings(drive: Drive, load_torque: float, along: list[Wave]) -> tuple[tuple[LabelledChain, ...], float]:
+def _strings(
+    drive: Drive, load_torque: float, along: list[SlopeWave]
+) -> tuple[tuple[LabelledChain, ...], float]:
     """Sections under their tension at rest, and the q at which one of them loses it."""
     rest = rest_state(drive, at_torque=-load_torque * drive.drive_pulley.radius / drive.load_pulley.radius)
     strings = transverse_chains(drive, rest=rest)

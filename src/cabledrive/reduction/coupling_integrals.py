@@ -9,7 +9,7 @@ from cmath import exp, phase
 from collections.abc import Iterator, Sequence
 from math import ceil, pi, sin
 
-from cabledrive.modal.waves import Wave
+from cabledrive.modal.motion import SlopeWave
 
 
 def _phase_integral(wave_number: float, length: float) -> complex:
@@ -22,7 +22,7 @@ def _sinc(x: float) -> float:
     return sin(x) / x if abs(x) > 1e-8 else 1.0 - x * x / 6.0
 
 
-def stretch_by(longitudinal: Sequence[Wave], transverse: Sequence[Wave]) -> float:
+def stretch_by(longitudinal: Sequence[SlopeWave], transverse: Sequence[SlopeWave]) -> float:
     r"""Overlap of longitudinal strain and squared transverse slope, Eq. (A.6).
 
     .. math:: \int u_s\,w_s^2\,\mathrm{d}s
@@ -43,7 +43,7 @@ def stretch_by(longitudinal: Sequence[Wave], transverse: Sequence[Wave]) -> floa
     return total
 
 
-def squared_slope(transverse: Sequence[Wave]) -> float:
+def squared_slope(transverse: Sequence[SlopeWave]) -> float:
     r"""Extra length per squared amplitude, twice: :math:`\int w_s^2\,\mathrm{d}s`, Eq. (A.7).
 
     Returns [1/m] for unit amplitude.
@@ -55,7 +55,7 @@ def squared_slope(transverse: Sequence[Wave]) -> float:
     )
 
 
-def fourth_power_of_slope(transverse: Sequence[Wave]) -> float:
+def fourth_power_of_slope(transverse: Sequence[SlopeWave]) -> float:
     r"""Unevenness of the tension, :math:`\int w_s^4\,\mathrm{d}s`, Eq. (A.8).
 
     Returns [1/m^3] for unit amplitude.
@@ -69,7 +69,7 @@ def fourth_power_of_slope(transverse: Sequence[Wave]) -> float:
     return total
 
 
-def largest_slope(longitudinal: Sequence[Wave], span: str) -> float:
+def largest_slope(longitudinal: Sequence[SlopeWave], span: str) -> float:
     """Largest strain of a longitudinal mode on one span.
 
     ``span``, {"upper", "lower"}.
@@ -90,7 +90,9 @@ def _passes_crest(slope: complex, turn: float) -> bool:
     return ceil(first / pi) * pi <= first + turn
 
 
-def _overlaps(first: Sequence[Wave], second: Sequence[Wave]) -> Iterator[tuple[Wave, Wave, float, float]]:
+def _overlaps(
+    first: Sequence[SlopeWave], second: Sequence[SlopeWave]
+) -> Iterator[tuple[SlopeWave, SlopeWave, float, float]]:
     """Pieces that two sets of waves share: both waves, start and length."""
     for a in first:
         for b in second:

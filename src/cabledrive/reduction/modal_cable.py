@@ -13,7 +13,8 @@ from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.response import dynamic_stiffness
-from cabledrive.modal.network.spectrum import NetworkSpectrum
+from cabledrive.modal.route_network import network_of_routes
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.fast_record import STEEPEST
@@ -145,7 +146,7 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
 
 def _kept(network: Network, omega: float) -> tuple[Array, Array]:
     """Squares of the frequencies and shapes of unit modal mass, rigid motions first."""
-    spectrum = NetworkSpectrum(network, even=True)
+    spectrum = Spectrum(network_of_routes(network, even=True))
     _, shapes = eigh(network.static_stiffness, network.static_mass)
     rigid = spectrum.rigid_body_modes
     groups = coupled_modes(network, spectrum, omega)

@@ -16,7 +16,7 @@ from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG, Array
 from cabledrive.mechanics.network.response import Complex, network_response
 from cabledrive.modal.mode import LONGITUDINAL
-from cabledrive.modal.network.routed import straight_limit
+from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive

@@ -24,7 +24,8 @@ from cabledrive.mechanics.network.damping import rotor_turn
 from cabledrive.mechanics.network.motion import Array
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import TRANSVERSE
-from cabledrive.modal.network.spectrum import NetworkSpectrum
+from cabledrive.modal.route_network import network_of_routes
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.lanczos import chain_numbers, lanczos
@@ -143,9 +144,9 @@ def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
     network = network_of(drive, motor=FREE)
     turns = [rotor_turn(network, number) for number in drive.driven]
     names = [drive.pulley[number].name for number in drive.driven]
-    spectrum = NetworkSpectrum(network, even=True)
+    spectrum = Spectrum(network_of_routes(network, even=True))
     if len(turns) == 1:
-        return (_chain(spectrum, {names[0]: 1.0}, turns[0], None),)
+        return (_chain(network, spectrum, {names[0]: 1.0}, turns[0], None),)
     half = 0.5 * (turns[0] + turns[1]), 0.5 * (turns[0] - turns[1])
     # Of two motors on one rope the one combination moves the bodies, the other only stretches the rope.
     rigid = eigh(network.static_stiffness, network.static_mass)[1][:, : spectrum.rigid_body_modes]
@@ -153,7 +154,7 @@ def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
     if not ways:
         raise InputRefused(_held(" and ".join(names)))
     return tuple(
-        _chain(spectrum, dict(zip(names, (1.0, sign), strict=True)), half[way], half[1 - way])
+        _chain(network, spectrum, dict(zip(names, (1.0, sign), strict=True)), half[way], half[1 - way])
         for way, sign in ways
     )
 
@@ -163,10 +164,9 @@ def _held(who: str) -> str:
 
 
 def _chain(
-    spectrum: NetworkSpectrum, motors: dict[str, float], turn: Array, other: Array | None
+    network: Network, spectrum: Spectrum, motors: dict[str, float], turn: Array, other: Array | None
 ) -> NetworkChain:
     """The chain of one axis; ``turn``, ``other``, shape (n,): its motor angle and that of the other axis."""
-    network = spectrum.network
     joints = {motor.joint_stiffness is not None for motor in network.drive.motor}
     if len(joints) > 1:
         raise InputRefused("motor: one joint is flexible and the other rigid: the axes do not split")
@@ -195,7 +195,7 @@ def _chain(
 
 
 def _kept_modes(
-    network: Network, spectrum: NetworkSpectrum, turn: Array, count: int, who: str
+    network: Network, spectrum: Spectrum, turn: Array, count: int, who: str
 ) -> tuple[Array, Array]:
     """Squares of the frequencies and shapes of the rigid motion and the modes that the motor feels most.
 
@@ -221,9 +221,7 @@ def _kept_modes(
     return np.array([0.0, *(square for square, _ in kept)]), np.column_stack([first, *(x for _, x in kept)])
 
 
-def coupled_modes(
-    network: Network, spectrum: NetworkSpectrum, omega: float
-) -> list[tuple[float, Array, bool]]:
+def coupled_modes(network: Network, spectrum: Spectrum, omega: float) -> list[tuple[float, Array, bool]]:
     """Squares of the frequencies and shapes of the coupled modes below one, and whether they are transverse.
 
     Modes of one frequency and kind stand together.
@@ -267,7 +265,7 @@ def _load_of(network: Network, rigid: Array, who: str) -> str:
 
 
 def _left_out(
-    network: Network, spectrum: NetworkSpectrum, squares: Array, shapes: Array, rows: Array
+    network: Network, spectrum: Spectrum, squares: Array, shapes: Array, rows: Array
 ) -> tuple[float, float]:
     """Parts of the responses of motor and load up to twice the first mode that a chain of these modes lacks.
 

@@ -39,11 +39,7 @@ def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
     Returns ``rims``: of drive pulley, load pulley and motor; ``factor``: its square is the modal mass M
     [kg^1/2].
     """
-    rows = [*pulley.solved.joints, pulley.solved.split.masses.size][: len(pulley.chain.joints)]
-    shape = {
-        name: float(pulley.solved.shapes[row, pulley.shape])
-        for name, row in zip(pulley.chain.joints, rows, strict=True)
-    }
+    shape = {name: float(values[pulley.shape]) for name, values in pulley.mode.joints.items()}
     drive, load = shape.get(DRIVE_PULLEY, 0.0), shape.get(LOAD_PULLEY, 0.0)
     scale = load - drive
     if abs(scale) < 0.1 * max(abs(drive), abs(load)):

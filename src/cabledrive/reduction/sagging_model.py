@@ -28,8 +28,9 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.solver import chain_modes
-from cabledrive.modal.waves import waves
+from cabledrive.modal.motion import SlopeWave
+from cabledrive.modal.networks import network_of_chain
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive
 from cabledrive.reduction.static_state import StaticState
 from cabledrive.reduction.static_strain import static_strain
@@ -155,21 +156,20 @@ def _of_chain(
         rows.append((0.0, np.full(3, mass**-0.5), np.zeros(state.mesh.spacing.size)))
     wanted = max(least, FEWEST_MODES, parts.masses.size)
     reach = max(top, 1.5 * wanted * pi / float(parts.travel_times.sum()))
-    solved = chain_modes(parts, reach)
-    kept = max(wanted, sum(mode.omega < top for mode in solved))
+    spectrum = Spectrum(network_of_chain(chain))
+    solved = spectrum.below(reach)
+    kept = max(wanted, sum(2 * pi * mode.frequency < top for mode in solved))
     for mode in solved[: min(kept, MOST_MODES)]:
         for shape in range(mode.multiplicity):
-            places = [*mode.joints, mode.split.masses.size][: len(chain.joints)]
-            at = {
-                name: float(mode.shapes[row, shape]) for name, row in zip(chain.joints, places, strict=True)
-            }
+            at = {name: float(values[shape]) for name, values in mode.joints.items()}
             rim = at.get(DRIVE_PULLEY, 0.0)
             rims = np.array([rim, at.get(LOAD_PULLEY, 0.0), at.get(MOTOR, rim)])
-            rows.append((mode.omega, rims, _strain(drive, state, waves(chain, mode, shape))))
+            pieces = mode._motion.slope_waves(shape)
+            rows.append((2 * pi * mode.frequency, rims, _strain(drive, state, pieces)))
     return rows
 
 
-def _strain(drive: Drive, state: StaticState, pieces: Sequence) -> Array:  # type: ignore[type-arg]
+def _strain(drive: Drive, state: StaticState, pieces: Sequence[SlopeWave]) -> Array:
     """Slope of a shape at the middle of each segment, per pretensioned metre."""
     mesh, stretch = state.mesh, 1.0 + drive.cable.prestrain
     found = np.zeros(mesh.spacing.size)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.spans import longitudinal_chains
+from cabledrive.modal.motion import SlopeWave
 from cabledrive.modal.tuning import section_modes
-from cabledrive.modal.waves import Wave, waves
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
 
@@ -47,7 +47,7 @@ class Section:
     label: TransverseMode
     omega: float
     mass: float
-    waves: tuple[Wave, ...]
+    waves: tuple[SlopeWave, ...]
 
 
 def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> Section:
@@ -56,8 +56,12 @@ def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> 
     ``pulley``: frequency of the pulley mode [rad/s].
     """
     found = section_modes(chain, number or _enough(chain, pulley))
-    chosen = found[number - 1] if number else min(found, key=lambda mode: abs(mode.omega - 0.5 * pulley))
-    pieces = waves(chain, chosen)
+    chosen = (
+        found[number - 1]
+        if number
+        else min(found, key=lambda mode: abs(2 * pi * mode.frequency - 0.5 * pulley))
+    )
+    pieces = chosen._motion.slope_waves()
     largest = max(wave.largest_displacement for wave in pieces)
     label = TransverseMode(
         span=chain.stretches[0].span,
@@ -66,7 +70,7 @@ def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> 
         number=found.index(chosen) + 1,
     )
     unit = tuple(replace(wave, slope=wave.slope / largest) for wave in pieces)
-    return Section(label=label, omega=chosen.omega, mass=largest**-2, waves=unit)
+    return Section(label=label, omega=2 * pi * chosen.frequency, mass=largest**-2, waves=unit)
 
 
 def _enough(chain: LabelledChain, pulley: float) -> int:
@@ -75,7 +79,7 @@ def _enough(chain: LabelledChain, pulley: float) -> int:
     return min(HIGHEST_NUMBER, ceil(turns) + chain.chain.masses.size - 1)
 
 
-def coupling_of(drive: Drive, along: Sequence[Wave], sections: Sequence[Section]) -> Array:
+def coupling_of(drive: Drive, along: Sequence[SlopeWave], sections: Sequence[Section]) -> Array:
     r"""Coupling of the pulley mode with each section, Eq. (A.10).
 
     .. math:: G_j = \frac{EA}{2}\int U_x w_x^2\,\mathrm{d}x

@@ -1,7 +1,7 @@
 """What the certificate of a list of modes says, in plain words."""
 
 from cabledrive.modal import Modes
-from cabledrive.modal.model_range import INCOMPLETE
+from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.report.numbers import number
 
 _SMALL = (

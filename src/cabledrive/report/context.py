@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import pi
 
-from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal import Modes, modes, natural_frequencies
-from cabledrive.modal.counting import ModeCounter
+from cabledrive.modal.networks import network_of_drive
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.names import anchors
@@ -80,8 +80,7 @@ class ReportContext:
     def _modes(self, drive: Drive) -> Modes:
         self.progress(f"natural modes: {drive.name}")
         below = _round_up(_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1])
-        strings = [ModeCounter(labelled.chain) for labelled in transverse_chains(drive)]
-        if 2 * sum(count(2 * pi * below) for count in strings) > MOST_LISTED:
+        if Spectrum(network_of_drive(drive)).count(2 * pi * below) > MOST_LISTED:
             return modes(drive, count=SHOWN_MODES)
         return modes(drive, below=below)
 

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode
-from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
 
 Array = NDArray[np.float64]
 
@@ -28,12 +27,7 @@ def slopes_of(network: Network, mode: Mode, way: str, nodes: Array, slope: Array
     for number, piece in enumerate(network.pieces):
         name = network.drive.free_spans[piece.span].name
         x = piece.start + nodes * piece.length
-        if isinstance(motion, NetworkMotion):
-            values = motion.displacement(name, way, x)[0].real
-        elif isinstance(motion, HeldMotion) and name == mode.span:
-            values = motion.shape(name, x)[0].real
-        else:
-            continue
+        values = motion.displacement(name, way, x)[0].real
         if values.any():
             found[number] = slope @ values / piece.length
     return found

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode, Modes
-from cabledrive.modal.network.routed import routed_modes
+from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_slopes import WAYS, Slopes, coupling_by_span, slopes_of, transverse_loss
@@ -145,9 +145,9 @@ def route_resonance(
                 "not run; set it to 0"
             )
     network = network_of(drive, motor=motor)
-    first = routed_modes(drive, count=10, motor=motor, hanging=False)
+    first = straight_modes(drive, count=10, motor=motor)
     pulley = _pulley_mode(drive, first)
-    found = routed_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor, hanging=False)
+    found = straight_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor)
     nodes, weights, slope = quadrature()
     along = [
         Slopes(mode, slopes_of(network, mode, "along", nodes, slope))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.damping import rotor_turn
-from cabledrive.modal.network.spectrum import NetworkSpectrum
+from cabledrive.modal.route_network import network_of_routes
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.planned_motion import PlannedMotion
@@ -212,7 +213,7 @@ def _snapshot(drive: RoutedDrive, pose: dict[str, float], top: float | None) -> 
 def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Array]:
     """Where the torque takes the bodies of the rigid machine from rest, without friction [m], [rad]."""
     network = network_of(drive, motor=FREE)
-    rigid = NetworkSpectrum(network).rigid_body_modes
+    rigid = Spectrum(network_of_routes(network)).rigid_body_modes
     if not rigid:
         return {}
     from scipy.linalg import eigh

@@ -13,8 +13,7 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal import Mode
-from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
-from cabledrive.modal.network.routed import routed_modes
+from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_slopes import WAYS, Slopes, coupling_by_span, slopes_of, transverse_loss
@@ -108,7 +107,7 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
     """
     network = network_of(drive, motor=FREE)
     top = wanted or HIGHEST * _lowest_driven(network, drive)
-    found = routed_modes(drive, below=top * 1.0001, motor=FREE, hanging=False)
+    found = straight_modes(drive, below=top * 1.0001, motor=FREE)
     nodes, weights, slope = quadrature()
     along = []
     for mode in found.longitudinal:
@@ -160,7 +159,7 @@ def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
 
 def _lowest_driven(network: Network, drive: RoutedDrive) -> float:
     """Lowest longitudinal mode in which a motor turns [Hz]."""
-    for mode in routed_modes(drive, count=10, motor=FREE, hanging=False).longitudinal:
+    for mode in straight_modes(drive, count=10, motor=FREE).longitudinal:
         if not mode.clamped and np.any(_turns(network, mode)):
             return mode.frequency
     raise InputRefused("motion: no motor turns in the first longitudinal modes: it changes no tension")
@@ -217,11 +216,7 @@ def _shapes(network: Network, across: Sequence[Slopes]) -> Array:
         plane, motion = 0 if own.mode.plane == "w" else 1, own.mode._motion
         for number, span in enumerate(spans):
             x = ends * span.length
-            values = np.zeros(x.size)
-            if isinstance(motion, HeldMotion) and span.name == own.mode.span:
-                values = motion.shape(span.name, x)[0].real
-            elif isinstance(motion, NetworkMotion):
-                values = motion.displacement(span.name, WAYS[own.mode.plane or "w"], x)[0].real
+            values = motion.displacement(span.name, WAYS[own.mode.plane or "w"], x)[0].real
             chord = values[0] + (values[-1] - values[0]) * ends
             found[plane, number, :, column] = (values - chord)[1:-1]
     return found.reshape(2 * len(spans) * POINTS.size, len(across))
@@ -234,7 +229,6 @@ def _along_shapes(network: Network, along: Sequence[Slopes]) -> Array:
     found = np.zeros((len(spans), shares.size, len(along)))
     for column, own in enumerate(along):
         motion = own.mode._motion
-        assert isinstance(motion, NetworkMotion)  # no wave between ends at rest turns a motor
         for number, span in enumerate(spans):
             found[number, :, column] = motion.displacement(span.name, ALONG, shares * span.length)[0].real
     return found.reshape(len(spans) * shares.size, len(along))

@@ -11,7 +11,7 @@ from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.modal.mode_table import certificate_line, mode_table
-from cabledrive.modal.model_range import INCOMPLETE
+from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route.drive import RoutedDrive
 

@@ -9,24 +9,15 @@ the wrap. An anchor clamps it, and a guided carriage; a hanging carriage turns w
 """
 
 from dataclasses import dataclass
-from math import ceil, log, sqrt
+from math import sqrt
 
-import numpy as np
-
-from cabledrive.mechanics.network.motion import ALONG, Array
+from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.mechanics.network.pieces import Piece
-from cabledrive.mechanics.tensioned_beam import beam_stiffness
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import Place
 
 EVEN = 5e-6
 """Change of the tension along a piece, relative, below which it is even: (EVEN)^2/300 of a frequency."""
-
-STEP = 4e-3
-"""Largest change of the tension from one length of a beam to the next, relative."""
-
-SHORTEST = 4.0
-"""Length of even tension of a beam over sqrt(EI/T); shorter ones lose digits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,11 +49,6 @@ class Element:
     bending: float
 
     @property
-    def motions(self) -> int:
-        """Motions of an end: across, and of a beam the slope."""
-        return 2 if self.bending else 1
-
-    @property
     def tension(self) -> float:
         """Tension of the even string with the same travel time [N]."""
         return (0.5 * (sqrt(self.start_tension) + sqrt(self.end_tension))) ** 2
@@ -71,49 +57,6 @@ class Element:
     def stretch(self) -> float:
         """Length under tension over the unstretched one."""
         return 1.0 + self.tension / self.axial_rigidity
-
-    @property
-    def travel_time(self) -> float:
-        """Of a wave [s]; of a beam the inverse of the frequency that has one radian from end to end."""
-        return self.length * sqrt(
-            self.density / self.stretch / (self.tension + self.bending / self.length**2)
-        )
-
-    @property
-    def bending_length(self) -> float:
-        """Length in which the rope bends at an end, sqrt(EI/T) [m]."""
-        return sqrt(self.bending / self.tension)
-
-    @property
-    def tension_steps(self) -> int:
-        """Lengths of even tension into which a beam is cut: none is shorter than the rope's bends."""
-        change = abs(log(self.end_tension / self.start_tension))
-        if not self.bending or change <= EVEN:
-            return 1
-        return max(1, min(ceil(change / STEP), int(self.length / self.bending_length / SHORTEST)))
-
-    @property
-    def step_error(self) -> float:
-        """Error of a frequency, relative, by the steps in which the tension of a beam changes: an estimate.
-
-        Against finite elements it is at most that, from ropes to beams of hardly any tension.
-        """
-        if not self.bending or self.start_tension == self.end_tension:
-            return 0.0
-        change = log(self.end_tension / self.start_tension) ** 2
-        return change * (1.0 / self.tension_steps**2 / 24.0 + 0.1 * self.bending_length / self.length)
-
-    def rest_stiffness(self) -> Array:
-        """Stiffness of the ends at rest under even tension, shape (2 motions, 2 motions)."""
-        if self.bending:
-            values = (np.array([x]) for x in (self.bending, self.tension, self.density, self.length))
-            return np.asarray(beam_stiffness(0.0, *values)[0])
-        return self.tension / self.length * np.array([[1.0, -1.0], [-1.0, 1.0]])
-
-    def frequency(self, phase: float) -> float:
-        """Angular frequency of the wave that turns by so much from end to end [rad/s]; ``phase`` [rad]."""
-        number = phase / self.length
-        return number * sqrt((self.tension + self.bending * number**2) * self.stretch / self.density)
 
 
 def element_of(drive: RoutedDrive, piece: Piece, direction: str) -> Element | None:

@@ -125,25 +125,6 @@ class HangingElement(Element):
     hanging: Hanging
     along: float
 
-    @property
-    def motions(self) -> int:
-        """Along, across, and of a beam the slope."""
-        return 3 if self.bending else 2
-
-    def rest_stiffness(self) -> Array:
-        r"""Stiffness of the ends at rest, by the length that sag gives, shape (2 motions, 2 motions).
-
-        Along it is :math:`EA/L/(1 + \lambda^2/12)`.
-        """
-        k = self.motions
-        give = self.along / self.stretch / self.axial_rigidity
-        give += self.hanging.mean(2) * self.hanging.length / self.tension
-        out = np.zeros((2 * k, 2 * k))
-        out[::k, ::k] = np.array([[1.0, -1.0], [-1.0, 1.0]]) / give
-        across = [i for i in range(2 * k) if i % k]
-        out[np.ix_(across, across)] = super(HangingElement, self).rest_stiffness()
-        return out
-
     def slope(self, x: NDArray[np.float64]) -> Array:
         """Slope against the chord; ``x`` [m] from its start, any shape."""
         return self.hanging.slope(x - self.before)

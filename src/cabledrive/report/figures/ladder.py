@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cabledrive.mechanics.chain import Array
-from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal import Mode, Modes
-from cabledrive.modal.counting import ModeCounter
 from cabledrive.modal.mode import BOTH
+from cabledrive.modal.networks import network_of_drive
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture
@@ -56,7 +56,7 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
     """Count the longitudinal modes below many frequencies, up to the bound of the certificate.
 
     The frequencies are spread evenly, and beside each listed mode one lies just below and one just above. The
-    counter knows nothing of the list.
+    counter knows nothing of the list; the transverse modes that it counts as well are taken off.
 
     ``modes``: modes of this drive.
     """
@@ -65,10 +65,13 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
     start = min(mode.frequency for mode in modes.modes) / 2.0
     beside = np.concatenate((listed * (1 - 1e-9), listed * (1 + 1e-9)))
     frequency = np.sort(np.concatenate((np.geomspace(start, below, 100), beside)))
-    counters = [
-        (ModeCounter(chain.chain), chain.chain.rigid_body_modes) for chain in longitudinal_chains(drive)
-    ]
-    count = [sum(max(counter(2 * pi * f) - rigid, 0) for counter, rigid in counters) for f in frequency]
+    spectrum = Spectrum(
+        network_of_drive(drive, motor=modes.motor, hold=modes.hold, at_torque=modes.at_torque)
+    )
+    across = np.repeat(
+        [mode.frequency for mode in modes.transverse], [mode.multiplicity for mode in modes.transverse]
+    )
+    count = [spectrum.count(2 * pi * f) - int(np.sum(across < f)) for f in frequency]
     return Staircase(frequency=frequency, count=np.array(count))
 
 

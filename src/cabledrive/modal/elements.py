@@ -1,0 +1,295 @@
+r"""What a network is made of: waves in closed form, and ropes as polynomials. Both give rows.
+
+A `Wave` is a straight string or rod of even tension, of any length. A `Rope` is everything else, one form
+
+.. math:: 2V = \int A\,(c\,u' + s\,w')^2 + R\,(c\,w' - s\,u')^2 + B\,w''^2\,\mathrm{d}x, \qquad
+          2T = \int \rho\,(\dot u^2 + \dot w^2)\,\mathrm{d}x \qquad \text{Eq. (M.11)}
+
+with A = EA, R = T/(1 + T/EA), B = EI and the direction (c, s) of the rope at rest, which change along it: a
+heavy string has only R, a beam R and B, a rope that sags, however deep, A, R and (c, s). On segments of less
+than half a wave polynomials of degree 11 leave out less than round-off. The inner ones are condensed to modes
+between held ends (Craig and Bampton [1]_), each of which is one row.
+
+References
+----------
+.. [1] R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA J. 6 (1968)
+   1313-1319.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import pairwise
+from math import ceil, inf, log, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import Polynomial, legendre
+from numpy.typing import NDArray
+
+from cabledrive.modal.rows import MASS, POLE, SPRING, Array, Integers
+
+Values = NDArray[Any]
+
+ALONG, ACROSS, OUT = "along", "across", "out of plane"
+
+DEGREE = 11
+"""Of the polynomials on a segment."""
+PHASE = 2.0
+"""Of the shortest wave along a segment [rad]: below half a turn, so that none has a mode of its own."""
+STEEPER = 2.0
+"""Largest ratio of the tensions at the ends of a segment."""
+LAYER = 4.0
+"""Length of the first segment of a beam over sqrt(EI/T); those behind it are twice as long each."""
+
+Row = tuple[tuple[int, float], ...]
+"""How an end moves in one direction: coordinates with their factors; none: at rest."""
+Tag = tuple[int, str]
+"""Number of the piece of a span, and direction."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """A straight rope of even tension in one direction.
+
+    ``z``: impedance of one rope [kg/s]; ``time``, ``lag``: [s]; ``ropes``: side by side; ``ring``: ring
+    frequency of a rope that is curved, along [rad/s].
+    """
+
+    start: Row
+    end: Row
+    z: float
+    time: float
+    tag: Tag
+    lag: float = 0.0
+    ropes: int = 1
+    ring: float = 0.0
+
+    @property
+    def tags(self) -> tuple[Tag, ...]:
+        """Where it is."""
+        return (self.tag,)
+
+    def time_at(self, omega: float) -> float:
+        """Travel time of a wave of a frequency [rad/s]."""
+        return self.time / sqrt(1.0 + (self.ring / omega) ** 2)
+
+    def held(self, number: int) -> float:
+        """Frequency of a harmonic between ends at rest [rad/s]."""
+        straight = (number * pi / self.time) ** 2
+        return sqrt(0.5 * straight + sqrt(0.25 * straight**2 + straight * self.ring**2))
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """How both its ends move."""
+        return self.start, self.end
+
+
+@dataclass(frozen=True, eq=False)
+class Rope:
+    """A rope whose force or direction changes along it, or which bends; lengths as of its coordinate x.
+
+    ``start``, ``end``: rows of its ends in the order u, w, w'; ``hold``: R at places [N]; ``density``:
+    [kg/m]; ``tags``: of the directions that it covers; ``direction``: (c, s) at places, of one that moves
+    along as well; ``pull``: A [N]; ``bend``: B [N m^2]; ``longer``: its length over that between the places
+    where it is stretched; ``before``: part of it before the start of its piece; ``straight``: what it is
+    above ``edge`` [rad/s], where sag moves no mode any more.
+    """
+
+    start: tuple[Row, ...]
+    end: tuple[Row, ...]
+    length: float
+    hold: Callable[[Array], Array]
+    density: float
+    tags: tuple[Tag, ...]
+    direction: Callable[[Array], tuple[Array, Array]] | None = None
+    pull: float = 0.0
+    bend: float = 0.0
+    ropes: int = 1
+    longer: float = 1.0
+    before: float = 0.0
+    straight: tuple["Wave | Rope", ...] = ()
+    edge: float = inf
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """How both its ends move."""
+        return (*self.start, *self.end)
+
+    @cached_property
+    def _held(self) -> Array:
+        return self.hold(np.linspace(0.0, self.length, 33))
+
+    @cached_property
+    def time(self) -> float:
+        """Travel time of a wave across [s]."""
+        slow = np.sqrt(self.density / (self._held + self.bend / self.length**2))
+        return float(self.length * slow.mean())
+
+    def places(self, top: float) -> Array:
+        """Ends of segments that have no mode of their own up to a frequency [rad/s], as shares."""
+        near, far = float(self._held[0]), float(self._held[-1])
+        marks, layer = {0.0, 1.0}, self.length
+        if self.bend:
+            first = layer = LAYER * sqrt(self.bend / min(near, far))
+            while layer < 0.5 * self.length:
+                marks |= {layer / self.length, 1.0 - layer / self.length}
+                layer = 2.0 * layer + first
+        steps = ceil(abs(log(far / near)) / log(STEEPER))
+        marks |= {(near * (far / near) ** (i / steps) - near) / (far - near) for i in range(1, steps)}
+        least = float(self._held.min())
+        wave = top * sqrt(
+            2.0 * self.density / (least + sqrt(least**2 + 4.0 * self.bend * self.density * top**2))
+        )
+        parts = []
+        for a, b in pairwise(sorted(marks)):
+            n = max(1, ceil(wave * self.length * (b - a) / PHASE))
+            parts.append(a + (b - a) * np.arange(n) / n)
+        return np.append(np.concatenate(parts), 1.0)
+
+    def segments(self, top: float) -> "Segments":
+        """Its segments for frequencies up to one [rad/s]."""
+        places = self.places(top)
+        along, beam = self.direction is not None, self.bend > 0.0
+        nodes, weight, shapes = _gauss(along, beam)
+        size = self.length * np.diff(places)
+        x = self.length * places[:-1, None] + 0.5 * size[:, None] * (1.0 + nodes)
+        measure, rate = 0.5 * size[:, None] * weight, (2.0 / size)[:, None, None]
+        root = np.sqrt(measure * self.hold(x))[:, :, None]
+        strains, moved = [root * rate * shapes[3]], [np.sqrt(measure * self.density)[:, :, None] * shapes[2]]
+        if self.direction is not None:
+            full = np.sqrt(measure * self.pull * self.longer)[:, :, None]
+            c, s = (own[..., None] for own in self.direction(x))
+            strains = [root * rate * (c * shapes[3] - s * shapes[1])]
+            strains.append(full * rate * (c * shapes[1] + s * shapes[3]))
+            moved.append(np.sqrt(measure * self.density / self.longer)[:, :, None] * shapes[0])
+        if beam:
+            strains.append(np.sqrt(measure * self.bend)[:, :, None] * rate**2 * shapes[4])
+        ends = 2 * (1 + along + beam)
+        return condensed(self, places, x, np.concatenate(strains, 1), np.concatenate(moved, 1), size, ends)
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """The segments of a rope, p of them with r rows each by the motion of their ends.
+
+    ``places``: their ends as shares; ``kind``, ``b``, shape (p, r), ``value``, shape (p, r, ends): rows;
+    ``still``, ``waves``: inner polynomials by the ends at rest, and by the modes between held ends.
+    """
+
+    rope: Rope
+    places: Array
+    x: Array
+    size: Array
+    kind: Integers
+    b: Array
+    value: Array
+    still: Array
+    waves: Array
+
+    def factors(self, omega: float, ends: Values) -> Values:
+        """Factors of all polynomials, shape (p, n, k), by the motion of their ends, shape (p, ends, k)."""
+        k = ends.shape[1]
+        pole, b = self.value[:, 2 * k :], self.b[:, 2 * k :, None]
+        inside = self.still @ ends + self.waves @ (omega**2 / (b**2 - omega**2) * (pole @ ends))
+        if self.rope.bend:
+            ends = ends.copy()
+            ends[:, [k // 2 - 1, k - 1]] *= self.size[:, None, None]
+        return np.asarray(np.concatenate((ends, inside), axis=1))
+
+    def work_across(self, omega: float, ends: Values) -> float:
+        """Twice the strain energy across, of force, bending and half of what mixes both; mean over shapes."""
+        rope = self.rope
+        _, weight, shapes = _gauss(rope.direction is not None, rope.bend > 0.0)
+        q = self.factors(omega, ends)
+        rate = (2.0 / self.size)[:, None, None]
+        turn, bent = rate * (shapes[3] @ q), rate**2 * (shapes[4] @ q)
+        work = rope.bend * np.abs(bent) ** 2
+        hold = rope.hold(self.x)[:, :, None]
+        if rope.direction is None:
+            work = work + hold * np.abs(turn) ** 2
+        else:
+            c, s = (own[..., None] for own in rope.direction(self.x))
+            along = rate * (shapes[1] @ q)
+            work = work + hold * ((c * turn - s * along).conj() * c * turn).real
+            work = work + rope.pull * rope.longer * ((c * along + s * turn).conj() * s * turn).real
+        return float(np.einsum("px,pxk->", 0.5 * self.size[:, None] * weight, work)) / ends.shape[2]
+
+    def slope_along(self, omega: float, ends: Values, share: float) -> Values:
+        """Derivative of the motion along at its start, 0, or its end, 1, shape (k,)."""
+        at = -1 if share else 0
+        q = self.factors(omega, ends)[at]
+        rates = _polynomials(self.rope.direction is not None, self.rope.bend > 0.0)[1]
+        slopes = np.array([own(1.0 if share else -1.0) for own in rates])
+        return np.asarray(2.0 / self.size[at] * (slopes @ q))
+
+    def displacement(self, omega: float, ends: Values, share: Array) -> tuple[Values, Values]:
+        """Along and across at shares of the rope, shape (k, q) each."""
+        at = np.clip(np.searchsorted(self.places, share, "right") - 1, 0, self.places.size - 2)
+        local = 2.0 * (share - self.places[at]) / np.diff(self.places)[at] - 1.0
+        q = self.factors(omega, ends)[at]
+        u, _, w, _, _ = _polynomials(self.rope.direction is not None, self.rope.bend > 0.0)
+        along, across = (
+            np.einsum("qn,qnk->kq", np.stack([own(local) for own in part], -1), q) for part in (u, w)
+        )
+        return along, across
+
+
+def condensed(
+    rope: Rope, places: Array, x: Array, strains: Array, moved: Array, size: Array, ends: int
+) -> Segments:
+    """Segments by the motion of their ends: strains at rest, inertia at rest, modes between held ends."""
+    if rope.bend:  # the polynomials count slopes times the length
+        at = [ends // 2 - 1, ends - 1]
+        strains[:, :, at] *= size[:, None, None]
+        moved[:, :, at] *= size[:, None, None]
+    turned, factor = np.linalg.qr(strains[:, :, ends:])
+    inverse = np.linalg.inv(factor)
+    inner = moved[:, :, ends:] @ inverse
+    _, give, vectors = np.linalg.svd(inner, full_matrices=False)
+    still = -inverse @ (turned.swapaxes(1, 2) @ strains[:, :, :ends])
+    at_rest = strains[:, :, :ends] + strains[:, :, ends:] @ still
+    mass = moved[:, :, :ends] + moved[:, :, ends:] @ still
+    waves = (inner @ vectors.swapaxes(1, 2)) / give[:, None, :]  # of unit modal mass
+    strain, inertia = (np.linalg.qr(own, mode="r") for own in (at_rest, mass))
+    kinds = [SPRING] * ends + [MASS] * ends + [POLE] * give.shape[1]
+    return Segments(
+        rope=rope,
+        places=places,
+        x=x,
+        size=size,
+        kind=np.tile(kinds, (size.size, 1)),
+        b=np.concatenate((np.zeros((size.size, 2 * ends)), 1.0 / give), 1),
+        value=np.concatenate((strain, inertia, waves.swapaxes(1, 2) @ mass), 1),
+        still=still,
+        waves=inverse @ vectors.swapaxes(1, 2) / give[:, None, :],
+    )
+
+
+@cache
+def _gauss(along: bool, beam: bool) -> tuple[Array, Array, tuple[Array, ...]]:
+    """Points, weights, and at them u, u', w, w', w'' of all polynomials, those of the ends first."""
+    nodes, weights = legendre.leggauss(DEGREE + 6)
+    values = (np.stack([own(nodes) for own in part], -1) for part in _polynomials(along, beam))
+    return nodes, weights, tuple(values)
+
+
+@cache
+def _polynomials(along: bool, beam: bool) -> tuple[list[Polynomial], ...]:
+    """u, u', w, w', w'' on -1..1."""
+    zero, near, far = Polynomial([0.0]), Polynomial([0.5, -0.5]), Polynomial([0.5, 0.5])
+    bubbles = [legendre.Legendre.basis(k).integ(lbnd=-1) * np.sqrt(k + 0.5) for k in range(1, DEGREE)]
+    held, first, last = bubbles, [near], [far]
+    if beam:
+        held = [
+            legendre.Legendre.basis(k).integ(lbnd=-1).integ(lbnd=-1) * (k + 0.5) ** 1.5
+            for k in range(2, DEGREE - 1)
+        ]
+        first = [Polynomial([0.5, -0.75, 0.0, 0.25]), Polynomial([0.125, -0.125, -0.125, 0.125])]
+        last = [Polynomial([0.5, 0.75, 0.0, -0.25]), Polynomial([-0.125, -0.125, 0.125, 0.125])]
+    none = [zero] * len(first)
+    u, w = [zero] * (2 * len(first) + len(held)), [*first, *last, *held]
+    if along:
+        u = [near, *none, far, *none, *bubbles, *[zero] * len(held)]
+        w = [zero, *first, zero, *last, *[zero] * len(bubbles), *held]
+    return u, [own.deriv() for own in u], w, [own.deriv() for own in w], [own.deriv(2) for own in w]

@@ -1,0 +1,263 @@
+"""Modes in the terms of the machine: where their energy is, what mainly moves, and how each is named."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from math import atan2, ceil, cos, pi, sin
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.modal.elements import ACROSS, ALONG, OUT, Tag
+from cabledrive.modal.mode import BOTH, LONGITUDINAL, STRING, TRANSVERSE, Mode
+from cabledrive.modal.networks import ModalNetwork
+from cabledrive.modal.rows import Array
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.drive import refuse_route
+
+PLANES = {ACROSS: "w", OUT: "v"}
+ALONE = 0.99
+"""Share of one section in the strain energy across above which a mode is called its own."""
+_AT_REST = 1e-6
+
+Values = NDArray[Any]
+Place = tuple[str, str, tuple[float, float]]
+"""Span, direction, and the places between which the span is held across."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlopeWave:
+    r"""The slope of a mode on one piece of cable, :math:`\operatorname{Re} S e^{ik(s - s_0)}`, Eq. (A.3).
+
+    ``start``, ``length``: from the pulley where the span starts [m]; ``wave_number``: k [rad/m]; ``slope``:
+    S.
+    """
+
+    span: str
+    start: float
+    length: float
+    wave_number: float
+    slope: complex
+
+    def slope_at(self, position: float) -> complex:
+        """Complex slope with its phase at another position of the piece [m]."""
+        phase = self.wave_number * (position - self.start)
+        return self.slope * complex(cos(phase), sin(phase))
+
+    @property
+    def largest_displacement(self) -> float:
+        """Largest displacement on the piece."""
+        first = atan2(self.slope.imag, self.slope.real) - pi / 2
+        amplitude, last = abs(self.slope) / self.wave_number, first + self.wave_number * self.length
+        if ceil(first / pi) * pi <= last:
+            return amplitude
+        return amplitude * max(abs(cos(first)), abs(cos(last)))
+
+
+class Motion(ABC):
+    """Shapes of a mode in the terms of the machine; what each kind of shapes knows of itself is behind it."""
+
+    network: ModalNetwork
+
+    @property
+    @abstractmethod
+    def multiplicity(self) -> int:
+        """Number of shapes."""
+
+    @property
+    @abstractmethod
+    def clamped(self) -> bool:
+        """Whether it is one rope between ends at rest."""
+
+    @property
+    @abstractmethod
+    def tags(self) -> list[Tag]:
+        """Pieces and directions that take part."""
+
+    @property
+    @abstractmethod
+    def places(self) -> dict[Place, float]:
+        """Share of the strain energy by span, direction and section."""
+
+    @property
+    @abstractmethod
+    def springs(self) -> dict[str, float]:
+        """Share of the strain energy by name of the spring."""
+
+    @property
+    @abstractmethod
+    def coordinates(self) -> dict[str, Values]:
+        """Each coordinate of the network that takes part, shape (multiplicity,)."""
+
+    @property
+    @abstractmethod
+    def kinetic(self) -> dict[str, float]:
+        """Share of the kinetic energy by coordinate, and of the "cable"; mean over the shapes."""
+
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """Of all that takes part, waves and masses [kg]."""
+
+    @abstractmethod
+    def displacement(self, span: str, way: str, positions: Array) -> Values:
+        """Displacement of a span in one direction, shape (multiplicity, p), of unit modal mass [kg^-1/2]."""
+
+    @abstractmethod
+    def slopes(self, coordinate: str) -> tuple[Array, Array]:
+        """Slope just before and just after a joint along the cable, shape (multiplicity,) each."""
+
+    @abstractmethod
+    def slope_waves(self, shape: int = 0) -> "tuple[SlopeWave, ...]":
+        """The waves of one shape of a mode whose ropes are straight and do not run, piece by piece."""
+
+    @cached_property
+    def kind(self) -> str:
+        """Transverse where ropes across hold more than half of the strain energy, else longitudinal."""
+        ways = {way for _, way in self.tags}
+        if not ways - {ALONG} or ALONG not in ways:
+            return TRANSVERSE if ways - {ALONG} else LONGITUDINAL
+        across = sum(share for (_, way, _), share in self.places.items() if way != ALONG)
+        return TRANSVERSE if across > 0.5 else LONGITUDINAL
+
+    @cached_property
+    def where(self) -> tuple[str, str, tuple[float, float] | None]:
+        """Of a transverse mode: span, direction, section; "both" where it is shared by both spans."""
+        shares = {place: share for place, share in self.places.items() if place[1] != ALONG}
+        span, way, section = max(shares, key=lambda place: shares[place])
+        if self.network.by_span:
+            return span, way, section
+        total = sum(shares.values())
+        if shares[span, way, section] >= ALONE * total:
+            return span, way, section
+        taking = [place for place, share in shares.items() if share > (1.0 - ALONE) * total]
+        if len({place[0] for place in taking}) > 1:
+            return BOTH, way, None
+        return span, way, (min(own[0] for _, _, own in taking), max(own[1] for _, _, own in taking))
+
+    @property
+    def way(self) -> str:
+        """Direction of its kind."""
+        return self.where[1] if self.kind == TRANSVERSE else ALONG
+
+    @cached_property
+    def strain_by_span(self) -> dict[tuple[str, str], float]:
+        """Share of the strain energy by span and direction; springs hold the rest."""
+        found: dict[tuple[str, str], float] = {}
+        for (span, way, _), share in self.places.items():
+            found[span, way] = found.get((span, way), 0.0) + share
+        return found
+
+    @cached_property
+    def joints(self) -> dict[str, Values]:
+        """Displacement of each joint, shape (multiplicity,), of unit modal mass [kg^-1/2]; rims: r theta."""
+        if self.network.by_span:
+            return dict(self.coordinates)
+        none = np.zeros(self.multiplicity)
+        if self.kind == LONGITUDINAL:
+            own = {
+                name: value for name, value in self.coordinates.items() if not name.endswith((ACROSS, OUT))
+            }
+            return own | {name: none for name in self.network.rims if name not in own}
+        span, way, section = self.where
+        found: dict[str, Values] = {}
+        for number in sorted({number for number, _ in self.tags}):
+            piece = self.network.pieces[number]
+            inside = section is None or (section[0] <= piece.start and piece.end <= section[1])
+            if span in (BOTH, piece.span) and inside:
+                for name in piece.joints:
+                    found[name] = self.coordinates.get(f"{name} {way}", none)
+        return found
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that take part, in order."""
+        return tuple(self.joints)
+
+    @cached_property
+    def kinetic_shares(self) -> dict[str, float]:
+        """Share of the kinetic energy in each joint that moves and in the "cable"; mean over the shapes."""
+        if self.network.by_span:
+            return self.kinetic
+        found: dict[str, float] = {}
+        for name, share in self.kinetic.items():
+            joint = name.removesuffix(f" {ACROSS}").removesuffix(f" {OUT}")
+            found[joint] = found.get(joint, 0.0) + share
+        return found
+
+    def family(self, kind: str) -> str:
+        """What mainly moves in a mode of a kind.
+
+        Of a machine with routes the coordinate with most of the kinetic energy, or "string". Else
+        "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse mode,
+        "string"; of a longitudinal one the spring that holds half of the strain energy, else, by the motion
+        of both rims, "pulleys out of phase", "pulleys in phase", "pulleys at rest", "drive pulley turning" or
+        "load pulley turning" (the other at rest), or "pulleys independent" (a multiple mode that has both).
+        """
+        shares = self.kinetic_shares
+        if self.network.by_span:
+            parts = {name: share for name, share in shares.items() if name != "cable"}
+            if kind == TRANSVERSE and shares["cable"] >= 0.5:
+                return "string"
+            if not parts:
+                return "string" if kind == TRANSVERSE or not self.clamped else "rope between held ends"
+            return max(parts, key=lambda name: parts[name])
+        if sum(share for name, share in shares.items() if name.startswith("carriage")) >= 0.5:
+            return "carriage-dominated"
+        if kind == TRANSVERSE:
+            return "string"
+        spring = max(self.springs, key=lambda name: self.springs[name], default="")
+        return spring if self.springs.get(spring, 0.0) >= 0.5 else self._rims()
+
+    def _rims(self) -> str:
+        if not self.network.rims:
+            return "chain"
+        rims = {name: self.joints[name] for name in self.network.rims}
+        turning = [name for name, u in rims.items() if np.sum(u**2) * self.mass > _AT_REST**2]
+        if not turning:
+            return "pulleys at rest"
+        if len(turning) == 1:
+            return f"{turning[0]} turning"
+        drive, load = rims[DRIVE_PULLEY], rims[LOAD_PULLEY]
+        product, size = np.sum(drive * load), np.sqrt(np.sum(drive**2) * np.sum(load**2))
+        if abs(product) < 0.5 * size:
+            return "pulleys independent"
+        return "pulleys in phase" if product > 0 else "pulleys out of phase"
+
+    def shape(self, span: str, positions: Array) -> Values:
+        """Displacement along a span in the direction of the mode's kind, see `displacement`."""
+        return self.displacement(span, self.way, positions)
+
+    def slopes_at(self, joint: str) -> tuple[Array, Array]:
+        """Slope along the cable just before and just after a joint of a loop, a line or a chain."""
+        if self.network.by_span:
+            refuse_route(f"the slope at {joint}")
+        if self.kind == TRANSVERSE:
+            raise InputRefused(
+                f"slopes at {joint}: of a transverse mode none are computed: take a longitudinal mode"
+            )
+        return self.slopes(joint)
+
+    def model(self, span: str, way: str) -> str:
+        """What the rope of a span is taken for in one direction."""
+        return STRING
+
+
+def mode_of(motion: Motion, frequency: float, enclosure: float | None) -> Mode:
+    """A mode in the terms of the machine; ``frequency`` [Hz]; ``enclosure``: None where it is not proven."""
+    across = motion.kind == TRANSVERSE
+    span, way, section = motion.where if across else (None, "", None)
+    return Mode(
+        frequency=frequency,
+        kind=motion.kind,
+        multiplicity=motion.multiplicity,
+        span=span,
+        plane=PLANES[way] if across else None,
+        section=section,
+        model=motion.model(span or BOTH, way) if across else None,
+        clamped=motion.clamped and motion.network.by_span,
+        proven=enclosure is not None,
+        _motion=motion,
+    )

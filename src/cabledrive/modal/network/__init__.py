@@ -1,1 +1,0 @@
-"""Modes of machines with routes: the exact dynamic stiffness of a network, counted and refined."""

@@ -1,0 +1,317 @@
+r"""The table of rows: weights of waves, masses, springs and inner modes, their bands, forms and counts.
+
+A part of a network is a table of constant rows b, each of which strains, moves or bends something. The exact
+dynamic stiffness over the frequency is the sum of their weighted squares, and so is minus its derivative:
+
+.. math:: \hat K(\omega) = \sum_r w_r(\omega)\,b_r^H b_r, \qquad
+          -\hat K' = \sum_r w'_r(\omega)\,b_r^H b_r > 0, \qquad
+          w = \tfrac12 Z\,(t + 1/t),\; -Z t,\; -\omega a,\; a/\omega,\; -\frac{a\,\omega^3}{b^2 - \omega^2}
+          \qquad \text{Eq. (M.1)}
+
+for the stretch and for each end of a wave, :math:`t = \tan(\omega\tau/2)`, for a mass, for a spring, and for
+a mode between held ends. A wave along a rope of curvature :math:`\kappa` far above its ring frequency
+:math:`\omega_r = c\kappa` has :math:`Z s` and :math:`\tau/s` in place of Z and :math:`\tau`, with
+:math:`s^2 = 1 + \omega_r^2/\omega^2`: the rope across gives way by its inertia alone. Nothing below knows
+strings, beams or sag. All is done for many frequencies at once, the lanes; each may be of a machine of its
+own, with other numbers in the same rows.
+"""
+
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.intp]
+
+MASS, SPRING, POLE = 0, 1, 2
+"""Kinds of the rows behind those of the waves."""
+
+GROWTH = 1e4
+"""How far the terms of an elimination may outgrow the matrix before its signs are in doubt."""
+
+FEW = 16
+"""Unknowns up to which many matrices are solved in one call."""
+
+
+class Table(NamedTuple):
+    """One part, ready for frequencies up to some top.
+
+    Waves (m parts): rows 3i, 3i+1, 3i+2 are stretch, near end, far end; ``part`` 0: whole, 1 and 2: before
+    and behind the cut of a long one, at an antinode that moves with the frequency. ``z``, ``time`` and ``a``,
+    the factors of the fixed rows behind, have a second axis where the lanes are of several machines. Entries
+    of row r are ``first[r]:first[r+1]``; pairs of entries, sorted by ``slot``, make the band: column j, slot
+    j (width + 1) + d, of entry (j + d, j). ``delayed`` entries have the phase of a rope that runs. ``rows``,
+    ``products``: both as matrices, of the entries without phase and, if a rope runs, of those with it.
+    """
+
+    z: Array
+    time: Array
+    lag: Array
+    ring: Array
+    part: Integers
+    kind: Integers
+    a: Array
+    b: Array
+    first: Integers
+    column: Integers
+    value: Array
+    delayed: NDArray[np.bool_]
+    pair_slot: Integers
+    pair_row: Integers
+    pair_value: Array
+    pair_delay: Array
+    rows: tuple[Any, ...]
+    products: tuple[Any, ...]
+    size: int
+    width: int
+
+    @property
+    def running(self) -> bool:
+        """Whether a rope runs, so that shapes are complex."""
+        return bool(self.lag.any())
+
+
+class Lanes(NamedTuple):
+    """Frequencies [rad/s], each with where the long waves are cut, and the machine that it belongs to."""
+
+    omega: Array
+    placed: Array
+    machine: Integers
+
+    def take(self, chosen: slice) -> "Lanes":
+        """Some of them."""
+        return Lanes(self.omega[chosen], self.placed[chosen], self.machine[chosen])
+
+
+def lanes_at(omega: Any, machine: Any = 0) -> Lanes:
+    """Lanes with the cuts at their own frequencies."""
+    omega = np.atleast_1d(np.asarray(omega, dtype=float))
+    return Lanes(omega, omega, np.broadcast_to(np.asarray(machine, dtype=np.intp), omega.shape))
+
+
+def part_times(t: Table, lanes: Lanes) -> tuple[Array, Array]:
+    r"""Travel time of each part of a wave, and the modes that the parts hide, shapes (m, lanes), (lanes,).
+
+    With h half turns in :math:`\alpha = \omega\tau`, rounded, the cut
+    :math:`\alpha_1 = (\lfloor (h-1)/2 \rfloor + \tfrac12)\pi + (\alpha - h\pi)/2` leaves
+    :math:`|\sin| \ge 1/\sqrt 2` on both sides, Eq. (M.2).
+    """
+    time = t.time[:, lanes.machine] if t.time.ndim == 2 else t.time[:, None]
+    time = np.broadcast_to(time, (t.part.size, lanes.omega.size))
+    if not t.part.any():
+        return time, np.zeros(lanes.omega.size)
+    cut = t.part > 0
+    phase = lanes.placed * time[cut] / np.sqrt(1.0 + (t.ring[cut, None] / lanes.placed) ** 2)
+    half = np.maximum(1.0, np.floor(phase / pi + 0.5))
+    share = ((np.floor((half - 1.0) / 2.0) + 0.5) * pi + 0.5 * (phase - half * pi)) / phase
+    before = (t.part[cut] == 1)[:, None]
+    own = time.copy()
+    own[cut] *= np.where(before, share, 1.0 - share)
+    return own, np.sum((half - 1.0) * before, axis=0)
+
+
+def weights(t: Table, lanes: Lanes) -> tuple[Array, Array, Array, Array]:
+    """Weights of all rows, minus their derivatives, phases of running ropes [s], and hidden modes."""
+    own, hidden = part_times(t, lanes)
+    omega, m = lanes.omega, 3 * t.part.size
+    z = t.z[:, lanes.machine] if t.z.ndim == 2 else t.z[:, None]
+    a = t.a[:, lanes.machine] if t.a.ndim == 2 else t.a[:, None]
+    w = np.empty((m + t.kind.size, omega.size))
+    rate = np.empty_like(w)
+    curved = (t.ring[:, None] / omega) ** 2
+    slow = np.sqrt(1.0 + curved)
+    x = np.tan(0.5 * omega * own / slow)
+    inverse, steeper = 1.0 / x, own / slow * (1.0 + curved / slow**2)
+    w[0:m:3] = 0.5 * z * slow * (x + inverse)
+    w[1:m:3] = w[2:m:3] = -z * slow * x
+    rate[0:m:3] = 0.5 * w[0:m:3] * steeper * (inverse - x)
+    rate[1:m:3] = rate[2:m:3] = 0.5 * z * slow * steeper * (1.0 + x * x)
+    rate[0:m] += w[0:m] * np.repeat(curved / slow**2, 3, axis=0) / omega
+    late = t.lag[:, None] * own / (t.time[:, lanes.machine] if t.time.ndim == 2 else t.time[:, None])
+    behind, behind_rate = w[m:], rate[m:]
+    mass, spring, pole = t.kind == MASS, t.kind == SPRING, t.kind == POLE
+    a = np.broadcast_to(a, behind.shape)
+    behind[mass], behind_rate[mass] = -omega * a[mass], a[mass]
+    behind[spring] = a[spring] / omega
+    behind_rate[spring] = behind[spring] / omega
+    if pole.any():
+        b, square = t.b[pole, None] ** 2, omega**2
+        apart = b - square
+        behind[pole] = -a[pole] * omega * square / apart
+        behind_rate[pole] = a[pole] * square * (3.0 * b - square) / apart**2
+    return w, rate, late, hidden
+
+
+def bands(t: Table, omega: Array, w: Array, late: Array) -> NDArray[Any]:
+    """The bands of the weighted squares, lower half by columns, shape (size, width + 1, lanes)."""
+    flat = t.products[0] @ w
+    if t.running:
+        turn = _turns(t, omega, late)
+        flat = flat + t.products[1] @ (w * turn) + t.products[2] @ (w * turn.conj())
+    return np.asarray(flat).reshape(t.size, t.width + 1, -1)
+
+
+def _turns(t: Table, omega: Array, late: Array) -> NDArray[np.complex128]:
+    """Phase of the delayed entries of each row, shape (rows, lanes)."""
+    turn = np.ones((t.first.size - 1, omega.size), dtype=complex)
+    turn[: 3 * t.part.size : 3] = np.exp(1j * omega * late)
+    return turn
+
+
+def turned_round(band: NDArray[Any]) -> NDArray[Any]:
+    """The same matrices with their unknowns in the opposite order."""
+    size, width = band.shape[0], band.shape[1]
+    out = np.zeros_like(band)
+    for d in range(width):
+        out[: size - d, d] = band[: size - d, d][::-1].conj()
+    return out
+
+
+def negative_pivots(band: NDArray[Any]) -> tuple[Array, Array]:
+    """Negative pivots of LDL^H of every lane, and how its terms outgrow the matrix; the bands are lost."""
+    size, width = band.shape[0], band.shape[1] - 1
+    top = np.abs(band[:, 0]).max(axis=0)
+    terms, count, growth = np.zeros((size, top.size)), np.zeros(top.size), np.zeros(top.size)
+    for k in range(size):
+        pivot = band[k, 0].real
+        count += pivot < 0.0
+        m = min(width, size - 1 - k)
+        if not m:
+            continue
+        column = band[k, 1 : m + 1]
+        factor = column / pivot
+        here = terms[k + 1 : k + 1 + m]
+        here += np.abs(factor) ** 2 * np.abs(pivot)
+        np.maximum(growth, here.max(axis=0), out=growth)
+        across = column.conj() if np.iscomplexobj(column) else column
+        for j in range(m):
+            band[k + 1 + j, : m - j] -= factor[j:] * across[j]
+    return count, growth / top
+
+
+def zero_pivots(band: NDArray[Any], least: float) -> tuple[int, bool]:
+    """Pivots of LDL^H of one band that are zero, to a share of the diagonal; whether one is negative."""
+    size, width = band.shape[0], band.shape[1] - 1
+    zero, diagonal = 0, np.abs(band[:, 0])
+    for k in range(size):
+        pivot = float(band[k, 0].real)
+        if abs(pivot) <= least * diagonal[k]:
+            zero += 1
+            continue
+        if pivot < 0.0:
+            return zero, True
+        m = min(width, size - 1 - k)
+        for j in range(m):
+            if band[k, 1 + j] != 0.0:
+                band[k + 1 + j, : m - j] -= band[k, 1 + j : 1 + m] / pivot * band[k, 1 + j].conj()
+    return zero, False
+
+
+def counted(t: Table, lanes: Lanes) -> Array:
+    r"""Modes below each lane's frequency, rigid ones included (Wittrick and Williams [1]_), Eq. (M.5).
+
+    The negative pivots of the elimination, and the modes that the cuts hide between held ends. Where
+    round-off clouds the signs, from the other end, then by eigenvalues.
+
+    References
+    ----------
+    .. [1] W. H. Wittrick and F. W. Williams, A general algorithm for computing natural frequencies of elastic
+       structures, Quart. J. Mech. Appl. Math. 24 (1971) 263-284.
+    """
+    with np.errstate(all="ignore"):
+        w, _, late, hidden = weights(t, lanes)
+        band = bands(t, lanes.omega, w, late)
+        negative, growth = negative_pivots(band.copy())
+        found = negative + hidden
+        bad = np.flatnonzero(~(growth <= GROWTH))
+        if bad.size:
+            negative, growth = negative_pivots(turned_round(band[..., bad]))
+            found[bad] = negative + hidden[bad]
+            for lane in bad[~(growth <= GROWTH)]:
+                found[lane] = np.sum(np.linalg.eigvalsh(dense(band[..., lane])) < 0.0) + hidden[lane]
+    return found
+
+
+def dense(band: NDArray[Any]) -> NDArray[Any]:
+    """The whole matrices of bands, shape (..., size, size) of (size, width + 1, ...)."""
+    size = band.shape[0]
+    full = np.zeros((*band.shape[2:], size, size), band.dtype)
+    for d in range(min(band.shape[1], size)):
+        j = np.arange(size - d)
+        full[..., j, j + d] = np.moveaxis(band[: size - d, d], 0, -1).conj()
+        full[..., j + d, j] = np.moveaxis(band[: size - d, d], 0, -1)
+    return full
+
+
+def solved(band: NDArray[Any], x: NDArray[Any]) -> NDArray[Any]:
+    """Solve every lane's band for its columns, shape (size, lanes, k); scaled to a largest entry of 1."""
+    size, width = band.shape[0], band.shape[1] - 1
+    out = np.empty_like(x)
+    if size <= FEW:
+        full = dense(band)
+        diagonal = np.abs(band[:, 0]).max(axis=0)
+        try:
+            out[:] = np.linalg.solve(full, x.transpose(1, 0, 2)).transpose(1, 0, 2)
+        except np.linalg.LinAlgError:
+            off = np.where(diagonal > 0.0, 1e-15 * diagonal, 1.0)
+            full[:, np.arange(size), np.arange(size)] += off[:, None]
+            out[:] = np.linalg.solve(full, x.transpose(1, 0, 2)).transpose(1, 0, 2)
+    else:
+        from scipy.linalg.lapack import dgbsv, zgbsv
+
+        solve = zgbsv if np.iscomplexobj(band) else dgbsv
+        for lane in range(x.shape[1]):
+            general = np.zeros((3 * width + 1, size), band.dtype, order="F")
+            for d in range(width + 1):
+                column = band[: size - d, d, lane]
+                general[2 * width - d, d:] = column.conj()
+                general[2 * width + d, : size - d] = column
+            _, _, own, singular = solve(width, width, general, x[:, lane])
+            if singular:
+                general[2 * width] += 1e-16 * np.abs(general[2 * width]).max()
+                _, _, own, singular = solve(width, width, general, x[:, lane])
+            out[:, lane] = own
+    return out / np.abs(out).max(axis=0)
+
+
+def moved(t: Table, omega: Array, late: Array, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Motion of every row, shape (rows, lanes, k), and what running ropes add to its derivative."""
+    flat, shape = x.reshape(t.size, -1), (t.first.size - 1, *x.shape[1:])
+    y = np.asarray(t.rows[0] @ flat).reshape(shape)
+    if not t.running:
+        return y, y
+    own = np.asarray(t.rows[1] @ flat).reshape(shape) * _turns(t, omega, late)[:, :, None]
+    turned = np.zeros_like(own)
+    turned[: 3 * t.part.size : 3] = 1j * late[:, :, None] * own[: 3 * t.part.size : 3]
+    return y + own, turned
+
+
+def rate_load(t: Table, omega: Array, w: Array, rate: Array, late: Array, x: NDArray[Any]) -> NDArray[Any]:
+    """Minus the derivative of the stiffness times columns, shape (size, lanes, k)."""
+    y, turned = moved(t, omega, late, x)
+    load = rate[:, :, None] * y
+    if not t.running:
+        return np.asarray(t.rows[0].T @ load.reshape(load.shape[0], -1)).reshape(x.shape)
+    load = load - w[:, :, None] * turned
+    more = np.zeros_like(load)
+    more[: 3 * t.part.size : 3] = 1j * late[:, :, None] * (w[:, :, None] * y)[: 3 * t.part.size : 3]
+    behind = (load + more) * _turns(t, omega, late).conj()[:, :, None]
+    flat = [own.reshape(own.shape[0], -1) for own in (load, behind)]
+    return np.asarray(t.rows[0].T @ flat[0] + t.rows[1].T @ flat[1]).reshape(x.shape)
+
+
+def forms(
+    t: Table, omega: Array, w: Array, rate: Array, late: Array, x: NDArray[Any]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Quadratic forms of stiffness and rate, shape (lanes, k, k): sums of squares, nothing cancels."""
+    y, turned = moved(t, omega, late, x)
+    left = y.transpose(1, 2, 0).conj()
+    right = y.transpose(1, 0, 2)
+    energy = (left * w.T[:, None, :]) @ right
+    fall = (left * rate.T[:, None, :]) @ right
+    if t.running:
+        crossed = (left * w.T[:, None, :]) @ turned.transpose(1, 0, 2)
+        fall = fall - crossed - crossed.transpose(0, 2, 1).conj()
+    return energy, fall

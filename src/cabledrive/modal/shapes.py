@@ -1,0 +1,290 @@
+"""Shapes of the modes of a network: on every span and joint, and where their energy is."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import cos, pi, sin
+
+import numpy as np
+
+from cabledrive.modal.component import Cut
+from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
+from cabledrive.modal.mode import BEAM, BOTH, HEAVY_STRING, SAGGING, STRING
+from cabledrive.modal.motion import Motion, Place, SlopeWave, Values
+from cabledrive.modal.networks import ModalNetwork
+from cabledrive.modal.rows import MASS, SPRING, Array
+from cabledrive.modal.search import Solved
+from cabledrive.parameters.errors import InputRefused
+
+_EDGE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Shape(Motion):
+    """Shapes of a mode that a table of rows has given."""
+
+    network: ModalNetwork
+    cut: Cut
+    solved: Solved
+
+    @property
+    def multiplicity(self) -> int:
+        """Number of shapes."""
+        return self.solved.multiplicity
+
+    @cached_property
+    def tags(self) -> list[Tag]:
+        """Pieces and directions that take part."""
+        parts: list[Wave | Rope] = [*self.cut.own.waves, *self.cut.own.ropes]
+        return [tag for part in parts for tag in part.tags]
+
+    @property
+    def clamped(self) -> bool:
+        """Whether it is one rope between ends at rest."""
+        return not self.cut.own.size
+
+    def model(self, span: str, way: str) -> str:
+        """What the rope of a span is taken for in one direction."""
+        for rope in self.cut.own.ropes:
+            number, own = rope.tags[-1]
+            if own == way and span in (BOTH, self.network.pieces[number].span):
+                return SAGGING if rope.direction is not None else BEAM if rope.bend else HEAVY_STRING
+        return STRING
+
+    @cached_property
+    def _natural(self) -> Values:
+        return self.cut.natural(self.solved.shapes)
+
+    @cached_property
+    def coordinates(self) -> dict[str, Values]:
+        """Each coordinate of the network that takes part, shape (multiplicity,)."""
+        names = [self.network.names[c] for c in self.cut.own.columns]
+        return dict(zip(names, self._natural, strict=False))
+
+    @cached_property
+    def _energies(self) -> tuple[dict[Place, float], dict[str, float], dict[str, float]]:
+        """Shares of the strain energy by place and by spring, of the kinetic energy by coordinate."""
+        cut, own, omega = self.cut, self.cut.own, self.solved.omega
+        strain, kinetic = cut.energies(omega, self.solved.placed, self.solved.shapes)
+        total = float(strain.sum())
+        places: dict[Place, float] = {}
+
+        def add(tag: Tag, value: float) -> None:
+            piece = self.network.pieces[tag[0]]
+            key = piece.span, tag[1], piece.section
+            places[key] = places.get(key, 0.0) + value / total
+
+        waves = 3 * cut.wave.size
+        parts = np.bincount(cut.wave, strain[:waves].reshape(-1, 3).sum(axis=1), len(own.waves))
+        for wave, value in zip(own.waves, parts.tolist(), strict=True):
+            add(wave.tag, value)
+        for number, (segments, base, _) in enumerate(cut.segments):
+            rope = segments.rope
+            whole = across = float(strain[base : base + segments.kind.size].sum())
+            if len(rope.tags) > 1:
+                ends = cut.rope_ends(number, self._natural)
+                across = 2.0 * rope.ropes * segments.work_across(omega, ends)
+                add(rope.tags[0], whole - across)
+            add(rope.tags[-1], across)
+        springs: dict[str, float] = {}
+        for one, value in zip(own.fixed, strain[waves : waves + len(own.fixed)].tolist(), strict=True):
+            if one.kind == SPRING:
+                springs[one.name] = springs.get(one.name, 0.0) + value / total
+        x = self._natural[: own.size]
+        row, column, value = own.fixed_rows
+        moved = np.zeros((own.factor.size, x.shape[1]), x.dtype)
+        np.add.at(moved, row, value[:, None] * x[column])
+        momentum = np.where(own.fixed_kind == MASS, own.factor, 0.0)[row, None] * value[:, None] * moved[row]
+        energy = np.bincount(column, np.mean((x[column].conj() * momentum).real, axis=1), own.size)
+        whole = 0.5 * float(kinetic.sum()) / omega**2
+        names = [self.network.names[c] for c in own.columns]
+        shares = {name: value / whole for name, value in zip(names, energy.tolist(), strict=True) if value}
+        return places, springs, shares | {"cable": 1.0 - sum(shares.values())}
+
+    @property
+    def places(self) -> dict[Place, float]:
+        """Share of the strain energy by span, direction and section."""
+        return self._energies[0]
+
+    @property
+    def springs(self) -> dict[str, float]:
+        """Share of the strain energy by name of the spring."""
+        return self._energies[1]
+
+    @property
+    def kinetic(self) -> dict[str, float]:
+        """Share of the kinetic energy by coordinate, and of the "cable"; mean over the shapes."""
+        return self._energies[2]
+
+    @cached_property
+    def mass(self) -> float:
+        """Of all that takes part, waves and masses [kg]."""
+        own = self.cut.own
+        return float(own.factor[own.fixed_kind == MASS].sum() + own.z @ own.time)
+
+    def displacement(self, span: str, way: str, positions: Array) -> Values:
+        """Displacement of a span in one direction, shape (multiplicity, p), of unit modal mass [kg^-1/2]."""
+        x, omega = self.solved.shapes, self.solved.omega
+        out = np.zeros((self.solved.multiplicity, positions.size), x.dtype)
+        y, times, phases = self.cut.waves(omega, self.solved.placed, x)
+        for i, number, first, last in self._parts(times):
+            piece = self.network.pieces[self.cut.own.waves[number].tag[0]]
+            if (piece.span, self.cut.own.waves[number].tag[1]) != (span, way):
+                continue
+            here = (positions >= first - _EDGE) & (positions <= last + _EDGE)
+            share, alpha = (positions[here] - first) / (last - first), phases[i]
+            wave = self.cut.own.waves[number]
+            back = np.exp(1j * omega * wave.lag * times[i] / wave.time) if wave.lag else 1.0
+            # A curved wave is moved along itself by the cosine of what moves along the line of the pulleys.
+            turned = [row[0][1] if wave.ring and row else 1.0 for row in wave.rows]
+            cosine = turned[0] + (turned[1] - turned[0]) * (positions[here] - piece.start) / (
+                piece.end - piece.start
+            )
+            far = np.outer(y[3 * i + 2] / back, np.sin(alpha * share))
+            near = np.outer(y[3 * i + 1], np.sin(alpha * (1 - share)))
+            out[:, here] = (near + far) * back**share / np.sin(alpha) / cosine
+        for number, (segments, _, _) in enumerate(self.cut.segments):
+            rope = segments.rope
+            piece = self.network.pieces[rope.tags[0][0]]
+            if piece.span != span or way not in [own for _, own in rope.tags]:
+                continue
+            here = (positions >= piece.start - _EDGE) & (positions <= piece.end + _EDGE)
+            share = (positions[here] - piece.start + rope.before) / rope.length
+            ends = self.cut.rope_ends(number, self._natural)
+            out[:, here] = segments.displacement(omega, ends, share)[way != ALONG]
+        return out
+
+    def _parts(self, times: Array) -> Iterator[tuple[int, int, float, float]]:
+        """Parts of waves: number, number of the wave, start and end on its span."""
+        reached: dict[int, float] = {}
+        for i, number in enumerate(self.cut.wave.tolist()):
+            wave = self.cut.own.waves[number]
+            piece = self.network.pieces[wave.tag[0]]
+            first = reached.get(number, piece.start)
+            last = first + (piece.end - piece.start) * times[i] / wave.time
+            reached[number] = last
+            yield i, number, first, last if abs(last - piece.end) > 1e-12 * piece.end else piece.end
+
+    def slope_waves(self, shape: int = 0) -> tuple[SlopeWave, ...]:
+        """The waves of one shape of a mode whose ropes are straight and do not run, piece by piece."""
+        omega = self.solved.omega
+        y, times, phases = self.cut.waves(omega, self.solved.placed, self.solved.shapes)
+        found = []
+        for i, number, first, last in self._parts(times):
+            wave = self.cut.own.waves[number]
+            phase = float(phases[i])
+            near, far = float(y[3 * i + 1, shape]), float(y[3 * i + 2, shape])
+            k = phase / (last - first)
+            slope = k * complex((far - near * cos(phase)) / sin(phase), near)
+            span = self.network.pieces[wave.tag[0]].span
+            found.append(SlopeWave(span=span, start=first, length=last - first, wave_number=k, slope=slope))
+        return tuple(found)
+
+    def slopes(self, coordinate: str) -> tuple[Array, Array]:
+        """Slope just before and just after a joint along the cable, shape (multiplicity,) each."""
+        omega, number = self.solved.omega, list(self.network.names).index(coordinate)
+        y, times, phases = self.cut.waves(omega, self.solved.placed, self.solved.shapes)
+        sides = [np.zeros(self.solved.multiplicity), np.zeros(self.solved.multiplicity)]
+        for i, wave_number, first, last in self._parts(times):
+            wave, phase = self.cut.own.waves[wave_number], phases[i]
+            if wave.tag[1] != ALONG:
+                continue
+            near, far, k = y[3 * i + 1].real, y[3 * i + 2].real, phase / (last - first)
+            if self.cut.table.part[i] != 1 and any(c == number for c, _ in wave.end):
+                sides[0] = k * (far * np.cos(phase) - near) / np.sin(phase)
+            if self.cut.table.part[i] != 2 and any(c == number for c, _ in wave.start):
+                sides[1] = k * (far - near * np.cos(phase)) / np.sin(phase)
+        for rope_number, (segments, _, _) in enumerate(self.cut.segments):
+            rope = segments.rope
+            if rope.tags[0][1] != ALONG:
+                continue
+            ends = self.cut.rope_ends(rope_number, self._natural)
+            for side, row, at in ((0, rope.end[0], 1.0), (1, rope.start[0], 0.0)):
+                if any(c == number for c, _ in row):
+                    sides[side] = segments.slope_along(omega, ends, at).real
+        return sides[0], sides[1]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldShape(Motion):
+    """A harmonic of ropes between ends that rest; ``waves``: with how many ropes have it."""
+
+    network: ModalNetwork
+    waves: tuple[tuple[Wave, int], ...]
+    number: int
+
+    @property
+    def clamped(self) -> bool:
+        """It is."""
+        return True
+
+    @property
+    def springs(self) -> dict[str, float]:
+        """None takes part."""
+        return {}
+
+    @property
+    def coordinates(self) -> dict[str, Values]:
+        """None takes part."""
+        return {}
+
+    def with_other(self, other: "HeldShape") -> "HeldShape":
+        """Both, of one frequency."""
+        return replace(self, waves=self.waves + other.waves)
+
+    @property
+    def multiplicity(self) -> int:
+        """How many ropes have it."""
+        return sum(times for _, times in self.waves)
+
+    @property
+    def tags(self) -> list[Tag]:
+        """Pieces and directions that take part."""
+        return [wave.tag for wave, _ in self.waves]
+
+    @cached_property
+    def places(self) -> dict[Place, float]:
+        """Share of the strain energy by span, direction and section."""
+        found: dict[Place, float] = {}
+        for wave, times in self.waves:
+            piece = self.network.pieces[wave.tag[0]]
+            key = piece.span, wave.tag[1], piece.section
+            found[key] = found.get(key, 0.0) + times / self.multiplicity
+        return found
+
+    @property
+    def kinetic(self) -> dict[str, float]:
+        """All in the cable."""
+        return {"cable": 1.0}
+
+    @property
+    def mass(self) -> float:
+        """Of the ropes [kg]."""
+        return sum(wave.z * wave.time for wave, _ in self.waves)
+
+    def displacement(self, span: str, way: str, positions: Array) -> Values:
+        """Sine of n half waves in each span, shape (multiplicity, p), of unit modal mass [kg^-1/2]."""
+        rows = []
+        for wave, times in self.waves:
+            piece = self.network.pieces[wave.tag[0]]
+            share = (positions - piece.start) / (piece.end - piece.start)
+            inside = (piece.span == span) & (wave.tag[1] == way) & (share >= 0.0) & (share <= 1.0)
+            # A rope of impedance Z and travel time tau has the modal mass Z tau.
+            values = np.sqrt(2.0 / (wave.z * wave.time)) * np.sin(self.number * pi * share)
+            if wave.lag:
+                values = values * np.exp(1j * self.number * pi * wave.lag / wave.time * share)
+            rows += [np.where(inside, values, 0.0)] * times
+        return np.array(rows)
+
+    def slope_waves(self, shape: int = 0) -> tuple[SlopeWave, ...]:
+        """The wave of one shape."""
+        wave = [own for own, times in self.waves for _ in range(times)][shape]
+        piece = self.network.pieces[wave.tag[0]]
+        k = self.number * pi / (piece.end - piece.start)
+        slope = k * complex(np.sqrt(2.0 / (wave.z * wave.time)), 0.0)
+        length = piece.end - piece.start
+        return (SlopeWave(span=piece.span, start=piece.start, length=length, wave_number=k, slope=slope),)
+
+    def slopes(self, coordinate: str) -> tuple[Array, Array]:
+        """Refused: no joint takes part."""
+        raise InputRefused(f"slopes at {coordinate}: no joint takes part in this mode")
