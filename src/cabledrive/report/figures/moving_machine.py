@@ -131,13 +131,13 @@ def _tension(drive: Drive, span: str, positions: Array) -> Array:
 def _route(
     sheet: Sheet, drive: RoutedDrive, width: float
 ) -> tuple[Point, list[DrawnSpan], list[DrawnPulley]]:
-    size, place = draw_route(sheet, drive, width)
+    size, place, shown = draw_route(sheet, drive, width)
     from cabledrive.mechanics.network import statics_of  # other machines do not wait for it
 
     statics, shares = statics_of(drive), np.linspace(0.0, 1.0, POINTS)
     spans = []
-    for number, span in enumerate(drive.free_spans):
-        first, last = (np.array(place(end)) for end in span.contacts)
+    for number, (span, drawn) in enumerate(zip(drive.free_spans, shown.free_spans, strict=True)):
+        first, last = (np.array(place(end)) for end in drawn.contacts)
         spans.append(
             DrawnSpan(
                 name=span.name,
@@ -150,7 +150,7 @@ def _route(
     pulleys = [
         # anticlockwise on the machine is clockwise where y points downwards
         DrawnPulley(joint=pulley.name, centre=place(pulley.at), radius=scale * pulley.radius, turn=-1.0)
-        for pulley in drive.pulley
+        for pulley in shown.pulley
         if not pulley.fixed
     ]
     return size, spans, pulleys

@@ -1,8 +1,10 @@
-"""A machine with routes on a sheet, to scale: bodies, pulleys, rope on the rims, anchors, carriages."""
+"""A machine with routes on a sheet: bodies, pulleys, rope on the rims, anchors, carriages."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import atan2, pi
 
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.parameters.route.geometry import Point as Metres
@@ -12,15 +14,25 @@ from cabledrive.report.style import NARROW, SMALL
 MARGIN, HEAD = 46.0, 34.0  # px
 TALLEST = 520.0  # px
 SMALLEST = 2.5  # px, of a pulley as drawn
+SLIMMEST = 3.0
+"""Longer side over the shorter one beyond which a machine is not drawn to scale."""
 FEW = 14
 """Pulleys that are all named."""
 
 Placer = Callable[[Metres], Point]
 
 
-def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, Placer]:
-    """Draw all but the free spans on a sheet of a width [px]; returns its size and the map of places."""
+def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, Placer, RoutedDrive]:
+    """Draw all but the free spans on a sheet of a width [px].
+
+    Returns its size, the map of places, and the machine as it is drawn, whose spans are those of the machine.
+    """
+    real, (drive, axis, factor) = drive, drawn_machine(drive)
     size, place, scale = _placer(drive, width)
+    if factor > 1.0:
+        sheet.words(
+            f"{axis} drawn {factor:.2g} times as large", (size[0] - 2.0, 13.0), anchor="end", colour="quiet"
+        )
     for number, body in enumerate(drive.body):
         _body(sheet, drive, number, place)
         sheet.words(body.name, _beside(place(body.at), (0.0, 18.0)), colour="green", size=SMALL)
@@ -42,20 +54,62 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
             )
     for anchor in drive.anchor:
         sheet.circle(place(anchor.at), 3.0, fill="ink")
-    for (span, along), carriage in zip(drive.carriage_places, drive.carriage, strict=True):
-        (x, y), _ = drive.free_spans[span].contacts
-        way = drive.free_spans[span].along
-        at = place((x + along * way[0], y + along * way[1]))
+    for (span, along), carriage in zip(real.carriage_places, real.carriage, strict=True):
+        share = along / real.free_spans[span].length
+        first, last = drive.free_spans[span].contacts
+        at = place((first[0] + share * (last[0] - first[0]), first[1] + share * (last[1] - first[1])))
         sheet.box(at if carriage.guided else _beside(at, (0.0, 9.0)), (14.0, 12.0), colour="green")
-    return size, place
+    return size, place, drive
+
+
+def drawn_machine(drive: RoutedDrive) -> tuple[RoutedDrive, str, float]:
+    """A machine that can be drawn: of a slim one its width, or its height, is stretched, pulleys with it.
+
+    Returns the machine, without carriages, the direction that is stretched and by how much; 1 where it is to
+    scale, also where its ropes could not run as they do.
+    """
+    bare = replace(drive, carriage=())
+    wide, tall = (max(ends) - min(ends) for ends in zip(*_points(drive), strict=True))
+    slim = max(wide, tall) / max(min(wide, tall), 1e-9 * max(wide, tall))
+    if slim <= SLIMMEST:
+        return bare, "", 1.0
+    axis, factor = ("x", 0) if wide < tall else ("y", 1), slim / SLIMMEST
+
+    def stretched(at: Metres) -> Metres:
+        return (factor * at[0], at[1]) if axis[1] == 0 else (at[0], factor * at[1])
+
+    try:
+        shown = replace(
+            bare,
+            body=tuple(
+                replace(
+                    body,
+                    at=stretched(body.at),
+                    pivot=stretched(body.pivot) if body.pivot else None,
+                    travel=None,
+                )
+                for body in drive.body
+            ),
+            pulley=tuple(
+                replace(part, at=stretched(part.at), radius=factor * part.radius) for part in drive.pulley
+            ),
+            anchor=tuple(replace(part, at=stretched(part.at)) for part in drive.anchor),
+        )
+    except InputRefused:
+        return bare, "", 1.0
+    return shown, axis[0], factor
+
+
+def _points(drive: RoutedDrive) -> list[Metres]:
+    """Points that a drawing has to hold [m]."""
+    points = [(p.at[0] + s * p.radius, p.at[1] + s * p.radius) for p in drive.pulley for s in (-1.0, 1.0)]
+    return points + [anchor.at for anchor in drive.anchor] + [body.at for body in drive.body]
 
 
 def _placer(drive: RoutedDrive, width: float) -> tuple[Point, Placer, float]:
     """Size of the sheet [px], the map from m, and its scale [px/m]."""
     margin = MARGIN / 2 if width == NARROW else MARGIN
-    points = [(p.at[0] + s * p.radius, p.at[1] + s * p.radius) for p in drive.pulley for s in (-1.0, 1.0)]
-    points += [anchor.at for anchor in drive.anchor] + [body.at for body in drive.body]
-    xs, ys = zip(*points, strict=True)
+    xs, ys = zip(*_points(drive), strict=True)
     wide, tall = max(max(xs) - min(xs), 1e-9), max(max(ys) - min(ys), 1e-9)
     scale = min((width - 2 * margin) / wide, TALLEST / tall)
     left = (width - scale * wide) / 2
