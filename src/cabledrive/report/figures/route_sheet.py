@@ -2,23 +2,28 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan2, pi
+from math import atan2, hypot, pi
+from typing import NamedTuple
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.parameters.route.geometry import Point as Metres
 from cabledrive.report.figures.sheet import Point, Sheet
-from cabledrive.report.style import NARROW, SMALL
+from cabledrive.report.style import NARROW, SMALL, text_width
 
 MARGIN, HEAD = 46.0, 34.0  # px
 TALLEST = 520.0  # px
 SMALLEST = 2.5  # px, of a pulley as drawn
-SLIMMEST = 3.0
-"""Longer side over the shorter one beyond which a machine is not drawn to scale."""
+SLIM, SHOWN = 6.0, 3.0
+"""Longer side over the shorter one beyond which a machine is not drawn to scale, and that of the drawing."""
 FEW = 14
 """Pulleys that are all named."""
 
+LINE, STEPS = 3.0, 4
+"""Width of a drawn line [px]; distances at which a name is tried."""
+
+_Box = tuple[float, float, float, float]
 Placer = Callable[[Metres], Point]
 
 
@@ -33,9 +38,10 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
         sheet.words(
             f"{axis} drawn {factor:.2g} times as large", (size[0] - 2.0, 13.0), anchor="end", colour="quiet"
         )
+    words: list[_Words] = []
     for number, body in enumerate(drive.body):
         _body(sheet, drive, number, place)
-        sheet.words(body.name, _beside(place(body.at), (0.0, 18.0)), colour="green", size=SMALL)
+        words.append(_Words(body.name, place(body.at), 10.0, "green"))
     for here, after in _neighbours(drive):
         _arc(sheet, here, after, place, scale)
     few = len(drive.pulley) <= FEW and width > NARROW
@@ -48,10 +54,8 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
         if driven:
             sheet.circle(centre, 3.0, fill="ink")
         if few or driven:
-            words = f"{pulley.name}, motor" if driven else pulley.name
-            sheet.words(
-                words, _beside(centre, (0.0, -radius - 5.0)), colour="ink" if driven else "quiet", size=SMALL
-            )
+            name = f"{pulley.name}, motor" if driven else pulley.name
+            words.append(_Words(name, centre, radius + 4.0, "ink" if driven else "quiet"))
     for anchor in drive.anchor:
         sheet.circle(place(anchor.at), 3.0, fill="ink")
     for (span, along), carriage in zip(real.carriage_places, real.carriage, strict=True):
@@ -59,7 +63,61 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
         first, last = drive.free_spans[span].contacts
         at = place((first[0] + share * (last[0] - first[0]), first[1] + share * (last[1] - first[1])))
         sheet.box(at if carriage.guided else _beside(at, (0.0, 9.0)), (14.0, 12.0), colour="green")
+    spans = [(place(first), place(last)) for first, last in (span.contacts for span in drive.free_spans)]
+    _write(sheet, words, spans, size)
     return size, place, drive
+
+
+class _Words(NamedTuple):
+    """A name beside a point [px], clear of what is drawn within ``gap`` of it."""
+
+    text: str
+    at: Point
+    gap: float
+    colour: str
+
+
+def _write(sheet: Sheet, words: list[_Words], spans: list[tuple[Point, Point]], size: Point) -> None:
+    """Write names where they cover no other name, part or span, or the least of them."""
+    parts = [(w.at[0] - w.gap, w.at[1] - w.gap, w.at[0] + w.gap, w.at[1] + w.gap) for w in words]
+    taken: list[_Box] = []
+    for own in words:
+        wide = text_width(own.text)
+        best: tuple[float, Point, _Box] | None = None
+        for step in range(STEPS):
+            away = own.gap + step * 1.2 * SMALL
+            aside = away + 0.5 * wide
+            for x, y in ((0, -away), (0, away + SMALL), (aside, 0.35 * SMALL), (-aside, 0.35 * SMALL)):
+                at = own.at[0] + x, own.at[1] + y
+                box = at[0] - 0.5 * wide, at[1] - SMALL, at[0] + 0.5 * wide, at[1] + 0.25 * SMALL
+                cost = sum(4.0 * _common(box, other) for other in taken) + sum(_common(box, p) for p in parts)
+                cost += sum(_crossed(box, *span) for span in spans) + step
+                cost += 1e4 * (box[0] < 0.0 or box[2] > size[0] or box[1] < HEAD / 2 or box[3] > size[1])
+                if best is None or cost < best[0]:
+                    best = cost, at, box
+        assert best is not None
+        taken.append(best[2])
+        sheet.words(own.text, best[1], colour=own.colour, size=SMALL)
+
+
+def _common(one: _Box, other: _Box) -> float:
+    """Area that two boxes share [px^2]."""
+    wide, tall = (min(one[i + 2], other[i + 2]) - max(one[i], other[i]) for i in (0, 1))
+    return max(wide, 0.0) * max(tall, 0.0)
+
+
+def _crossed(box: _Box, start: Point, end: Point) -> float:
+    """Length of a line inside a box, times the width of a line [px^2]."""
+    low, high = 0.0, 1.0
+    for i in (0, 1):
+        way = end[i] - start[i]
+        if abs(way) < 1e-9:
+            if not box[i] <= start[i] <= box[i + 2]:
+                return 0.0
+            continue
+        first, last = sorted(((box[i] - start[i]) / way, (box[i + 2] - start[i]) / way))
+        low, high = max(low, first), min(high, last)
+    return LINE * hypot(end[0] - start[0], end[1] - start[1]) * max(high - low, 0.0)
 
 
 def drawn_machine(drive: RoutedDrive) -> tuple[RoutedDrive, str, float]:
@@ -71,9 +129,9 @@ def drawn_machine(drive: RoutedDrive) -> tuple[RoutedDrive, str, float]:
     bare = replace(drive, carriage=())
     wide, tall = (max(ends) - min(ends) for ends in zip(*_points(drive), strict=True))
     slim = max(wide, tall) / max(min(wide, tall), 1e-9 * max(wide, tall))
-    if slim <= SLIMMEST:
+    if slim <= SLIM:
         return bare, "", 1.0
-    axis, factor = ("x", 0) if wide < tall else ("y", 1), slim / SLIMMEST
+    axis, factor = ("x", 0) if wide < tall else ("y", 1), slim / SHOWN
 
     def stretched(at: Metres) -> Metres:
         return (factor * at[0], at[1]) if axis[1] == 0 else (at[0], factor * at[1])

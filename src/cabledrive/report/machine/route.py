@@ -131,7 +131,7 @@ def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
 
 
 def _drawing(drive: RoutedDrive, name: str) -> Figure:
-    """The machine to scale, spans coloured by tension."""
+    """The machine from its coordinates, spans coloured by tension."""
     wide, narrow = moving_machine(drive, None)
     parts = (
         f"{len(drive.route)} {'rope' if len(drive.route) == 1 else 'ropes'}, {len(drive.pulley)} pulleys, "
@@ -140,7 +140,7 @@ def _drawing(drive: RoutedDrive, name: str) -> Figure:
     return Figure(
         name=f"drawing-{name}",
         alt=f"The machine from its coordinates: {parts}.",
-        caption="The machine to scale, from the coordinates of its file; the colour of a span is its tension "
+        caption="The machine from the coordinates of its file; the colour of a span is its tension "
         "at rest. Bands are bodies with what they carry, dots anchors, boxes carriages.",
         wide=wide,
         narrow=narrow,
