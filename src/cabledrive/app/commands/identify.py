@@ -68,6 +68,14 @@ from cabledrive.parameters import InputRefused
 @click.option(
     "--report", "page", type=NewFileType(*PAGE), metavar="FILE", help="Write a page with the log's figures."
 )
+@click.option(
+    "--against",
+    "other",
+    type=click.Path(),
+    metavar="LOG",
+    help="Hold the identified axis against another log: simulated in open loop, followed by an observer, and "
+    "beside what that log gives by itself.",
+)
 @click.option("--no-check", is_flag=True, help="Do not test the model against known faults.")
 def command(
     logs: tuple[str, ...],
@@ -82,6 +90,7 @@ def command(
     section: int,
     tensions: tuple[float, ...],
     page: NewFile | None,
+    other: str | None,
     no_check: bool,
 ) -> Answer:
     """Identify inertia, viscous and Coulomb friction and offset of one axis from logs, with intervals.
@@ -103,6 +112,7 @@ def command(
             "no_check",
             "page",
             "tensions",
+            "other",
             why="is for the parameters of an axis, not for --ping",
         )
     options = IdentifyOptions() if config is None else load_options(config)
@@ -114,7 +124,13 @@ def command(
         from cabledrive.app.wrap_answer import split_answer
 
         refuse_given(
-            "model", "method", "torque", "no_check", "page", why="is not for --tension: leave it out"
+            "model",
+            "method",
+            "torque",
+            "no_check",
+            "page",
+            "other",
+            why="is not for --tension: leave it out",
         )
         return split_answer(logs, tensions, options.columns)
     if page is not None:
@@ -123,11 +139,21 @@ def command(
         logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method, progress=note
     )
     data = found.as_dict()
+    text = _text(data)
+    if other is not None:
+        from cabledrive.identification.against import against, words_of
+        from cabledrive.identification.logs.reading import read_log
+
+        log = read_log(other, options.columns)
+        alone = identify(log, options, model=model, method=method, progress=note)
+        held = against(found, alone, log, options.axis)
+        data["against"] = held.as_dict()
+        text = "\n".join([text, *words_of(held)])
     if page is not None:
         _write_page(logs, found, options, page)
     return Answer(
         data=data,
-        text=_text(data),
+        text=text,
         provenance=provenance(method=str(found.method["name"])),
         incomplete=_incomplete(found),
     )
