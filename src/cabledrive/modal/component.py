@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cabledrive.modal.elements import Rope, Row, Segments, Values, Wave
 from cabledrive.modal.rows import (
     MASS,
+    POLE,
     SPRING,
     Array,
     Integers,
@@ -328,6 +329,12 @@ def _table(
         pair_row=row[e],
         pair_value=product,
         pair_delay=delay,
+        kinds=tuple(
+            (kind, own)
+            for kind in (MASS, SPRING, POLE)
+            for own in [np.flatnonzero(fixed[0] == kind)]
+            if own.size
+        ),
         rows=tuple(_matrix(value[own], row[own], column[own], (rows, size)) for own in which),
         products=tuple(
             _matrix(product[own], slot[own], row[e][own], (size * (width + 1), rows)) for own in where

@@ -100,7 +100,7 @@ def compiled_counts(t: Table) -> Callable[[Lanes], Array]:
     """The counter of one table; where round-off clouds a count, from the other end, then by eigenvalues."""
     one: Any = np.array([1.0, 1j]) if t.running else np.array([1.0, 0.0])
 
-    bare: Any = t._replace(rows=(), products=())
+    bare: Any = t._replace(kinds=(), rows=(), products=())
 
     def count(lanes: Lanes) -> Array:
         found, growth = np.empty(lanes.omega.size), np.empty(lanes.omega.size)

@@ -177,7 +177,7 @@ def network_of_drive(
     at_torque: float = 0.0,
     taut: bool = False,
 ) -> ModalNetwork:
-    """A loop or line about its state of rest; ``taut``: under its pretension alone, without weights."""
+    """A loop or line about its state of rest; ``taut``: what moves along it, without weights."""
     return _TwoPulleys(drive, motor, hold, None if taut else at_torque).network()
 
 
@@ -185,7 +185,7 @@ class _TwoPulleys:
     """Rims, carriages and rotor of a loop or line, and its cable piece by piece."""
 
     def __init__(self, drive: Drive, motor: str | None, hold: Sequence[str], torque: float | None) -> None:
-        self.drive, self.names = drive, list[str]()
+        self.drive, self.names, self.taut = drive, list[str](), torque is None
         self.condition, self.held = motor_condition(drive, motor), set(held_joints(drive, hold))
         self.held |= {name for name, own in zip(PULLEYS, drive.pulley, strict=True) if own.fixed}
         joint = drive.motor.joint_stiffness if drive.motor is not None else None
@@ -280,6 +280,9 @@ class _TwoPulleys:
         cable, number = self.drive.cable, len(self.pieces) - 1
         ea, rho = cable.axial_rigidity, cable.mass_per_length
         along = Wave(near[0], far[0], sqrt(ea * rho), length / sqrt(ea / rho), (number, ALONG))
+        if self.taut:
+            self.waves.append(along)
+            return
         if rest is None:
             even = cable.pretension / (1.0 + cable.prestrain)
             time = length * sqrt(rho / even)

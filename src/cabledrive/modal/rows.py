@@ -42,8 +42,9 @@ class Table(NamedTuple):
     and behind the cut of a long one, at an antinode that moves with the frequency. ``z``, ``time`` and ``a``,
     the factors of the fixed rows behind, have a second axis where the lanes are of several machines. Entries
     of row r are ``first[r]:first[r+1]``; pairs of entries, sorted by ``slot``, make the band: column j, slot
-    j (width + 1) + d, of entry (j + d, j). ``delayed`` entries have the phase of a rope that runs. ``rows``,
-    ``products``: both as matrices, of the entries without phase and, if a rope runs, of those with it.
+    j (width + 1) + d, of entry (j + d, j). ``delayed`` entries have the phase of a rope that runs. ``kinds``:
+    numbers of the fixed rows of each kind; ``rows``, ``products``: both as matrices, of the entries without
+    phase and, if a rope runs, of those with it.
     """
 
     z: Array
@@ -62,6 +63,7 @@ class Table(NamedTuple):
     pair_row: Integers
     pair_value: Array
     pair_delay: Array
+    kinds: tuple[tuple[int, Integers], ...]
     rows: tuple[Any, ...]
     products: tuple[Any, ...]
     size: int
@@ -98,49 +100,59 @@ def part_times(t: Table, lanes: Lanes) -> tuple[Array, Array]:
     :math:`\alpha_1 = (\lfloor (h-1)/2 \rfloor + \tfrac12)\pi + (\alpha - h\pi)/2` leaves
     :math:`|\sin| \ge 1/\sqrt 2` on both sides, Eq. (M.2).
     """
-    time = t.time[:, lanes.machine] if t.time.ndim == 2 else t.time[:, None]
-    time = np.broadcast_to(time, (t.part.size, lanes.omega.size))
-    if not t.part.any():
+    time = _of(t.time, lanes)
+    cut = np.flatnonzero(t.part)
+    if not cut.size:
         return time, np.zeros(lanes.omega.size)
-    cut = t.part > 0
-    phase = lanes.placed * time[cut] / np.sqrt(1.0 + (t.ring[cut, None] / lanes.placed) ** 2)
+    phase = lanes.placed * time[cut]
+    if t.ring.any():
+        phase = phase / np.sqrt(1.0 + (t.ring[cut, None] / lanes.placed) ** 2)
     half = np.maximum(1.0, np.floor(phase / pi + 0.5))
-    share = ((np.floor((half - 1.0) / 2.0) + 0.5) * pi + 0.5 * (phase - half * pi)) / phase
+    share = ((np.floor(0.5 * half - 0.5) + 0.5) * pi + 0.5 * (phase - half * pi)) / phase
     before = (t.part[cut] == 1)[:, None]
-    own = time.copy()
+    own = time * np.ones(lanes.omega.size)
     own[cut] *= np.where(before, share, 1.0 - share)
     return own, np.sum((half - 1.0) * before, axis=0)
+
+
+def _of(values: Array, lanes: Lanes) -> Array:
+    """Numbers of the lanes' machines, a row for each part."""
+    return values[:, lanes.machine] if values.ndim == 2 else values[:, None]
 
 
 def weights(t: Table, lanes: Lanes) -> tuple[Array, Array, Array, Array]:
     """Weights of all rows, minus their derivatives, phases of running ropes [s], and hidden modes."""
     own, hidden = part_times(t, lanes)
     omega, m = lanes.omega, 3 * t.part.size
-    z = t.z[:, lanes.machine] if t.z.ndim == 2 else t.z[:, None]
-    a = t.a[:, lanes.machine] if t.a.ndim == 2 else t.a[:, None]
     w = np.empty((m + t.kind.size, omega.size))
     rate = np.empty_like(w)
-    curved = (t.ring[:, None] / omega) ** 2
-    slow = np.sqrt(1.0 + curved)
-    x = np.tan(0.5 * omega * own / slow)
-    inverse, steeper = 1.0 / x, own / slow * (1.0 + curved / slow**2)
-    w[0:m:3] = 0.5 * z * slow * (x + inverse)
-    w[1:m:3] = w[2:m:3] = -z * slow * x
-    rate[0:m:3] = 0.5 * w[0:m:3] * steeper * (inverse - x)
-    rate[1:m:3] = rate[2:m:3] = 0.5 * z * slow * steeper * (1.0 + x * x)
-    rate[0:m] += w[0:m] * np.repeat(curved / slow**2, 3, axis=0) / omega
-    late = t.lag[:, None] * own / (t.time[:, lanes.machine] if t.time.ndim == 2 else t.time[:, None])
-    behind, behind_rate = w[m:], rate[m:]
-    mass, spring, pole = t.kind == MASS, t.kind == SPRING, t.kind == POLE
-    a = np.broadcast_to(a, behind.shape)
-    behind[mass], behind_rate[mass] = -omega * a[mass], a[mass]
-    behind[spring] = a[spring] / omega
-    behind_rate[spring] = behind[spring] / omega
-    if pole.any():
-        b, square = t.b[pole, None] ** 2, omega**2
-        apart = b - square
-        behind[pole] = -a[pole] * omega * square / apart
-        behind_rate[pole] = a[pole] * square * (3.0 * b - square) / apart**2
+    z, time, late = _of(t.z, lanes), own, own[:0]
+    if t.running:
+        late = t.lag[:, None] * own / _of(t.time, lanes)
+    if t.ring.any():
+        curved = (t.ring[:, None] / omega) ** 2
+        slow = np.sqrt(1.0 + curved)
+        z, own, time = z * slow, own / slow, own / slow * (1.0 + curved / slow**2)
+    x = np.tan(0.5 * omega * own)
+    inverse = 1.0 / x
+    w[0:m:3] = 0.5 * z * (x + inverse)
+    w[1:m:3] = w[2:m:3] = -z * x
+    rate[0:m:3] = 0.5 * w[0:m:3] * time * (inverse - x)
+    rate[1:m:3] = rate[2:m:3] = 0.5 * z * time * (1.0 + x * x)
+    if t.ring.any():
+        rate[:m] += w[:m] * np.repeat(curved / slow**2, 3, axis=0) / omega
+    for kind, rows in t.kinds:
+        a = _of(t.a[rows], lanes)
+        if kind == MASS:
+            w[m + rows], rate[m + rows] = -omega * a, a
+        elif kind == SPRING:
+            w[m + rows] = a / omega
+            rate[m + rows] = a / omega**2
+        else:
+            square, b = omega**2, t.b[rows, None] ** 2
+            apart = b - square
+            w[m + rows] = -a * omega * square / apart
+            rate[m + rows] = a * square * (3.0 * b - square) / apart**2
     return w, rate, late, hidden
 
 
