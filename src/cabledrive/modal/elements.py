@@ -199,21 +199,27 @@ class Segments:
 
     def work_across(self, omega: float, ends: Values) -> float:
         """Twice the strain energy across, of force, bending and half of what mixes both; mean over shapes."""
+        q = self.factors(omega, ends)
+        return float(np.sum((q.conj() * (self._across @ q)).real)) / ends.shape[2]
+
+    @cached_property
+    def _across(self) -> Array:
+        """The form of `work_across` of each segment in its polynomials, shape (p, n, n)."""
         rope = self.rope
         _, weight, shapes = _gauss(rope.direction is not None, rope.bend > 0.0)
-        q = self.factors(omega, ends)
         rate = (2.0 / self.size)[:, None, None]
-        turn, bent = rate * (shapes[3] @ q), rate**2 * (shapes[4] @ q)
-        work = rope.bend * np.abs(bent) ** 2
-        hold = rope.hold(self.x)[:, :, None]
+        measure = (0.5 * self.size[:, None] * weight)[:, :, None]
+        turn, bent, hold = rate * shapes[3], rate**2 * shapes[4], rope.hold(self.x)[:, :, None]
         if rope.direction is None:
-            work = work + hold * np.abs(turn) ** 2
+            form = (turn * measure * hold).swapaxes(1, 2) @ turn
         else:
             c, s = (own[..., None] for own in rope.direction(self.x))
-            along = rate * (shapes[1] @ q)
-            work = work + hold * ((c * turn - s * along).conj() * c * turn).real
-            work = work + rope.pull * rope.longer * ((c * along + s * turn).conj() * s * turn).real
-        return float(np.einsum("px,pxk->", 0.5 * self.size[:, None] * weight, work)) / ends.shape[2]
+            along = rate * shapes[1]
+            form = (c * turn * measure * hold).swapaxes(1, 2) @ (c * turn - s * along)
+            form = form + (s * turn * measure * rope.pull * rope.longer).swapaxes(1, 2) @ (
+                c * along + s * turn
+            )
+        return np.asarray(form + rope.bend * (bent * measure).swapaxes(1, 2) @ bent)
 
     def slope_along(self, omega: float, ends: Values, share: float) -> Values:
         """Derivative of the motion along at its start, 0, or its end, 1, shape (k,)."""
