@@ -6,7 +6,8 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.modal.component import Component, Cut, Fixed
+from cabledrive.modal.component import Component, Fixed
+from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Row, Wave
 from cabledrive.modal.rows import MASS, SPRING, Table, counted, lanes_at
 from cabledrive.modal.search import modes_between

@@ -1,38 +1,21 @@
-"""Coordinates of a network that are tied together: their rows in a table, in a narrow band, searched."""
+"""Coordinates of a network that are tied together, and what ties them: counted and searched."""
 
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cabledrive.modal.elements import Rope, Row, Segments, Values, Wave
-from cabledrive.modal.rows import (
-    MASS,
-    POLE,
-    SPRING,
-    Array,
-    Integers,
-    Lanes,
-    Table,
-    bands,
-    lanes_at,
-    moved,
-    part_times,
-    weights,
-    zero_pivots,
-)
-from cabledrive.modal.search import Solved, counter, modes_between
+from cabledrive.modal.cuts import Cut
+from cabledrive.modal.elements import Rope, Row, Wave
+from cabledrive.modal.rows import SPRING, Array, Integers, bands, lanes_at, weights, zero_pivots
+from cabledrive.modal.search import Solved, modes_between
 from cabledrive.parameters.errors import InputRefused
 
 LONG = 2.0
 """Phase of a wave above which it is cut [rad]."""
 REACH = 2.5
 """How far segments of ropes may be finer than is needed, rather than cut anew."""
-DENSE = 20_000
-"""Entries up to which a matrix is kept whole."""
 _NONE = np.zeros(0, dtype=np.intp)
 
 
@@ -72,6 +55,34 @@ class Component:
         every = [*self.time.tolist(), *(own.time for own in ropes)]
         self.longest, self.whole = max(every, default=0.0), float(sum(every))
         self._cuts: list[Cut] = []
+        self._counts: dict[bytes, Array] = {}
+        self._modes: dict[tuple[float, float], list[tuple[Cut, Solved]]] = {}
+        self.twin = self
+
+    def find_twin(self, others: list["Component"]) -> None:
+        """Take over what is found of another one that has the same modes."""
+        self.twin = next((own for own in others if own.twin is own and self._is_like(own)), self)
+
+    def _is_like(self, other: "Component") -> bool:
+        """Whether both have the same rows."""
+        if (self.size, len(self.waves), len(self.ropes)) != (other.size, len(other.waves), len(other.ropes)):
+            return False
+        arrays = ["z", "time", "lag", "ring", "fixed_kind", "factor"]
+        pairs = [(getattr(self, name), getattr(other, name)) for name in arrays]
+        pairs += [
+            pair
+            for name in ("near", "far", "fixed_rows")
+            for pair in zip(*(getattr(own, name) for own in (self, other)), strict=True)
+        ]
+        parts = [
+            (own.hold, own.direction, own.length, own.density, own.pull, own.bend, own.ropes)
+            for own in self.ropes
+        ]
+        theirs = [
+            (own.hold, own.direction, own.length, own.density, own.pull, own.bend, own.ropes)
+            for own in other.ropes
+        ]
+        return parts == theirs and self.ends == other.ends and all(np.array_equal(*pair) for pair in pairs)
 
     def cut(self, top: float) -> "Cut":
         """The table for frequencies up to one [rad/s]."""
@@ -87,6 +98,8 @@ class Component:
         """Motions that strain nothing; refuses a rest position that is unstable."""
         if not self.size:
             return 0
+        if self.twin is not self:
+            return self.twin.rigid
         cut = self.cut(1e-2 / (self.whole or 1.0))
         t, waves = cut.table, 3 * cut.wave.size
         strains = np.zeros(t.first.size - 1)
@@ -116,6 +129,14 @@ class Component:
         """Modes below frequencies [rad/s], ascending, without motions that strain nothing."""
         if not omega.size or omega[-1] <= 0.0:
             return np.zeros(omega.size)
+        if self.twin is not self:
+            return self.twin.counts(omega)
+        key = omega.tobytes()
+        if key not in self._counts:
+            self._counts[key] = self._counted(omega)
+        return self._counts[key]
+
+    def _counted(self, omega: Array) -> Array:
         if not self.size and not self.ropes:
             return sum(
                 (
@@ -133,128 +154,17 @@ class Component:
         """Modes below a frequency [rad/s], without motions that strain nothing."""
         return int(self.counts(np.array([omega]))[0])
 
-    def modes(self, low: float, top: float, wanted: int | None = None) -> list[tuple["Cut", Solved]]:
-        """Modes between two frequencies [rad/s], the first so many, each with the table of its shapes."""
-        cut = self.cut(top)
-        first = max(self.count(low), 0) + self.rigid if low > 0.0 else self.rigid
-        last = max(self.count(top) + self.rigid, first)
-        if last == first:
-            return []
-        found = modes_between(
-            cut.table, low, top, first, last, self.longest, wanted=wanted, count=cut.counted
-        )
-        return [(cut, own) for own in found]
-
-
-class Cut:
-    """The rows of a component, its long waves cut and its ropes in segments, ordered and scaled."""
-
-    def __init__(self, own: Component, top: float, long: NDArray[np.bool_]) -> None:
-        self.own, self.top, self.long, n, m = own, top, long, own.size, long.size
-        cuts = int(long.sum())
-        first = np.arange(m) + np.concatenate(([0], np.cumsum(long)[:-1])).astype(np.intp)[:m]
-        last = first + long
-        self.wave = np.repeat(np.arange(m), 1 + long)
-        part = np.zeros(m + cuts, dtype=np.intp)
-        part[first[long]], part[last[long]] = 1, 2
-        joint, ones = n + np.arange(cuts), np.ones(cuts)
-        n += cuts
-        near = [
-            np.concatenate(both)
-            for both in zip((first[own.near[0]], *own.near[1:]), (last[long], joint, ones), strict=True)
-        ]
-        far = [
-            np.concatenate(both)
-            for both in zip((last[own.far[0]], *own.far[1:]), (first[long], joint, ones), strict=True)
-        ]
-        no = np.zeros(near[0].size, bool), np.zeros(far[0].size, bool)
-        late = own.lag[self.wave][near[0]] != 0.0 if m else no[0]
-        rows = [
-            (3 * near[0], near[1], near[2], late),
-            (3 * far[0], far[1], -far[2], no[1]),
-            (3 * near[0] + 1, near[1], near[2], no[0]),
-            (3 * far[0] + 2, far[1], far[2], no[1]),
-        ]
-        waves = base = 3 * (m + cuts)
-        kind, a, b = [own.fixed_kind], [own.factor], [np.zeros(own.factor.size)]
-        which, column, value = own.fixed_rows
-        rows.append((base + which, column, value, np.zeros(which.size, bool)))
-        base += own.factor.size
-        self.segments: list[tuple[Segments, int, Integers]] = []
-        for rope, ends in zip(own.ropes, own.ends, strict=True):
-            parts = rope.segments(top)
-            p, r, width = parts.value.shape
-            inner = n + np.arange((p - 1) * (width // 2)).reshape(p - 1, width // 2)
-            self.segments.append((parts, base, inner))
-            rows += _rope_rows(parts, ends, inner, base)
-            kind.append(parts.kind.ravel())
-            a.append(np.full(p * r, float(rope.ropes)))
-            b.append(parts.b.ravel())
-            n, base = n + inner.size, base + p * r
-        row, column, value, delayed = (np.concatenate(both) for both in zip(*rows, strict=True))
-        kinds, factor = np.concatenate(kind), np.concatenate(a)
-        mass = np.zeros(base)
-        if m:
-            share = np.repeat(own.z * own.time / (1 + long) / 3.0, 1 + long)
-            mass[1:waves:3] = mass[2:waves:3] = share
-        mass[waves:][kinds == MASS] = factor[kinds == MASS]
-        diagonal = np.bincount(column, mass[row] * value**2, n)
-        self.scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.order = _narrow_order(row, column, n)
-        self.position = np.empty(n, dtype=np.intp)
-        self.position[self.order] = np.arange(n)
-        self.table = _table(
-            own.z[self.wave] if m else own.z,
-            own.time[self.wave] if m else own.time,
-            own.lag[self.wave] if m else own.lag,
-            own.ring[self.wave] if m else own.ring,
-            part,
-            (kinds, factor, np.concatenate(b)),
-            (row, self.position[column], value * self.scale[column], delayed),
-            n,
-            base,
-        )
-
-    @cached_property
-    def counted(self) -> Callable[[Lanes], Array]:
-        """The counter of its table."""
-        return counter(self.table)
-
-    def natural(self, x: Values) -> Values:
-        """Shapes in the component's coordinates, cuts and joints behind."""
-        return self.scale[:, None] * x[self.position]
-
-    def waves(self, omega: float, placed: float, x: Values) -> tuple[Values, Array, Array]:
-        """Motion of the ends of the parts of waves without phase; their travel times [s] and phases."""
-        t = self.table._replace(lag=np.zeros_like(self.table.lag))
-        lane = Lanes(np.array([omega]), np.array([placed]), np.zeros(1, np.intp))
-        y, _ = moved(t, lane.omega, np.zeros((t.part.size, 1)), x[:, None])
-        times = part_times(t, lane)[0][:, 0]
-        return y[: 3 * t.part.size, 0], times, omega * times / np.sqrt(1.0 + (t.ring / omega) ** 2)
-
-    def rope_ends(self, number: int, x: Values) -> Values:
-        """Motion of the ends of the segments of one rope, shape (p, ends, k); ``x`` natural shapes."""
-        inner, ends = self.segments[number][2], self.own.ends[number]
-        k = len(ends) // 2
-        rows = [sum((v * x[c] for c, v in row), np.zeros(x.shape[1], x.dtype)) for row in ends]
-        joints = x[inner.ravel()].reshape(-1, k, x.shape[1])
-        nodes = np.concatenate((np.array(rows[:k])[None], joints, np.array(rows[k:])[None]))
-        return np.concatenate((nodes[:-1], nodes[1:]), axis=1)
-
-    def energies(self, omega: float, placed: float, x: Values) -> tuple[Array, Array]:
-        """Of every row, four times its strain energy and its kinetic energy; means over the shapes.
-
-        With the terms k of the stiffness over omega and r of its rate, the strain energy is (omega k +
-        omega^2 r)/4 and the kinetic energy (omega^2 r - omega k)/4.
-        """
-        t, lane = self.table, Lanes(np.array([omega]), np.array([placed]), np.zeros(1, np.intp))
-        w, rate, late, _ = weights(t, lane)
-        y, turned = moved(t, lane.omega, late, x[:, None])
-        square = np.mean(np.abs(y[:, 0]) ** 2, axis=1)
-        stiff, fall = w[:, 0] * square, rate[:, 0] * square
-        if t.running:
-            fall = fall - 2.0 * w[:, 0] * np.mean((y[:, 0].conj() * turned[:, 0]).real, axis=1)
-        return omega * stiff + omega**2 * fall, omega**2 * fall - omega * stiff
+    def modes(self, low: float, top: float) -> list[tuple["Cut", Solved]]:
+        """Modes between two frequencies [rad/s], each with the table of its shapes."""
+        if self.twin is not self:
+            return [(cut.of(self), own) for cut, own in self.twin.modes(low, top)]
+        if (low, top) not in self._modes:
+            cut = self.cut(top)
+            first = self.count(low) + self.rigid if low > 0.0 else self.rigid
+            last = max(self.count(top) + self.rigid, first)
+            found = modes_between(cut.table, low, top, first, last, self.longest, count=cut.counted)
+            self._modes[low, top] = [(cut, own) for own in found]
+        return self._modes[low, top]
 
 
 def _columns(entries: list[tuple[int, int, float]]) -> tuple[Integers, Integers, Array]:
@@ -262,136 +172,3 @@ def _columns(entries: list[tuple[int, int, float]]) -> tuple[Integers, Integers,
         return _NONE, _NONE, np.zeros(0)
     row, column, value = zip(*entries, strict=True)
     return np.array(row, np.intp), np.array(column, np.intp), np.array(value, dtype=float)
-
-
-def _rope_rows(
-    parts: Segments, ends: list[list[tuple[int, float]]], inner: Integers, base: int
-) -> list[tuple[Integers, Integers, Array, NDArray[np.bool_]]]:
-    """Entries of a rope's rows: of the joints between its segments, and of its ends."""
-    p, r, width = parts.value.shape
-    k, found = width // 2, []
-    rows = base + np.arange(p * r).reshape(p, r)
-    for c in range(width):
-        s = slice(0, p - 1) if c >= k else slice(1, p)
-        joint = np.repeat(inner[:, c % k], r)
-        found.append((rows[s].ravel(), joint, parts.value[s, :, c].ravel()))
-        end = p - 1 if c >= k else 0
-        for column, factor in ends[c]:
-            found.append((rows[end], np.full(r, column), factor * parts.value[end, :, c]))
-    return [(*one, np.zeros(one[0].size, bool)) for one in found]
-
-
-def _table(
-    z: Array,
-    time: Array,
-    lag: Array,
-    ring: Array,
-    part: Integers,
-    fixed: tuple[Integers, Array, Array],
-    entries: tuple[Integers, Integers, Array, NDArray[np.bool_]],
-    size: int,
-    rows: int,
-) -> Table:
-    """Entries sorted by row, and the pairs of them that make the lower half of the band, sorted by place."""
-    row = entries[0]
-    sort = np.argsort(row, kind="stable")
-    row, column, value, delayed = (
-        entries[0][sort],
-        entries[1][sort],
-        entries[2][sort],
-        entries[3][sort],
-    )
-    first = np.searchsorted(row, np.arange(rows + 1))
-    e, f = _pairs(first)
-    lower = column[e] >= column[f]
-    e, f = e[lower], f[lower]
-    width = int((column[e] - column[f]).max(initial=0))
-    slot = column[f] * (width + 1) + column[e] - column[f]
-    sort = np.argsort(slot, kind="stable")
-    e, f, slot = e[sort], f[sort], slot[sort]
-    delay, product = delayed[f].astype(float) - delayed[e], value[e] * value[f]
-    which = [~delayed, delayed] if lag.any() else [~delayed]
-    where = [delay == 0.0, delay > 0.0, delay < 0.0] if lag.any() else [delay == 0.0]
-    return Table(
-        z=z,
-        time=time,
-        lag=lag,
-        ring=ring,
-        part=part,
-        kind=fixed[0],
-        a=fixed[1],
-        b=fixed[2],
-        first=first,
-        column=column,
-        value=value,
-        delayed=delayed,
-        pair_slot=slot,
-        pair_row=row[e],
-        pair_value=product,
-        pair_delay=delay,
-        kinds=tuple(
-            (kind, own)
-            for kind in (MASS, SPRING, POLE)
-            for own in [np.flatnonzero(fixed[0] == kind)]
-            if own.size
-        ),
-        rows=tuple(_matrix(value[own], row[own], column[own], (rows, size)) for own in which),
-        products=tuple(
-            _matrix(product[own], slot[own], row[e][own], (size * (width + 1), rows)) for own in where
-        ),
-        size=size,
-        width=width,
-    )
-
-
-def _matrix(value: Array, row: Integers, column: Integers, shape: tuple[int, int]) -> Any:
-    """A matrix of entries that add up, sparse where it is large."""
-    if shape[0] * shape[1] <= DENSE:
-        full = np.zeros(shape)
-        np.add.at(full, (row, column), value)
-        return full
-    from scipy.sparse import coo_array  # small machines do not wait for it
-
-    return coo_array((value, (row, column)), shape=shape).tocsr()
-
-
-def _pairs(first: Integers) -> tuple[Integers, Integers]:
-    """All ordered pairs of entries of one row."""
-    size = np.diff(first)
-    left, right = [_NONE], [_NONE]
-    for k in np.unique(size[size > 0]):
-        entry = first[:-1][size == k][:, None] + np.arange(k)
-        left.append(np.repeat(entry, k, axis=1).ravel())
-        right.append(np.tile(entry, (1, k)).ravel())
-    return np.concatenate(left), np.concatenate(right)
-
-
-def _narrow_order(row: Integers, column: Integers, n: int) -> Integers:
-    """An order of the unknowns with those of one row near each other (Cuthill and McKee, reversed)."""
-    if n < 4:
-        return np.arange(n)
-    sort = np.argsort(row, kind="stable")
-    first = np.flatnonzero(np.diff(row[sort], prepend=-1))
-    sets = {tuple(sorted(set(own.tolist()))) for own in np.split(column[sort], first[1:])}
-    near: list[set[int]] = [set() for _ in range(n)]
-    for own in sets:
-        for c in own:
-            near[c].update(own)
-    ties = [len(own) for own in near]
-    seen, order = [False] * n, []
-    for start in sorted(range(n), key=ties.__getitem__):
-        if seen[start]:
-            continue
-        for last in range(2):  # from the far end of what hangs together
-            queue, here, visited = deque([start]), [], {start}
-            while queue:
-                c = queue.popleft()
-                here.append(c)
-                for other in sorted(near[c] - visited, key=ties.__getitem__):
-                    visited.add(other)
-                    queue.append(other)
-            start = here[-1] if not last else start
-        order += here
-        for c in here:
-            seen[c] = True
-    return np.array(order[::-1], dtype=np.intp)

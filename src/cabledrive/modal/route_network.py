@@ -1,5 +1,7 @@
 """A machine with routes as the network of its modes."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
@@ -95,32 +97,41 @@ def _sparse(row: Array, least: float = 0.0) -> Row:
 
 def _rope(element: Element, ends: list[list[Row]], tags: tuple[Tag, ...], ropes: int) -> Rope:
     """An element of a route, in metres under tension."""
-    near, far, ea = element.start_tension, element.end_tension, element.axial_rigidity
-
-    def hold(x: Array) -> Array:
-        if isinstance(element, HangingElement):
-            tension = element.tension_at(x)
-        else:
-            tension = near + (far - near) * np.asarray(x) / element.length
-        return np.asarray(tension * element.stretch / (1.0 + tension / ea))
-
-    def direction(x: Array) -> tuple[Array, Array]:
-        assert isinstance(element, HangingElement)
-        slope = element.slope(x)
-        return 1.0 / np.sqrt(1.0 + slope**2), slope / np.sqrt(1.0 + slope**2)
-
+    force = _Force(element)
     hangs = isinstance(element, HangingElement)
     return Rope(
         tuple(ends[0]),
         tuple(ends[1]),
         element.length,
-        hold,
+        force,
         element.density / element.stretch,
         tags,
-        direction=direction if hangs else None,
-        pull=ea * element.stretch,
+        direction=force.direction if hangs else None,
+        pull=element.axial_rigidity * element.stretch,
         bend=element.bending,
         ropes=ropes,
         longer=element.length / element.along if isinstance(element, HangingElement) else 1.0,
         before=element.before,
     )
+
+
+@dataclass(frozen=True)
+class _Force:
+    """The force in an element, by the distance from its start under tension; equal where elements are."""
+
+    element: Element
+
+    def __call__(self, x: Array) -> Array:
+        """R = T/(1 + T/EA), of a metre under tension [N]."""
+        own = self.element
+        if isinstance(own, HangingElement):
+            tension = own.tension_at(x)
+        else:
+            tension = own.start_tension + (own.end_tension - own.start_tension) * np.asarray(x) / own.length
+        return np.asarray(tension * own.stretch / (1.0 + tension / own.axial_rigidity))
+
+    def direction(self, x: Array) -> tuple[Array, Array]:
+        """Cosine and sine against the chord."""
+        assert isinstance(self.element, HangingElement)
+        slope = self.element.slope(x)
+        return 1.0 / np.sqrt(1.0 + slope**2), slope / np.sqrt(1.0 + slope**2)

@@ -7,7 +7,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from cabledrive.modal.component import Cut
+from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
 from cabledrive.modal.mode import BEAM, BOTH, HEAVY_STRING, SAGGING, STRING
 from cabledrive.modal.motion import Motion, Place, SlopeWave, Values

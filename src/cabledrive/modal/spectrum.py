@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.modal.component import Component, Cut
+from cabledrive.modal.component import Component
+from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
 from cabledrive.modal.mode import LONGITUDINAL, SAME, TRANSVERSE, Mode, multiplets
 from cabledrive.modal.motion import mode_of
@@ -224,7 +225,11 @@ class Spectrum:
 
 def _parts(network: ModalNetwork) -> list[_Part]:
     tied, held = network.components()
-    return [*(_Part(own, 1, network) for own in tied), *(_Part(own, times, network) for own, times in held)]
+    parts = [*(_Part(own, 1, network) for own in tied), *(_Part(own, times, network) for own, times in held)]
+    every = [part.own for part in parts if not part.closed_form]
+    for number, own in enumerate(every):
+        own.find_twin(every[:number])
+    return parts
 
 
 def _counted(parts: list[_Part], omega: float, kinds: set[str] | None = None) -> int:
