@@ -33,23 +33,6 @@ kind = "sobol"
 rows = ROWS
 [compute]
 """
-LOOPS = """drive = "dissertation-3"
-[vary]
-"plant.pulley.1.inertia" = { normal = ["23.5 kg cm^2", "0.6 kg cm^2"] }
-"plant.motor.joint_stiffness" = { from = "120 N m/rad", to = "150 N m/rad" }
-"plant.cable.pretension" = { from = "3 N", to = "9 N" }
-[motion]
-pulses = 5
-[design]
-kind = "sobol"
-rows = 10000
-[compute]
-what = "track"
-controller = "darc-4"
-gains = "dissertation"
-ideal_sensors = true
-smooth_friction = true
-"""
 TURNS = 5_000_000
 
 
@@ -84,10 +67,6 @@ def command_line(name: str, spec: str, folder: Path) -> str:
     said, spent = swept(spec, folder, "--workers", "2")
     assert said["failed"] == said["refused"] == 0, said
     return f"{name}: {said['rows']} rows, {said['seconds']:.1f} s, {said['setup_seconds']:.1f} s before; processor {spent:.1f} s"
-
-
-def loops(folder: Path) -> str:
-    return command_line("closed loops of 10 s", LOOPS, folder)
 
 
 def modes(folder: Path) -> str:
@@ -189,7 +168,7 @@ def plan(folder: Path) -> str:
     return f"plan of 10^7 rows: first chunk done after {first:.1f} s; memory of the driver {largest / 1e6:.0f} MB"
 
 
-PARTS = {one.__name__: one for one in (overhead, efficiency, cold, loops, thresholds, modes, plan)}
+PARTS = {one.__name__: one for one in (overhead, efficiency, cold, thresholds, modes, plan)}
 
 
 def main() -> None:

@@ -1,14 +1,11 @@
 """`cabledrive check`: valid or refused, whatever the file holds; never a defect."""
 
 import pytest
-from hypothesis import given, settings
 
 import cabledrive as cd
 from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest
 from command import answer, call, object_of, the_line
-from drive_mutations import mutants
-from drive_strategies import drives
 
 
 @pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
@@ -39,16 +36,3 @@ def checked(content, folder):
         assert result.stdout == ""
         assert the_line(result.stderr).startswith(f"{path}: ")
     return result.exit_code
-
-
-@given(content=mutants())
-@settings(max_examples=100)
-def test_any_mutation_of_a_valid_file_ends_in_0_or_2(content, tmp_path_factory):
-    checked(content, tmp_path_factory.getbasetemp())
-
-
-@given(drive=drives())
-@settings(max_examples=100)
-def test_any_drive_of_any_size_is_valid(drive, tmp_path_factory):
-    """Twenty-four powers of ten each way, as far as the file format goes: numbers or null with a reason."""
-    assert checked(cd.parameters.drive_text(drive).encode(), tmp_path_factory.getbasetemp()) == 0

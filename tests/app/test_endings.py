@@ -198,29 +198,6 @@ def test_an_interrupt_while_libraries_load_or_at_the_end_is_status_130_or_too_la
     assert found[0][0] == 130
 
 
-DURING_CODE_FROM_TEXT = """
-import os, signal, sys
-class Watch:
-    def find_spec(self, name, path=None, target=None):
-        if name == "cabledrive.app.commands.modes":
-            exec("os.kill(os.getpid(), signal.SIGINT)")
-sys.meta_path.insert(0, Watch())
-"""
-
-
-def test_an_interrupt_in_code_that_is_compiled_from_text_is_status_130(tmp_path):
-    (tmp_path / "sitecustomize.py").write_text(DURING_CODE_FROM_TEXT)
-    line = [sys.executable, "-m", "cabledrive", "modes", "dissertation-2"]
-    done = subprocess.run(
-        line,
-        env=os.environ | {"PYTHONPATH": str(tmp_path)},
-        preexec_fn=listening,
-        capture_output=True,
-        text=True,
-    )
-    assert (done.returncode, done.stdout) == (130, "")
-
-
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
 def test_a_standard_file_that_the_shell_has_closed_is_no_defect(closed):
     line = f'"{sys.executable}" -m cabledrive check dissertation-3 --json {closed}'

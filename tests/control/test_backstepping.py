@@ -11,8 +11,6 @@ import pytest
 from cabledrive.control.backstepping import (
     backstepping_gains,
     backstepping_numbers,
-    error_matrix,
-    scaled_stability,
     unmatched_parameters,
 )
 from cabledrive.control.backstepping_chain import (
@@ -24,16 +22,14 @@ from cabledrive.control.backstepping_chain import (
 from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.backstepping_recursion import (
     backstepping_step,
-    equal_bandwidth,
-    signal_count,
     work_shape,
 )
-from cabledrive.control.backstepping_stability import errors_matrix, law_step, scaled_states, stability_margin
+from cabledrive.control.backstepping_stability import errors_matrix, law_step, stability_margin
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.reference import flat_reference, joint_motion
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, state_of
-from oracles.printed_backstepping import Gains, corrected_backstepping, plant
+from oracles.printed_backstepping import Gains, corrected_backstepping
 
 CHAIN = model(3)
 GAINS = backstepping_gains()
@@ -70,33 +66,6 @@ def test_compiled_law_is_the_corrected_law(measured):
         np.testing.assert_allclose(tau, expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())
     measured(f"within {max(off):.1e} of the command")
     assert max(off) <= 1e-11, f"observed {max(off):.2e}"
-
-
-@pytest.mark.kernel
-def test_errors_obey_their_matrix_along_the_motion():
-    """z' = A_z z with true parameters: differences along (6.69) against (6.103), mended."""
-    rng = np.random.default_rng(1)
-    parameters, _, beta = unmatched_parameters(CHAIN)
-    k = Gains(
-        GAINS.k1, GAINS.k21, GAINS.k22, 0.0, GAINS.k32, GAINS.k33, 0.0, GAINS.k42, GAINS.k43, GAINS.k44, 0.0
-    )
-    x, y = rng.normal(size=4) * [1e-2, 0.1, 1.0, 10.0], np.zeros(5)
-    S = np.tanh(0.5 * (x[1] + x[3] / beta))
-    here = corrected_backstepping(x, y, parameters, k, beta, S)
-    rate = np.array(plant(x, here.u, parameters, 0.0, 0.0, beta, S))
-    step = 1e-7
-
-    def errors(sign):
-        return np.array(corrected_backstepping(x + sign * step * rate, y, parameters, k, beta, S).z)
-
-    found = (errors(1) - errors(-1)) / (2 * step)
-    np.testing.assert_allclose(found, error_matrix(GAINS, 1.0) @ np.array(here.z), rtol=1e-5)
-
-
-@pytest.mark.kernel
-def test_scaled_condition_holds_without_adaptation():
-    """Each error in one unit: the smallest eigenvalue of D_z is positive at 10.5 Hz."""
-    assert scaled_stability(GAINS, 1.0) > 0.0
 
 
 SIX_STATES = model(4)
@@ -202,50 +171,6 @@ def test_errors_obey_their_dynamics_to_eleven_digits(seed, measured):
     off = off_their_dynamics(LAW_OF_SIX, rates, estimate, truth, x, signals, speed, friction)
     measured(f"within {off:.1e} of the largest term of each row")
     assert off <= 1e-11, f"observed {off}"
-
-
-def rates_of_eight(x, u, p, w, speed, friction):
-    """Rates of four inertias in the order of the recursion's parameters, written out; scales of `EIGHT`."""
-    s1, _, s3 = EIGHT.rows[0]
-    return [
-        x[1],
-        p[0] * x[2] + p[1] + w[0],
-        x[3],
-        p[2] * x[4] - p[3] * x[2] - s1 * p[1] + w[1],
-        x[5],
-        p[4] * x[6] - p[5] * x[4] + p[6] * x[2] + w[2],
-        x[7],
-        s3 * p[12] * u - p[7] * x[6] + p[8] * x[4] - p[9] * speed - p[10] * friction + p[11] + w[3],
-    ]
-
-
-EIGHT = LAW_OF_SIX._replace(matrix=equal_bandwidth(4, 3.0), rows=np.array([[2.0, 3.0, 0.5]]))
-
-
-def test_the_recursion_holds_for_a_chain_of_four_inertias():
-    """Eight states, a length that no controller of the package uses; random numbers of order one."""
-    rng = np.random.default_rng(8)
-    x, signals = rng.normal(size=8), rng.normal(size=signal_count(4, True))
-    estimate, truth = rng.uniform(0.5, 2.0, (2, 13))
-    off = off_their_dynamics(EIGHT, rates_of_eight, estimate, truth, x, signals, 0.7, -0.3)
-    assert off <= 1e-11, f"observed {off}"
-
-
-@pytest.mark.kernel
-def test_compiled_law_of_eight_states_is_its_readable_twin():
-    rng = np.random.default_rng(9)
-    states, reference = rng.normal(size=8), rng.normal(size=(1, signal_count(4, True) + 1))
-    estimate = rng.uniform(0.5, 2.0, 13)
-    kept = state_of(states, estimate, table=work_shape(4))
-    u, z1 = backstepping_command(EIGHT, kept, reference, 0)
-    friction = np.tanh(50.0 * reference[0, -1])
-    x = scaled_states(EIGHT, states)
-    readable = law_step(EIGHT, estimate, x, reference[0, :-1], states[4], friction)
-    assert (u, z1) == (
-        pytest.approx(readable.command, rel=1e-11),
-        pytest.approx(readable.errors[0], rel=1e-11),
-    )
-    np.testing.assert_allclose(kept.regressor[:13], readable.regressors.T @ readable.errors, rtol=1e-9)
 
 
 def test_poles_of_the_errors_are_the_designed_ones():

@@ -23,7 +23,7 @@ from reproduction.item import (
 from reproduction.judge import compared, last_place
 from reproduction.registry import FIGURES, SKETCHES, TABLES, entries
 from reproduction.rig_runs import ENCODER, LAWS
-from reproduction.run import call_of, chosen_entries, mentions
+from reproduction.run import call_of
 
 from cabledrive.app.failures import status_of
 
@@ -99,37 +99,6 @@ def test_accuracy_in_counts_is_judged_by_the_computed_figure(law, counts, verdic
     assert _resolution(law, counts * ENCODER).verdict == verdict
 
 
-def test_items_that_test_nothing_computed_are_marked(cheap):
-    marked = {item.id: item.tested for item in cheap}
-    assert not marked["table-3-1-1-j1"]
-    assert not marked["section-4-1-power"]
-    assert all(not item.tested for item in cheap if item.verdict == NOT_COMPUTABLE)
-    assert any(item.tested for item in cheap)
-
-
-def test_inertia_of_motor_and_pulley_agrees_inside_the_last_printed_place(cheap):
-    (item,) = [item for item in cheap if item.id == "table-3-1-2-j1"]
-    assert (item.verdict, item.computed) == (AGREES, pytest.approx(0.0011073, abs=1e-7))
-
-
-@pytest.mark.parametrize(
-    ("text", "names"),
-    [
-        ("Fig. 5.3", {"figure-5-3"}),
-        ("fig. 5.4", {"figures-5-4-5-6"}),
-        ("Table 3.2", {"table-3-2"}),
-        ("Section 6.5.1", {"figures-darc-3"}),
-        ("Fig. 3.1", {"figure-3-1"}),
-    ],
-)
-def test_a_part_is_found_by_what_it_covers_and_only_as_a_whole(text, names):
-    found = {entry.name for entry in chosen_entries(text)}
-    covering = {e.name for e in entries() if any(mentions(name, text) for name in e.covers)}
-    assert found == covering
-    assert len(found) == len(names)
-    assert not mentions("Fig. 5.30", "Fig. 5.3")
-
-
 def test_the_call_of_every_entry_names_a_function_that_exists():
     for entry in entries():
         path, _, arguments = call_of(entry).partition("(")
@@ -145,23 +114,6 @@ def test_every_place_in_the_errata_is_an_item_that_the_page_can_show():
         assert anchors
         assert {(page, anchor) for anchor in anchors} <= set(known)
     assert all(item.title and item.lines for item in known.values())
-
-
-def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        "reproduction.run.entries",
-        lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:2]),
-    )
-    monkeypatch.setattr("reproduction.run.source_hash", lambda: "0" * 64)
-    lines = []
-    first = reproduce(quick=True, folder=tmp_path, note=lines.append)
-    assert len(lines) == 2
-    second = reproduce(quick=True, folder=tmp_path, note=lines.append)
-    assert len(lines) == 2
-    assert second.plain() == first.plain()
-    (tmp_path / sorted(path.name for path in tmp_path.iterdir())[0]).write_text("{broken")
-    assert reproduce(quick=True, folder=tmp_path, note=lines.append).plain() == first.plain()
-    assert len(lines) == 3
 
 
 @pytest.mark.verify
@@ -226,14 +178,3 @@ def test_what_cannot_be_reproduced_is_refused(reproduced, arguments, word, tmp_p
     monkeypatch.chdir(tmp_path)
     status, _, line = reproduced(*arguments)
     assert (status, word in line, line.count("\n")) == (2, True, 1)
-
-
-def test_one_part_is_computed_alone_and_its_page_links_to_the_errata_it_holds(reproduced, tmp_path):
-    folder = tmp_path / "out"
-    status, shown, _ = reproduced("--quick", "--only", "Section 2.4", "--json", "-o", str(folder))
-    assert status == 0
-    assert {item["id"].rpartition("-")[0] for item in json.loads(shown)["items"]} == {"section-2-4"}
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    links = set(re.findall(r'href="#(errata-[\w-]+)"', page))
-    assert "errata-erratum-2-31-spacing" in links
-    assert all(f'id="{link}"' in page for link in links)

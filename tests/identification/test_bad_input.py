@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from scipy import io
 
-from cabledrive.identification.logs.column_map import load_column_map
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.logs.unpacking import unpacked_matlab, unpacked_mcap
 from cabledrive.identification.one_log import load_options
@@ -217,7 +216,7 @@ def test_a_corrupt_video_is_status_2_in_one_line(tmp_path):
 
 
 # --- The configuration of `identify`: each value is of its kind, or refused in one line with its remedy
-READERS = [load_options, load_column_map, load_excitation, load_goals]
+READERS = [load_options, load_excitation, load_goals]
 
 
 @pytest.mark.parametrize(
@@ -237,6 +236,11 @@ READERS = [load_options, load_column_map, load_excitation, load_goals]
         ('filter = "none"', 'identify.filter = "none" is unknown'),
         ("bandwith = 1", 'did you mean "bandwidth"'),
         ("slope = 1" + 400 * "0", "is no quantity"),
+        ("[log]\ncounts_per_revolution = 0", "must be a whole number of at least 1"),
+        ('[log]\nresample = "yes"', "neither true nor false"),
+        ("[log]\ncolumns = 3", "is no table"),
+        ("[log]\nsample_rate = 0", "must be above 0"),
+        ('[log]\ncolumns.torque = {column = "tau", scale = [1]}', "is no quantity"),
     ],
 )
 def test_a_value_of_another_kind_is_refused_with_its_key(line, words, tmp_path):

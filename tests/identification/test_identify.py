@@ -12,14 +12,9 @@ from scipy.stats import binom
 from cabledrive.identification import filters
 from cabledrive.identification.axis_case import CORNER, CORNER_DOUBT, between_samples
 from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
-from cabledrive.identification.identifiability import (
-    unidentifiable_parameters,
-    unidentifiable_words,
-)
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.regression import (
-    bootstrap,
     factor,
     joined,
     merged,
@@ -483,24 +478,3 @@ def test_intervals_of_coloured_residuals_cover_as_they_say():
         inside.append(np.abs(fit.values - TRUE) < fit.half_width())
     share = np.mean(inside)
     assert 0.925 < share < 0.975, f"observed {share:.3f}"
-
-
-def test_the_bootstrap_spreads_as_the_standard_errors_say():
-    rng = np.random.default_rng(5)
-    phi, y = coloured(rng)
-    factors = suited_segments(factor(phi, y, NAMES_SOLVED, 240))
-    fit = solve(factors)
-    spread = bootstrap(factors, 1000, rng).std(axis=0)
-    np.testing.assert_allclose(spread, np.sqrt(np.diag(fit.covariance)), rtol=0.2)
-
-
-def test_two_regressors_that_are_one_are_named_and_get_no_number():
-    phi, y = coloured(np.random.default_rng(6))
-    phi[:, 2] = 3 * phi[:, 1]
-    fit = solve(factor(phi, y, NAMES_SOLVED, 9))
-    assert unidentifiable_parameters(fit) == {"viscous_friction", "coulomb_friction"}
-    (words,) = unidentifiable_words(fit)
-    assert words.startswith("viscous friction, coulomb friction ")
-    assert "(- viscous friction + coulomb friction)" in words
-    assert fit.condition == float("inf")
-    assert fit.values[0] == pytest.approx(TRUE[0], rel=0.05)

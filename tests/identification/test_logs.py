@@ -9,10 +9,10 @@ from pyarrow import parquet
 from scipy import io
 
 from cabledrive.identification.logs import reading
-from cabledrive.identification.logs.column_map import Column, ColumnMap, load_column_map, with_choices
+from cabledrive.identification.logs.column_map import Column, ColumnMap, with_choices
 from cabledrive.identification.logs.reading import open_log, read_log
-from cabledrive.identification.long_logs import identify_long_log, is_long
-from cabledrive.identification.one_log import IdentifyOptions, identify
+from cabledrive.identification.long_logs import identify_long_log
+from cabledrive.identification.one_log import IdentifyOptions, identify, load_options
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import run_rig
@@ -62,15 +62,6 @@ def test_dialects_and_units_are_recognised(tmp_path, content):
     is_the_log(read_log(written(tmp_path, content)))
 
 
-def test_parquet_is_the_same_log(tmp_path):
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    table = pa.table({"time [s]": TIME, "torque [N m]": TORQUE, "angle [deg]": np.degrees(ANGLE)})
-    parquet.write_table(table, tmp_path / "log.parquet")
-    is_the_log(read_log(tmp_path / "log.parquet"))
-
-
 def test_matlab_5_is_the_same_log_by_a_map(tmp_path):
     io.savemat(
         tmp_path / "log.mat", {"rec": {"t": TIME, "both": np.vstack([TORQUE, ANGLE])}, "gain": 2.0, "n": "x"}
@@ -112,7 +103,7 @@ def test_classic_netcdf_is_the_same_log(tmp_path):
 def test_the_map_is_read_from_toml(tmp_path):
     content = '[log]\nsample_rate = "1 kHz"\ncounts_per_revolution = 2600\nstart = "0.5 s"\n[log.columns]\n'
     content += 'torque = {column = "a", unit = "N mm"}\nangle = {column = "b", unit = "counts"}\n'
-    columns = load_column_map(written(tmp_path, content, "map.toml"))
+    columns = load_options(written(tmp_path, content, "map.toml")).columns
     log = read_log(written(tmp_path, text("a,b", columns=(1e3 * TORQUE, np.rint(ANGLE / QUANTUM)))), columns)
     np.testing.assert_allclose(log.channel("angle"), ANGLE[500:], atol=1e-12)
     np.testing.assert_allclose(log.channel("torque"), TORQUE[500:], atol=1e-12)
@@ -243,25 +234,6 @@ def test_a_comma_is_no_decimal_mark_where_points_are(tmp_path):
     rows = "\n".join(f"{0.001 * k:.3f} {0.1 * k:.1f} {0.2 * k:.1f}" for k in range(20))
     with pytest.raises(InputRefused, match="line 22"):
         read_log(written(tmp_path, f"time torque angle\n{rows}\n0.020 3,5 4.0\n"))
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("counts_per_revolution = 0", "must be a whole number of at least 1"),
-        ('counts_per_revolution = "many"', "must be a whole number"),
-        ('resample = "yes"', "neither true nor false"),
-        ("columns = 3", "is no table"),
-        ("sample_rate = 0", "must be above 0"),
-        ('start = "soon"', "log.start"),
-        ('columns.torque = {column = "tau", scale = [1]}', "is no quantity"),
-    ],
-)
-def test_a_map_with_a_value_of_another_kind_is_refused_in_one_line(tmp_path, line, words):
-    (tmp_path / "map.toml").write_text(f"[log]\n{line}\n")
-    with pytest.raises(InputRefused, match=words) as refusal:
-        load_column_map(tmp_path / "map.toml")
-    assert "\n" not in str(refusal.value)
 
 
 STAMPS = [f"2026-01-02T03:04:{5 + k // 1000:02d}.{k % 1000:03d}" for k in range(N)]
@@ -475,12 +447,6 @@ def test_blocks_give_the_parameters_of_the_whole_log(path, monkeypatch):
     for name, estimate in whole.parameters.items():
         off = abs(blocks[name] - estimate.value) / estimate.standard_error
         assert off < 0.5, f"{name}: {off:.2f} standard errors"
-
-
-def test_a_long_log_is_read_in_blocks_by_itself(path, monkeypatch):
-    monkeypatch.setattr("cabledrive.identification.long_logs.MOST_VALUES", 1000)
-    assert is_long(open_log(path))
-    assert "blocks" in identify(path).method
 
 
 def test_a_log_too_long_for_memory_is_refused_where_blocks_do_not_serve(path, monkeypatch):

@@ -316,7 +316,6 @@ def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
     )
     assert abs(fit.gain.value - GAIN) < 3.3 * fit.gain.standard_error, fit.gain  # 99.9 %
     assert fit.decibels == pytest.approx(4.2, abs=0.01)
-    assert fit.volts_per_torque == pytest.approx(0.6166, rel=1e-3)
     assert fit.bandwidth.value == pytest.approx(1000.0, rel=0.05), fit.bandwidth
     slower = replace(rig, imperfections=replace(rig.imperfections, current_bandwidth=300.0))
     fit = identify_amplifier(run_rig(slower, response_command(rng, duration=4.0), rng))
@@ -526,10 +525,3 @@ def test_the_door_plans_an_experiment_without_running_it(tmp_path):
     assert 0.0 < found["relative_standard_error"]["joint_stiffness"] < 0.05
     assert set(found["peaks"]) == {"torque", "speed", "stroke"}
     assert [path.name for path in tmp_path.iterdir()] == ["e.toml"]
-
-
-def test_hv_lies_between_h1_and_h2():
-    u, y = noisy(0.3, 0.05)
-    size = {e: response_by_segments(u, y, 1 / RATE, estimator=e).magnitude for e in ("H1", "Hv", "H2")}
-    assert np.all(size["H1"] <= size["Hv"] * (1 + 1e-9))
-    assert np.all(size["Hv"] <= size["H2"] * (1 + 1e-9))

@@ -5,10 +5,8 @@ from math import inf, nextafter
 from pathlib import Path
 
 import pytest
-from hypothesis import given
 
-from cabledrive.parameters import Drive, content_hash, load_drive, save_drive
-from drive_strategies import drives
+from cabledrive.parameters import content_hash, load_drive
 
 SETTINGS = ["carriage.0.mass=0.5", "carriage.0.position=0.25", "goal.tracking_error=0.001"]
 SETTINGS += ["cable.strain_limit=0.05", "pulley.0.wrap_angle=3", "pulley.0.capstan_friction=0.3"]
@@ -88,12 +86,6 @@ def test_hash_sees_which_carriages_move_together_and_not_what_they_are_called():
     cabin = replace(together.carriage[0], name="cabin")
     weight = replace(together.carriage[1], coupled="cabin")
     assert content_hash(replace(together, carriage=(cabin, weight))) == content_hash(together)
-
-
-@given(drive=drives())
-def test_hash_survives_the_round_trip(drive: Drive, tmp_path_factory):
-    path = tmp_path_factory.getbasetemp() / "hashed.toml"
-    assert content_hash(load_drive(save_drive(drive, path, force=True))) == content_hash(drive)
 
 
 def test_hash_sees_the_last_bit_of_a_given_rigidity():

@@ -181,12 +181,6 @@ def test_any_text_after_a_number_is_read_or_refused(text, unit):
     assert isinstance(answer, float) or answer.isprintable(), f"{answer!r}"
 
 
-@given(text=st.text(max_size=90), unit=wanted)
-def test_any_text_is_read_or_refused(text, unit):
-    answer = read(text, unit)
-    assert isinstance(answer, float) or answer.isprintable(), f"{answer!r}"
-
-
 def test_decimals_of_the_unit_are_exact():
     """A factor of 28 digits, not of a double: 1 lbf = 4.4482216152605 N by definition."""
     assert to_si("1e15 lbf", "N") == float(Decimal("4.4482216152605e15"))

@@ -16,7 +16,7 @@ from scipy.linalg import expm
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.closed_loop.batch_kernels import integrate_many, integrate_one, smooth_sign
+from cabledrive.rig.closed_loop.batch_kernels import smooth_sign
 from cabledrive.rig.closed_loop.batch_tables import exponentials, free_transitions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
@@ -196,13 +196,6 @@ def test_smooth_sign_is_the_hyperbolic_tangent():
     x = np.concatenate((np.linspace(-25.0, 25.0, 501), [-1e9, 1e9]))
     worst = max(abs(smooth_sign(float(v)) - np.tanh(v)) for v in x)
     assert worst < 2e-14, f"observed {worst:.1e}"
-
-
-@pytest.mark.parametrize("kernel", [integrate_many, integrate_one])
-def test_kernels_hold_numbers_alone_so_that_one_process_finds_what_another_has_compiled(kernel):
-    """A kernel in a closure has another key in each process: all of them would compile it anew."""
-    cells = getattr(kernel, "py_func", kernel).__closure__
-    assert [type(cell.cell_contents) for cell in cells] == [int]
 
 
 def test_transitions_made_at_once_are_those_made_singly():

@@ -188,14 +188,6 @@ def test_two_encoders_and_stick_slip_leave_two_counts(chain, hertz, measured):
     assert found < 2.0 * COUNT, f"observed {found:.4f} deg"
 
 
-def test_leaving_the_dampers_out_costs_most_of_the_accuracy():
-    """A design that believes in a tenth of the damping, on the chain as it is."""
-    chain = row(4)
-    believed = replace(chain, damping=tuple(0.1 * b for b in chain.damping))
-    right, wrong = peak(closed(chain, 35.0, CLEAN)), peak(closed(chain, 35.0, CLEAN, believed))
-    assert wrong > 20.0 * right, f"observed {wrong:.4f}, {right:.5f} deg"
-
-
 def test_a_bandwidth_below_the_chains_own_modes_cannot_hold_its_friction():
     """The loop's stiffness falls with the (2n - 1)-th power of the bandwidth: 10 Hz is lost on five."""
     chain = row(5)

@@ -11,8 +11,7 @@ from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.comparison import compared, loops_of, tuned
-from cabledrive.rig.error_budget import error_sources, in_degrees
+from cabledrive.rig.comparison import loops_of, tuned
 from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.best_gains import best_gains, torque_noise
 from cabledrive.rig.laws.registry import CONTROLLERS, design
@@ -160,29 +159,8 @@ def test_ripple_is_that_of_the_linear_loop_of_the_best_gains(measured):
 LOOSE = RigOptions(forbid_slack=False)
 
 
-def test_damped_inverse_is_the_better_feedforward_under_the_same_pd():
-    """PD at 11 Hz, four draws: rigid above 1 deg, undamped above the damped inverse."""
-    spec, settings = (
-        spec_for(DRIVE, Motion()),
-        {("pd", kind): 11.0 for kind in ("damped", "undamped", "rigid")},
-    )
-    found = compared(DRIVE, ["pd"], ["damped", "undamped", "rigid"], 4, 1, spec, Motion(), settings=settings)
-    damped, undamped, rigid = (float(np.median(one.draws.degrees("peak"))) for one in found)
-    assert rigid > 1.0
-    assert damped < 0.7 * undamped, f"observed {damped:.3f}, {undamped:.3f} deg"
-
-
 def test_tuning_takes_the_setting_with_the_smallest_worst_error():
     spec = spec_for(DRIVE, Motion())
     put = loops_of(spec, Motion(), LOOSE)
     assert tuned("pd", spec, put, LOOSE, draws=2, settings=(2.0, 11.0)) == 11.0
     assert tuned("lqg", spec, put, LOOSE, draws=2, settings=(0.2, 2.0)) == 0.2
-
-
-def test_counts_limit_the_law_and_sampling_does_not():
-    """One phase: without any counts a quarter of a count is left at most; a faster clock gains far less."""
-    found = {one.away: in_degrees(one)[1] for one in error_sources(DRIVE, "darc-4-damped", Motion(), 1)}
-    assert found["counts of every encoder"] < 0.01 < found["nothing"]
-    faster = next(value for away, value in found.items() if "sample time" in away)
-    assert faster > found["counts of every encoder"]
-    assert len(found) == 8

@@ -17,8 +17,6 @@ TRACKING = {
     "slack_samples": ("1", "samples at which a span was slack"),
     "theory_bound_deg": ("deg", "bound of the theorem"),
 }
-OF_SCORES = set(TRACKING) - {"theory_bound_deg"}
-"""Outputs that need no log of the run."""
 
 
 def _track_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
@@ -123,7 +121,7 @@ KINDS = {
         outputs=_track_outputs,
         default=("peak_error_deg", "rms_error_deg", "peak_torque", "saturated_fraction"),
         one=_track,
-        modules=("cabledrive.campaign.many_tracks", "cabledrive.rig.shared_law"),
+        modules=("cabledrive.rig.tracking",),
         options={
             "controller": TEXT,
             "bandwidth": "Hz",

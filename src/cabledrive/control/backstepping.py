@@ -127,25 +127,3 @@ def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval:
     return LawNumbers(
         kind=BACKSTEPPING, matrix=gains.matrix, rows=np.array([[beta]]), learning=learning, scalars=scalars
     )
-
-
-def error_matrix(gains: BacksteppingGains, p1: float) -> Array:
-    """A_z of the errors' dynamics, Eq. (6.103) with its (3, 4) entry mended.
-
-    ``p1``: beta / beta_n.
-    Returns shape (4, 4).
-    """
-    matrix = np.diag([1.0, p1, 1.0], 1)
-    return matrix - gains.matrix
-
-
-def scaled_stability(gains: BacksteppingGains, p1: float) -> float:
-    r"""Smallest eigenvalue of :math:`D_z` of (6.100) without adaptation [rad/s].
-
-    The printed sum adds rad to rad/s^3; :math:`z_i k_1^{1-i}` have one unit.
-
-    Returns above 0: the sufficient condition of the theorem holds.
-    """
-    scale = np.diag(gains.k1 ** -np.arange(4.0))
-    matrix = scale @ error_matrix(gains, p1) @ np.linalg.inv(scale)
-    return float(np.linalg.eigvalsh(-0.5 * (matrix + matrix.T))[0])

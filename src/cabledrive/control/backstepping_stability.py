@@ -24,7 +24,7 @@ STEP = 1e-30
 
 
 def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
-    """A of the errors' dynamics with fixed estimates, as (6.103) for any length.
+    """A of the errors' dynamics with fixed estimates, Eq. (6.103), for any length.
 
     ``estimate``, shape (p,); ``size``, {4, 6}: number of states.
     Returns shape (size, size).

@@ -10,7 +10,6 @@ from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
     from cabledrive.identification.amplifier import identify_amplifier
-    from cabledrive.identification.axis_problem import solve_axis_problem
     from cabledrive.identification.camera import marker_log, open_clip, track_marker
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.log import log_of
@@ -29,7 +28,6 @@ __getattr__ = on_demand(
         "choose_model": "model_choice",
         "identify": "one_log",
         "identify_amplifier": "amplifier",
-        "solve_axis_problem": "axis_problem",
         "log_of": "logs.log",
         "marker_log": "camera",
         "open_clip": "camera",
@@ -59,7 +57,6 @@ __all__ = [
     "read_ping",
     "response",
     "shaper",
-    "solve_axis_problem",
     "tension_from_ping",
     "tensions_from_load_cell",
     "track_marker",

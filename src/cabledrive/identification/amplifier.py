@@ -69,11 +69,6 @@ class AmplifierFit:
         """The gain in dB, as (4.20) states it."""
         return 20.0 * log10(self.gain.value)
 
-    @property
-    def volts_per_torque(self) -> float:
-        """What a controller multiplies its torque by, as (4.20) states it [V/(N m)]."""
-        return 1.0 / self.gain.value
-
 
 def amplifier_response(
     frequency: Array,

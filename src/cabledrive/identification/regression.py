@@ -1,4 +1,4 @@
-r"""Linear least squares by segments of time: orthogonal factors, robust standard errors, bootstrap.
+r"""Linear least squares by segments of time: orthogonal factors, robust standard errors.
 
 A log is cut into segments. Each is reduced by QR to the triangle of :math:`[\Phi_b\ y_b]`, which keeps all
 that least squares needs: a log of any length fits into memory, and no normal equations are formed.
@@ -206,19 +206,3 @@ def _correlation(factors: Factors, each: bool) -> float:
     power = (scores**2).sum(axis=0)
     power[power == 0.0] = 1.0
     return float((np.max if each else np.mean)((scores[1:] * scores[:-1]).sum(axis=0) / power))
-
-
-def bootstrap(factors: Factors, repeats: int, rng: np.random.Generator) -> Array:
-    """Estimates from segments drawn with replacement.
-
-    ``factors``: in segments that forget one another.
-    Returns shape (repeats, p).
-    """
-    count, size = factors.triangles.shape[0], factors.triangles.shape[2]
-    found = np.empty((repeats, size - 1))
-    for start in range(0, repeats, 100):
-        draws = rng.integers(count, size=(min(100, repeats - start), count))
-        r = triangle(factors.triangles[draws].reshape(len(draws), -1, size))
-        upper, right = r[:, : size - 1, : size - 1], r[:, : size - 1, size - 1 :]
-        found[start : start + len(draws)] = np.linalg.solve(upper, right)[:, :, 0]
-    return found

@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 from cabledrive.identification.logs.quantities import UNITS, quantity_with, recognise
 from cabledrive.identification.logs.table import Table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, whole_of
+from cabledrive.parameters.toml_values import flag_of, quantity_of, table_of, whole_of
 
 KEYS = ("columns", "sample_rate", "counts_per_revolution", "resample", "skip_rows", "start", "end")
 
@@ -60,15 +59,6 @@ class ColumnMap:
     skip_rows: int = 0
     start: float | None = None
     end: float | None = None
-
-
-def load_column_map(path: Path) -> ColumnMap:
-    """Read the ``[log]`` table of a TOML file.
-
-    Raises `InputRefused` if the file or a key in it is not understood.
-    """
-    content = read_toml(path, "write TOML with a table [log]")
-    return column_map(table_of("log", content.get("log", {})))
 
 
 def column_map(table: Mapping[str, Any]) -> ColumnMap:
