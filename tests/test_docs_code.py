@@ -58,10 +58,6 @@ def parts(text):
     return re.split(r"^## ", text, flags=re.M) if SHARED in text else [text]
 
 
-def test_there_are_pages_with_python():
-    assert {"identification_example.md", "modes.md", "simulation.md"} <= set(pages())
-
-
 LONG = {"comparison.md", "identification_example.md", "multi_inertia.md", "study.md"}
 """Pages that identify, compare or study for seconds: run by ``make verify``."""
 

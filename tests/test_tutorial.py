@@ -76,11 +76,6 @@ def test_the_log_of_the_howto_is_read_with_its_names_and_units(tmp_path):
     assert log.channel("load_angle")[-1] == pytest.approx(2.0 * np.pi)
 
 
-@pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", HOWTO, re.S))
-def test_python_of_the_pages_runs(block):
-    exec(block, {})
-
-
 def test_the_page_on_the_study_names_every_key_of_its_file():
     from cabledrive.studies.study.goals import COUNTS, QUANTITIES, SPREADS
 

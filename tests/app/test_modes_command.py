@@ -68,18 +68,6 @@ def test_picture_is_written_in_the_format_of_its_name(ending, magic, tmp_path):
     assert path.read_bytes().startswith(magic)
 
 
-def test_check_and_modes_give_both_lowest_frequencies():
-    derived = answer("check", "linear-axis")["derived"]
-    found = answer("modes", "linear-axis", "--motor", "held", "--count", "1")
-    assert derived["lowest_frequency_free_hz"] == pytest.approx(99.28, abs=0.005)
-    assert derived["lowest_frequency_held_hz"] == pytest.approx(34.00, abs=0.005)
-    assert found["motor"] == "held"
-    assert found["lowest_frequency_free_hz"] == derived["lowest_frequency_free_hz"]
-    assert min(m["frequency_hz"] for m in found["modes"] if m["kind"] == "longitudinal") == pytest.approx(
-        derived["lowest_frequency_held_hz"], rel=1e-12
-    )
-
-
 def test_map_writes_a_data_set_a_figure_and_a_page(tmp_path):
     files = [tmp_path / name for name in ("map.nc", "map.svg", "map.html")]
     vary = ("--vary", "head.x=60mm:360mm:2", "--vary", "beam.y=0.05:0.33:3")

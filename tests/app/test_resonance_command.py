@@ -19,15 +19,6 @@ def test_answer_has_what_the_contract_promises():
     assert found["provenance"]["drive_hash"]
 
 
-def test_no_pulley_mode_is_no_error():
-    settings = ("--set", "pulley.0.fixed=true", "--set", "pulley.1.fixed=true")
-    found = answer("resonance", "dissertation-2", *settings)
-    for key in ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning"):
-        assert found[key] is None
-        assert found[f"{key}_reason"]
-    assert found["verdict"] == "safe"
-
-
 def test_map_is_one_page(tmp_path):
     page = tmp_path / "map.html"
     result = call("resonance", "dissertation-2", "--torque", "5 mN m", "--map", str(page))

@@ -8,9 +8,7 @@ from hypothesis import strategies as st
 
 import cabledrive as cd
 from cabledrive.app.main import main as command
-from cabledrive.app.options import ANGLE, DURATION, FREQUENCY
 from cabledrive.app.results import Absent, Answer, json_text, plain, provenance, show
-from cabledrive.parameters import InputRefused
 from cabledrive.report.numbers import number
 from command import call, object_of, refusal
 
@@ -41,12 +39,6 @@ def test_whatever_is_found_becomes_one_json_object_in_ascii(data):
     text = json_text(Answer(data=data, text="", provenance=provenance()))
     assert text.isascii()
     assert object_of(text)["provenance"] == {"cabledrive": cd.__version__}
-
-
-@pytest.mark.parametrize(("kind", "text"), [(ANGLE, "3 s"), (DURATION, "3 kg"), (FREQUENCY, "18 rad/s")])
-def test_a_quantity_of_another_dimension_is_refused(kind, text):
-    with pytest.raises(InputRefused, match=text.split()[0]):
-        kind.convert(text, None, None)
 
 
 def test_every_option_that_measures_takes_a_unit():

@@ -3,7 +3,6 @@
 import json
 import os
 import pty
-import re
 import shlex
 import sys
 from subprocess import Popen
@@ -88,27 +87,6 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
     assert (program, done.exit_code) == ("cabledrive", 0), done.stderr
     if "-o" in arguments:
         assert (tmp_path / arguments[arguments.index("-o") + 1]).stat().st_size > 0
-
-
-def shown(pattern):
-    """What the options of all commands show as an example, by a pattern."""
-    options = [option for name in COMMANDS for option in main.get_command(Context(main), name).params]
-    helps = {getattr(option, "help", None) or "" for option in options}
-    return sorted({found for words in helps for found in re.findall(pattern, words)})
-
-
-def test_the_axis_that_options_name_has_a_chain_and_is_tracked():
-    examples = shown(r"its load, such as (\S+) of ([\w-]+);")
-    assert examples
-    for axis, machine in examples:
-        assert call("track", machine, "--axis", axis, "--bandwidth", "20").exit_code == 0
-
-
-def test_the_setting_that_options_name_is_taken():
-    examples = shown(r'such as (cable\.pretension="[^"]+")')
-    assert examples
-    for setting in examples:
-        assert call("check", "dissertation-2", "--set", setting).exit_code == 0
 
 
 def test_of_two_axes_the_only_one_that_has_a_chain_is_taken(monkeypatch):

@@ -115,14 +115,3 @@ def test_a_no_is_an_answer_and_not_a_failure(tmp_path, undrawn):
     assert (result.exit_code, found["verdict"]) == (0, "no")
     assert found["reasons"][0].startswith("torque")
     assert not (tmp_path / "out" / "controller.json").exists()
-
-
-def test_a_lift_has_modes_resonance_and_margins_and_no_controller(tmp_path):
-    found = answer("study", "lift-2-to-1", "--quick", "-o", str(tmp_path / "out"))
-    assert (found["verdict"], found["candidates"]) == ("unknown", [])
-    assert [one["id"] for one in found["findings"]] == ["no-chain"]
-    assert found["stages"]["modes"]["longitudinal_hz"][0] == pytest.approx(3.238, abs=1e-3)
-    assert found["stages"]["resonance"]["verdict"] == "no excitation given"
-    weight = 9.81 * (2000.0 + 40.0) / 12  # the car with its pulley on six ropes, two falls each
-    assert found["margins"]["spans"][0]["tension_end"] == pytest.approx(weight, rel=0.05)
-    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000

@@ -1,6 +1,5 @@
 """The dissertation item by item: nothing is left out, every verdict has its reason."""
 
-import importlib
 import json
 import re
 from pathlib import Path
@@ -23,7 +22,6 @@ from reproduction.item import (
 from reproduction.judge import compared, last_place
 from reproduction.registry import FIGURES, SKETCHES, TABLES, entries
 from reproduction.rig_runs import ENCODER, LAWS
-from reproduction.run import call_of
 
 from cabledrive.app.failures import status_of
 
@@ -99,14 +97,6 @@ def test_accuracy_in_counts_is_judged_by_the_computed_figure(law, counts, verdic
     assert _resolution(law, counts * ENCODER).verdict == verdict
 
 
-def test_the_call_of_every_entry_names_a_function_that_exists():
-    for entry in entries():
-        path, _, arguments = call_of(entry).partition("(")
-        module, _, name = path.rpartition(".")
-        assert callable(getattr(importlib.import_module(module), name)), path
-        assert arguments.endswith("quick=False)"), call_of(entry)
-
-
 def test_every_place_in_the_errata_is_an_item_that_the_page_can_show():
     known = errata_items()
     for page in PAGES:
@@ -164,17 +154,3 @@ def test_items_and_page_are_written_and_a_second_run_takes_what_is_finished(repr
         _, shown, progress = reproduced("--quick", *more, "--json", "-o", str(folder))
         assert json.loads(shown)["items"] == data["items"]
         assert (word in progress, "1/4" in progress) == (True, False)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
-        (["--quick", "--output="], "--output"),
-        (["-o", "a/b"], "does not exist"),
-        (["--only", "Fig. 9.9", "-o", "new"], "Fig. 9.9"),
-    ],
-)
-def test_what_cannot_be_reproduced_is_refused(reproduced, arguments, word, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    status, _, line = reproduced(*arguments)
-    assert (status, word in line, line.count("\n")) == (2, True, 1)

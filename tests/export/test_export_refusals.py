@@ -6,7 +6,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.export import export_to
-from export.designs import DRIVE, OWN, shaper_json
+from export.designs import DRIVE, OWN
 
 CABLE = {"format": "fmu2", "what": "cable"}
 ROWS = [
@@ -34,13 +34,6 @@ def test_refused_in_one_line_with_nothing_written(source, options, named, tmp_pa
     assert named in str(refusal.value)
     assert "\n" not in str(refusal.value)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("missing, named", [("axis", "axis"), ("recommended_shaper", "shaper")])
-def test_an_answer_of_shaper_without_its_axis_or_shaper_is_refused(missing, named, tmp_path):
-    with pytest.raises(cd.InputRefused, match=named):
-        export_to(tmp_path / "out", shaper_json(tmp_path, **{missing: None}), "klipper")
-    assert not (tmp_path / "out").exists()
 
 
 def test_a_full_folder_an_empty_study_and_another_layout_are_refused(tmp_path):

@@ -109,12 +109,6 @@ def test_the_map_is_read_from_toml(tmp_path):
     np.testing.assert_allclose(log.channel("torque"), TORQUE[500:], atol=1e-12)
 
 
-def test_the_quantum_of_an_encoder_is_found(tmp_path):
-    report = read_log(written(tmp_path, text())).report
-    assert report.quantum["angle"] == pytest.approx(QUANTUM, rel=1e-9)
-    assert "torque" not in report.quantum
-
-
 def test_a_wrapped_angle_is_unwrapped_and_said(tmp_path):
     angle = QUANTUM * np.floor(8.0 * TIME / QUANTUM)
     wrapped = np.mod(angle, 2 * np.pi)

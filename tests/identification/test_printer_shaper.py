@@ -4,8 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 import cabledrive as cd
 from cabledrive.identification.printer_spectrum import read_printer_spectrum
@@ -105,13 +103,6 @@ def test_remaining_vibration_is_that_of_the_definition(logs):
         )
 
 
-def test_the_three_kinds_of_file_ask_for_the_same_shaper(logs):
-    found = [cd.shaper(log) for log in logs.values()]
-    assert len({one.recommended.type for one in found}) == 1
-    frequencies = [one.recommended.frequency for one in found]
-    assert max(frequencies) - min(frequencies) < 0.41, frequencies
-
-
 def test_the_recommended_shaper_quiets_the_machine_that_was_measured(table, logs):
     """The machine itself moves with and without the shaper; nothing of the choice is used to judge it."""
     from printer_logs import RATE, head
@@ -195,26 +186,6 @@ def test_axes_of_logs_are_not_mixed(logs, tmp_path):
 def test_a_file_without_a_spectrum_is_refused(tmp_path, content, words):
     (tmp_path / "a.csv").write_text(content)
     assert words in refusal("shaper", tmp_path / "a.csv")
-
-
-@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    values=st.lists(st.floats(allow_nan=True, width=32) | st.sampled_from([0.0, 1e300, 5e-324]), min_size=5),
-    step=st.sampled_from([1.5625, 0.01, 40.0]),
-    columns=st.sampled_from(["freq,psd_x,psd_y,psd_z,psd_xyz", "freq,psd_x,psd_xyz,shapers:,zv(40.0)"]),
-)
-def test_a_random_spectrum_is_read_or_refused_in_one_line(tmp_path, values, step, columns):
-    path = tmp_path / "resonances_x.csv"
-    width = columns.count(",")
-    rows = [",".join([f"{k * step:.4f}", *[repr(abs(value))] * width]) for k, value in enumerate(values)]
-    path.write_text("\n".join([columns, *rows]))
-    done = call("shaper", path, "--json")
-    assert done.exit_code in (0, 2), (done.exit_code, done.stderr)
-    if done.exit_code == 0:
-        found = object_of(done.stdout)
-        assert found["recommended"] in SHAPERS or found["recommended_reason"]
-    else:
-        assert (done.stdout, done.stderr.count("\n")) == ("", 1)
 
 
 @pytest.mark.parametrize("interval", [1.5625, 0.5, 0.2])

@@ -104,12 +104,6 @@ def test_the_largest_step_is_stable_and_not_far_below_the_limit(
     assert (1.3 if motored else 1.4) < product < 2.0 * (1.0 + 1e-12), f"{product:.3f}"
 
 
-def test_the_largest_step_of_a_bare_cable_is_that_of_cfl_one():
-    mesh = mesh_of(DRIVE, 100)
-    expected = mesh.spacing[0] / DRIVE.cable.axial_wave_speed
-    assert largest_stable_step(mesh, cable_law(DRIVE.cable)) == pytest.approx(expected, rel=1e-12)
-
-
 HELD = replace(DRIVE, pulley=(DRIVE.pulley[0], replace(DRIVE.pulley[1], fixed=True)))
 
 

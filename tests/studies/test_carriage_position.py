@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.modal.printed import loop_matrix
 from cabledrive.parameters import Carriage, InputRefused, load_drive
@@ -15,11 +14,9 @@ from cabledrive.studies import (
     midspan_crossing,
     modal_determinant,
     mode_shapes,
-    with_carriage,
 )
 from cabledrive.studies.following import mass_weighted_shapes
 from cabledrive.studies.varied_drive import varied
-from oracles.chain_count import modes_below
 
 LOOP = load_drive("dissertation-1")
 
@@ -31,19 +28,6 @@ def test_in_phase_mode_falls_below_the_fundamental_at_chi_m_16_59(measured):
     assert found.mass_ratio == pytest.approx(16.59, abs=5e-3)
     assert found.mass == pytest.approx(2 * LOOP.drive_pulley.rim_mass, rel=1e-9)
     assert found.frequency == pytest.approx(116.32932059, rel=1e-9)
-
-
-@pytest.mark.parametrize("inertia", [1e-7, 1e-5, 1e-3])
-def test_crossing_of_any_symmetric_loop_is_at_twice_the_mass_of_a_rim(inertia):
-    """Half of the loop: with t = tan(omega L/(4 c)) the fundamental has omega J/r^2 = 2 Z/t, which puts the
-    in-phase mode there when the carriage has omega m = 4 Z/t."""
-    drive = replace(LOOP, pulley=tuple(replace(pulley, inertia=inertia) for pulley in LOOP.pulley))
-    found = midspan_crossing(drive, span="lower")
-    assert found.mass == pytest.approx(2 * drive.drive_pulley.rim_mass, rel=1e-9)
-    double = with_carriage(drive, found.mass_ratio, drive.span_length / 2, span="lower")
-    chain = longitudinal_chains(double)[0].chain
-    count = [modes_below(chain, 2 * np.pi * found.frequency * (1 + e)) for e in (-1e-6, 1e-6)]
-    assert count == [1, 3], "the rigid-body mode, then both modes"
 
 
 def test_mass_at_midspan_lowers_the_fundamental_only_above_the_crossing(measured):

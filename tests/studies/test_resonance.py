@@ -42,13 +42,6 @@ def test_summary_of_configuration_2():
     assert any("undamped" in reason for reason in found.reasons)
 
 
-@pytest.mark.parametrize("share, verdict", [(0.9, "safe"), (1.1, "resonant"), (5.0, "resonant")])
-def test_at_tuning_the_threshold_torque_divides_safe_from_resonant(share, verdict):
-    drive = damped(2.0, 5.0)
-    threshold = resonance(drive).threshold_torque
-    assert resonance(drive, torque=share * threshold).verdict == verdict
-
-
 def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
     drive, torque = damped(2.0, 5.0), 0.02
     seen = []
