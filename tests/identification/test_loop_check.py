@@ -9,8 +9,10 @@ from cabledrive.identification.innovation_kernels import observe, shadow
 from cabledrive.identification.innovations import observer_gains
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.loop_check import evidence
 from cabledrive.identification.model_check import INNOVATIONS
-from cabledrive.identification.one_log import identify
+from cabledrive.identification.one_log import IdentifyOptions, identify
+from cabledrive.identification.rigid_axis import AxisOptions
 from servo_logs import servo_log
 
 VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])
@@ -73,6 +75,16 @@ def test_a_late_torque_channel_is_named():
     found = identify(late.part(start=0.1))
     assert found.codes == ("torque-timing",), found.findings
     assert found.method["torque_delay"] == pytest.approx(5e-3, rel=0.02)
+
+
+def test_a_late_torque_moves_the_parameters_that_are_found_without_it():
+    log = servo_log("trapezoids", "rigid", 3, 30.0)
+    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
+    found = identify(late.part(start=0.1), IdentifyOptions(check=False), method="inverse-dynamics")
+    told = evidence([late.part(start=0.1)], found, AxisOptions(), np.random.default_rng(0))
+    delay = next(one for one in told if one.name == "delay")
+    assert delay.value == pytest.approx(5e-3, rel=0.1)
+    assert 0.01 < abs(delay.shift[0]) / found.parameters["inertia"].value < 0.1
 
 
 @pytest.mark.verify

@@ -209,7 +209,7 @@ def _evidence(factors: Factors, name: str, tried: int) -> Evidence:
 def _shift(factors: Factors, name: str) -> tuple[float, ...]:
     """What a disturbance beside the parameters changes in them."""
     beside = only(factors, (*BASE, "lag")) if name == DELAY else only(factors, (*NUISANCE, name))
-    without = only(factors, NUISANCE)
+    without = only(factors, BASE if name == DELAY else NUISANCE)
     moved = solve(beside).values[: len(BASE)] - solve(without).values[: len(BASE)]
     return tuple(moved.tolist())
 
