@@ -149,15 +149,3 @@ def test_a_speed_without_its_sign_is_recognised(run, measured):
     assert found.method["sensor"] == "rectified"
     assert abs(off["inertia_motor"]) < 0.05, off
     assert abs(off["stiffness"]) < 0.05, off
-
-
-@pytest.mark.verify
-def test_a_model_that_does_not_follow_has_no_interval(run):
-    """The load speed of another run: noise that the torque does not explain."""
-    recorded = log(run, "torque", "velocity", "load_velocity")
-    other = np.random.default_rng(3).normal(size=SAMPLES).cumsum() * 0.3
-    channels = dict(recorded.channels) | {"load_velocity": other}
-    found = identify(log_of(recorded.time, channels, recorded.units), model="two-inertia")
-    assert any("does not reproduce the log" in finding for finding in found.findings), found.findings
-    entries = found.as_dict()["parameters"].values()
-    assert all(entry["low"] is None and entry["high"] is None for entry in entries)

@@ -5,7 +5,6 @@ import io
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import cabledrive as cd
@@ -37,18 +36,6 @@ def test_documented_numbers_are_what_the_snippet_prints(name, page, snippet):
         snippet["derived"](name)
     documented = re.search(r"```text\n(.*?)```", section[1], re.DOTALL)[1]
     assert documented == printed.getvalue(), f"docs/drives.md, {name}, should say:\n{printed.getvalue()}"
-
-
-@pytest.mark.parametrize("name", ["dissertation-1", "dissertation-2", "finger-tendon"])
-def test_documented_lumped_frequency_is_the_two_pulley_formula(name, snippet):
-    """sqrt(2 k (r1^2/J1 + r2^2/J2)) / 2 pi is what the general chain gives without carriages."""
-    drive = cd.load_drive(name)
-    rotor = drive.motor.inertia if drive.motor else 0.0
-    first, second = drive.pulley
-    inverse_mass = first.radius**2 / (first.inertia + rotor) + second.radius**2 / second.inertia
-    k = drive.cable.axial_rigidity / drive.span_length
-    formula = np.sqrt(2.0 * k * inverse_mass) / (2.0 * np.pi)
-    assert snippet["lumped_frequency"](drive, carriages=False) == pytest.approx(formula, rel=1e-9)
 
 
 @pytest.mark.parametrize(

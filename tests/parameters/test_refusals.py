@@ -61,27 +61,14 @@ BAD_VALUES = {
     ),
     "cable.pretension = nan N must be finite: give a number": pretension("nan"),
     "cable.pretension = inf N must be finite: give a number": pretension("inf"),
-    "cable.pretension = -inf N must be finite: give a number": pretension("-inf"),
-    'cable.pretension = "nan N" is not a quantity: write a number and a unit, like "3 N"': pretension(
-        "'nan N'"
-    ),
-    "cable.pretension = inf N must be finite: give a number ": pretension("1e400"),
     "cable.pretension = 1e+31 N is no size of a machine (1e-24 to 1e+24): check its unit": pretension("1e31"),
-    "cable.pretension = 1e-31 N is no size of a machine (1e-24 to 1e+24): check its unit": pretension(
-        "1e-31"
-    ),
     "cable.pretension has more digits than a double can hold: give a finite number": pretension("9" * 400),
     'cable.pretension = "5 kg" is of dimension [mass], not N: give it in N': pretension("'5 kg'"),
     'cable.pretension = "5 Newtons!": "Newtons!" is not a unit: give it in N': pretension("'5 Newtons!'"),
-    'cable.pretension = "5 bananas": "bananas" is not a known unit: give it in N': pretension("'5 bananas'"),
     "cable.pretension is true or false, not a number: give it in N, or as text with a unit": pretension(
         "true"
     ),
     "cable.pretension is an array, not a quantity in N: write one number or text": pretension("[7]"),
-    "cable.pretension is a table, not a quantity in N: write one number or text": pretension("{N = 7}"),
-    "cable.pretension is a date or time, not a number: give it in N, or as text with a unit": pretension(
-        "1979-05-27"
-    ),
     'cable.pretension = "7\\nN\\u202e!": "N\\u202e!" is not a unit: give it in N': pretension(
         '"7\\nN\\u202E!"'
     ),
@@ -98,8 +85,6 @@ BAD_VALUES = {
     + "[sensors]\ndrive_encoder = 1000.5",
     "carriage.0.position = 1 m lies outside its span of 1 m (unstretched): move it inside": DRIVE
     + CARRIAGE.format("1.0"),
-    "carriage.0.position = 3 m lies outside its span of 1 m (unstretched): move it inside": DRIVE
-    + CARRIAGE.format("'3 m'"),
     "carriage.1.position = 0.5 m is taken by carriage.0 on the same span: add the masses or move one": DRIVE
     + CARRIAGE.format("0.5")
     + CARRIAGE.format("'50 cm'"),
@@ -114,23 +99,16 @@ BAD_VALUES = {
     + "guided = 1",
 }
 BAD_SHAPES = {
-    "schema is missing, but this version reads schema 1: write schema = 1": changed("schema = 1", ""),
     "schema = 2, but this version reads schema 1: write schema = 1": changed("schema = 1", "schema = 2"),
-    "schema = true, but this version reads schema 1: write schema = 1": changed(
-        "schema = 1", "schema = true"
-    ),
-    'schema = "1", but this version reads schema 1: write schema = 1': changed("schema = 1", "schema = '1'"),
     "schema = a number, but this version reads schema 1: write schema = 1": changed(
         "schema = 1", "schema = 0x" + "f" * 9000
     ),
     'kind = "ring" is not one of its values: write "loop" or "line"': changed('"loop"', '"ring"'),
-    'kind = a date or time is not one of its values: write "loop" or "line"': changed('"loop"', "07:30:00"),
     "name is a number, not text: write it between quotation marks": changed('"test"', "5"),
     "name holds the character '\\x07', which no file or page can show: leave it out": changed(
         '"test"', '"\\u0007"'
     ),
     'unknown key "cable.pretention" (did you mean "cable.pretension"?)': changed("pretension", "pretention"),
-    'unknown key "cabel" (did you mean "cable"?)': changed("[cable]", "[cabel]"),
     "cable.axial_rigidity = 19000 N beside youngs_modulus or area: give the rigidity, or modulus and area": (
         changed("pretension", 'axial_rigidity = "19 kN"\npretension')
     ),
@@ -139,7 +117,6 @@ BAD_SHAPES = {
     ),
     'unknown key "cable.EA": give axial_rigidity': changed("pretension", 'EA = "19 kN"\npretension'),
     'unknown key "pulley.1.diameter": give radius, half of it': DRIVE + "diameter = 1",
-    'unknown key "pulley.1.raduis" (did you mean "pulley.1.radius"?)': DRIVE + "raduis = 1",
     'unknown key "goal.x" (known: tracking_error)': DRIVE + "[goal]\nx = 1",
     'unknown key "goal.\\n\\x00" (known: tracking_error)': DRIVE + '[goal]\n"\\n\\u0000" = 1',
     'missing key "cable.pretension": pretension T0; a slack cable transmits nothing; add it': changed(
@@ -150,12 +127,10 @@ BAD_SHAPES = {
         'kind = "loop"', ""
     ),
     "pulley: 1 given, but a drive has 2: the drive pulley, then the load pulley": changed(SECOND_PULLEY, ""),
-    "pulley: 3 given, but a drive has 2: the drive pulley, then the load pulley": DRIVE + SECOND_PULLEY,
     "pulley is a table, not an array of tables: write [[pulley]] above each": (
         DRIVE.split("[[pulley]]")[0] + "[pulley]\nradius = 1"
     ),
     "carriage.0 is a number, not a table: write [[carriage]] above its keys": "carriage = [1]\n" + DRIVE,
-    "motor is text, not a table: write [motor] above its keys": "motor = 'strong'\n" + DRIVE,
     f"{LENGTHS}: both are given; give one": changed('"1 m"', '"1 m"\npulley_distance = 1'),
     f"{LENGTHS}: neither is given; give one": changed('span_length = "1 m"', ""),
     "pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out": changed(

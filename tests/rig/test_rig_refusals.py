@@ -75,18 +75,13 @@ def late_plant():
 
 
 RUNS = [
-    tracked("darc-5", "darc-", controller="darc-5"),
     tracked("12 Hz", controller="darc-2", bandwidth=5.0),
-    tracked("bandwidth", "-1", "above 0", controller="darc-4", bandwidth=-1.0),
     tracked("sample", controller="darc-4", bandwidth=400.0),
     tracked("11.3 Hz", controller="backstepping-6", gains="dissertation", bandwidth=10.5),
-    tracked("model-9", plant="model-9"),
     tracked("turn less", motion=Motion(angle=720.0, rise=0.2)),
     tracked("gains", "best or dissertation", gains="fast"),
-    tracked("slack torque", controller="pd", motion=Motion(angle=90.0, rise=0.18, order=9)),
     tracked("motor.joint_stiffness", drive=with_motor(joint_stiffness=None), controller="darc-4"),
     tracked("ideal sensors", controller="darc-indirect", motion=replace(SHORT, pulses=2), options=IDEAL),
-    tracked("jitter", controller="pd", plant="cable", options=replace(IDEAL, jitter=1e-5)),
     tracked("backlash", controller="pd", plant="cable", drive=with_motor(backlash=0.01)),
     tracked("innovations", controller=LEARNING, bandwidth=20.0, options=IDEAL),
     tracked("innovations", controller=LEARNING, bandwidth=20.0, options=RigOptions(observer="difference")),
@@ -101,7 +96,6 @@ RUNS = [
         *("payload", "9 s", "2 s"), controller=SCHEDULED, bandwidth=20.0,
         motion=Motion(payload=(Payload(factor=2.0, start=9.0),)),
     ),
-    tracked("motor.backlash", "0", controller="lqg", options=RigOptions(pair=True)),
     row(lambda: RigOptions(preload=0.5), "preload", "--pair"),
     tracked("friction", drive=LOOSE, controller="lqg", options=RigOptions(pair=True, preload=0.05)),
     tracked("torque limit", drive=LOOSE, controller="lqg", options=RigOptions(pair=True, preload=2.5)),
@@ -111,7 +105,6 @@ RUNS = [
       {"gust": 3.0, "least_tension": 3.0, "motion": BodyMotion()}.items()),
 ]  # fmt: skip
 WINCHES = [
-    row(lambda: track_two_motors(CAMERA, least_tension=1000.0), "tension at rest"),
     row(
         lambda: track_two_motors(CAMERA, motion=BodyMotion(moves={"camera.z": 1.0})), "coordinate", "camera.z"
     ),
@@ -123,9 +116,7 @@ WINCHES = [
         ),
         *("start earlier", "900"),
     ),
-    row(lambda: track_two_motors(CAMERA, draws=-1), "draws", "-1"),
     tracked("BodyMotion", drive=CAMERA, motion=Motion()),
-    tracked("tension-position", drive=CAMERA, controller="lqg"),
     tracked("gains", drive=CAMERA, gains="dissertation"),
     tracked("jitter", drive=CAMERA, options=RigOptions(jitter=1e-5)),
     row(lambda: cd.compare(CAMERA, draws=1), "cabledrive track"),
@@ -159,7 +150,6 @@ CARRIAGES = [
 ]
 SPECS = [
     row(lambda: parse_disturbance("load:0.05"), "SHAFT:TORQUE:START:END"),
-    row(lambda: parse_disturbance("drive:0.05:0.1:0.2"), "motor or load"),
     row(lambda: parse_disturbance("load:nan:0.1:0.2"), "nan"),
     row(lambda: parse_disturbance("load:0.05:0.2:0.1"), "0.2", "0.1"),
     row(lambda: parse_encoder_dropout("load:0.2:0.1"), "swap"),
