@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from reproduction import reproduce
 from reproduction.__main__ import command
-from reproduction.chapter_6_rig import _numbers, _resolution
+from reproduction.chapter_6_rig import _numbers
 from reproduction.errata_text import PAGES, errata_items
 from reproduction.item import (
     AGREES,
@@ -21,7 +21,7 @@ from reproduction.item import (
 )
 from reproduction.judge import compared, last_place
 from reproduction.registry import FIGURES, SKETCHES, TABLES, entries
-from reproduction.rig_runs import ENCODER, LAWS
+from reproduction.rig_runs import LAWS
 
 from cabledrive.app.failures import status_of
 
@@ -87,14 +87,6 @@ def test_no_printed_accuracy_of_a_lost_pulse_is_judged_whichever_side_the_rig_is
     assert (item.verdict, item.tested) == (NOT_COMPUTABLE, False)
     assert item.note.startswith(NOT_COMPARABLE)
     assert (item.printed, item.computed) == (LAWS[law][2], pytest.approx(factor * LAWS[law][2]))
-
-
-@pytest.mark.parametrize(
-    ("law", "counts", "verdict"),
-    [("darc-3", 5.0, AGREES), ("darc-3", 3.1, DIFFERS), ("darc-4", 1.9, AGREES), ("darc-4", 2.5, DIFFERS)],
-)
-def test_accuracy_in_counts_is_judged_by_the_computed_figure(law, counts, verdict):
-    assert _resolution(law, counts * ENCODER).verdict == verdict
 
 
 def test_every_place_in_the_errata_is_an_item_that_the_page_can_show():

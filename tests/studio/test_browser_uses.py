@@ -1,4 +1,4 @@
-"""Three uses of machines with routes, walked through in the browser without a terminal."""
+"""A use of a machine with routes, walked through in the browser without a terminal."""
 
 from contextlib import contextmanager
 
@@ -80,35 +80,6 @@ def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
         page.locator("h1", has_text="Printer lines").wait_for()
         finished(page)
         assert page.locator(".works a", has_text=".cfg").count() == 1
-
-
-def test_a_lift_is_mapped_over_its_travel_with_its_speeds(tmp_path):
-    with studio_at(tmp_path / "folder", "lift-2-to-1") as page:
-        page.select_option("#motor", "held")
-        page.locator("#command", has_text="--motor=held").wait_for()
-        started(
-            page,
-            "travel",
-            vary1="car.y=5m:35m:4,counterweight.y=35m:5m",
-            order1="sheave=traction sheave",
-            order2="rails=car.y/5m",
-            speed="car.y=0.2m/s:1m/s",
-            count="3",
-        )
-        page.frame_locator("iframe[title='map.html']").locator("svg, canvas").first.wait_for()
-        started(page, "sheet")
-        page.frame_locator("iframe[title='report.html']").locator("h1").first.wait_for()
-
-
-def test_a_tendon_arm_is_recorded_controlled_and_exported(tmp_path):
-    with studio_at(tmp_path / "folder", "capstan-arm") as page:
-        started(page, "virtual-log")
-        page.click("[data-log='log.csv']")
-        page.wait_for_selector("#plots .uplot")
-        view(page, "Control")
-        page.wait_for_selector("#error .uplot", timeout=AT_MOST)
-        started(page, "export", format="c99", controller="lqg")
-        assert page.locator(".works a", has_text="cabledrive_law.c").count() == 1
 
 
 def pinged(folder, tensions):
