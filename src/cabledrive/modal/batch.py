@@ -10,7 +10,7 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Row, Wave
 from cabledrive.modal.rows import MASS, SPRING, Table, counted, lanes_at
-from cabledrive.modal.search import modes_between
+from cabledrive.modal.search import searched
 
 Array = NDArray[np.float64]
 
@@ -76,26 +76,20 @@ def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArr
         top[short] *= 1.5
         count[short] = counted(table, lanes_at(top[short], short)) - rigid[short]
     omegas = np.full((n, wanted), np.nan)
-    found = modes_between(
+    _, singles = searched(
         table,
         np.zeros(n),
         top,
         rigid,
-        np.maximum(count, 0) + rigid,
+        np.maximum(count, 0).astype(np.intp) + rigid,
         times.max(axis=1),
         wanted=wanted,
         count=lambda lanes: counted(table, lanes),
     )
-    seen = np.zeros(n, dtype=np.intp)
-    fine = np.ones(n, dtype=bool)
-    for own in found:
-        i = seen[own.machine]
-        if own.multiplicity > 1 or not own.enclosure:
-            fine[own.machine] = fine[own.machine] and i >= wanted
-        if i < wanted:
-            omegas[own.machine, i] = own.omega
-        seen[own.machine] += own.multiplicity
-    return omegas, fine & (seen >= wanted)
+    for own in singles:  # multiple ones, and those that round-off clouds, are left to the search of one chain
+        first = own.number - rigid[own.machine] < wanted
+        omegas[own.machine[first], (own.number - rigid[own.machine])[first]] = own.omega[first]
+    return omegas, np.isfinite(omegas).all(axis=1)
 
 
 def _table(chains: ChainBatch, here: slice) -> Table:

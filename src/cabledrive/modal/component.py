@@ -162,7 +162,7 @@ class Component:
             cut = self.cut(top)
             first = self.count(low) + self.rigid if low > 0.0 else self.rigid
             last = max(self.count(top) + self.rigid, first)
-            found = modes_between(cut.table, low, top, first, last, self.longest, count=cut.counted)
+            found = modes_between(cut.table, low, top, first, last, self.longest, cut.counted)
             self._modes[low, top] = [(cut, own) for own in found]
         return self._modes[low, top]
 

@@ -29,6 +29,8 @@ class LowestFrequencies:
         Whether the drive has a motor; else "held" holds the drive pulley.
     reasons : dict of str
         Why a frequency could not be computed, by the name that JSON gives it.
+    taut : bool
+        Whether the cable is straight under its pretension alone, as of a loop or line.
     """
 
     free: float | None
@@ -36,6 +38,7 @@ class LowestFrequencies:
     holding: float | None
     has_motor: bool
     reasons: dict[str, str]
+    taut: bool
 
     def as_dict(self) -> dict[str, Any]:
         """Frequencies by the names that JSON gives them.
@@ -53,7 +56,8 @@ class LowestFrequencies:
         parts = [f"{value:.6g} Hz {how}" for value, how in values if value is not None]
         if self.holding is not None:
             parts.append(f"{self.holding:.6g} Hz on its holding stiffness")
-        return f"Lowest longitudinal frequency: {', '.join(parts) or 'not computed'}."
+        of = " of the taut cable" if self.taut else ""
+        return f"Lowest longitudinal frequency{of}: {', '.join(parts) or 'not computed'}."
 
 
 def how_held(found: Modes) -> str:
@@ -80,6 +84,7 @@ def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
     position loop is closed, does not turn freely.
     """
     found: dict[str, float | None] = dict.fromkeys(CONDITIONS)
+    taut = not isinstance(drive, RoutedDrive)
     reasons: dict[str, str] = {}
     for motor in CONDITIONS if _given(drive) == HOLDING else (FREE, HELD):
         try:
@@ -91,7 +96,7 @@ def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
                 reasons[NAMES[motor]] = "no longitudinal mode among the first of the network"
         except NotComputed as failure:
             reasons[NAMES[motor]] = str(failure)
-    return LowestFrequencies(**found, has_motor=bool(drive.motor), reasons=reasons)
+    return LowestFrequencies(**found, has_motor=bool(drive.motor), reasons=reasons, taut=taut)
 
 
 def _given(drive: Drive | RoutedDrive) -> str:

@@ -59,6 +59,17 @@ class Solved(NamedTuple):
     shapes: NDArray[Any]
 
 
+class _Singles(NamedTuple):
+    """Simple modes of many machines, each with its number among those of its own."""
+
+    machine: Integers
+    omega: Array
+    enclosure: Array
+    placed: Array
+    number: Integers
+    shapes: NDArray[Any]
+
+
 class _Brackets(NamedTuple):
     """Intervals [rad/s] with counts at their ends, and the width from which on each is refined."""
 
@@ -82,7 +93,7 @@ def counter(t: Table) -> Callable[[Lanes], Array]:
     return compiled_counts(t)
 
 
-def modes_between(
+def searched(
     t: Table,
     low: Any,
     top: Any,
@@ -92,8 +103,8 @@ def modes_between(
     *,
     wanted: int | None = None,
     count: Callable[[Lanes], Array] | None = None,
-) -> list[Solved]:
-    """All modes between two frequencies, ascending in machine and frequency.
+) -> tuple[list[Solved], list[_Singles]]:
+    """All modes between two frequencies: the multiple ones and those not proven at once, and the simple ones.
 
     ``low``, ``top``: of each machine [rad/s]; ``below``, ``above``: counts there; ``longest``: longest travel
     time of a wave [s]; ``wanted``: stop after so many, a multiple mode whole.
@@ -106,6 +117,7 @@ def modes_between(
     machine = np.arange(low.size)
     queue = _Brackets(low, top, start, end, machine, np.full(low.size, np.inf))
     found: list[Solved] = []
+    singles: list[_Singles] = []
     unproven: dict[tuple[int, int], list[Solved]] = {}
     while queue.low.size:
         modes = queue.above - queue.below
@@ -122,6 +134,8 @@ def modes_between(
             ready[:] = False
         for m in np.unique(modes[ready]):
             own = queue.take(ready & (modes == m))
+            if m == 1:
+                own = _singles(t, own, count, singles)
             stay = np.ones(own.low.size, dtype=bool)
             for i, solutions in enumerate(_refined_and_proven(t, own, int(m), count)):
                 key = (int(own.machine[i]), int(own.below[i]))
@@ -142,7 +156,43 @@ def modes_between(
             narrower = own.take(stay)
             again.append(narrower._replace(limit=(narrower.high - narrower.low) / 16.0))
         queue = _Brackets(*(np.concatenate(own) for own in zip(*again, strict=True)))
+    return found, singles
+
+
+def modes_between(
+    t: Table, low: float, top: float, below: int, above: int, longest: float, count: Callable[[Lanes], Array]
+) -> list[Solved]:
+    """All modes of one machine between two frequencies, ascending; parameters as of `searched`."""
+    found, singles = searched(t, low, top, below, above, longest, count=count)
+    for many in singles:
+        for lane in range(many.omega.size):
+            one = many.shapes[:, lane]
+            each = (int(many.machine[lane]), float(many.omega[lane]), 1, float(many.enclosure[lane]))
+            found.append(Solved(*each, float(many.placed[lane]), one))
     return sorted(found, key=lambda own: (own.machine, own.omega))
+
+
+def _singles(
+    t: Table, own: _Brackets, count: Callable[[Lanes], Array], singles: list["_Singles"]
+) -> _Brackets:
+    """Simple modes that are refined and proven to 1e-12 at once; returns the brackets of the others."""
+    stay = np.ones(own.low.size, dtype=bool)
+    lanes = max(1, TOGETHER // t.first.size)
+    for first in range(0, own.low.size, lanes):
+        part = own.take(slice(first, first + lanes))
+        good, omegas, shapes = refined(t, part, 1)
+        omega = omegas[good, 0]
+        sides = np.concatenate((omega * (1.0 - ENCLOSURE), omega * (1.0 + ENCLOSURE)))
+        under, over = np.split(count(lanes_at(sides, np.tile(part.machine[good], 2))), 2)
+        proven = (under <= part.below[good]) & (over >= part.below[good] + 1)
+        chosen = np.flatnonzero(good)[proven]
+        width, middle = np.full(chosen.size, ENCLOSURE), 0.5 * (part.low + part.high)[chosen]
+        number = part.below[chosen]
+        singles.append(
+            _Singles(part.machine[chosen], omega[proven], width, middle, number, shapes[:, chosen])
+        )
+        stay[first + chosen] = False
+    return own.take(stay)
 
 
 def _split(own: _Brackets, count: Callable[[Lanes], Array]) -> _Brackets:
@@ -157,9 +207,8 @@ def _split(own: _Brackets, count: Callable[[Lanes], Array]) -> _Brackets:
     here = count(lanes_at(places, own.machine[which]))
     here = np.clip(here, own.below[which], own.above[which]).astype(np.intp)
     offset = np.cumsum(cuts) - cuts
-    for i in np.flatnonzero(cuts):  # the count does not fall
-        part = here[offset[i] : offset[i] + cuts[i]]
-        np.maximum.accumulate(part, out=part)
+    apart = which * (1 + int(own.above.max()))  # the count does not fall
+    here = np.maximum.accumulate(here + apart) - apart
     low = np.insert(places, offset, own.low)
     below: Integers = np.insert(here, offset, own.below).astype(np.intp)
     ends = np.cumsum(cuts)
