@@ -28,6 +28,7 @@ from numpy.polynomial import Polynomial, legendre
 from numpy.typing import NDArray
 
 from cabledrive.modal.rows import MASS, POLE, SPRING, Array, Integers
+from cabledrive.parameters import NotComputed
 
 Values = NDArray[Any]
 
@@ -37,6 +38,8 @@ DEGREE = 11
 """Of the polynomials on a segment."""
 PHASE = 2.0
 """Of the shortest wave along a segment [rad]: below half a turn, so that none has a mode of its own."""
+MOST_SEGMENTS = 20_000
+"""Of one hanging rope: some hundred megabytes."""
 STEEPER = 2.0
 """Largest ratio of the tensions at the ends of a segment."""
 LAYER = 4.0
@@ -141,6 +144,12 @@ class Rope:
         wave = top * sqrt(
             2.0 * self.density / (least + sqrt(least**2 + 4.0 * self.bend * self.density * top**2))
         )
+        needed = wave * self.length / PHASE + steps
+        if not needed <= MOST_SEGMENTS:
+            raise NotComputed(
+                f"a hanging rope of {self.length:.4g} m needs {needed:.3g} segments up to "
+                f"{top / (2 * pi):.4g} Hz, at most {MOST_SEGMENTS} are taken: ask for fewer modes"
+            )
         parts = []
         for a, b in pairwise(sorted(marks)):
             n = max(1, ceil(wave * self.length * (b - a) / PHASE))

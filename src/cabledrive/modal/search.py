@@ -41,6 +41,8 @@ STEPS, CONVERGED, CLUSTER, STAY = 14, 1e-13, 1e-6, 1e-12
 NEAR = 1e-2
 """Relative width of a bracket of several modes below which they are refined together."""
 
+LARGEST_SHAPES = 20_000_000
+"""Numbers of the shapes that are refined together: some hundred megabytes; larger clusters stay unproven."""
 MOST_CUTS = 128
 TOGETHER = 4_000_000
 """Rows times lanes that are held at a time."""
@@ -283,9 +285,9 @@ def refined(t: Table, own: _Brackets, m: int) -> tuple[NDArray[np.bool_], Array,
     start = 0.5 * (own.low + own.high)
     kind = complex if t.running else float
     good, omegas = np.zeros(lanes, dtype=bool), np.zeros((lanes, m))
+    if m > n or n * lanes * m > LARGEST_SHAPES:
+        return good, omegas, np.zeros((n, lanes, 0), kind)
     shapes = np.zeros((n, lanes, m), kind)
-    if m > n:
-        return good, omegas, shapes
     numbers = np.arange(1.0, n + 1.0)[:, None] * (1.0 + np.sqrt(2.0) * np.arange(1.0, m + 1.0))
     x = np.broadcast_to(np.cos(numbers)[:, None, :], (n, lanes, m)).astype(kind)
     at = Lanes(start, start, own.machine)
