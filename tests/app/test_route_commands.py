@@ -178,4 +178,4 @@ def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
     assert (said in _of_the_file(axis)[1]) == doubted
     found = cd.modes(drive, below=2.0 * axis.words["frequencies_hz"][0])
     assert found.certified
-    assert any(mode.model == "shallow sag" for mode in found.transverse)
+    assert any("sag" in mode.model for mode in found.transverse)
