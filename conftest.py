@@ -21,7 +21,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture
 def measured(record_property: Callable[[str, object], None]) -> Callable[[str], None]:
-    """Note a figure of docs/validation.md, before it is judged; ``make verify`` prints all of them."""
+    """Note a figure of tests/validation.md, before it is judged; ``make verify`` prints all of them."""
     return partial(record_property, "measured")
 
 

@@ -1,7 +1,7 @@
 """Which pretension keeps a drive clear of its 2:1 resonance between pulleys and cable?
 
 When the lowest transverse frequency is half of the lowest longitudinal one, turning the pulleys
-shakes the cable sideways: chapter 5 of the dissertation. Its rig is tuned so at 3.284 N, see docs/errata.md;
+shakes the cable sideways: chapter 5 of the dissertation. Its rig is tuned so at 3.284 N;
 here that is found, and the band around it in which the two frequencies are within 5 % of the ratio.
 """
 

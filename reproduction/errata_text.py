@@ -6,7 +6,7 @@ from pathlib import Path
 
 from markupsafe import Markup, escape
 
-PAGES = ("docs/errata.md", "docs/errata_control.md")
+PAGES = ("reproduction/errata.md", "reproduction/errata_control.md")
 _ITEM = re.compile(r"^\(([\w-]+)\)=\n#+ (.+)\n+((?:(?!^\(|^#).*\n?)*)", re.M)
 _FORMULA = re.compile(r"\$\$?(.+?)\$\$?", re.S)
 _CODE = re.compile(r"`([^`]+)`")
@@ -19,7 +19,7 @@ class ErrataItem:
     Attributes
     ----------
     page, anchor : str
-        Where it stands, such as "docs/errata.md" and "erratum-3-14-length".
+        Where it stands, such as "reproduction/errata.md" and "erratum-3-14-length".
     title : str
     lines : tuple of Markup
         What is printed, what is right, why, and the test.

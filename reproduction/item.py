@@ -101,7 +101,7 @@ def place(anchor: str, *, control: bool = False) -> str:
 
     ``control``: on the page of chapter 6.
     """
-    return f"docs/errata{'_control' if control else ''}.md#{anchor}"
+    return f"reproduction/errata{'_control' if control else ''}.md#{anchor}"
 
 
 def rms(values: ArrayLike) -> float:

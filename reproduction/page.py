@@ -31,7 +31,7 @@ TITLES = {
     "7": "Chapter 7: conclusions",
     "A": "Appendix A: hardware",
 }
-_PLACE = re.compile(r"(docs/errata(?:_control)?\.md)#([\w-]+)")
+_PLACE = re.compile(r"(reproduction/errata(?:_control)?\.md)#([\w-]+)")
 say = texts("page", "reproduction")
 
 

@@ -86,7 +86,7 @@ def test_sentences_stand_in_the_text_as_quoted(anchor):
     text = without_blanks(TEXT.read_text(encoding="utf-8"))
     absent = [phrase for phrase in PHRASES[anchor] if without_blanks(phrase) not in text]
     assert not absent, f"{anchor}: not in the text: {absent}"
-    assert f"({anchor})=" in (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
+    assert f"({anchor})=" in (ROOT / "reproduction" / "errata.md").read_text(encoding="utf-8")
 
 
 @needs_text

@@ -30,9 +30,14 @@ from cabledrive.parameters.version import __version__
 ROOT = Path(__file__).resolve().parent.parent
 DOCS, PACKAGE = ROOT / "docs", ROOT / "src" / "cabledrive"
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
-PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
-ERRATA = (DOCS / "errata.md", DOCS / "errata_control.md")
-EQUATIONS = DOCS / "equations.md"
+BESIDE = ROOT / "reproduction"
+PAGES = sorted(
+    page
+    for folder in (ROOT, DOCS, BESIDE, ROOT / "tests", ROOT / "benchmarks")
+    for page in folder.glob("*.md")
+)
+ERRATA = (BESIDE / "errata.md", BESIDE / "errata_control.md")
+EQUATIONS = BESIDE / "equations.md"
 sys.path.append(str(ROOT))  # the reproduction
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 LONGEST_FILE = 400  # lines
@@ -247,8 +252,8 @@ def unresolved(name: str) -> str:
 
 
 def figures() -> Iterator[Breach]:
-    """Each test that the page on validation names notes what it measures."""
-    page = DOCS / "validation.md"
+    """Each test that the table of claims names notes what it measures."""
+    page = ROOT / "tests" / "validation.md"
     for number, file, name in named_tests(page):
         noting = {
             test

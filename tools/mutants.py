@@ -8,7 +8,7 @@ A process for each room collects its tests, notes which of them enter a sampled 
 forks for every mutant: the child takes the changed code and runs the tests that enter it, fastest first, up
 to a failure. Kernels run without the compiler, under the tests marked ``kernel``.
 
-``python tools/mutants.py`` writes docs/mutants.md from all rooms; ``--room control`` does one room anew, and
+``python tools/mutants.py`` writes tests/mutants.md from all rooms; ``--room control`` does one room anew, and
 ``--room control --again FILE`` tries what survived there on the tests of that file.
 """
 
@@ -45,7 +45,7 @@ ROOMS = (
     "parameters mechanics trajectories modal simulation reduction identification control rig studies export"
 )
 ROOMS += " campaign"
-TABLE, KEPT = ROOT / "docs" / "mutants.md", ROOT / "build" / "mutants"
+TABLE, KEPT = ROOT / "tests" / "mutants.md", ROOT / "build" / "mutants"
 EQUIVALENT = ROOT / "tools" / "equivalent_mutants.toml"
 SLOWEST, ALTOGETHER = 10.0, 30.0  # seconds of a test, and of all tests of a mutant
 

@@ -62,7 +62,7 @@ def cheap():
 def test_every_reason_points_to_a_place_that_exists(cheap):
     for item in cheap:
         assert item.note, item.id
-        for page, anchor in re.findall(r"(docs/\w+\.md)#([\w-]+)", item.note):
+        for page, anchor in re.findall(r"(reproduction/\w+\.md)#([\w-]+)", item.note):
             assert f"({anchor})=" in (ROOT / page).read_text(encoding="utf-8"), f"{item.id}: {anchor}"
 
 
@@ -113,7 +113,7 @@ def test_no_item_differs_without_a_cause(quick, measured):
         assert item.note, item.id
         without = item.computed is None or item.note.startswith(NOT_COMPARABLE)
         assert (item.verdict == NOT_COMPUTABLE) == without, item
-        for page, anchor in re.findall(r"(docs/\w+\.md)#([\w-]+)", item.note):
+        for page, anchor in re.findall(r"(reproduction/\w+\.md)#([\w-]+)", item.note):
             assert f"({anchor})=" in (ROOT / page).read_text(encoding="utf-8"), f"{item.id}: {anchor}"
     drawn = {panel.figure for _, outcome in found.outcomes for panel in outcome.panels}
     assert set(FIGURES) <= drawn, set(FIGURES) - drawn

@@ -93,7 +93,7 @@ def test_the_page_is_usable_soon_after_the_start(tmp_path, measured):
                 taken, memory = time.perf_counter() - begun, resident(process.pid)
         browser.close()
     measured(f"process start to usable page: {taken:.2f} s; server {memory:.0f} MB then")
-    assert taken < 5.0  # 2.5 s are wanted: docs/performance.md has the distance
+    assert taken < 5.0  # 2.5 s are wanted: benchmarks/performance.md has the distance
 
 
 @pytest.mark.verify
@@ -115,7 +115,9 @@ def test_a_slider_moves_the_plot_within_a_frame_or_three(tmp_path, measured):
         memory = resident(process.pid)
         measured(f"slider to plot: median {median:.0f} ms, 90 % {most:.0f} ms; server {memory:.0f} MB")
         assert len(times) >= 90
-        assert median < 250.0  # 50 and 100 ms are wanted: docs/performance.md has the distance and its cause
+        assert (
+            median < 250.0
+        )  # 50 and 100 ms are wanted: benchmarks/performance.md has the distance and its cause
         assert most < 400.0
         assert memory < 200.0
 

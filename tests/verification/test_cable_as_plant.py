@@ -1,4 +1,4 @@
-"""The laws on the distributed cable beside its lumped chain: figures of docs/validation.md."""
+"""The laws on the distributed cable beside its lumped chain: figures of tests/validation.md."""
 
 import numpy as np
 import pytest

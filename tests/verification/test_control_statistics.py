@@ -1,4 +1,4 @@
-"""Peak errors of the laws over many encoder phases and plants: the figures of docs/validation.md."""
+"""Peak errors of the laws over many encoder phases and plants: the figures of tests/validation.md."""
 
 from dataclasses import replace
 

@@ -45,10 +45,10 @@ STEEPER = 2.0
 LAYER = 4.0
 """Length of the first segment of a beam over sqrt(EI/T); those behind it are twice as long each."""
 
-Row = tuple[tuple[int, float], ...]
-"""How an end moves in one direction: coordinates with their factors; none: at rest."""
-Tag = tuple[int, str]
-"""Number of the piece of a span, and direction."""
+Row = tuple[
+    tuple[int, float], ...
+]  # how an end moves in one direction: coordinates with factors; none: at rest
+Tag = tuple[int, str]  # number of the piece of a span, and direction
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,8 +23,7 @@ ALONE = 0.99
 _AT_REST = 1e-6
 
 Values = NDArray[Any]
-Place = tuple[str, str, tuple[float, float]]
-"""Span, direction, and the places between which the span is held across."""
+Place = tuple[str, str, tuple[float, float]]  # span, direction, places between which it is held across
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
