@@ -13,9 +13,9 @@ import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.plant_batch import integrate_alone, reference_table, single_batch
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 
 TITLE = "Closed loop: Model 4 under its adaptive robust law, 5 kHz"
 DRIVE = cd.load_drive("dissertation-3", overrides=["motor.backlash=0"])

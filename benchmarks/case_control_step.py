@@ -13,8 +13,8 @@ from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.loop_numbers import LoopState
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 
 TITLE = "One control step: law and observer of Model 4"
 TARGET = 1e-6

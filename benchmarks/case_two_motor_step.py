@@ -13,8 +13,8 @@ from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop
 from cabledrive.rig.closed_loop.pair import doubled
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 from cabledrive.rig.two_motors.design import design_tensions
 
 TITLE = "One control step of the laws of two motors"

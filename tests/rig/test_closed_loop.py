@@ -15,9 +15,9 @@ import pytest
 from cabledrive.parameters import load_drive
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 from dissertation_runs import track
 from oracles.loop_reference import run_reference
 

@@ -23,9 +23,9 @@ from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
 from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
 from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_one
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples, sampled_chain, sampled_loops
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 from control_chains import INTERVAL, model
 from dissertation_runs import track
 from oracles.readable_plant import ReadablePlant

@@ -20,9 +20,9 @@ from cabledrive.rig.laws.controller_file import controller_numbers, read_control
 from cabledrive.rig.laws.controllers import law_for_chain, motion_numbers
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.laws.load_learning import TURNING, load_blocks, load_learning
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import Spreads, sampled_chain
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")

@@ -15,16 +15,10 @@ from cabledrive.rig.closed_loop.loop import loop_at_rest, run
 from cabledrive.rig.disturbed.disturbances_file import Disturbances
 from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
 from cabledrive.rig.laws.load_learning import CHANGING, KINDS, NAME
-from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.ranking.ranked import COMPARED
 from cabledrive.rig.ranking.scores import scored
-from cabledrive.rig.ranking.tuned_by_limits import (
-    TunedLaw,
-    filters,
-    margins_of,
-    nominal_loop,
-)
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import law_as_tuned
 from command import answer
 
 DRIVE = load_drive("dissertation-3")
@@ -39,9 +33,7 @@ TRIPLED = Disturbances(load_factor=(3.0, 3.0), load_time=(0.7, 0.95))
 def over_plants(name, draws, seed, ranges=RANGES, words="a tenth of the uncertainty"):
     """Scores of a law at 35 Hz with the filter that the comparison chose."""
     spec = spec_for(DRIVE, TWO, options=COMPARED, bandwidth=HERTZ)
-    tuning = None if name in KINDS else dict(filters(name, spec))[words]
-    loop = nominal_loop(CONTROLLERS[name](spec), spec, COMPARED, tuning)
-    law = TunedLaw(name=name, loop=loop, bandwidth=HERTZ, filter="", margins=margins_of(loop), seconds=0.0)
+    law = law_as_tuned(name, HERTZ, "its own" if name in KINDS else words, spec)
     return law, scored(law, spec, ranges, COMPARED, seed, range(draws))
 
 
@@ -206,9 +198,7 @@ def told_the_load(name, grid, draws=60):
         inertia = float(DRIVE.load_pulley.inertia) * factor
         heavy = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"])
         spec = spec_for(heavy, TWO, options=COMPARED, bandwidth=HERTZ)
-        return nominal_loop(
-            CONTROLLERS[name](spec), spec, COMPARED, dict(filters(name, spec))["by uncertainty"]
-        )
+        return law_as_tuned(name, HERTZ, "by uncertainty", spec).loop
 
     for draw in range(draws):
         plant = disturbed_loop(law.loop, ranges, COMPARED, np.random.default_rng([11, draw]))

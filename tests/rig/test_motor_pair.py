@@ -10,9 +10,9 @@ from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.pair import doubled
 from cabledrive.rig.closed_loop.pair_kernels import LEAST
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 from oracles.motor_pair import MotorPair
 from oracles.motor_pair import run as run_by_scipy
 

@@ -6,18 +6,19 @@ from functools import cache
 import numpy as np
 import pytest
 
+import cabledrive as cd
+from cabledrive.control.numbers import DARC
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.comparison import loops_of, tuned
 from cabledrive.rig.expected_bound import expected_bound
-from cabledrive.rig.laws.best_gains import best_gains, torque_noise
-from cabledrive.rig.laws.registry import CONTROLLERS, design
+from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.ranking.margins import SIGMAS, closed_loop, margins_of, sampled_controller, sampled_plant
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
 
 DRIVE = load_drive("dissertation-3")
 OPTIONS = RigOptions()
@@ -66,16 +67,24 @@ def test_expected_bound_holds_over_draws_and_is_within_three_of_the_worst():
     assert bound().max() < 5.0 * worst, f"observed {np.degrees(bound().max()):.3f}, {np.degrees(worst):.3f}"
 
 
-def test_best_gains_spend_a_third_of_the_torque_on_noise_and_say_why():
-    spec = spec_for(DRIVE, Motion())
-    chosen = best_gains(spec)
-    limit = DRIVE.motor.torque_limit
-    assert chosen.torque_noise <= limit / 3.0
-    higher = torque_noise(spec, chosen.bandwidth + 1.0, chosen.tuning)
-    assert higher > limit / 3.0, f"observed {higher:.3f} N m"
-    text = " ".join(chosen.reasons)
-    for word in ("torque limit", "sample rate", "modes", "uncertain", "friction", "encoder"):
-        assert word in text
+@pytest.mark.parametrize("name", ["lqg", "pd", "darc-4-damped"])
+def test_track_takes_the_law_that_compare_lists(name, measured):
+    """The same bandwidth and filter, and the next setting of the grid breaks a limit that margins state."""
+    motion = Motion(order=11)
+    listed = cd.compare(DRIVE, controllers=[name], draws=1, motion=motion).laws[0].tuning
+    spec = spec_for(DRIVE, motion, best=True)
+    made, told = design(name, spec), law_at(name, listed.bandwidth, listed.filter, spec)
+    measured(f"{name} {listed.bandwidth:g} Hz, filter {listed.filter}")
+    assert made.gains["bandwidth_hz"] == listed.bandwidth
+    assert made.tuning == told.tuning
+    higher = SETTINGS_HZ[SETTINGS_HZ.index(listed.bandwidth) + 1]
+    loop = close_loop(
+        DRIVE, DRIVE, law_at(name, higher, listed.filter, spec), motion, OPTIONS, np.random.default_rng(0)
+    )
+    most = RIPPLE_SHARE * DRIVE.motor.torque_limit
+    margins = margins_of(loop)
+    assert listed.disk >= LEAST_DISK
+    assert linear_ripple(loop) > most or margins.disk < LEAST_DISK
 
 
 @pytest.mark.parametrize(
@@ -98,10 +107,18 @@ def test_best_gains_leave_the_torque_below_its_limit_whatever_changes_the_loop(o
     said = best_track(drive, controller="darc-4-damped", options=RigOptions(**options), seed=5).summary
     measured(f"{said['gains']['bandwidth_hz']:.0f} Hz, {said['peak_torque']:.2f} N m")
     assert said["saturated_fraction"] == 0.0
-    assert said["peak_error_deg"] < 0.15, f"observed {said['peak_error_deg']:.3f} deg"
+    late = "sensors.delay=1 ms" in overrides  # the disk margin then leaves 12 Hz
+    assert said["peak_error_deg"] < (0.25 if late else 0.15), f"observed {said['peak_error_deg']:.3f} deg"
 
 
 MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
+
+
+def linear_ripple(loop):
+    """Five deviations of the command [N m], of a law without memory by the other assembly."""
+    if loop.controller.law.kind != DARC:
+        return margins_of(loop).ripple
+    return SIGMAS * linear_loop(loop).noise(loop.rig.counts, 20_000)[1]
 
 
 def loop_of(name, hertz, *overrides):
@@ -150,17 +167,7 @@ def test_every_gain_and_phase_in_the_disk_leaves_the_loop_stable(overrides):
 def test_ripple_is_that_of_the_linear_loop_of_the_best_gains(measured):
     """Another assembly of plant, filter and law: five deviations of the command by white rounding."""
     loop = loop_of("darc-4-damped", 30.0)
-    theirs = SIGMAS * linear_loop(loop).noise(loop.rig.counts, 20_000)[1]
+    theirs = linear_ripple(loop)
     ours = margins_of(loop).ripple
     measured(f"{ours:.4f} N m, the other {theirs:.4f}")
     assert ours == pytest.approx(theirs, rel=0.02)
-
-
-LOOSE = RigOptions(forbid_slack=False)
-
-
-def test_tuning_takes_the_setting_with_the_smallest_worst_error():
-    spec = spec_for(DRIVE, Motion())
-    put = loops_of(spec, Motion(), LOOSE)
-    assert tuned("pd", spec, put, LOOSE, draws=2, settings=(2.0, 11.0)) == 11.0
-    assert tuned("lqg", spec, put, LOOSE, draws=2, settings=(0.2, 2.0)) == 0.2

@@ -18,15 +18,14 @@ from cabledrive.rig.carriage.carriage_move import CarriageMove
 from cabledrive.rig.carriage.transporter import move_carriage
 from cabledrive.rig.closed_loop.loop import close_loop
 from cabledrive.rig.closed_loop.plant import plant_numbers
-from cabledrive.rig.comparison import controller, loops_of, tuned
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, disturbances_of
 from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
 from cabledrive.rig.laws.controller_file import controller_numbers
 from cabledrive.rig.laws.load_learning import NAME as LEARNING
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout, parse_payload_range
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 from cabledrive.rig.two_motors.run import track_two_motors
 from cabledrive.studies.transporter_moves import scaled_transporter
 
@@ -166,7 +165,7 @@ SPECS = [
     row(lambda: disturbances_of({"torque_ripple": 2.0}), "torque_ripple", "0 to 1"),
     row(late_plant, "added_delay"),
     row(unmade_law(feedforward="rigid"), "darc-4", "feedforward"),
-    row(lambda: controller("pd", spec_for(DRIVE, Motion(), feedforward="perfect")), "feedforward", "perfect"),
+    row(lambda: design("pd", spec_for(DRIVE, Motion(), feedforward="perfect")), "feedforward", "perfect"),
     row(lambda: plant_numbers(replace(MODEL_4, coulomb=(0.03, 0.01, 0.0)), 2e-4), "0.01", "drive pulley"),
 ]
 
@@ -175,13 +174,6 @@ SPECS = [
 def test_what_cannot_be_run_is_refused_in_one_line_that_names_it(call, named):
     words = line(call)
     assert all(part in words for part in named), words
-
-
-def test_a_law_of_which_no_setting_leaves_torque_to_spare_is_not_tuned():
-    """lqg that weighs 2 N m as one count asks for the whole torque limit."""
-    spec, options = spec_for(DRIVE, Motion()), RigOptions(forbid_slack=False)
-    with pytest.raises(cd.NotComputed, match="lqg among 2 "):
-        tuned("lqg", spec, loops_of(spec, Motion(), options), options, draws=1, settings=(2.0,))
 
 
 def late(value):

@@ -21,9 +21,9 @@ from cabledrive.rig.parsed_options import parse_payload, parse_payload_range
 from cabledrive.rig.ranking.margins import margins_of
 from cabledrive.rig.ranking.ranked import COMPARED
 from cabledrive.rig.ranking.scores import scored
-from cabledrive.rig.ranking.tuned_by_limits import TunedLaw, filters, nominal_loop
 from cabledrive.rig.scheduled_check import Segment, switched_tube
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import law_as_tuned
 
 DRIVE = load_drive("dissertation-3")
 TWO = Motion(pulses=2, order=11)
@@ -39,12 +39,11 @@ def heavier(factor):
 
 def loop_of(name, drive=DRIVE, motion=TWO):
     spec = spec_for(drive, motion, options=COMPARED, bandwidth=HERTZ)
-    return nominal_loop(CONTROLLERS[name](spec), spec, COMPARED, dict(filters(name, spec))["by uncertainty"])
+    return law_as_tuned(name, HERTZ, "by uncertainty", spec).loop
 
 
 def over_plants(name, draws, seed, ranges=CHANGES):
-    loop = loop_of(name)
-    law = TunedLaw(name=name, loop=loop, bandwidth=HERTZ, filter="", margins=margins_of(loop), seconds=0.0)
+    law = law_as_tuned(name, HERTZ, "by uncertainty", spec_for(DRIVE, TWO, options=COMPARED))
     return scored(law, None, ranges, COMPARED, seed, range(draws))
 
 

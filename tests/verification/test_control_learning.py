@@ -9,13 +9,11 @@ from scipy.stats import binom
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.comparison import Compared, compared
-from cabledrive.rig.error_budget import error_sources, in_degrees
 from cabledrive.rig.expected_bound import expected_bound
-from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_samples import RUBBING_LOAD, LearningSamples, run_learning_samples
-from cabledrive.rig.plant_samples import run_samples, sampled_loops
+from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.trial import spec_for
+from cabledrive.rig.tuning import design
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
@@ -23,7 +21,6 @@ TWO = Motion(pulses=2)
 DRAWS, SEED = 1000, 2027
 WHOLE = pytest.param(DRAWS, marks=pytest.mark.verify)
 RARE = 1e-3
-BASELINES, KINDS = ("pd", "pid", "lqg", "dob", "shaper"), ("damped", "undamped", "rigid")
 
 
 def loop_of(name: str, motion: Motion, **choices) -> Loop:
@@ -150,56 +147,6 @@ def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(draws, best
     measured(f"{words}, {bound.max() / worst:.2f} times; {outside} of {draws} outside")
     assert outside == 0
     assert draws < DRAWS or bound.max() <= 3.0 * worst
-
-
-def damped_law() -> float:
-    """Worst error of the damped law, nothing learnt, over the draws of the baselines [deg]."""
-    loop = loop_of("darc-4-damped", Motion(), best=True)
-    return float(run_samples(loop, RigOptions(), 100, SEED + 2).degrees("peak").max())
-
-
-@cache
-def table() -> list[Compared]:
-    return compared(DRIVE, BASELINES, KINDS, 100, SEED + 2, spec_for(DRIVE, Motion()), Motion())
-
-
-@pytest.mark.verify
-def test_law_that_learns_is_three_times_better_than_every_baseline_but_lqg(measured):
-    """Each with the damped inverse, tuned by one rule; LQG comes close, with the same filter."""
-    ours = float(np.degrees(learning().later.max()))
-    worst = {
-        one.law: float(one.draws.degrees("peak").max()) for one in table() if one.feedforward == "damped"
-    }
-    words = ", ".join(f"{name} {size:.3f} ({size / ours:.1f} times)" for name, size in worst.items())
-    measured(f"worst {words}; ours {ours:.4f}, before learning {damped_law():.4f} deg")
-    for name in ("pd", "pid", "dob", "shaper"):
-        assert worst[name] > 3.0 * ours, f"observed {name} {worst[name]:.3f}, ours {ours:.3f} deg"
-    assert ours < worst["lqg"] < 3.0 * ours, f"observed {worst['lqg']:.4f}, ours {ours:.4f} deg"
-
-
-@pytest.mark.verify
-def test_feedforward_decides_over_most_of_the_error(measured):
-    worst = {(one.law, one.feedforward): float(one.draws.degrees("peak").max()) for one in table()}
-    for one in table():
-        peak, torque = one.draws.degrees("peak"), one.draws.scores[:, 4].max()
-        words = f"{one.law} {one.feedforward} {one.setting:g}: {np.median(peak):.3f} / {peak.max():.3f} deg"
-        measured(f"{words}, {torque:.2f} N m, {one.draws.failed} ended early")
-    for name in ("pd", "pid", "lqg", "dob"):
-        assert worst[name, "damped"] <= worst[name, "undamped"] < worst[name, "rigid"], name
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize(
-    "gains, limit", [("best", "counts of every encoder"), ("printed", "unknown encoder zeros")]
-)
-def test_sources_of_the_error_one_at_a_time(gains, limit, measured):
-    """Without the cause that limits the law less than half of its worst error is left."""
-    found = {
-        one.away: in_degrees(one) for one in error_sources(DRIVE, "darc-4-damped", Motion(), 32, gains=gains)
-    }
-    for away, (median, worst, own) in found.items():
-        measured(f"without {away}: {median:.4f} / {worst:.4f} deg, own zero {own:.4f}")
-    assert found[limit][1] < 0.5 * found["nothing"][1], f"observed {found}"
 
 
 @pytest.mark.parametrize("draws", [2, pytest.param(20, marks=pytest.mark.verify)])

@@ -25,10 +25,11 @@ from cabledrive.rig.laws.controller_file import (
 )
 from cabledrive.rig.laws.controllers import motion_numbers
 from cabledrive.rig.laws.own_law import own_law
-from cabledrive.rig.laws.registry import design, known_name, needed_order
+from cabledrive.rig.laws.registry import known_name, needed_order
 from cabledrive.rig.ranking.best import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import check_motion, spec_for
+from cabledrive.rig.tuning import design
 
 DRIVE = "drive.toml"
 LEARNS = (

@@ -21,8 +21,8 @@ from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.plant_samples import Spreads
 from cabledrive.rig.ranking.margins import closed_loop, sampled_controller, sampled_plant
-from cabledrive.rig.ranking.tuned_by_limits import ripple_limit
 from cabledrive.rig.setting import DEGREE, RigOptions
+from cabledrive.rig.tuning import ripple_limit
 
 NODE_TIME = 4e-3
 """From node to node of the torque [s]."""

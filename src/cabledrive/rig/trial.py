@@ -23,13 +23,14 @@ from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.file_law import law_from_file, with_filter
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.own_law import own_law
-from cabledrive.rig.laws.registry import CONTROLLERS, design, known_name, needed_order
+from cabledrive.rig.laws.registry import CONTROLLERS, known_name, needed_order
 from cabledrive.rig.learning_samples import run_learning_samples
 from cabledrive.rig.plant_samples import draw_words, run_samples
 from cabledrive.rig.ranking.best import BEST, best_controller, best_words
 from cabledrive.rig.repetition import repeat_motion
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, summarize
+from cabledrive.rig.tuning import design
 from cabledrive.trajectories import move_limits, peak_demand
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}

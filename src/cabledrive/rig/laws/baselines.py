@@ -1,6 +1,6 @@
 """Baselines by name: PD, PID, LQG, LQI, H-infinity, disturbance observers, shaper, each with a feedforward.
 
-One number tunes each, the bandwidth; `cabledrive.rig.laws.tuned_gains` tunes them all by one rule.
+One number tunes each, the bandwidth; `cabledrive.rig.tuning` tunes them all by one rule.
 """
 
 from collections.abc import Callable, Sequence

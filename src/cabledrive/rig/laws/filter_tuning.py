@@ -1,4 +1,4 @@
-"""The Kalman filter of a law: its model, the encoders that it reads, its noise by what is not known."""
+"""The Kalman filter of a law: its model, its encoders, its noise by what is not known; the damped law."""
 
 import numpy as np
 
@@ -6,9 +6,16 @@ from cabledrive.control.kalman import KalmanTuning
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.controllers import DesignSpec, own_filter
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, own_filter
 from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
 from cabledrive.rig.plant_samples import Spreads
+
+
+def damped_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
+    """The damping-aware law of Model 3 or 4 (``number``); its filter by what is not known."""
+    counts = np.array(list(read_encoders(spec, number).values()))
+    tuning = tuning_by_uncertainty(spec, filter_chain(spec, number), counts)
+    return chain_law(spec, number, name, damped=True, tuning=tuning)
 
 
 def filter_chain(spec: DesignSpec, number: int) -> LumpedChain:

@@ -15,8 +15,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
 from cabledrive.rig.disturbances import control_delay, current_rate
-from cabledrive.rig.laws.best_gains import damped_law
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law
+from cabledrive.rig.laws.filter_tuning import damped_law
 from cabledrive.rig.laws.fitting import fit_observer
 from cabledrive.rig.setting import RigOptions
 

@@ -7,17 +7,15 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.laws.baselines import BASELINES
-from cabledrive.rig.laws.best_gains import damped_law
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, darc
+from cabledrive.rig.laws.filter_tuning import damped_law
 from cabledrive.rig.laws.indirect import NAME, indirect
-from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
 from cabledrive.rig.laws.load_learning import CHANGING, load_learning
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
 from cabledrive.rig.laws.reference_model import NAME as MRAC
 from cabledrive.rig.laws.reference_model import reference_model
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.laws.scheduled import scheduled
-from cabledrive.rig.laws.tuned_gains import tuned_law
 from cabledrive.rig.setting import DISSERTATION_ORDER
 
 CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
@@ -39,9 +37,6 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     **BASELINES,
 }
 
-
-OWN_RULE = (*(name for name in CONTROLLERS if name.endswith("-damped")), NAME)
-"""Laws whose highest bandwidth follows from the noise of their filter."""
 INERTIAS = {
     **{f"darc-{model}{kind}": n for model, n in ((1, 1), (2, 2), (3, 2), (4, 3)) for kind in ("", "-damped")},
     "backstepping": 2,
@@ -76,27 +71,6 @@ def needed_order(name: str, drive: Drive) -> int:
         name, 3 if highest_model(drive) == 4 or name in ("darc-4", "darc-4-damped") else 2
     )
     return max(DISSERTATION_ORDER, 4 * inertias - 1)
-
-
-def design(name: str | None, spec: DesignSpec) -> Controller:
-    """Design a control law by name.
-
-    ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    Raises `InputRefused` if there is no such law, the sample rate is too low for its bandwidth, or that is
-    too low for the law.
-    """
-    name = known_name(name, spec.drive)
-    if spec.feedforward != "damped" and name not in BASELINES:
-        raise InputRefused(
-            f"feedforward = {spec.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
-            "leave it out"
-        )
-    law = CONTROLLERS[name]
-    chosen = spec.best and spec.bandwidth is None and spec.motion is not None
-    made = tuned_law(law, spec) if chosen and name not in OWN_RULE else law(spec)
-    check_sample_rate(made, spec.interval)
-    check_least_bandwidth(law, made, spec)
-    return made
 
 
 def check_sample_rate(controller: Controller, interval: float) -> None:

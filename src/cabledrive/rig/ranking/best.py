@@ -7,10 +7,10 @@ import numpy as np
 
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.ranking.ranked import BEST, BEST_DRAWS, COMPARED, LEARNS, best_law, goal_of
 from cabledrive.rig.ranking.scores import counted
 from cabledrive.rig.setting import DEGREE
+from cabledrive.rig.tuning import law_at
 
 __all__ = ["BEST", "best_controller", "best_words"]
 
@@ -26,13 +26,12 @@ def best_controller(spec: DesignSpec) -> Controller:
             "name a law"
         )
     tuned, _ = best_law(_compared(spec))
-    made = CONTROLLERS[tuned.name](replace(spec, bandwidth=tuned.bandwidth))
     reason = (
         f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
         "plants with friction at the load"
     )
-    filtered = tuned.loop.controller.tuning
-    return replace(made, tuning=filtered, gains=made.gains | {"reasons": [reason]})
+    made = law_at(tuned.name, tuned.bandwidth, tuned.filter, spec)
+    return replace(made, gains=made.gains | {"reasons": [reason]})
 
 
 def best_words(spec: DesignSpec) -> dict[str, Any]:

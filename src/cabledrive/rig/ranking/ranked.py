@@ -15,8 +15,8 @@ from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.ranking.scores import Scores, rank, scored
-from cabledrive.rig.ranking.tuned_by_limits import TunedLaw, tuned_by_limits
 from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.tuning import TunedLaw, law_as_tuned, tuned
 
 BEST = "best"
 LEARNS = (INDIRECT, LOAD_LEARNING, CHANGING)
@@ -76,13 +76,14 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None
     reached: list[tuple[str, Scores | None]] = []
     for name in offered(spec.drive, spec.motion, disturbances):
         try:
-            tuned = tuned_by_limits(name, spec, disturbances, COMPARED)
-            scores = scored(tuned, spec, disturbances, COMPARED, 0, range(BEST_DRAWS))
+            one = tuned(name, spec, disturbances)
+            law = law_as_tuned(name, one.bandwidth, one.filter, spec)
+            scores = scored(law, spec, disturbances, COMPARED, 0, range(BEST_DRAWS)) if one.accepted else None
         except (NotComputed, InputRefused):
-            reached.append((name, None))
-            continue
+            scores = None
         reached.append((name, scores))
-        found.append((rank(scores, goal, learns=several and name in LEARNS), tuned))
+        if scores is not None:
+            found.append((rank(scores, goal, learns=several and name in LEARNS), law))
     if not found:
         raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")
     return min(found, key=lambda pair: pair[0])[1], tuple(reached)

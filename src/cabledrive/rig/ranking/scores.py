@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import NAME as INDIRECT
 from cabledrive.rig.laws.indirect import run_indirect
-from cabledrive.rig.ranking.tuned_by_limits import TunedLaw
 from cabledrive.rig.setting import RigOptions
+from cabledrive.rig.tuning import TunedLaw
 
 COLUMNS = ("peak", "later_peak", "peak_torque", "saturated", "failed")
 
@@ -64,7 +64,7 @@ def scored(
     def one(draw: int) -> Array:
         plant = disturbed_loop(tuned.loop, disturbances, options, np.random.default_rng([seed, draw]))
         if tuned.name == INDIRECT:
-            _, done, _ = run_indirect(spec, plant, options)
+            _, done, _ = run_indirect(replace(spec, bandwidth=tuned.bandwidth), plant, options)
         else:
             done = run(plant, log=False)
         return np.append(done.state.summary[columns], done.failed)

@@ -55,6 +55,12 @@ def recorded(name: str, bandwidth: float, words: str, margins: Margins, seconds:
     )
 
 
+def untuned(name: str, reason: str, seconds: float = 0.0) -> TuningRecord:
+    """A law without a setting, and why."""
+    nothing = dict.fromkeys(("bandwidth", "disk", "gain", "phase", "ripple"))
+    return TuningRecord(name=name, filter="", seconds=seconds, reason=reason, **nothing)
+
+
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 

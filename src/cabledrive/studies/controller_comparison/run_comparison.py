@@ -17,26 +17,19 @@ from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
-from cabledrive.rig.ranking.margins import margins_of
+from cabledrive.rig.laws.registry import needed_order
 from cabledrive.rig.ranking.ranked import COMPARED, LEARNS, checked_names, goal_of, offered
 from cabledrive.rig.ranking.scores import Scores, scored
-from cabledrive.rig.ranking.tuned_by_limits import (
-    LEAST_DISK,
-    TunedLaw,
-    filters,
-    nominal_loop,
-    ripple_limit,
-    tuned_by_limits,
-)
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import check_motion, spec_for
+from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
 from cabledrive.studies.controller_comparison.comparison import (
     ComparedLaw,
     Comparison,
     TuningRecord,
     law_words,
     recorded,
+    untuned,
 )
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
@@ -183,22 +176,14 @@ class _Job:
 
 def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbances) -> TuningRecord:
     """A law tuned within the limits, or why it cannot be."""
-    begun = time.perf_counter()
+    spec = spec_for(drive, motion, options=COMPARED)
     try:
-        found = tuned_by_limits(name, spec_for(drive, motion, options=COMPARED), disturbances, COMPARED)
+        found = tuned(name, spec, disturbances)
     except (NotComputed, InputRefused) as failure:
-        seconds = time.perf_counter() - begun
-        return TuningRecord(
-            name=name,
-            bandwidth=None,
-            filter="",
-            disk=None,
-            gain=None,
-            phase=None,
-            ripple=None,
-            seconds=seconds,
-            reason=str(failure),
-        )
+        return untuned(name, str(failure))
+    if not found.accepted:
+        why = f"{name}: no bandwidth keeps a disk margin of {LEAST_DISK:g} and a torque ripple of "
+        return untuned(name, f"{why}{ripple_limit(spec):.3g} N m", found.seconds)
     return recorded(name, found.bandwidth, found.filter, found.margins, found.seconds)
 
 
@@ -206,17 +191,7 @@ def tuned_again(record: TuningRecord, drive: Drive, motion: Motion) -> TunedLaw:
     """The law of a tuning that was kept."""
     assert record.bandwidth is not None
     spec = spec_for(drive, motion, options=COMPARED)
-    made = CONTROLLERS[record.name](replace(spec, bandwidth=record.bandwidth))
-    tuning = dict(filters(record.name, spec))[record.filter]
-    loop = nominal_loop(made, spec, COMPARED, tuning)
-    return TunedLaw(
-        name=record.name,
-        loop=loop,
-        bandwidth=record.bandwidth,
-        filter=record.filter,
-        margins=margins_of(loop),
-        seconds=record.seconds,
-    )
+    return law_as_tuned(record.name, record.bandwidth, record.filter, spec)
 
 
 def runs_of(

@@ -14,13 +14,13 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.laws.baselines import lqg
-from cabledrive.rig.laws.best_gains import SAMPLES_PER_PERIOD
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.trial import spec_for
+from cabledrive.studies.study.bandwidth_search import SAMPLES_PER_PERIOD
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, near_encoder, with_values
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.knowledge_stage import Knowledge

@@ -1,0 +1,304 @@
+"""One tuning procedure for every law: the highest bandwidth within the same limits of ripple and robustness.
+
+With each of the filters that are offered, the highest bandwidth is searched at which the disk margin and the
+torque ripple by rounding keep their limits; of the filters the one with the smallest worst error on plants
+that are set apart for tuning is taken. `track`, `export`, `compare` and `best` take their laws from here.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from cabledrive.control.flat_output import flat_output
+from cabledrive.control.kalman import QUIET, KalmanTuning
+from cabledrive.control.linear_laws import feedforward
+from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.control.reference import flat_reference
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
+from cabledrive.rig.closed_loop.other_plants import with_plant
+from cabledrive.rig.disturbances import torque_limit
+from cabledrive.rig.disturbed.disturbances_file import Disturbances, standard_disturbances
+from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
+from cabledrive.rig.laws.baselines import BASELINES
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
+from cabledrive.rig.laws.filter_tuning import tuning_by_uncertainty
+from cabledrive.rig.laws.fitting import fitted_encoders
+from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
+from cabledrive.rig.laws.load_learning import KINDS
+from cabledrive.rig.laws.registry import CONTROLLERS, check_sample_rate, known_name
+from cabledrive.rig.ranking.margins import Margins, margins_of
+from cabledrive.rig.setting import RigOptions
+
+SETTINGS_HZ = (
+    *(0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.0),
+    *(35.0, 42.0, 50.0, 60.0, 75.0, 90.0),
+)
+LEAST_DISK = 0.25
+"""Gain may change by a factor of 1.29, or phase by 14 deg."""
+LOADED_DISK = 0.1
+"""At the ends of the range of the load's inertia, where a comparison states one."""
+RIPPLE_SHARE = 1.0 / 6.0
+"""Of the torque limit, for five deviations of the torque by rounding."""
+TUNING_SEED, TUNING_DRAWS = 1_000_003, 8
+FILTERS = ("as known", "a tenth of the uncertainty", "by uncertainty")
+"""Noise of the load's acceleration in the filter: none, a tenth of what the spreads make of it, all of it."""
+UNLIMITED = Margins(stable=True, disk=np.inf, gain=np.inf, phase=np.inf, ripple=0.0)
+"""Of a loop whose margins are not known, as it has no Kalman filter: a run decides."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TunedLaw:
+    """A law as the procedure tuned it.
+
+    Attributes
+    ----------
+    name : str
+    loop : Loop
+        Nominal, with law and filter.
+    bandwidth : float
+        [Hz].
+    filter : str
+        Of `FILTERS`, or what the law brings.
+    margins : Margins
+    reached : float
+        Smallest of what it keeps of each limit, over that limit; below 1 it is the one that comes closest.
+    seconds : float
+        What the tuning took [s].
+    """
+
+    name: str
+    loop: Loop
+    bandwidth: float
+    filter: str
+    margins: Margins
+    reached: float
+    seconds: float = 0.0
+
+    @property
+    def accepted(self) -> bool:
+        """Whether it keeps the limits."""
+        return self.reached >= 1.0
+
+
+def design(name: str | None, spec: DesignSpec) -> Controller:
+    """Design a control law by name, tuned where ``spec.best`` asks for it and no bandwidth is given.
+
+    ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
+    Raises `InputRefused` if there is no such law, the sample rate is too low for its bandwidth, or that is
+    too low for the law.
+    """
+    name = known_name(name, spec.drive)
+    if spec.feedforward != "damped" and name not in BASELINES:
+        raise InputRefused(
+            f"feedforward = {spec.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
+            "leave it out"
+        )
+    chosen = spec.best and spec.bandwidth is None and spec.motion is not None
+    made = _with_reason(name, spec) if chosen else CONTROLLERS[name](spec)
+    check_sample_rate(made, spec.interval)
+    check_least_bandwidth(CONTROLLERS[name], made, spec)
+    return made
+
+
+def _with_reason(name: str, spec: DesignSpec) -> Controller:
+    found = tuned(name, spec, standard_disturbances(spec.drive))
+    limits = (
+        f"a disk margin of {LEAST_DISK:g} and a torque ripple of {ripple_limit(spec):.3g} N m by rounding"
+    )
+    why = f"the highest that keeps {limits}"
+    if not found.accepted:
+        why = f"no bandwidth keeps {limits}; this one comes closest"
+    elif found.margins is UNLIMITED:
+        why = "the highest with which a run without a Kalman filter ends below the torque limit"
+    made = law_at(name, found.bandwidth, found.filter, spec)
+    reason = f"bandwidth {found.bandwidth:g} Hz, filter {found.filter}: {why}"
+    return replace(made, gains=made.gains | {"reasons": [reason]})
+
+
+def law_at(name: str, hertz: float, words: str, spec: DesignSpec) -> Controller:
+    """A law at a bandwidth with one of its filters, along the motion of a spec."""
+    return _filtered(CONTROLLERS[name](replace(spec, bandwidth=hertz)), dict(filters(name, spec))[words])
+
+
+def law_as_tuned(name: str, hertz: float, words: str, spec: DesignSpec) -> TunedLaw:
+    """The same on its nominal plant, with its margins."""
+    assert spec.options is not None
+    loop = nominal_loop(law_at(name, hertz, words, spec), spec, spec.options)
+    return TunedLaw(
+        name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins_of(loop), reached=1.0
+    )
+
+
+def _filtered(made: Controller, tuning: KalmanTuning | None) -> Controller:
+    if tuning is None:
+        return made
+    return replace(made, tuning=replace(tuning, cancels=made.tuning.cancels))
+
+
+@lru_cache(maxsize=16)
+def needed_torque(spec: DesignSpec) -> float:
+    """Largest torque of the exact inverse along the motion, friction included [N m]."""
+    chain = spec.model(highest_model(spec.drive))
+    flat = flat_output(chain)
+    reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
+    return float(np.abs(feedforward(chain, flat, reference)[:, -1]).max())
+
+
+def ripple_limit(spec: DesignSpec) -> float:
+    """Torque that rounding may make: a share of the limit; without one, what the motion needs [N m]."""
+    limit = torque_limit(spec.drive)
+    return RIPPLE_SHARE * limit if np.isfinite(limit) else needed_torque(spec)
+
+
+def tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
+    """Tune a law by name on one pulse of the motion with the sensors and the filter of the options.
+
+    What acts on a run alone (disturbing torques, jitter, another plant) does not change its law.
+    """
+    assert spec.motion is not None
+    given, motion = spec.options or RigOptions(), spec.motion
+    options = RigOptions(
+        forbid_slack=False,
+        observer=given.observer,
+        feedback=given.feedback,
+        encoder_phase=given.encoder_phase,
+        ideal_sensors=given.ideal_sensors,
+    )
+    if not disturbances.changes_load:
+        motion = replace(motion, pulses=1, payload=())
+    samples = round(motion.trajectory.duration / spec.interval) + 1
+    alike = replace(
+        spec, motion=motion, trajectory=motion.trajectory, samples=samples, options=options, plant=None
+    )
+    return _tuned(name, replace(alike, bandwidth=None, best=False), disturbances)
+
+
+@lru_cache(maxsize=64)
+def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
+    begun, options = time.perf_counter(), spec.options
+    assert options is not None
+    found = [
+        one
+        for words, tuning in filters(name, spec)
+        if (one := _highest(name, spec, words, tuning, disturbances)) is not None
+    ]
+    if not found:
+        check_sample_rate(CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[0])), spec.interval)
+        raise NotComputed(f"{name}: no loop can be made at any bandwidth: give one")
+    kept = [one for one in found if one.accepted]
+    if kept:
+        errors = [worst_error(one.loop, disturbances, options, TUNING_DRAWS, TUNING_SEED) for one in kept]
+        best = kept[int(np.argmin(errors))]
+        best = best if np.isfinite(min(errors)) else replace(best, reached=0.0)
+    else:
+        best = max(found, key=lambda one: one.reached)
+    return replace(best, seconds=time.perf_counter() - begun)
+
+
+def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | None]]:
+    """Filters that are offered to a law; none: it brings its own."""
+    if name in KINDS:
+        yield "its own", None
+        return
+    made = CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[10]))
+    fitted = fitted_encoders(spec.drive)
+    own = made.filter_model
+    counts = [count for shaft, count in fitted.items() if own is None or shaft in made.shafts]
+    whole = tuning_by_uncertainty(spec, spec.model(own or highest_model(spec.drive)), np.array(counts))
+    shares = (QUIET, replace(whole, load_acceleration=0.1 * whole.load_acceleration), whole)
+    yield from zip(FILTERS, shares, strict=True)
+
+
+def _highest(
+    name: str, spec: DesignSpec, words: str, tuning: KalmanTuning | None, disturbances: Disturbances
+) -> TunedLaw | None:
+    """The highest bandwidth of the grid that is accepted, by bisection; else the one that comes closest."""
+    tried: dict[int, TunedLaw | None] = {}
+
+    def accepted(place: int) -> bool:
+        if place not in tried:
+            tried[place] = _tried(name, spec, words, tuning, SETTINGS_HZ[place], disturbances)
+        found = tried[place]
+        return found is not None and found.accepted
+
+    top = sum(hertz <= 1.0 / (20.0 * spec.interval) for hertz in SETTINGS_HZ)
+    # A law may need a least bandwidth as well: from a coarse comb on, then upwards by bisection.
+    low = next((place for place in range(top - 1, -1, -4) if accepted(place)), None)
+    if low is None:
+        made = [one for one in tried.values() if one is not None]
+        return max(made, key=lambda one: one.reached) if made else None
+    high = min(low + 4, top)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if accepted(middle) else (low, middle)
+    return tried[low]
+
+
+def _tried(
+    name: str,
+    spec: DesignSpec,
+    words: str,
+    tuning: KalmanTuning | None,
+    hertz: float,
+    disturbances: Disturbances,
+) -> TunedLaw | None:
+    assert spec.options is not None
+    try:
+        loop = nominal_loop(CONTROLLERS[name](replace(spec, bandwidth=hertz)), spec, spec.options, tuning)
+        margins = margins_of(loop) if loop.observer.kind == KALMAN else UNLIMITED
+    except (InputRefused, np.linalg.LinAlgError):
+        return None
+    share = share_of_limits(loop, margins, spec, disturbances.load_factor)
+    return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
+
+
+def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple[float, float]) -> float:
+    """What a nominal loop keeps of the limits, over them; ``loads``: factors of the load that it meets."""
+    assert spec.options is not None
+    if margins is UNLIMITED:
+        done = run(loop, log=False)
+        return float(not done.failed and done.state.summary[SUMMARY.index("saturated")] == 0.0)
+    share = min(margins.disk / LEAST_DISK, ripple_limit(spec) / margins.ripple)
+    if share < 1.0 or loads == (1.0, 1.0):
+        return share
+    return min(share, *(disk_under_load(loop, load, spec.options) / LOADED_DISK for load in loads))
+
+
+def disk_under_load(loop: Loop, factor: float, options: RigOptions) -> float:
+    """Disk margin of a law with its filter on the nominal plant with another load, announced if it can be."""
+    *others, load = loop.chain.inertias
+    chain = replace(loop.chain, inertias=(*others, factor * load))
+    return margins_of(with_plant(loop, chain, options), factor).disk
+
+
+def nominal_loop(
+    made: Controller, spec: DesignSpec, options: RigOptions, tuning: KalmanTuning | None = None
+) -> Loop:
+    """A law with a filter on its nominal plant; ``tuning``: default: that of the law."""
+    assert spec.motion is not None
+    generator = np.random.default_rng(0)
+    return close_loop(spec.drive, spec.drive, _filtered(made, tuning), spec.motion, options, generator)
+
+
+def worst_error(loop: Loop, disturbances: Disturbances, options: RigOptions, draws: int, seed: int) -> float:
+    """Largest error of a law over drawn plants [rad at the first shaft]; infinite where a run ends early."""
+
+    def one(draw: int) -> float:
+        plant = disturbed_loop(loop, disturbances, options, np.random.default_rng([seed, draw]))
+        done = run(plant, log=False)
+        return float("inf") if done.failed else float(done.state.summary[SUMMARY.index("peak")])
+
+    return max(in_threads(one, draws))
+
+
+def in_threads(one: Callable[[int], float], draws: int) -> list[float]:
+    """Runs in two threads, which the compiled loop lets work at once."""
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(one, range(draws)))
