@@ -24,14 +24,7 @@ def refuse_given(*names: str, why: str) -> None:
 class OptionOf(click.Option):
     """An option that says of which kinds of input it is; `refuse_not_of` refuses it with others.
 
-    Parameters
-    ----------
-    *args
-        For click.
-    of : tuple of str
-        Kinds of input, by the words of the command.
-    **options
-        For click.
+    ``of`` names the kinds by the words of the command.
     """
 
     def __init__(self, *args: Any, of: tuple[str, ...], **options: Any) -> None:

@@ -17,17 +17,10 @@ TAKEN, FORCE = "cabledrive.taken", "cabledrive.force"
 
 @dataclass(frozen=True, slots=True)
 class NewFile:
-    """A file that a command is going to write.
-
-    Attributes
-    ----------
-    path : Path
-    force : bool
-        Whether an existing file may be replaced.
-    """
+    """A file that a command is going to write."""
 
     path: Path
-    force: bool
+    force: bool  # whether an existing file may be replaced
 
     def write(self, content: str | bytes) -> None:
         """Write it whole or not at all, and say so."""

@@ -27,18 +27,9 @@ _ABOUT = "cabledrive.about"
 
 
 class Subcommand(click.Command):
-    """A command whose help shows its own options before those it shares with others, then an example.
+    """A command whose help shows its own options before those it shares with others, then a complete example.
 
-    Parameters
-    ----------
-    *args
-        For click.
-    example : str
-        A complete command.
-    names : callable
-        Names that an option takes, by title; asked for when the help is shown.
-    **options
-        For click.
+    ``names`` gives the names that an option takes, by title; it is called when the help is shown.
     """
 
     def __init__(
@@ -84,14 +75,10 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg]
-    """A number, or text with a unit, as in a drive file.
+    """A number, or text with a unit, as in a drive file, in an SI unit.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit.
-    counted_in : str, optional
-        Unit of a bare number and of the value that the command is given; default: the SI unit.
+    ``counted_in`` is the unit of a bare number and of the value that the command is given; default: the SI
+    unit.
     """
 
     def __init__(self, unit: str, counted_in: str | None = None) -> None:

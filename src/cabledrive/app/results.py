@@ -20,36 +20,19 @@ NOT_FINITE = "not a finite number"
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Absent:
-    """A number that does not exist, and why: in JSON ``null``, with the reason beside it, ``KEY_reason``.
-
-    Attributes
-    ----------
-    reason : str
-    """
+    """A number that does not exist, and why: in JSON ``null``, with the reason beside it, ``KEY_reason``."""
 
     reason: str
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Answer:
-    """What a command has found.
+    """What a command has found."""
 
-    Attributes
-    ----------
-    data : mapping
-        The JSON object: numbers in SI unless the key says otherwise.
-    text : str
-        The same for people.
-    provenance : mapping or None
-        Where the result comes from, see `provenance`.
-    incomplete : str or None
-        Why this is not all that was asked for; the command then ends with status 3.
-    """
-
-    data: Mapping[str, Any]
-    text: str
-    provenance: Mapping[str, Any] | None
-    incomplete: str | None = None
+    data: Mapping[str, Any]  # the JSON object: numbers in SI unless the key says otherwise
+    text: str  # the same for people
+    provenance: Mapping[str, Any] | None  # where the result comes from, see `provenance`
+    incomplete: str | None = None  # why not all that was asked for; the command then ends with status 3
 
 
 def provenance(

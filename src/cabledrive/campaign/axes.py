@@ -28,13 +28,7 @@ class Spread(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
-    """Evenly between two values, or evenly in their logarithm.
-
-    Attributes
-    ----------
-    low, high : float
-    logarithmic : bool
-    """
+    """Evenly between two values, or evenly in their logarithm."""
 
     low: float
     high: float
@@ -50,15 +44,9 @@ class Range:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Values:
-    """A list of values, each with the same share of the interval.
+    """A list of values, each with the same share of the interval."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (n,)
-        Numbers in SI, words, or true and false.
-    """
-
-    values: NDArray[Any]
+    values: NDArray[Any]  # (n,): numbers in SI, words, or true and false
 
     def at(self, share: Array) -> NDArray[Any]:
         """The value in whose part of the interval a share lies."""
@@ -68,17 +56,10 @@ class Values:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Normal:
-    """A normal distribution, or one whose logarithm is normal.
+    """A normal distribution, or one whose logarithm is normal."""
 
-    Attributes
-    ----------
-    mean, deviation : float
-        Of the value; of a logarithm: median, and standard deviation of the natural logarithm.
-    logarithmic : bool
-    """
-
-    mean: float
-    deviation: float
+    mean: float  # of a logarithm: the median
+    deviation: float  # of a logarithm: standard deviation of the natural logarithm
     logarithmic: bool = False
 
     def at(self, share: Array) -> NDArray[Any]:
@@ -93,12 +74,7 @@ class Normal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Triangular:
-    """A triangular distribution.
-
-    Attributes
-    ----------
-    low, mode, high : float
-    """
+    """A triangular distribution."""
 
     low: float
     mode: float
@@ -115,16 +91,9 @@ class Triangular:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Multiple:
-    """A key that follows another one.
+    """A key that follows another one."""
 
-    Attributes
-    ----------
-    of : Spread
-        Of the other key.
-    factor : float
-    """
-
-    of: Spread
+    of: Spread  # of the other key
     factor: float
 
     def at(self, share: Array) -> NDArray[Any]:
@@ -134,21 +103,11 @@ class Multiple:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Axis:
-    """One dimension of a design; linked keys and the columns of one table share it.
+    """One dimension of a design; linked keys and the columns of one table share it."""
 
-    Attributes
-    ----------
-    spreads : dict of str to Spread
-        By key.
-    units : dict of str to str
-        By key.
-    levels : int or None
-        Number of points on a grid; None: not stated.
-    """
-
-    spreads: dict[str, Spread]
-    units: dict[str, str]
-    levels: int | None
+    spreads: dict[str, Spread]  # by key
+    units: dict[str, str]  # by key
+    levels: int | None  # number of points on a grid; None: not stated
 
     @property
     def counted(self) -> bool:

@@ -129,33 +129,15 @@ Function = Callable[[Row], "Mapping[str, Any] | Found"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """A computation that the SPEC can name.
+    """A computation that the SPEC can name."""
 
-    Attributes
-    ----------
-    outputs : callable
-        All outputs, given the options of the SPEC.
-    default : tuple of str
-        Those stored unless ``outputs`` names others.
-    one : callable
-        Of one row.
-    options : dict of str to str
-        Unit of each option, "count", "text", "flag", or "list of UNIT".
-    required : tuple of str
-        Options without a default.
-    modules : tuple of str
-        What a row imports when it is computed, beside the modules that are loaded with the SPEC.
-    long : bool
-        Whether a row alone takes longer than a chunk should, so that no row is tried to find that out.
-    """
-
-    outputs: Callable[[Mapping[str, Any]], tuple[Output, ...]]
-    default: tuple[str, ...]
-    one: Function
-    options: dict[str, str]
-    modules: tuple[str, ...]
-    required: tuple[str, ...] = ()
-    long: bool = False
+    outputs: Callable[[Mapping[str, Any]], tuple[Output, ...]]  # all outputs, given the options of the SPEC
+    default: tuple[str, ...]  # those stored unless ``outputs`` names others
+    one: Function  # of one row
+    options: dict[str, str]  # unit of each option, "count", "text", "flag", or "list of UNIT"
+    modules: tuple[str, ...]  # imported when a row is computed, beside those loaded with the SPEC
+    required: tuple[str, ...] = ()  # options without a default
+    long: bool = False  # a row takes longer than a chunk should: no row is tried to find that out
 
     @property
     def numbers(self) -> dict[str, str]:
@@ -170,19 +152,10 @@ class Kind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedComputation:
-    """A computation of the package, as a SPEC asks for it.
+    """A computation of the package, as a SPEC asks for it."""
 
-    Attributes
-    ----------
-    what : str
-        Name of its kind.
-    options : mapping
-        In SI.
-    outputs : tuple of Output
-    """
-
-    what: str
-    options: Mapping[str, Any]
+    what: str  # name of its kind
+    options: Mapping[str, Any]  # in SI
     outputs: tuple[Output, ...]
     identity: str
 

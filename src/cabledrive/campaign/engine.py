@@ -16,27 +16,14 @@ from cabledrive.parameters import InputRefused
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Engine:
-    """What hands out the chunks.
-
-    Attributes
-    ----------
-    name : str
-    chunk : callable
-        Takes a SPEC and a store that is to be; returns rows of a chunk, by a trial.
-    warm : callable
-        Gets every machine ready for a plan, kernels compiled once on each.
-    reports : callable
-        Takes a plan and numbers of chunks; yields a report of each as it is done.
-    memory : callable
-        Of all workers [bytes], or none.
-    notes : tuple of str
-    """
+    """What hands out the chunks."""
 
     name: str
-    chunk: Callable[[CampaignSpec, Path], int]
-    warm: Callable[[Plan], None]
+    chunk: Callable[[CampaignSpec, Path], int]  # rows of a chunk, by a trial; takes the store to be
+    warm: Callable[[Plan], None]  # gets every machine ready for a plan, kernels compiled once on each
     reports: Callable[[Plan, Sequence[int]], Iterator[Report]]
-    memory: Callable[[], float | None]
+    """A report of each chunk as it is done; takes their numbers."""
+    memory: Callable[[], float | None]  # of all workers [bytes], or none
     notes: tuple[str, ...] = ()
 
 

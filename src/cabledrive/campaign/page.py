@@ -35,20 +35,11 @@ STATUS_WORDS = {0: "done", 1: "defect", 2: "refused", 3: "not completed"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Machine:
-    """One of the worst rows.
-
-    Attributes
-    ----------
-    row : int
-    words : tuple of str
-        Values of the keys, then of the outputs.
-    link : str
-        Its drive file, as a link that holds it; empty where its values make none.
-    """
+    """One of the worst rows."""
 
     row: int
-    words: tuple[str, ...]
-    link: str
+    words: tuple[str, ...]  # values of the keys, then of the outputs
+    link: str  # its drive file, as a link that holds it; empty where its values make none
 
 
 def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:

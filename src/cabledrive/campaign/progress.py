@@ -15,13 +15,7 @@ ON_A_TERMINAL, ELSEWHERE = 0.5, 30.0
 class CampaignProgress:
     """Adds up chunks and shows a line: rewritten in place on a terminal, else one every half minute.
 
-    Parameters
-    ----------
-    rows : int
-        Of the whole campaign.
-    done : dict of str to int
-        Rows done, refused and failed before.
-    shown : bool
+    It is given the rows of the whole campaign, and of those the ones done, refused and failed before.
     """
 
     def __init__(self, rows: int, done: dict[str, int], *, shown: bool) -> None:

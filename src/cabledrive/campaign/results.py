@@ -20,22 +20,12 @@ BESIDE = (STATUS, "reason", "seed", "time")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Results:
-    """A store.
-
-    Attributes
-    ----------
-    path : Path
-    attributes : dict
-        What the store says of itself.
-    group : zarr.Group
-    code : ndarray of int8, shape (rows,)
-        Status.
-    """
+    """A store."""
 
     path: Path
-    attributes: dict[str, Any]
+    attributes: dict[str, Any]  # what the store says of itself
     group: Any
-    code: NDArray[np.int8]
+    code: NDArray[np.int8]  # (rows,): status
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -22,24 +22,14 @@ POISONED = "the process ended while this row was computed, twice alone: {why}"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chunk:
-    """What the rows of a chunk gave.
-
-    Attributes
-    ----------
-    variables : dict of ndarray, each (rows, ...)
-        Varied keys and outputs by name; what a row did not give is NaN, empty or `UNKNOWN`.
-    code : ndarray of int8, shape (rows,)
-    reason : ndarray of str, shape (rows,)
-    seed : ndarray of uint64, shape (rows,)
-    time : ndarray, shape (rows,)
-        [s].
-    """
+    """What the rows of a chunk gave."""
 
     variables: dict[str, NDArray[Any]]
-    code: NDArray[np.int8]
-    reason: NDArray[Any]
-    seed: NDArray[np.uint64]
-    time: NDArray[np.float64]
+    """Varied keys and outputs, each (rows, ...); without a value NaN, empty or `UNKNOWN`."""
+    code: NDArray[np.int8]  # (rows,)
+    reason: NDArray[Any]  # (rows,)
+    seed: NDArray[np.uint64]  # (rows,)
+    time: NDArray[np.float64]  # (rows,) [s]
 
 
 @runtime_checkable

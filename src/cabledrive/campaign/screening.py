@@ -24,45 +24,24 @@ MORRIS = "morris"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """What a key does to an output, per whole interval of the key, in the unit of the output.
+    """What a key does to an output, per whole interval of the key, in the unit of the output."""
 
-    Attributes
-    ----------
-    mean_size : Index
-        mu*, mean of the size, with its bootstrap interval.
-    mean, deviation : float
-        mu and sigma.
-    """
-
-    mean_size: Index
-    mean: float
-    deviation: float
+    mean_size: Index  # mu*, mean of the size, with its bootstrap interval
+    mean: float  # mu
+    deviation: float  # sigma
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Screening:
-    """Which keys matter to an output, the largest mean size first.
-
-    Attributes
-    ----------
-    output : str
-    rows : int
-        That are used.
-    effects : dict of str to Effect
-        By key; linked keys stand together.
-    groups, groups_left_out : int
-        Paths of k + 1 rows; left out for a row that was refused, not completed or not yet computed.
-    refused, failed : int
-        Rows of the store.
-    """
+    """Which keys matter to an output, the largest mean size first."""
 
     output: str
-    rows: int
-    effects: dict[str, Effect]
-    groups: int
-    groups_left_out: int
-    refused: int
-    failed: int
+    rows: int  # that are used
+    effects: dict[str, Effect]  # by key; linked keys stand together
+    groups: int  # paths of k + 1 rows
+    groups_left_out: int  # for a row that was refused, not completed or not yet computed
+    refused: int  # rows of the store
+    failed: int  # rows of the store
 
 
 def is_screening(store: str | Path) -> bool:

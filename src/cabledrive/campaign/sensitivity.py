@@ -27,12 +27,7 @@ FEWEST_GROUPS = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Index:
-    """An index with its bootstrap interval.
-
-    Attributes
-    ----------
-    value, low, high : float
-    """
+    """An index with its bootstrap interval."""
 
     value: float
     low: float
@@ -41,57 +36,25 @@ class Index:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensitivity:
-    """Which keys the variance of an output comes from.
-
-    Attributes
-    ----------
-    output : str
-    rows : int
-        That are used.
-    first, total : dict of str to Index
-        Share of the variance by a key alone, and with all its interactions; linked keys stand together.
-    groups, groups_left_out : int
-        Of k + 2 rows each; left out for a row that was refused, not completed or not yet computed.
-    refused, failed : int
-        Rows of the store.
-    mean, standard_deviation : float
-        Of the output over the samples A and B.
-    """
+    """Which keys the variance of an output comes from."""
 
     output: str
-    rows: int
-    first: dict[str, Index]
-    total: dict[str, Index]
-    groups: int
-    groups_left_out: int
-    refused: int
-    failed: int
-    mean: float
-    standard_deviation: float
+    rows: int  # that are used
+    first: dict[str, Index]  # share of the variance by a key alone; linked keys stand together
+    total: dict[str, Index]  # with all its interactions
+    groups: int  # of k + 2 rows each
+    groups_left_out: int  # for a row that was refused, not completed or not yet computed
+    refused: int  # rows of the store
+    failed: int  # rows of the store
+    mean: float  # of the output over the samples A and B
+    standard_deviation: float  # likewise
 
 
 def sensitivity(store: str | Path, output: str, *, generator: np.random.Generator) -> Sensitivity:
-    """Sobol indices of an output with bootstrap intervals.
+    """Sobol indices with bootstrap intervals of an output, such as "longitudinal_hz[0]", of a store.
 
-    Parameters
-    ----------
-    store : path-like
-        Of a sweep with ``design.kind = "saltelli"``.
-    output : str
-        Such as "longitudinal_hz[0]".
-    generator : numpy.random.Generator
-        Of the bootstrap.
-
-    Returns
-    -------
-    Sensitivity
-
-    Raises
-    ------
-    InputRefused
-        If the design is of another kind, there is no such output, or too few groups are done.
-    NotComputed
-        If the output does not vary.
+    Refused: a design that is not of Saltelli's kind, an unknown output, too few groups done. `NotComputed`:
+    the output does not vary.
     """
     results = open_results(store)
     axes = results.attributes["axes"]

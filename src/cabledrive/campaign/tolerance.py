@@ -23,21 +23,11 @@ _GOAL = re.compile(r"\s*([\w\[\]]+)\s*(<=|>=|<|>)\s*(.+?)\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitOf:
-    """A goal: a limit of an output.
-
-    Attributes
-    ----------
-    output : str
-    below : bool
-        Whether the limit is an upper one; the limit itself is allowed.
-    limit : float
-        In the unit of the output.
-    text : str
-    """
+    """A goal: a limit of an output."""
 
     output: str
-    below: bool
-    limit: float
+    below: bool  # whether the limit is an upper one; the limit itself is allowed
+    limit: float  # in the unit of the output
     text: str
 
     def holds(self, results: Results) -> Flags:
@@ -48,49 +38,26 @@ class LimitOf:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interval:
-    """A narrower interval of one key, the others as they are.
+    """A narrower interval of one key, the others as they are."""
 
-    Attributes
-    ----------
-    low, high : float
-        In SI.
-    share : float
-        Yield of the rows inside.
-    rows : int
-        Inside.
-    """
-
-    low: float
-    high: float
-    share: float
-    rows: int
+    low: float  # in SI
+    high: float  # in SI
+    share: float  # yield of the rows inside
+    rows: int  # inside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KeyTolerance:
-    """What a key does to the yield.
-
-    Attributes
-    ----------
-    unit : str
-    low, high : float
-        Smallest and largest value in the campaign, in SI.
-    share_at_low, share_at_high : float
-        Yield of the twentieth of the rows at each end.
-    gain_per_low, gain_per_high : float
-        Gain of the yield per SI unit by which that end is drawn in, at the start.
-    tightened : Interval or None
-        Widest interval in which the yield reaches the target; None: no interval of this key alone does.
-    """
+    """What a key does to the yield."""
 
     unit: str
-    low: float
-    high: float
-    share_at_low: float
-    share_at_high: float
-    gain_per_low: float
-    gain_per_high: float
-    tightened: Interval | None
+    low: float  # smallest value in the campaign, in SI
+    high: float  # largest
+    share_at_low: float  # yield of the twentieth of the rows at this end
+    share_at_high: float  # at the other
+    gain_per_low: float  # gain of the yield per SI unit by which this end is drawn in, at the start
+    gain_per_high: float  # of the other end
+    tightened: Interval | None  # widest in which the yield reaches the target; None: none of this key alone
 
     @property
     def gain(self) -> float:
@@ -100,34 +67,19 @@ class KeyTolerance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tolerance:
-    """Yield of a campaign.
-
-    Attributes
-    ----------
-    goals : tuple of LimitOf
-    target : float
-        Yield that is wanted.
-    rows, held, refused, failed : int
-        Rows with a status, those that hold every goal, those that were refused or not completed.
-    share, share_low, share_high : float
-        Yield, refused and failed rows counted as not holding, with the 95 % interval of Clopper and Pearson.
-    missed : dict of str to int
-        Rows that miss each goal.
-    keys : dict of str to KeyTolerance
-        By key, the one whose tightening gains most first.
-    """
+    """Yield of a campaign."""
 
     goals: tuple[LimitOf, ...]
-    target: float
-    rows: int
-    held: int
+    target: float  # yield that is wanted
+    rows: int  # with a status
+    held: int  # hold every goal
     refused: int
-    failed: int
-    share: float
-    share_low: float
+    failed: int  # not completed
+    share: float  # yield, refused and failed rows counted as not holding
+    share_low: float  # 95 % interval of Clopper and Pearson
     share_high: float
-    missed: dict[str, int]
-    keys: dict[str, KeyTolerance]
+    missed: dict[str, int]  # rows that miss each goal
+    keys: dict[str, KeyTolerance]  # by key, the one whose tightening gains most first
 
 
 def goal_of(text: str, results: Results) -> LimitOf:
@@ -156,24 +108,9 @@ def _in_unit(text: str, unit: str) -> float:
 
 
 def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> Tolerance:
-    """Yield against goals, and what each key's ends do to it.
+    """Yield against goals such as ``"peak_error_deg < 0.05 deg"``, all of which have to hold, key by key.
 
-    Parameters
-    ----------
-    store : path-like
-    goals : list of str
-        Such as ``["peak_error_deg < 0.05 deg"]``; all have to hold.
-    target : float, default 0.99
-        Yield that is wanted.
-
-    Returns
-    -------
-    Tolerance
-
-    Raises
-    ------
-    InputRefused
-        If a goal is not understood, no goal is given, or fewer than 100 rows are done.
+    Refused: a goal that is not understood, no goal, fewer than 100 rows done.
     """
     results = open_results(store)
     if not goals:

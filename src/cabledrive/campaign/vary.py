@@ -19,26 +19,13 @@ OTHER_WORDS = ("n", "scale", "column", "factor", "linked")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Varied:
-    """One key as ``[vary]`` gives it.
+    """One key as ``[vary]`` gives it."""
 
-    Attributes
-    ----------
-    spread : Spread or None
-        None: a multiple of another key.
-    unit : str
-    levels : int or None
-        Points on a grid.
-    group : str
-        Keys of one group share an axis.
-    said : dict
-        What the SPEC says, in SI: distinguishes campaigns.
-    """
-
-    spread: Spread | None
+    spread: Spread | None  # None: a multiple of another key
     unit: str
-    levels: int | None
-    group: str
-    said: dict[str, Any]
+    levels: int | None  # points on a grid
+    group: str  # keys of one group share an axis
+    said: dict[str, Any]  # what the SPEC says, in SI: distinguishes campaigns
 
 
 def flattened(table: Mapping[str, Any], place: str = "") -> dict[str, Any]:

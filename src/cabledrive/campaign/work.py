@@ -23,19 +23,11 @@ CHUNKS_EACH = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plan:
-    """A campaign with its store.
-
-    Attributes
-    ----------
-    spec : CampaignSpec
-    store : Path
-    chunk : int
-        Rows of a chunk.
-    """
+    """A campaign with its store."""
 
     spec: CampaignSpec
     store: Path
-    chunk: int
+    chunk: int  # rows of a chunk
 
     def bounds(self, number: int) -> tuple[int, int]:
         """First row of a chunk and the row behind its last one."""
@@ -44,22 +36,13 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """What became of a chunk.
-
-    Attributes
-    ----------
-    number : int
-    done, refused, failed : int
-        Rows.
-    seconds : float
-        Of the process that computed and wrote it.
-    """
+    """What became of a chunk."""
 
     number: int
-    done: int
-    refused: int
-    failed: int
-    seconds: float
+    done: int  # rows
+    refused: int  # rows
+    failed: int  # rows
+    seconds: float  # of the process that computed and wrote it
 
 
 def do_chunk(

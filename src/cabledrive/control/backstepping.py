@@ -30,28 +30,17 @@ class BacksteppingGains:
 
     The source prints a bandwidth of 10.5 Hz and no gain. Here each step has the bandwidth, and the cross
     gains make the error dynamics (6.103) nearly triangular: k21 = k32 = k43 = 1, k42 = 0.
-
-    Attributes
-    ----------
-    k1, k22, k33, k44 : float
-        [rad/s].
-    k21 : float
-        [1/s^2].
-    k32, k42, k43 : float
-        [1/s^2], [1/s^3], [1/s^2].
-    adaptation : float
-        gamma of Gamma = gamma W_p^2, (6.36); 0: estimates stay.
     """
 
-    k1: float
-    k21: float
-    k22: float
-    k32: float
-    k33: float
-    k42: float
-    k43: float
-    k44: float
-    adaptation: float
+    k1: float  # [rad/s]
+    k21: float  # [1/s^2]
+    k22: float  # [rad/s]
+    k32: float  # [1/s^2]
+    k33: float  # [rad/s]
+    k42: float  # [1/s^3]
+    k43: float  # [1/s^2]
+    k44: float  # [rad/s]
+    adaptation: float  # gamma of Gamma = gamma W_p^2, (6.36); 0: estimates stay
 
     @property
     def matrix(self) -> Array:

@@ -17,21 +17,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ErrorBound:
-    """Bounds of the load's error, at the first shaft.
+    """Bounds of the load's error, at the first shaft."""
 
-    Attributes
-    ----------
-    tube : ndarray, shape (samples,)
-        Bound at every sample, with weighted uncertainty, run along the motion [rad].
-    steady : float
-        h / (K_sigma lambda^(2n-1)) with the largest weighted uncertainty [rad].
-    printed : float
-        The same with the printed product of norms, which adds kg m^2 to N m [rad].
-    """
-
-    tube: Array
-    steady: float
-    printed: float
+    tube: Array  # (samples,): bound at every sample, with weighted uncertainty, run along the motion [rad]
+    steady: float  # h / (K_sigma lambda^(2n-1)) with the largest weighted uncertainty [rad]
+    printed: float  # the same with the printed product of norms, which adds kg m^2 to N m [rad]
 
 
 def uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
@@ -133,21 +123,11 @@ def _lag(signal: Array, rate: float, interval: float) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobustConditions:
-    r"""Whether a constant gain meets the conditions (6.21) on the robust term along a motion.
+    """Whether a constant gain meets the conditions (6.21) on the robust term along a motion."""
 
-    Attributes
-    ----------
-    epsilon : float
-        The smallest one for which Condition 1 holds, :math:`\max h^2/(4k_{\sigma s})` [N m rad/s^(2n-1)].
-    worst : float
-        Largest value of :math:`|\sigma|h - k_{\sigma s}\sigma^2` that was met.
-    dissipative : bool
-        Condition 2.
-    """
-
-    epsilon: float
-    worst: float
-    dissipative: bool
+    epsilon: float  # smallest for which Condition 1 holds, max h^2 / (4 k_sigma_s) [N m rad/s^(2n-1)]
+    worst: float  # largest value met of |sigma| h - k_sigma_s sigma^2
+    dissipative: bool  # Condition 2
 
 
 def robust_conditions(

@@ -44,24 +44,12 @@ PRINTED_SLOPE, REFERENCE_SLOPE = 0.5, 50.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DarcStep:
-    """What one step of the law gives.
+    """What one step of the law gives."""
 
-    Attributes
-    ----------
-    command : float
-        u [N m].
-    sigma : float
-        Sliding variable [rad/s^(2n-1)].
-    regressor : ndarray, shape (4,)
-        phi, by which the estimates adapt.
-    estimate : ndarray, shape (4,)
-        p2 to p5 for the next sample.
-    """
-
-    command: float
-    sigma: float
-    regressor: Array
-    estimate: Array
+    command: float  # u [N m]
+    sigma: float  # sliding variable [rad/s^(2n-1)]
+    regressor: Array  # (4,): phi, by which the estimates adapt
+    estimate: Array  # (4,): p2 to p5 for the next sample
 
 
 def surface(order: int, bandwidth: float) -> Array:

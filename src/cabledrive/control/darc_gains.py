@@ -30,15 +30,9 @@ _VISCOUS, _COULOMB, _OFFSET = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bounds:
-    """What is known of p2 to p5: motor-side inertia, viscous and Coulomb friction, offset torque.
+    """What is known of p2 to p5: motor-side inertia, viscous and Coulomb friction, offset torque."""
 
-    Attributes
-    ----------
-    nominal, low, high : ndarray, shape (4,)
-        [kg m^2], [N m s/rad], [N m], [N m].
-    """
-
-    nominal: Array
+    nominal: Array  # (4,) [kg m^2], [N m s/rad], [N m], [N m], as the next two
     low: Array
     high: Array
 
@@ -72,24 +66,12 @@ def printed_bounds(chain: LumpedChain, *, flexible_joint: bool) -> Bounds:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DarcGains:
-    r"""Gains of a law of the chain.
+    """Gains of a law of the chain."""
 
-    Attributes
-    ----------
-    bandwidth : float
-        :math:`\lambda` [rad/s], of the sliding surface.
-    sliding_rate : float
-        :math:`K_\sigma/\mu` [rad/s].
-    damping_ratio : float
-        :math:`\zeta_d` of (6.35); default: 1, the source gives none.
-    adaptation_share : float
-        Factor on the adaptation gain of (6.37); 0: estimates stay.
-    """
-
-    bandwidth: float
-    sliding_rate: float
-    damping_ratio: float = 1.0
-    adaptation_share: float = 1.0
+    bandwidth: float  # lambda of the sliding surface [rad/s]
+    sliding_rate: float  # K_sigma / mu [rad/s]
+    damping_ratio: float = 1.0  # zeta_d of (6.35); default: 1, the source gives none
+    adaptation_share: float = 1.0  # factor on the adaptation gain of (6.37); 0: estimates stay
 
     def __post_init__(self) -> None:
         for name in ("bandwidth", "sliding_rate", "damping_ratio"):

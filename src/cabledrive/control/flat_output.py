@@ -24,27 +24,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlatOutput:
-    """Polynomials of a lumped chain of n inertias, coefficients of rising powers of s, all of length 2n + 1.
+    """Polynomials of a chain of n inertias, coefficients of rising powers of s, all of length 2n + 1."""
 
-    Attributes
-    ----------
-    angles : ndarray, shape (n, 2n + 1)
-        Each angle per flat output.
-    inertial : ndarray, shape (2n + 1,)
-        Acceleration of the first inertia per flat output, s^2 R_1 [1/s^2].
-    elastic : ndarray, shape (2n + 1,)
-        Torque of the first link per flat output, D_1 a_2 [N m].
-    time_constants : ndarray, shape (n - 1,)
-        b_i / k_i of the links [s]: the load is z through 1 + (b_i / k_i) s.
-    states : ndarray, shape (2n, 2n)
-        Angles, then speeds, per z and its first 2n - 1 derivatives.
-    """
-
-    angles: Array
-    inertial: Array
-    elastic: Array
-    time_constants: Array
-    states: Array
+    angles: Array  # (n, 2n + 1): each angle per flat output
+    inertial: Array  # (2n + 1,): acceleration of the first inertia per flat output, s^2 R_1 [1/s^2]
+    elastic: Array  # (2n + 1,): torque of the first link per flat output, D_1 a_2 [N m]
+    time_constants: Array  # (n - 1,): b_i / k_i of the links [s]: the load is z through 1 + (b_i / k_i) s
+    states: Array  # (2n, 2n): angles, then speeds, per z and its first 2n - 1 derivatives
 
     @property
     def size(self) -> int:

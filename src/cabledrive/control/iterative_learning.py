@@ -31,21 +31,11 @@ SIGMAS = 5.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RepetitionLearning:
-    """What is learnt between repetitions, in directions of the torque.
+    """What is learnt between repetitions, in directions of the torque."""
 
-    Attributes
-    ----------
-    directions : ndarray, shape (k, r)
-        Torque at the nodes of each direction, of length 1.
-    correction : ndarray, shape (r, k)
-        From mean errors between the nodes [rad] to directions [N m].
-    contraction : float
-        Largest over the plants that were looked at.
-    """
-
-    directions: Array
-    correction: Array
-    contraction: float
+    directions: Array  # (k, r): torque at the nodes of each direction, of length 1
+    correction: Array  # (r, k): from mean errors between the nodes [rad] to directions [N m]
+    contraction: float  # largest over the plants that were looked at
 
     def radius(self, error: Array) -> float:
         """Of the ball that holds the fixed point, by the first error, shape (k,) [rad]; [N m]."""

@@ -24,31 +24,16 @@ SETTLED = 1e-7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KalmanTuning:
-    """Noise of the filter, as spectral densities.
+    """Noise of the filter, as spectral densities."""
 
-    Attributes
-    ----------
-    torque : float, default 1e-6
-        Of the motor's torque [(N m)^2 s].
-    disturbance : float, default 1e-2
-        Of the rate of the disturbance [(N m)^2 / s].
-    load_acceleration : float, default 0.0
-        At the last inertia [(rad/s^2)^2 s].
-    offsets : tuple of float, default (1e-6, 1e-7)
-        Of the rate of each offset, from the motor's encoder on; the last encoder has none [rad^2/s]. None at
-        all where empty.
-    cancels : bool, default False
-        Whether the law subtracts the estimated disturbance.
-    friction_slope : float, default 20.0
-        K of c tanh(K w) in the friction taken off the torque [s/rad].
-    """
-
-    torque: float = 1e-6
-    disturbance: float = 1e-2
-    load_acceleration: float = 0.0
+    torque: float = 1e-6  # of the motor's torque [(N m)^2 s]
+    disturbance: float = 1e-2  # of the rate of the disturbance [(N m)^2 / s]
+    load_acceleration: float = 0.0  # at the last inertia [(rad/s^2)^2 s]
     offsets: tuple[float, ...] = (1e-6, 1e-7)
-    cancels: bool = False
-    friction_slope: float = 20.0
+    """Of the rate of each offset, from the motor's encoder on; the last encoder has none [rad^2/s]. None at
+    all where empty."""
+    cancels: bool = False  # whether the law subtracts the estimated disturbance
+    friction_slope: float = 20.0  # K of c tanh(K w) in the friction taken off the torque [s/rad]
 
 
 QUIET = KalmanTuning()
@@ -56,21 +41,11 @@ QUIET = KalmanTuning()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sampling:
-    """When the filter sees what.
+    """When the filter sees what."""
 
-    Attributes
-    ----------
-    interval : float
-        Sample time [s].
-    delay : float, default 0.0
-        From sampling to torque [s].
-    current_rate : float, default 0.0
-        Bandwidth of the torque loop [rad/s]; 0: none, torque is the command.
-    """
-
-    interval: float
-    delay: float = 0.0
-    current_rate: float = 0.0
+    interval: float  # sample time [s]
+    delay: float = 0.0  # from sampling to torque [s]
+    current_rate: float = 0.0  # bandwidth of the torque loop [rad/s]; 0: none, torque is the command
 
 
 def kalman_filter(

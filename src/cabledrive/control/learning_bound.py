@@ -29,20 +29,11 @@ DEVIATIONS = 5.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IdealLoop:
-    """The law on the chain it is made for, with true states: memory first, then angles and speeds.
+    """The law on the chain it is made for, with true states: memory first, then angles and speeds."""
 
-    Attributes
-    ----------
-    matrix : ndarray, shape (k + 2n, k + 2n)
-    push : ndarray, shape (k + 2n,)
-        From the motor's torque.
-    load : int
-        Place of the load's angle.
-    """
-
-    matrix: Array
-    push: Array
-    load: int
+    matrix: Array  # (k + 2n, k + 2n)
+    push: Array  # (k + 2n,): from the motor's torque
+    load: int  # place of the load's angle
 
     def response(self, samples: int) -> Array:
         """Load's angle after a torque of one sample, shape (samples,) [rad/(N m)]."""

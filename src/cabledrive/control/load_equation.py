@@ -42,31 +42,17 @@ MOST_MISFIT = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadEstimate:
-    """Stiffness and damping of the last link, and friction of the load, each over the load's inertia.
+    """Stiffness and damping of the last link, and friction of the load, each over the load's inertia."""
 
-    Attributes
-    ----------
-    beta, gamma : float
-        [1/s^2], [1/s]; NaN where the motion does not identify them.
-    beta_error, gamma_error : float
-        Standard errors by the encoders' counts.
-    coulomb, viscous : float, default 0.0
-        Friction of the load [rad/s^2], [1/s].
-    coulomb_error, viscous_error : float, default inf
-        Standard errors.
-    misfit : float, default 1.0
-        Residual over the one that rounding to counts leaves.
-    """
-
-    beta: float
-    gamma: float
-    beta_error: float
-    gamma_error: float
-    coulomb: float = 0.0
-    viscous: float = 0.0
-    coulomb_error: float = np.inf
-    viscous_error: float = np.inf
-    misfit: float = 1.0
+    beta: float  # [1/s^2]; NaN where the motion does not identify it
+    gamma: float  # [1/s]; likewise
+    beta_error: float  # standard error by the encoders' counts [1/s^2]
+    gamma_error: float  # [1/s]
+    coulomb: float = 0.0  # friction of the load [rad/s^2]
+    viscous: float = 0.0  # [1/s]
+    coulomb_error: float = np.inf  # standard error [rad/s^2]
+    viscous_error: float = np.inf  # [1/s]
+    misfit: float = 1.0  # residual over the one that rounding to counts leaves
 
     @property
     def interval(self) -> tuple[float, float]:

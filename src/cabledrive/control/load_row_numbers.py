@@ -12,40 +12,23 @@ TORQUES = 3
 
 
 class LoadRowNumbers(NamedTuple):
-    """How columns follow from a wanted motion; without elements where a law has none.
-
-    Attributes
-    ----------
-    sign : ndarray, shape (r, 2h + 1)
-        Weights that smooth the sign of the speed over the samples around, and give its derivatives.
-    lags, sources : ndarray
-        Filters of the chain's dampers, as of `cabledrive.control.reference_numbers.ReferenceNumbers`.
-    output : ndarray, shape (2n + 1, (l + 1) r)
-        Angles, speeds and motor torque that a torque of the load asks for, from all stages.
-    transition : ndarray, shape (states, states + 1)
-        Of the filter; the last column is what a torque of the load does between two samples.
-    seen : ndarray, shape (m, states)
-        Readings from the filter's states.
-    gains : ndarray, shape (states, m)
-        On which the filter settles.
-    chosen : ndarray of int, shape (2n,)
-        States of the filter that the law takes.
-    white : ndarray, shape (m, m)
-        What makes innovations white.
-    scalars : ndarray, shape (2,)
-        Sample time [s]; K of tanh(K w / largest w).
-    """
+    """How columns follow from a wanted motion; without elements where a law has none."""
 
     sign: Array
-    lags: Array
-    sources: Integers
+    """(r, 2h + 1): weights that smooth the sign of the speed over samples around, and its derivatives."""
+    lags: Array  # filters of the chain's dampers, as of `reference_numbers.ReferenceNumbers`
+    sources: Integers  # of these filters
     output: Array
+    """(2n + 1, (l + 1) r): angles, speeds and motor torque that a torque of the load asks for, from all
+    stages."""
     transition: Array
-    seen: Array
-    gains: Array
-    chosen: Integers
-    white: Array
-    scalars: Array
+    """(states, states + 1): of the filter; the last column is what a torque of the load does between two
+    samples."""
+    seen: Array  # (m, states): readings from the filter's states
+    gains: Array  # (states, m): on which the filter settles
+    chosen: Integers  # (2n,): states of the filter that the law takes
+    white: Array  # (m, m): what makes innovations white
+    scalars: Array  # (2,): sample time [s]; K of tanh(K w / largest w)
 
     @property
     def columns(self) -> int:

@@ -22,19 +22,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadSchedule:
-    """Loads that a law and its filter are designed for.
+    """Loads that a law and its filter are designed for."""
 
-    Attributes
-    ----------
-    low, high : float
-        Range of the load's inertia, as factors of that of the drive [-].
-    points : int
-        Designs, at least 2, from the heaviest load to the lightest, evenly in one over the load.
-    """
-
-    low: float
-    high: float
-    points: int
+    low: float  # least inertia of the load, as a factor of the drive's [-]
+    high: float  # largest [-]
+    points: int  # designs, at least 2, from the heaviest load to the lightest, evenly in one over the load
 
     @property
     def first(self) -> float:

@@ -33,17 +33,10 @@ CERTAIN = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MotorEstimate:
-    """Whole inertia, viscous and Coulomb friction and offset torque at the motor.
+    """Whole inertia, viscous and Coulomb friction and offset torque at the motor."""
 
-    Attributes
-    ----------
-    values, errors : ndarray, shape (4,)
-        [kg m^2], [N m s/rad], [N m], [N m], and their standard errors, of which `interval_factor` gives the
-        95 % interval.
-    """
-
-    values: Array
-    errors: Array
+    values: Array  # (4,) [kg m^2], [N m s/rad], [N m], [N m]
+    errors: Array  # (4,): standard errors; `interval_factor` gives the 95 % interval
 
     @property
     def intervals(self) -> Array:

@@ -13,37 +13,28 @@ INTERVAL, K_SIGMA, SLOPE, BY_REFERENCE, DESIRED, MU, BETA = 0, 1, 2, 3, 4, 5, 6
 
 
 class LawNumbers(NamedTuple):
-    """One control law.
-
-    Attributes
-    ----------
-    kind : int
-        DARC, LINEAR, BACKSTEPPING, LEARNING, REFERENCE_MODEL or SCHEDULED; OWN: a controller of the user's
-        own, whose numbers are elsewhere.
-    matrix : ndarray
-        DARC: (2n, 2n), from angles and speeds to z and its derivatives. Linear: (m, m + 2n + 1), the
-        memory's next value from itself, the errors of angles and speeds, and the last command; learning:
-        the same. Backstepping: (2n, 2n), feedback by step and error.
-    rows : ndarray
-        DARC: (3, 2n + 1), the sliding surface, elastic torque and inertial acceleration in powers of s.
-        Linear: (1, m + 2n), the command from memory and errors. Backstepping: (1, n - 1), the
-        scales of the states. Reference model: (1, 2n), the feedback. Learning: (1 + encoders, columns), the
-        command as that of a linear law, then what makes the filter's innovations white and of variance 1.
-        Scheduled: (points, 1 + 2n), that of a linear law for each point of the grid of loads.
-    learning : ndarray, shape (5, p)
-        Of each estimate: nominal value, lower and upper bound, adaptation gain, rate limit; scheduled: of the
-        announced load, as a factor.
-    scalars : ndarray, shape (7,)
-        Interval [s], K_sigma, K of tanh(K w) [s/rad], whether friction goes by the reference, whether the
-        regressor does, mu, beta_n. Scheduled: interval, one over the heaviest load, step between points,
-        Coulomb friction of the motor, K of tanh(K w).
-    """
+    """One control law."""
 
     kind: int
+    """DARC, LINEAR, BACKSTEPPING, LEARNING, REFERENCE_MODEL or SCHEDULED; OWN: a controller of the user's
+    own, whose numbers are elsewhere."""
     matrix: Array
+    """DARC: (2n, 2n), from angles and speeds to z and its derivatives. Linear: (m, m + 2n + 1), the memory's
+    next value from itself, the errors of angles and speeds, and the last command; learning: the same.
+    Backstepping: (2n, 2n), feedback by step and error."""
     rows: Array
+    """DARC: (3, 2n + 1), the sliding surface, elastic torque and inertial acceleration in powers of s.
+    Linear: (1, m + 2n), the command from memory and errors. Backstepping: (1, n - 1), the scales of the
+    states. Reference model: (1, 2n), the feedback. Learning: (1 + encoders, columns), the command as that of
+    a linear law, then what makes the filter's innovations white and of variance 1. Scheduled: (points, 1 +
+    2n), that of a linear law for each point of the grid of loads."""
     learning: Array
+    """(5, p): of each estimate: nominal value, lower and upper bound, adaptation gain, rate limit; scheduled:
+    of the announced load, as a factor."""
     scalars: Array
+    """(7,): interval [s], K_sigma, K of tanh(K w) [s/rad], whether friction goes by the reference, whether
+    the regressor does, mu, beta_n. Scheduled: interval, one over the heaviest load, step between points,
+    Coulomb friction of the motor, K of tanh(K w)."""
 
     @property
     def mu(self) -> float:

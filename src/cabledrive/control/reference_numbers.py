@@ -15,36 +15,16 @@ AT_ONCE = ((0.0, 1.0),)
 
 
 class ReferenceNumbers(NamedTuple):
-    """How a row follows from the wanted load angle and its derivatives y to y^(K).
+    """How a row follows from the wanted load angle and its derivatives y to y^(K)."""
 
-    Attributes
-    ----------
-    taps : ndarray, shape (t, 2)
-        Delay [s] and weight of each copy of the motion; of an input shaper two, else one.
-    lags : ndarray, shape (l, 3)
-        First-order filters, exact for straight lines: shares of the newest and of the last value, fading.
-    sources : ndarray of int, shape (l,)
-        Stage that each filter takes; stage 0 is the motion, stage i the output of filter i - 1.
-    output : ndarray, shape (columns, (l + 1) (K + 1))
-        The row from all stages, stage after stage.
-    constant : ndarray, shape (columns,)
-        What is added to the row.
-    friction : ndarray, shape (f, 2)
-        Coulomb friction c [N m] and slope K [s/rad] of each c tanh(K w), added to a column.
-    places : ndarray of int, shape (f, 2)
-        That column, and the column of the speed w.
-    load : LoadRowNumbers
-        Further columns, of a law that learns the load's torque.
-    """
-
-    taps: Array
-    lags: Array
-    sources: Integers
-    output: Array
-    constant: Array
-    friction: Array
-    places: Integers
-    load: LoadRowNumbers = NO_LOAD
+    taps: Array  # (t, 2): delay [s] and weight of each copy of the motion; of an input shaper two, else one
+    lags: Array  # (l, 3): first-order filters, exact for lines: shares of newest and last value, fading
+    sources: Integers  # (l,): stage of each filter's input: 0 is the motion, i the output of filter i - 1
+    output: Array  # (columns, (l + 1) (K + 1)): the row from all stages, stage after stage
+    constant: Array  # (columns,): what is added to the row
+    friction: Array  # (f, 2): c [N m] and K [s/rad] of each Coulomb friction c tanh(K w), added to a column
+    places: Integers  # (f, 2): that column, and the column of the speed w
+    load: LoadRowNumbers = NO_LOAD  # further columns, of a law that learns the load's torque
 
     @property
     def columns(self) -> int:

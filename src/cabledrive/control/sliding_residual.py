@@ -26,21 +26,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SlidingResidual:
-    """Sources of the load's error along a run.
+    """Sources of the load's error along a run."""
 
-    Attributes
-    ----------
-    torque : ndarray, shape (samples,)
-        g, constant from each sample to the next; the last one repeats [N m].
-    unmatched : ndarray, shape (samples,)
-        Part of the load's error that g does not make, at the first shaft [rad].
-    reach : ndarray, shape (samples,)
-        Largest error that torques of the size of g could make, at the first shaft [rad].
-    """
-
-    torque: Array
-    unmatched: Array
-    reach: Array
+    torque: Array  # (samples,): g, constant from each sample to the next; the last one repeats [N m]
+    unmatched: Array  # (samples,): part of the load's error that g does not make, at the first shaft [rad]
+    reach: Array  # (samples,): largest error that torques of the size of g make, at the first shaft [rad]
 
     @property
     def total(self) -> Array:

@@ -23,62 +23,29 @@ ENCODERS = (0, 2)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TransporterTuning:
-    """What law and observer weigh.
+    """What law and observer weigh."""
 
-    Attributes
-    ----------
-    payload, carriage : float
-        Errors [m] that weigh as much as the force.
-    stretching : float
-        Speed of the carriage against the drive pulley [m/s] that weighs as much; it damps the cable's mode.
-    force : float
-        [N].
-    disturbance : float
-        Walk of the force on the motor [N^2/s].
-    wind, wind_time : float
-        Standard deviation of the wind's force [N] and how fast it fades [s].
-    acceleration : float
-        Noise of every acceleration [(m/s^2)^2 s].
-    reading : float
-        Variance of a reading over that of a rounded one.
-    """
-
-    payload: float = 2e-3
-    carriage: float = 2e-3
+    payload: float = 2e-3  # error [m] that weighs as much as the force
+    carriage: float = 2e-3  # likewise [m]
     stretching: float = 0.02
-    force: float = 5.0
-    disturbance: float = 1.0
-    wind: float = 0.05
-    wind_time: float = 2.0
-    acceleration: float = 1e-4
-    reading: float = 1000.0
+    """Speed of the carriage against the drive pulley [m/s] that weighs as much; it damps the cable's mode."""
+    force: float = 5.0  # [N]
+    disturbance: float = 1.0  # walk of the force on the motor [N^2/s]
+    wind: float = 0.05  # standard deviation of the wind's force [N]
+    wind_time: float = 2.0  # how fast it fades [s]
+    acceleration: float = 1e-4  # noise of every acceleration [(m/s^2)^2 s]
+    reading: float = 1000.0  # variance of a reading over that of a rounded one
 
 
 class ScheduledLaw(NamedTuple):
-    """Tables over the positions of the carriage, as the compiled step takes them.
+    """Tables over the positions of the carriage, as the compiled step takes them."""
 
-    Attributes
-    ----------
-    grid : ndarray, shape (3,)
-        First position, spacing, start of the carriage [m].
-    feedback : ndarray, shape (positions, 8)
-        Force per error of the states.
-    correction : ndarray, shape (positions, 10, 2)
-        Of the observer's states by the errors of the two encoders.
-    transition : ndarray, shape (positions, 10, 10)
-        Over one sample.
-    drive : ndarray, shape (positions, 10)
-        By a force on the motor.
-    limit : float
-        Largest force [N].
-    """
-
-    grid: Array
-    feedback: Array
-    correction: Array
-    transition: Array
-    drive: Array
-    limit: float
+    grid: Array  # (3,): first position, spacing, start of the carriage [m]
+    feedback: Array  # (positions, 8): force per error of the states
+    correction: Array  # (positions, 10, 2): of the observer's states by the errors of the two encoders
+    transition: Array  # (positions, 10, 10): over one sample
+    drive: Array  # (positions, 10): by a force on the motor
+    limit: float  # largest force [N]
 
 
 def sampled_model(

@@ -39,12 +39,8 @@ _ADDRESS = re.compile(r"0x[0-9a-f]+")
 class KernelCache(FunctionCache):
     """What numba asks for a compiled kernel, and gives to be kept.
 
-    Parameters
-    ----------
-    function : callable
-        The kernel before it is compiled.
-    folder : Path
-        Of the user's own; its name stands for the version of all sources.
+    It takes the kernel before it is compiled, and a folder of the user's own whose name stands for the
+    version of all sources.
     """
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:

@@ -14,19 +14,11 @@ HOLDING_SPRING = "holding stiffness"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch:
-    """A piece of a span between two neighbouring joints.
+    """A piece of a span between two neighbouring joints."""
 
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-        Of a chain that is built in Python, "segment 0" and on.
-    start, end : float
-        Unstretched positions from the pulley where the span starts [m].
-    """
-
-    span: str
-    start: float
-    end: float
+    span: str  # "upper" or "lower": of a chain that is built in Python, "segment 0" and on
+    start: float  # unstretched position from the pulley where the span starts [m]
+    end: float  # the same [m]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -25,51 +25,25 @@ class Mesh:
     """A drive in n segments per span, joined at the rims as Eqs. (2.29) and (2.30) say.
 
     Lengths and masses are per pretensioned metre.
-
-    Attributes
-    ----------
-    spans : tuple of str
-        Names of the spans.
-    closed : bool
-        Whether the spans form a loop.
-    segments : int
-        Segments per span, n; at least one between neighbouring carriages.
-    position : ndarray, shape (spans, n + 1)
-        Distance of the nodes of each span from the pulley at which the span starts [m].
-    spacing : ndarray, shape (spans * n,)
-        Length of each segment [m].
-    density : float
-        Mass of the cable per pretensioned metre [kg/m].
-    cable_mass : ndarray, shape (spans * n + 1,)
-        Cable that belongs to each node, half of each neighbouring segment [kg].
-    carriage_mass : ndarray, shape (spans * n + 1,)
-        Carriage at each node [kg].
-    weight_u, weight_w : ndarray, shape (spans * n + 1,)
-        Weight of cable and carriage along u and w [N]; signs of (2.26), (2.27).
-    sways : ndarray of bool, shape (spans * n + 1,)
-        Whether a node moves transversely: neither rims nor guided carriages do.
-    carriage_node : ndarray of int
-        Node of each carriage, in the order of the drive file.
-    shafts : tuple of Shaft
-        Drive pulley, load pulley, and the motor if its joint is flexible.
-    joint : Joint or None
-        The flexible joint.
     """
 
-    spans: tuple[str, ...]
-    closed: bool
-    segments: int
+    spans: tuple[str, ...]  # names of the spans
+    closed: bool  # whether the spans form a loop
+    segments: int  # segments per span, n; at least one between neighbouring carriages
     position: Array
-    spacing: Array
-    density: float
+    """(spans, n + 1): distance of the nodes of each span from the pulley at which the span starts [m]."""
+    spacing: Array  # (spans * n,): length of each segment [m]
+    density: float  # mass of the cable per pretensioned metre [kg/m]
     cable_mass: Array
-    carriage_mass: Array
-    weight_u: Array
-    weight_w: Array
+    """(spans * n + 1,): cable that belongs to each node, half of each neighbouring segment [kg]."""
+    carriage_mass: Array  # (spans * n + 1,): carriage at each node [kg]
+    weight_u: Array  # (spans * n + 1,): of cable and carriage along u [N]; sign of (2.26)
+    weight_w: Array  # (spans * n + 1,): along w [N]; sign of (2.27)
     sways: NDArray[np.bool_]
-    carriage_node: NDArray[np.intp]
-    shafts: tuple[Shaft, ...]
-    joint: Joint | None
+    """(spans * n + 1,): whether a node moves transversely: neither rims nor guided carriages do."""
+    carriage_node: NDArray[np.intp]  # node of each carriage, in the order of the drive file
+    shafts: tuple[Shaft, ...]  # drive pulley, load pulley, and the motor if its joint is flexible
+    joint: Joint | None  # the flexible joint
 
     @property
     def nodes(self) -> int:

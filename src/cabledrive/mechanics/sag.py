@@ -9,18 +9,10 @@ from cabledrive.parameters.drive import Drive
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sag:
-    """Shape of a span under its own weight.
+    """Shape of a span under its own weight."""
 
-    Attributes
-    ----------
-    midpoint : float
-        Sag of the midpoint [m].
-    horizontal_tension : float
-        Horizontal component of the tension, the same along the span [N].
-    """
-
-    midpoint: float
-    horizontal_tension: float
+    midpoint: float  # sag of the midpoint [m]
+    horizontal_tension: float  # horizontal component of the tension, the same along the span [N]
 
 
 def parabola_sag(drive: Drive) -> Sag:

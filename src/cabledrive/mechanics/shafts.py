@@ -7,33 +7,16 @@ from cabledrive.parameters.drive import Drive
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shaft:
-    """One turning inertia with its friction, Eq. (2.28).
+    """One turning inertia with its friction, Eq. (2.28)."""
 
-    Attributes
-    ----------
-    name : {"drive", "load", "motor"}
-        Which one it is.
-    radius : float
-        Radius that turns its angle into a displacement of the rim [m]; of the motor: the drive pulley's.
-    inertia : float
-        Moment of inertia [kg m^2]; of the drive pulley: with the motor if their joint is rigid.
-    viscous_friction : float
-        Viscous friction [N m s/rad].
-    coulomb_friction : float
-        Coulomb friction [N m].
-    fixed : bool, default False
-        Whether it cannot turn.
-    holding_stiffness : float, default 0.0
-        Spring from the shaft to the ground, to its angle zero [N m/rad].
-    """
-
-    name: str
+    name: str  # "drive", "load" or "motor": which one it is
     radius: float
-    inertia: float
-    viscous_friction: float
-    coulomb_friction: float
-    fixed: bool = False
-    holding_stiffness: float = 0.0
+    """Radius that turns its angle into a displacement of the rim [m]; of the motor: the drive pulley's."""
+    inertia: float  # moment of inertia [kg m^2]; of the drive pulley: with the motor if their joint is rigid
+    viscous_friction: float  # viscous friction [N m s/rad]
+    coulomb_friction: float  # Coulomb friction [N m]
+    fixed: bool = False  # whether it cannot turn
+    holding_stiffness: float = 0.0  # spring from the shaft to the ground, to its angle zero [N m/rad]
 
     @property
     def rim_mass(self) -> float:
@@ -43,18 +26,10 @@ class Shaft:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joint:
-    """Flexible joint between motor and drive pulley.
+    """Flexible joint between motor and drive pulley."""
 
-    Attributes
-    ----------
-    stiffness : float
-        Stiffness k_m [N m/rad].
-    damping : float
-        Damping b_m [N m s/rad].
-    """
-
-    stiffness: float
-    damping: float
+    stiffness: float  # stiffness k_m [N m/rad]
+    damping: float  # damping b_m [N m s/rad]
 
 
 def shafts_of(drive: Drive) -> tuple[Shaft, ...]:

@@ -16,25 +16,14 @@ SHORTEST_STEP = 2.0**-30
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Equilibrium:
-    """Where the cable rests.
+    """Where the cable rests."""
 
-    Attributes
-    ----------
-    displacement : ndarray, shape (3, nodes)
-        u, v, w from the straight pretensioned cable [m].
-    holding_torque : tuple of float
-        Torque on drive pulley and load pulley that keeps them there [N m], that of a holding stiffness
-        included; zero where a pulley is free.
-    residual : float
-        Largest force left out of balance [N].
-    iterations : int
-        Newton steps taken.
-    """
-
-    displacement: Array
+    displacement: Array  # (3, nodes): u, v, w from the straight pretensioned cable [m]
     holding_torque: tuple[float, float]
-    residual: float
-    iterations: int
+    """Torque on drive pulley and load pulley that keeps them there [N m], that of a holding stiffness
+    included; zero where a pulley is free."""
+    residual: float  # largest force left out of balance [N]
+    iterations: int  # Newton steps taken
 
     @property
     def largest_sag(self) -> float:

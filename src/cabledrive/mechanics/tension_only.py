@@ -10,15 +10,9 @@ from cabledrive.mechanics.cable_law import Array, CableLaw, Components
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TensionOnly(CableLaw):
-    """Another law, for a cable that goes slack instead of pushing.
+    """Another law, for a cable that goes slack instead of pushing."""
 
-    Attributes
-    ----------
-    taut : CableLaw
-        The law of the taut cable.
-    """
-
-    taut: CableLaw
+    taut: CableLaw  # the law of the taut cable
 
     @property
     def tension_only(self) -> bool:

@@ -12,25 +12,13 @@ MOST_RIPPLE = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """An excitation that follows the motion.
-
-    Attributes
-    ----------
-    name : str
-    pulley : str or None
-        It acts ``number`` times a turn of this pulley, or
-    number : float
-    coordinate : str or None
-        once in ``length`` of this coordinate's way.
-    length : float
-        [m] or [rad].
-    """
+    """An excitation that follows the motion."""
 
     name: str
-    pulley: str | None = None
+    pulley: str | None = None  # it acts ``number`` times a turn of this pulley, or
     number: float = 1.0
-    coordinate: str | None = None
-    length: float = 1.0
+    coordinate: str | None = None  # once in ``length`` of this coordinate's way
+    length: float = 1.0  # [m] or [rad]
 
     def __post_init__(self) -> None:
         for word, value in (("number", self.number), ("length", self.length)):
@@ -40,24 +28,15 @@ class Order:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatedExcitation:
-    """What excites a machine in operation.
-
-    Attributes
-    ----------
-    torque_ripple : float or None
-        Amplitude of the motor's torque ripple as a share of its torque limit [-].
-    orders : tuple of str
-        What follows the speed: "poles=traction sheave*20", "rails=car.y/5m"; the ripple acts at those of a
-        pulley, without any at every frequency.
-    speed : str
-        The range of speed, "car.y=0.2m/s:1m/s"; together with orders.
-    """
+    """What excites a machine in operation."""
 
     torque_ripple: float | None = quantity(
         "1", "positive", "amplitude of the torque ripple as a share of motor.torque_limit", None
     )
     orders: tuple[str, ...] = ()
-    speed: str = ""
+    """What follows the speed: "poles=traction sheave*20", "rails=car.y/5m"; the ripple acts at those of a
+    pulley, without any at every frequency."""
+    speed: str = ""  # the range of speed, "car.y=0.2m/s:1m/s"; together with orders
 
     def __post_init__(self) -> None:
         check_fields(self)

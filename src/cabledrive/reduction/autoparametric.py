@@ -41,73 +41,30 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AutoparametricModel:
-    """Coefficients of the model; J transverse modes, the w plane's first.
+    """Coefficients of the model; J transverse modes, the w plane's first."""
 
-    Attributes
-    ----------
-    natural : float
-        Frequency W of the pulley mode [rad/s].
-    modal_mass : float
-        M [kg].
-    modal_damping : float
-        c_q [1/s].
-    rims : (float, float)
-        Displacement of drive rim and load rim per q.
-    torque_arm : float
-        phi_tau / r1: force on q per torque [1/m].
-    rigid_arm : float
-        1 / r1: force on the rigid rotation per torque [1/m]; 0 where a pulley or the motor is held.
-    rigid_mass : float
-        Mass M0 of the rigid rotation at the rim [kg].
-    rigid_damping, cross_damping : float
-        c11 and c12 [N s/m].
-    coulomb_force : float
-        Sum of c phi / r over the shafts: Coulomb friction that opposes q [N].
-    modes : tuple of TransverseMode
-    transverse : ndarray, shape (J,)
-        Frequencies w [rad/s].
-    transverse_mass : ndarray, shape (J,)
-        [kg].
-    transverse_damping : float
-        Gamma [1/s].
-    coupling : ndarray, shape (J,)
-        G, positive where a positive q stretches the section [N/m^2].
-    stiffening : ndarray, shape (J, J)
-        N [N/m^3].
-    slack_amplitude : float
-        q at which a span loses its tension somewhere [m].
-    uneven : ndarray, shape (J,)
-        Part of the diagonal of N that is proportional to T0 [N/m^3].
-    load_radius : float
-        r2 [m].
-    pretension, axial_rigidity : float
-        T0 and EA [N].
-    tension_offset : ndarray, shape (J,)
-        Tension of each section's span above the pretension, by a steady load [N].
-    """
-
-    natural: float
-    modal_mass: float
-    modal_damping: float
-    rims: tuple[float, float]
-    torque_arm: float
-    rigid_arm: float
-    rigid_mass: float
-    rigid_damping: float
-    cross_damping: float
-    coulomb_force: float
+    natural: float  # frequency W of the pulley mode [rad/s]
+    modal_mass: float  # M [kg]
+    modal_damping: float  # c_q [1/s]
+    rims: tuple[float, float]  # displacement of drive rim and load rim per q
+    torque_arm: float  # phi_tau / r1: force on q per torque [1/m]
+    rigid_arm: float  # 1 / r1: force on the rigid rotation per torque [1/m]; 0: pulley or motor held
+    rigid_mass: float  # mass M0 of the rigid rotation at the rim [kg]
+    rigid_damping: float  # c11 [N s/m]
+    cross_damping: float  # c12 [N s/m]
+    coulomb_force: float  # sum of c phi / r over the shafts: Coulomb friction that opposes q [N]
     modes: tuple[TransverseMode, ...]
-    transverse: Array
-    transverse_mass: Array
-    transverse_damping: float
-    coupling: Array
-    stiffening: Array
-    slack_amplitude: float
-    uneven: Array
-    load_radius: float
-    pretension: float
-    axial_rigidity: float
-    tension_offset: Array
+    transverse: Array  # (J,): frequencies w [rad/s]
+    transverse_mass: Array  # (J,) [kg]
+    transverse_damping: float  # Gamma [1/s]
+    coupling: Array  # (J,): G, positive where a positive q stretches the section [N/m^2]
+    stiffening: Array  # (J, J): N [N/m^3]
+    slack_amplitude: float  # q at which a span loses its tension somewhere [m]
+    uneven: Array  # (J,): part of the diagonal of N that is proportional to T0 [N/m^3]
+    load_radius: float  # r2 [m]
+    pretension: float  # T0 [N]
+    axial_rigidity: float  # EA [N]
+    tension_offset: Array  # (J,): tension of each section's span above the pretension, by a steady load [N]
 
     @property
     def sections(self) -> int:

@@ -32,42 +32,22 @@ MOST_STEPS = 60
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PulleyModes:
-    """Pulley mode of each loop; every array is of shape (n,).
+    """Pulley mode of each loop; every array is of shape (n,)."""
 
-    Attributes
-    ----------
-    omega : ndarray
-        W [rad/s].
-    drive, load, motor : ndarray
-        Rim displacements per q.
-    mass : ndarray
-        M [kg].
-    """
-
-    omega: Array
-    drive: Array
+    omega: Array  # W [rad/s]
+    drive: Array  # rim displacement per q, as the next two
     load: Array
     motor: Array
-    mass: Array
+    mass: Array  # M [kg]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TautSpans:
-    """Both spans of each loop under their tension; every array is of shape (n,).
+    """Both spans of each loop under their tension; every array is of shape (n,)."""
 
-    Attributes
-    ----------
-    pretension : ndarray
-        T0, to which the coupling belongs [N].
-    force : ndarray
-        R, force of the uniform string on which a wave takes as long [N].
-    lowest : ndarray
-        Lowest tension [N].
-    """
-
-    pretension: Array
-    force: Array
-    lowest: Array
+    pretension: Array  # T0, to which the coupling belongs [N]
+    force: Array  # R, force of the uniform string on which a wave takes as long [N]
+    lowest: Array  # lowest tension [N]
 
 
 def pulley_modes(loops: LoopBatch, omega: Array) -> PulleyModes:

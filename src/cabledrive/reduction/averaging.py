@@ -33,57 +33,25 @@ Complex = NDArray[np.complex128]
 
 
 class AveragedCoefficients(NamedTuple):
-    """Coefficients of `averaged_rates` for J transverse modes; every array may end in an axis of lanes.
+    """Coefficients of `averaged_rates` for J transverse modes; every array may end in an axis of lanes."""
 
-    Attributes
-    ----------
-    forcing : ndarray, shape (...)
-        Omega [rad/s].
-    damping, detuning : ndarray, shape (...)
-        c and delta of the pulley mode [1/s].
-    force : ndarray of complex, shape (...)
-        f [m/s].
-    transverse_damping : ndarray, shape (...)
-        Gamma [1/s].
-    transverse_detuning : ndarray, shape (J, ...)
-        delta_j [rad/s].
-    feedback : ndarray, shape (J, ...)
-        alpha [1/(m s)].
-    pump : ndarray, shape (J, ...)
-        k [1/(m s)].
-    cubic, static : ndarray, shape (J, J, ...)
-        n and d [1/(m^2 s)].
-    drift : ndarray, shape (J, ...)
-        Detuning at the start by the mean rotation that a torque switched on leaves behind [rad/s].
-    drift_decay : ndarray, shape (...)
-        How fast it dies out [1/s].
-    passive : ndarray, shape (J, ...)
-        Mean stretch of the modes that only decay, as a squared amplitude [m^2].
-    back_third, third : ndarray, shape (J, ...)
-        Coefficients of the last terms of Eq. (A.15) [1/(m^2 s)].
-    offset : ndarray, shape (J, ...)
-        Static rotation per squared amplitude, G / (2 M W^2) [1/m].
-    drift_offset : ndarray, shape (...)
-        Static rotation by the drift at the start [m].
-    """
-
-    forcing: Array
-    damping: Array
-    detuning: Array
-    force: Complex
-    transverse_damping: Array
-    transverse_detuning: Array
-    feedback: Array
-    pump: Array
-    cubic: Array
-    static: Array
-    drift: Array
-    drift_decay: Array
-    passive: Array
-    back_third: Array
-    third: Array
-    offset: Array
-    drift_offset: Array
+    forcing: Array  # (...): Omega [rad/s]
+    damping: Array  # (...): c of the pulley mode [1/s]
+    detuning: Array  # (...): delta of the pulley mode [1/s]
+    force: Complex  # (...): f [m/s]
+    transverse_damping: Array  # (...): Gamma [1/s]
+    transverse_detuning: Array  # (J, ...): delta_j [rad/s]
+    feedback: Array  # (J, ...): alpha [1/(m s)]
+    pump: Array  # (J, ...): k [1/(m s)]
+    cubic: Array  # (J, J, ...): n [1/(m^2 s)]
+    static: Array  # (J, J, ...): d [1/(m^2 s)]
+    drift: Array  # (J, ...): detuning at the start by the mean rotation after switching a torque on [rad/s]
+    drift_decay: Array  # (...): how fast it dies out [1/s]
+    passive: Array  # (J, ...): mean stretch of the modes that only decay, as a squared amplitude [m^2]
+    back_third: Array  # (J, ...): coefficients of the last terms of Eq. (A.15) [1/(m^2 s)], as the next
+    third: Array  # (J, ...)
+    offset: Array  # (J, ...): static rotation per squared amplitude, G / (2 M W^2) [1/m]
+    drift_offset: Array  # (...): static rotation by the drift at the start [m]
 
 
 def averaged_coefficients(
@@ -104,7 +72,7 @@ def averaged_coefficients(
     A sine that starts at t = 0 leaves a mean rim speed :math:`\tau/(r_1 M_0\Omega)` that decays at
     :math:`c_{11}/M_0`; viscous friction at one pulley turns it into a difference of the span tensions.
 
-    ``torque``, shape (...): amplitude of the torque [N m]; ``forcing``, shape (...): omega [rad/s]; the
+    ``torque``, shape (...): amplitude of the torque [N m]; ``forcing``, shape (...): Omega [rad/s]; the
     pulley mode's own unless given; ``passive``, shape (J, ...): stretch of other modes of each section, see
     `triangle_stretch` [m^2]; ``drift``: whether the torque is switched on at t = 0; otherwise it has always
     been there.

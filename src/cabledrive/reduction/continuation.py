@@ -24,40 +24,22 @@ _SMALLEST = 1e-7
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SpecialPoint:
-    """A fold or a Hopf point.
+    """A fold or a Hopf point."""
 
-    Attributes
-    ----------
-    kind : {"fold", "hopf"}
-    state : ndarray, shape (n,)
-    parameter : float
-    """
-
-    kind: str
-    state: Array
+    kind: str  # "fold" or "hopf"
+    state: Array  # (n,)
     parameter: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Branch:
-    """A branch of steady states.
+    """A branch of steady states."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (points, n)
-    parameters : ndarray, shape (points,)
-    growth : ndarray, shape (points,)
-        Largest real part of the eigenvalues; negative: stable.
-    special : tuple of SpecialPoint
-    ended : str
-        Why it ends: "limit", "points", "closed", or "cannot go on" with where.
-    """
-
-    states: Array
-    parameters: Array
-    growth: Array
+    states: Array  # (points, n)
+    parameters: Array  # (points,)
+    growth: Array  # (points,): largest real part of the eigenvalues; negative: stable
     special: tuple[SpecialPoint, ...]
-    ended: str
+    ended: str  # why it ends: "limit", "points", "closed", or "cannot go on" with where
 
     @property
     def complete(self) -> bool:

@@ -21,25 +21,14 @@ GUESS = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DecayEstimate:
-    """Damping of one mode.
+    """Damping of one mode."""
 
-    Attributes
-    ----------
-    damping : float
-        Gamma or c_q, twice the decay rate of the amplitude [1/s].
-    standard_error : float
-        Of the straight line [1/s]; it knows nothing of damping that is not viscous.
-    frequency : float
-        Of the mode, from the phase [Hz].
-    curvature : float
-        Change of the damping from the first half of the decay to the second [1/s]; of viscous damping zero
-        within its error, positive where Coulomb friction ends the decay.
-    """
-
-    damping: float
-    standard_error: float
-    frequency: float
+    damping: float  # Gamma or c_q, twice the decay rate of the amplitude [1/s]
+    standard_error: float  # of the straight line [1/s]; it knows nothing of damping that is not viscous
+    frequency: float  # of the mode, from the phase [Hz]
     curvature: float
+    """Change of the damping from the first half of the decay to the second [1/s]; of viscous damping zero
+    within its error, positive where Coulomb friction ends the decay."""
 
 
 def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> DecayEstimate:

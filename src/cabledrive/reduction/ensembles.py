@@ -20,21 +20,11 @@ AVERAGED_STEP = 4e-3
 
 
 class Largest(NamedTuple):
-    """What an ensemble has reached.
+    """What an ensemble has reached."""
 
-    Attributes
-    ----------
-    pulley : ndarray, shape (lanes,)
-        Largest q, either way [m].
-    spans : ndarray, shape (J, lanes)
-        Largest amplitude a of each section [m].
-    state : ndarray
-        At the end: slow amplitudes, complex, or q and a, shape (1 + J, lanes).
-    """
-
-    pulley: Array
-    spans: Array
-    state: NDArray[np.generic]
+    pulley: Array  # (lanes,): largest q, either way [m]
+    spans: Array  # (J, lanes): largest amplitude a of each section [m]
+    state: NDArray[np.generic]  # at the end: slow amplitudes, complex, or q and a, shape (1 + J, lanes)
 
 
 def averaged_ensemble(

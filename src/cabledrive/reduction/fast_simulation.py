@@ -37,18 +37,10 @@ _MOST_STEPS = 200_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FastScheme:
-    """How the fast model is set up.
+    """How the fast model is set up."""
 
-    Attributes
-    ----------
-    sines : int, default 16
-        Transverse modes per span and plane; 1 is enough for half-sine plucks, a triangle wants more.
-    step : float or None, default None
-        Time step [s]; None: a sixtieth of the pulley mode's period or finer.
-    """
-
-    sines: int = 16
-    step: float | None = None
+    sines: int = 16  # transverse modes per span and plane; 1 for half-sine plucks, more for a triangle
+    step: float | None = None  # time step [s]; None: a sixtieth of the pulley mode's period or finer
 
 
 def simulate_fast(

@@ -18,39 +18,21 @@ QUANTITIES = ("inertia", "viscous", "coulomb", "offset", "gain", "stiffness", "d
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionLaw:
-    """How Coulomb friction differs from a constant; one value per inertia.
+    """How Coulomb friction differs from a constant; one value per inertia."""
 
-    Attributes
-    ----------
-    excess : tuple of float
-        Friction at rest above the Coulomb friction [N m]; it fades with speed (Stribeck).
-    fading : tuple of float
-        Speed at which the excess has fallen to 1/e [rad/s].
-    slope : tuple of float
-        K of c tanh(K w) in (4.8) [s/rad]; 0: set-valued.
-    """
-
-    excess: tuple[float, ...]
-    fading: tuple[float, ...]
-    slope: tuple[float, ...]
+    excess: tuple[float, ...]  # friction at rest above Coulomb [N m]; it fades with speed (Stribeck)
+    fading: tuple[float, ...]  # speed at which the excess has fallen to 1/e [rad/s]
+    slope: tuple[float, ...]  # K of c tanh(K w) in (4.8) [s/rad]; 0: set-valued
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IntegratedMotion:
-    """Motion at the samples.
+    """Motion at the samples."""
 
-    Attributes
-    ----------
-    angles, speeds : ndarray, shape (samples, n)
-        Of every inertia [rad], [rad/s].
-    angle_sensitivities, speed_sensitivities : ndarray, shape (samples, n, m)
-        Their derivatives by the m parameters.
-    """
-
-    angles: Array
-    speeds: Array
-    angle_sensitivities: Array
-    speed_sensitivities: Array
+    angles: Array  # (samples, n) [rad]
+    speeds: Array  # (samples, n) [rad/s]
+    angle_sensitivities: Array  # (samples, n, m): derivatives of the angles by the m parameters
+    speed_sensitivities: Array  # (samples, n, m): of the speeds
 
 
 def direction(n: int, quantity: str, number: int = 0) -> Array:

@@ -12,51 +12,23 @@ Integers = NDArray[np.int64]
 
 
 class ModalCableNumbers(NamedTuple):
-    """Frozen numbers of k modes along, m sines across each of s spans (none: m = 0), i inputs, o motions.
+    """Frozen numbers of k modes along, m sines across each of s spans (none: m = 0), i inputs, o motions."""
 
-    Attributes
-    ----------
-    steps : int
-        Steps in a sample.
-    step : float
-        Length of a step [s].
-    along : ndarray, shape (2k, 2k)
-        Exact flow of the modes over a step, amplitudes then rates.
-    push : ndarray, shape (2k, i)
-        What inputs that are held over a step add to them.
-    across : ndarray, shape (4, m)
-        Exact flow of the sines: x from x, x from v, v from x, v from v.
-    sag : ndarray, shape (s, m)
-        About which the sines vibrate [m].
-    coupling : ndarray, shape (k, s, m)
-        G of (R.3).
-    carried, stretching, wave_numbers, middle : ndarray, shape (m,)
-        Of each sine: stiffening per S, S per squared amplitude, [1/m], displacement at midspan.
-    factors : ndarray, shape (3,)
-        2 / m_t [1/kg]; tension per S [N/m]; largest slope for which the model holds.
-    motions : ndarray, shape (o, k)
-        Motions shown per modal amplitude.
-    rest : ndarray, shape (s,)
-        Tension of each span at rest [N].
-    tension : ndarray, shape (s, k)
-        Tension of each span per modal amplitude.
-    """
-
-    steps: int
-    step: float
-    along: Array
-    push: Array
-    across: Array
-    sag: Array
-    coupling: Array
-    carried: Array
-    stretching: Array
-    wave_numbers: Array
-    middle: Array
-    factors: Array
-    motions: Array
-    rest: Array
-    tension: Array
+    steps: int  # steps in a sample
+    step: float  # length of a step [s]
+    along: Array  # (2k, 2k): exact flow of the modes over a step, amplitudes then rates
+    push: Array  # (2k, i): what inputs that are held over a step add to them
+    across: Array  # (4, m): exact flow of the sines: x from x, x from v, v from x, v from v
+    sag: Array  # (s, m): about which the sines vibrate [m]
+    coupling: Array  # (k, s, m): G of (R.3)
+    carried: Array  # (m,): of each sine: stiffening per S
+    stretching: Array  # (m,): S per squared amplitude
+    wave_numbers: Array  # (m,) [1/m]
+    middle: Array  # (m,): displacement at midspan
+    factors: Array  # (3,): 2 / m_t [1/kg]; tension per S [N/m]; largest slope for which the model holds
+    motions: Array  # (o, k): motions shown per modal amplitude
+    rest: Array  # (s,): tension of each span at rest [N]
+    tension: Array  # (s, k): tension of each span per modal amplitude
 
 
 class ModalCableState(NamedTuple):

@@ -45,47 +45,22 @@ _FREQUENCIES = 400
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class NetworkChain:
-    """The chain that an axis of a machine with routes reduces to, Eq. (N.8).
+    """The chain that an axis of a machine with routes reduces to, Eq. (N.8)."""
 
-    Attributes
-    ----------
-    load : str
-        Coordinate that is the load: "head.x", "joint.turn", the name of a pulley.
-    motors : dict of str to float
-        Sign of each pulley's turn in the motor angle of the chain; its torque is that of all together.
-    inertias : ndarray, shape (n,)
-        [kg m^2], the motor first.
-    stiffness : ndarray, shape (n - 1,)
-        [N m/rad].
-    load_row : ndarray, shape (n,)
-        Load per angle of each inertia [m/rad], [rad/rad].
-    cross : float
-        Largest angle of the other axis' motors per angle of this chain; 0 with one motor.
-    ground : float
-        Stiffness that holds the chain to the frame, relative to its last link.
-    frequencies : ndarray, shape (n - 1,)
-        Of the modes kept [Hz].
-    neglected : float
-        Largest contribution of the modes left out to the response of motor and load, up to twice the first
-        mode, relative to the sum of the parts of the chain's modes.
-    strings : float
-        The same contribution of the transverse modes below that.
-    shapes : ndarray, shape (n, modes)
-        The modes kept, of unit modal mass, the rigid one first.
-    network : Network
-    """
-
-    load: str
+    load: str  # coordinate that is the load: "head.x", "joint.turn", the name of a pulley
     motors: dict[str, float]
-    inertias: Array
-    stiffness: Array
-    load_row: Array
-    cross: float
-    ground: float
-    frequencies: Array
+    """Sign of each pulley's turn in the motor angle; the chain's torque is that of all."""
+    inertias: Array  # (n,) [kg m^2], the motor first
+    stiffness: Array  # (n - 1,) [N m/rad]
+    load_row: Array  # (n,): load per angle of each inertia [m/rad], [rad/rad]
+    cross: float  # largest angle of the other axis' motors per angle of this chain; 0 with one motor
+    ground: float  # stiffness that holds the chain to the frame, relative to its last link
+    frequencies: Array  # (n - 1,): of the modes kept [Hz]
     neglected: float
-    strings: float
-    shapes: Array
+    """Largest contribution of the modes left out to the response of motor and load, up to twice the first
+    mode, relative to the sum of the parts of the chain's modes."""
+    strings: float  # the same contribution of the transverse modes below that
+    shapes: Array  # (n, modes): the modes kept, of unit modal mass, the rigid one first
     network: Network
 
     @property

@@ -23,42 +23,20 @@ STEPS_PER_PERIOD = 16
 
 
 class OscillatorCoefficients(NamedTuple):
-    """What an integration needs; every array may end in an axis of lanes.
+    """What an integration needs; every array may end in an axis of lanes."""
 
-    Attributes
-    ----------
-    along : ndarray, shape (4, ...)
-        Exact flow of q: q from q, q from rate, rate from q, rate from rate.
-    across : ndarray, shape (4, J, ...)
-        Exact flow of a.
-    push : ndarray, shape (J, ...)
-        G / M [1/(m s^2)].
-    pump : ndarray, shape (J, ...)
-        2 G / m [1/(m s^2)].
-    cubic : ndarray, shape (J, J, ...)
-        N / m [1/(m^2 s^2)].
-    force, rigid_force : ndarray, shape (...)
-        Acceleration of q and of the rigid rotation by the torque's amplitude [m/s^2].
-    turn : ndarray, shape (...)
-        Angle of the torque per step [rad].
-    cross, rigid_decay, rigid_cross : ndarray, shape (...)
-        c12 / M, c11 / M0, c12 / M0 [1/s].
-    step : ndarray, shape (...)
-        h [s].
-    """
-
-    along: Array
-    across: Array
-    push: Array
-    pump: Array
-    cubic: Array
-    force: Array
-    rigid_force: Array
-    turn: Array
-    cross: Array
-    rigid_decay: Array
-    rigid_cross: Array
-    step: Array
+    along: Array  # (4, ...): exact flow of q: q from q, q from rate, rate from q, rate from rate
+    across: Array  # (4, J, ...): exact flow of a
+    push: Array  # (J, ...): G / M [1/(m s^2)]
+    pump: Array  # (J, ...): 2 G / m [1/(m s^2)]
+    cubic: Array  # (J, J, ...): N / m [1/(m^2 s^2)]
+    force: Array  # (...): acceleration of q by the torque's amplitude [m/s^2]
+    rigid_force: Array  # (...): of the rigid rotation [m/s^2]
+    turn: Array  # (...): angle of the torque per step [rad]
+    cross: Array  # (...): c12 / M [1/s]
+    rigid_decay: Array  # (...): c11 / M0 [1/s]
+    rigid_cross: Array  # (...): c12 / M0 [1/s]
+    step: Array  # (...): h [s]
 
 
 def oscillator_coefficients(

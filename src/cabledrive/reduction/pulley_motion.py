@@ -10,24 +10,12 @@ from cabledrive.parameters import Drive
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shaft:
-    """What resists the turning of a pulley or motor, seen at the rim.
+    """What resists the turning of a pulley or motor, seen at the rim."""
 
-    Attributes
-    ----------
-    viscous : float
-        b / r^2 [N s/m].
-    coulomb : float
-        c / r [N].
-    shape : float
-        Displacement per q of the pulley mode.
-    turns : bool
-        Whether it turns with the rigid rotation; the motor's joint does not.
-    """
-
-    viscous: float
-    coulomb: float
-    shape: float
-    turns: bool = True
+    viscous: float  # b / r^2 [N s/m]
+    coulomb: float  # c / r [N]
+    shape: float  # displacement per q of the pulley mode
+    turns: bool = True  # whether it turns with the rigid rotation; the motor's joint does not
 
 
 def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:

@@ -21,24 +21,13 @@ LOWEST_HZ, HIGHEST_HZ, POINTS, POINTS_OF_AXIS = 0.05, 2000.0, 6000, 1500
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelQuality:
-    """One model beside the distributed cable.
-
-    Attributes
-    ----------
-    model : int
-    frequencies : tuple of float
-        Its undamped natural frequencies [Hz].
-    exact : tuple of float
-        As many of the distributed drive [Hz].
-    holds_1, holds_5 : float
-        Up to which frequency its response from motor torque to load angle is right to 1 % and to 5 % [Hz].
-    """
+    """One model beside the distributed cable."""
 
     model: int
-    frequencies: tuple[float, ...]
-    exact: tuple[float, ...]
-    holds_1: float
-    holds_5: float
+    frequencies: tuple[float, ...]  # its undamped natural frequencies [Hz]
+    exact: tuple[float, ...]  # as many of the distributed drive [Hz]
+    holds_1: float  # up to where its response from motor torque to load angle is right to 1 % [Hz]
+    holds_5: float  # the same to 5 % [Hz]
 
 
 def with_measured_stiffness(drive: Drive) -> Drive:

@@ -48,21 +48,11 @@ of a longitudinal mode is too even along the stretch."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LongitudinalModes:
-    """Longitudinal modes of unit modal mass, the rigid motion first where there is one.
+    """Longitudinal modes of unit modal mass, the rigid motion first where there is one."""
 
-    Attributes
-    ----------
-    natural : ndarray, shape (k,)
-        [rad/s]; 0: the rigid motion.
-    rims : ndarray, shape (k, 3)
-        Displacement at drive pulley, load pulley and motor [kg^-1/2].
-    strain : ndarray, shape (k, segments of all spans)
-        U' per pretensioned metre [kg^-1/2 / m].
-    """
-
-    natural: Array
-    rims: Array
-    strain: Array
+    natural: Array  # (k,) [rad/s]; 0: the rigid motion
+    rims: Array  # (k, 3): displacement at drive pulley, load pulley and motor [kg^-1/2]
+    strain: Array  # (k, segments of all spans): U' per pretensioned metre [kg^-1/2 / m]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,66 +61,28 @@ class SaggingModel:
 
     The last of the k are followers: the static strain per force at a shaft of all modes that are not kept.
     Their frequency, damping and shapes are zero.
-
-    Attributes
-    ----------
-    natural : ndarray, shape (k,)
-        W [rad/s].
-    damping : ndarray, shape (k, k)
-        C [1/s].
-    torque_shape : ndarray, shape (k,)
-        Modal force per torque of the motor [kg^-1/2 / m].
-    friction_shape : ndarray, shape (3, k)
-        Rim displacement of the shafts [kg^-1/2].
-    friction : ndarray, shape (3,)
-        Coulomb friction at the rims [N].
-    strain : ndarray, shape (k, segments)
-        U' [kg^-1/2 / m].
-    stretches : tuple of TransverseShapes
-        One for each row of the following arrays: all of the plane w, then all of the plane v.
-    planes : tuple of str
-    count : ndarray of int, shape (b,)
-        Number of modes of each.
-    transverse, mass, loss : ndarray, shape (b, m)
-        w [rad/s], modal mass [kg], damping [1/s].
-    direct : ndarray, shape (k, b, m)
-        L [N/m kg^-1/2].
-    coupling : ndarray, shape (k, b, m, 2 BAND + 1)
-        G of neighbouring modes, row j from mode j - BAND on [N/m^2 kg^-1/2].
-    bend : ndarray, shape (b, m)
-        P per amplitude, the sag's part [-].
-    square : ndarray, shape (b, m, 2 BAND + 1)
-        P per product of amplitudes, in the same form [1/m].
-    carried : float
-        EA^2 / (4 K Lambda) [N/m].
-    rigidity : float
-        K = EA + T0, tension per strain of the pretensioned cable [N].
-    followers : ndarray of int
-        Shafts whose force the followers take, of `SHAFTS`.
-    rim_force : float
-        Of the motor per torque [1/m].
     """
 
-    natural: Array
-    damping: Array
-    torque_shape: Array
-    friction_shape: Array
-    friction: Array
-    strain: Array
-    stretches: tuple[TransverseShapes, ...]
+    natural: Array  # (k,): W [rad/s]
+    damping: Array  # (k, k): C [1/s]
+    torque_shape: Array  # (k,): modal force per torque of the motor [kg^-1/2 / m]
+    friction_shape: Array  # (3, k): rim displacement of the shafts [kg^-1/2]
+    friction: Array  # (3,): Coulomb friction at the rims [N]
+    strain: Array  # (k, segments): U' [kg^-1/2 / m]
+    stretches: tuple[TransverseShapes, ...]  # one per row of the arrays below: all of plane w, then all of v
     planes: tuple[str, ...]
-    count: NDArray[np.int64]
-    transverse: Array
-    mass: Array
-    loss: Array
-    direct: Array
-    coupling: Array
-    bend: Array
-    square: Array
-    carried: float
-    rigidity: float
-    followers: NDArray[np.int64]
-    rim_force: float
+    count: NDArray[np.int64]  # (b,): number of modes of each
+    transverse: Array  # (b, m): w [rad/s]
+    mass: Array  # (b, m): modal mass [kg]
+    loss: Array  # (b, m): damping [1/s]
+    direct: Array  # (k, b, m): L [N/m kg^-1/2]
+    coupling: Array  # (k, b, m, 2 BAND + 1): G of neighbours, row j from mode j - BAND on [N/m^2 kg^-1/2]
+    bend: Array  # (b, m): P per amplitude, the sag's part [-]
+    square: Array  # (b, m, 2 BAND + 1): P per product of amplitudes, in the same form [1/m]
+    carried: float  # EA^2 / (4 K Lambda) [N/m]
+    rigidity: float  # K = EA + T0, tension per strain of the pretensioned cable [N]
+    followers: NDArray[np.int64]  # shafts whose force the followers take, of `SHAFTS`
+    rim_force: float  # of the motor per torque [1/m]
 
 
 def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int = 0) -> LongitudinalModes:

@@ -54,22 +54,12 @@ class SaggingNumbers(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Extremes:
-    """Largest and least values along a motion.
+    """Largest and least values along a motion."""
 
-    Attributes
-    ----------
-    displacement : ndarray, shape (b,)
-        Largest displacement from rest at the watched points of each stretch and plane [m].
-    amplitude, time : ndarray, shape (b, m)
-        Largest amplitude of each transverse mode [m], and when it is reached [s].
-    tension : float
-        Lowest tension [N].
-    """
-
-    displacement: Array
-    amplitude: Array
-    time: Array
-    tension: float
+    displacement: Array  # (b,): largest one from rest at the watched points of each stretch and plane [m]
+    amplitude: Array  # (b, m): largest amplitude of each transverse mode [m]
+    time: Array  # (b, m): when it is reached [s]
+    tension: float  # lowest tension [N]
 
 
 def exact_spring(omega: Array, h: float) -> Array:

@@ -14,24 +14,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StaticState:
-    """Static equilibrium of a drive whose drive pulley is held.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    tension, stretch : ndarray, shape (segments of all spans,)
-        Tension of each segment [N], and its length over that of the straight pretensioned one [-].
-    slope : ndarray, shape (segments of all spans,)
-        Slope of each segment against the straight span in the plane of the loop, the sag's [-].
-    holding_torque : float
-        Torque on the drive pulley that keeps it at rest [N m].
-    """
+    """Static equilibrium of a drive whose drive pulley is held."""
 
     mesh: Mesh
-    tension: Array
-    stretch: Array
-    slope: Array
-    holding_torque: float
+    tension: Array  # (segments of all spans,): of each segment [N]
+    stretch: Array  # (segments of all spans,): its length over the straight pretensioned one [-]
+    slope: Array  # (segments of all spans,): against the straight span in the loop's plane, by sag [-]
+    holding_torque: float  # torque on the drive pulley that keeps it at rest [N m]
 
     @property
     def steepest(self) -> float:

@@ -18,55 +18,25 @@ BODIES = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transporter:
-    """A loop with a carriage on its upper span, and a mass on a line below the carriage.
+    """A loop with a carriage on its upper span, and a mass on a line below the carriage."""
 
-    Attributes
-    ----------
-    span_length : float
-        L [m].
-    axial_rigidity : float
-        EA [N].
-    pretension : float
-        [N].
-    damping_time : float
-        Damping over stiffness of the cable, T [s].
-    radius : float
-        Of the drive pulley [m].
-    drive_mass, load_mass : float
-        Inertias of motor with drive pulley, and of the load pulley, over their radius squared [kg].
-    carriage_mass, payload_mass : float
-        [kg].
-    line_length : float
-        Of the line on which the payload hangs [m].
-    gravity : float
-        [m/s^2].
-    rail_friction : float
-        Of the carriage on its guide [N s/m].
-    swing_damping : float
-        Damping of the swing over its stiffness [s].
-    viscous, coulomb, offset : float
-        Friction of the motor [N s/m], [N] and its constant force [N], at the rim.
-    start : float
-        Carriage's place at the start, from the drive pulley [m].
-    """
-
-    span_length: float
-    axial_rigidity: float
-    pretension: float
-    damping_time: float
-    radius: float
-    drive_mass: float
-    load_mass: float
-    carriage_mass: float
-    payload_mass: float
-    line_length: float
-    gravity: float
-    rail_friction: float
-    swing_damping: float
-    viscous: float
-    coulomb: float
-    offset: float
-    start: float
+    span_length: float  # L [m]
+    axial_rigidity: float  # EA [N]
+    pretension: float  # [N]
+    damping_time: float  # damping over stiffness of the cable, T [s]
+    radius: float  # of the drive pulley [m]
+    drive_mass: float  # inertia of motor with drive pulley over its radius squared [kg]
+    load_mass: float  # inertia of the load pulley over its radius squared [kg]
+    carriage_mass: float  # [kg]
+    payload_mass: float  # [kg]
+    line_length: float  # of the line on which the payload hangs [m]
+    gravity: float  # [m/s^2]
+    rail_friction: float  # of the carriage on its guide [N s/m]
+    swing_damping: float  # damping of the swing over its stiffness [s]
+    viscous: float  # friction of the motor, at the rim [N s/m]
+    coulomb: float  # friction of the motor, at the rim [N]
+    offset: float  # constant force of the motor, at the rim [N]
+    start: float  # carriage's place at the start, from the drive pulley [m]
 
     @property
     def masses(self) -> Array:

@@ -22,22 +22,12 @@ HIGHEST_NUMBER = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TransverseMode:
-    """Where one transverse mode of the model lives.
+    """Where one transverse mode of the model lives."""
 
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-    plane : {"w", "v"}
-    section : (float, float)
-        Unstretched ends of the vibrating section [m].
-    number : int
-        Number of the mode of its section, from 1.
-    """
-
-    span: str
-    plane: str
-    section: tuple[float, float]
-    number: int
+    span: str  # "upper" or "lower"
+    plane: str  # "w" or "v"
+    section: tuple[float, float]  # unstretched ends of the vibrating section [m]
+    number: int  # number of the mode of its section, from 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,50 +15,24 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FreeStretch:
-    """A part of a span between two neighbouring points that are held across.
+    """A part of a span between two neighbouring points that are held across."""
 
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-    ends : (float, float)
-        Unstretched positions from the pulley where the span starts [m].
-    segments : slice
-        Its segments among those of all spans.
-    travel_time : float
-        Time a transverse wave takes along it [s].
-    """
-
-    span: str
-    ends: tuple[float, float]
-    segments: slice
-    travel_time: float
+    span: str  # "upper" or "lower"
+    ends: tuple[float, float]  # unstretched positions from the pulley where the span starts [m]
+    segments: slice  # its segments among those of all spans
+    travel_time: float  # time a transverse wave takes along it [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TransverseShapes(FreeStretch):
-    """Some modes of a free stretch, of unit largest displacement.
+    """Some modes of a free stretch, of unit largest displacement."""
 
-    Attributes
-    ----------
-    numbers : tuple of int
-        Which modes, from 1.
-    omega : ndarray, shape (m,)
-        [rad/s].
-    mass : ndarray, shape (m,)
-        Modal mass [kg].
-    loss : ndarray, shape (m,)
-        Modal damping [1/s]; carriages on the stretch are not damped.
-    shapes : ndarray, shape (m, nodes of the stretch)
-    slopes : ndarray, shape (m, segments of the stretch)
-        [1/m].
-    """
-
-    numbers: tuple[int, ...]
-    omega: Array
-    mass: Array
-    loss: Array
-    shapes: Array
-    slopes: Array
+    numbers: tuple[int, ...]  # which modes, from 1
+    omega: Array  # (m,) [rad/s]
+    mass: Array  # (m,): modal mass [kg]
+    loss: Array  # (m,): modal damping [1/s]; carriages on the stretch are not damped
+    shapes: Array  # (m, nodes of the stretch)
+    slopes: Array  # (m, segments of the stretch) [1/m]
 
 
 def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:

@@ -25,34 +25,16 @@ ASSUMED = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TwoMotorMachine:
-    """A body between two motors.
-
-    Attributes
-    ----------
-    drive : RoutedDrive
-    numbers : TwoMotors
-    names : tuple of str
-        Coordinates of the body, such as "camera.x".
-    lines : tuple of str
-        Of each motor: its line.
-    spans : tuple of tuple of str
-        Free spans of each line.
-    motors : tuple of str
-        Pulleys that the motors turn.
-    tension : ndarray, shape (2,)
-        At rest [N].
-    left_out : float
-        Lowest frequency along a line that the numbers do not hold: idlers against spans, waves [rad/s].
-    """
+    """A body between two motors."""
 
     drive: RoutedDrive
     numbers: TwoMotors
-    names: tuple[str, ...]
-    lines: tuple[str, ...]
-    spans: tuple[tuple[str, ...], ...]
-    motors: tuple[str, ...]
-    tension: Array
-    left_out: float
+    names: tuple[str, ...]  # coordinates of the body, such as "camera.x"
+    lines: tuple[str, ...]  # of each motor: its line
+    spans: tuple[tuple[str, ...], ...]  # free spans of each line
+    motors: tuple[str, ...]  # pulleys that the motors turn
+    tension: Array  # (2,): at rest [N]
+    left_out: float  # lowest neglected frequency along a line: idlers against spans, waves [rad/s]
 
 
 def is_winched(drive: object) -> bool:

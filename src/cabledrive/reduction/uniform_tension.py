@@ -35,60 +35,27 @@ HIGHEST_SHARE = 0.9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UniformTensionModel:
-    """Coefficients of (R.1)-(R.3) for one drive; k longitudinal modes, two spans, m sines.
+    """Coefficients of (R.1)-(R.3) for one drive; k longitudinal modes, two spans, m sines."""
 
-    Attributes
-    ----------
-    natural : ndarray, shape (k,)
-        Longitudinal frequencies W [rad/s]; of a free motor the first is the rigid rotation, 0.
-    damping : ndarray, shape (k, k)
-        Modal damping C [1/s].
-    rims : ndarray, shape (k, 2)
-        Displacement of drive rim and load rim, of unit modal mass [kg^-1/2].
-    torque_shape : ndarray, shape (k,)
-        Modal force per torque [kg^-1/2 / m].
-    stretch : ndarray, shape (k, 2)
-        Difference of each mode between the ends of each span [kg^-1/2].
-    coupling : ndarray, shape (k, 2, m)
-        G [N/m kg^-1/2].
-    transverse : ndarray, shape (m,)
-        Transverse frequencies w [rad/s].
-    transverse_mass : float
-        Modal mass of a sine, rho Le / 2 [kg].
-    transverse_damping : float
-        Gamma [1/s].
-    wave_numbers : ndarray, shape (m,)
-        kappa [1/m].
-    carrier : float
-        EA^2 / (K Le rho), of the tension that the transverse motion itself makes [m/s^2].
-    gravity_load : ndarray, shape (2, m)
-        Modal acceleration by gravity in the plane of the loop [m/s^2].
-    radii : (float, float)
-        Of drive pulley and load pulley [m].
-    pretension, stiffness, axial_rigidity, span : float
-        T0 [N], K [N], EA [N], Le [m].
-    span_resonance : float
-        First longitudinal resonance of a span between held rims [rad/s]: the model ends below it.
-    """
-
-    natural: Array
-    damping: Array
-    rims: Array
-    torque_shape: Array
-    stretch: Array
-    coupling: Array
-    transverse: Array
-    transverse_mass: float
-    transverse_damping: float
-    wave_numbers: Array
-    carrier: float
-    gravity_load: Array
-    radii: tuple[float, float]
-    pretension: float
-    stiffness: float
-    axial_rigidity: float
-    span: float
+    natural: Array  # (k,): longitudinal frequencies W [rad/s]; first 0 with a free motor: rigid rotation
+    damping: Array  # (k, k): modal damping C [1/s]
+    rims: Array  # (k, 2): displacement of drive rim and load rim, of unit modal mass [kg^-1/2]
+    torque_shape: Array  # (k,): modal force per torque [kg^-1/2 / m]
+    stretch: Array  # (k, 2): difference of each mode between the ends of each span [kg^-1/2]
+    coupling: Array  # (k, 2, m): G [N/m kg^-1/2]
+    transverse: Array  # (m,): transverse frequencies w [rad/s]
+    transverse_mass: float  # modal mass of a sine, rho Le / 2 [kg]
+    transverse_damping: float  # Gamma [1/s]
+    wave_numbers: Array  # (m,): kappa [1/m]
+    carrier: float  # EA^2 / (K Le rho), of the tension that the transverse motion itself makes [m/s^2]
+    gravity_load: Array  # (2, m): modal acceleration by gravity in the plane of the loop [m/s^2]
+    radii: tuple[float, float]  # of drive pulley and load pulley [m]
+    pretension: float  # T0 [N]
+    stiffness: float  # K [N]
+    axial_rigidity: float  # EA [N]
+    span: float  # Le [m]
     span_resonance: float
+    """First longitudinal one of a span between held rims: the model ends below it [rad/s]."""
 
 
 def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:

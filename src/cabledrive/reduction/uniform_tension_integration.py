@@ -22,69 +22,31 @@ Array = NDArray[np.float64]
 
 
 class IntegratedMotion(NamedTuple):
-    """What an integration recorded; velocities at the times of the positions.
+    """What an integration recorded; velocities at the times of the positions."""
 
-    Attributes
-    ----------
-    along : ndarray, shape (records, 2, k)
-        Longitudinal amplitudes [m kg^1/2] and their rates.
-    across : ndarray, shape (records, 2, planes, 2, m)
-        Transverse amplitudes [m] and their rates.
-    tallies : ndarray, shape (records, 3)
-        Work of the torque, energy lost across and along since the start [J].
-    peaks : ndarray, shape (2, 2)
-        Per span: lowest change of tension [N], largest amplitude summed over the sines, planes together [m].
-    """
-
-    along: Array
-    across: Array
-    tallies: Array
+    along: Array  # (records, 2, k): longitudinal amplitudes [m kg^1/2] and their rates
+    across: Array  # (records, 2, planes, 2, m): transverse amplitudes [m] and their rates
+    tallies: Array  # (records, 3): work of the torque, energy lost across and along since the start [J]
     peaks: Array
+    """(2, 2): per span: lowest change of tension [N], largest amplitude summed over the sines, planes
+    together [m]."""
 
 
 class Coefficients(NamedTuple):
-    """What a step needs, for one step length: arrays only, so that a kernel takes one argument.
+    """What a step needs, for one step length: arrays only, so that a kernel takes one argument."""
 
-    Attributes
-    ----------
-    along : ndarray, shape (2 k, 2 k)
-        Exact flow of the longitudinal modes, amplitudes then rates, Eq. (R.4).
-    across : ndarray, shape (4, m)
-        Exact flow of the sines: x from x, x from v, v from x, v from v.
-    torque_shape : ndarray, shape (k,)
-        Modal force per torque.
-    coupling : ndarray, shape (k, 2, m)
-        G of (R.3).
-    per_mass : float
-        2 / m_t [1/kg].
-    carried : ndarray, shape (m,)
-        carrier kappa^2, tension stiffening per S [1/(m s^2)].
-    stretching : ndarray, shape (m,)
-        kappa^2 Le / 4, S per squared amplitude [1/m].
-    sag : ndarray, shape (2, m)
-        Where gravity holds the linear string, in w; the flow turns about it [m].
-    tension_along : ndarray, shape (k, 2)
-        Tension of each span per longitudinal amplitude [N kg^1/2].
-    tension_across : float
-        Tension per S [N/m].
-    loss_along : ndarray, shape (k, k)
-        Modal damping, of the power lost along [1/s].
-    loss_across : float
-        m_t Gamma, of the power lost across [kg/s].
-    """
-
-    along: Array
-    across: Array
-    torque_shape: Array
-    coupling: Array
-    per_mass: float
-    carried: Array
-    stretching: Array
-    sag: Array
-    tension_along: Array
-    tension_across: float
-    loss_along: Array
-    loss_across: float
+    along: Array  # (2 k, 2 k): exact flow of the longitudinal modes, amplitudes then rates, Eq. (R.4)
+    across: Array  # (4, m): exact flow of the sines: x from x, x from v, v from x, v from v
+    torque_shape: Array  # (k,): modal force per torque
+    coupling: Array  # (k, 2, m): G of (R.3)
+    per_mass: float  # 2 / m_t [1/kg]
+    carried: Array  # (m,): carrier kappa^2, tension stiffening per S [1/(m s^2)]
+    stretching: Array  # (m,): kappa^2 Le / 4, S per squared amplitude [1/m]
+    sag: Array  # (2, m): where gravity holds the linear string, in w; the flow turns about it [m]
+    tension_along: Array  # (k, 2): tension of each span per longitudinal amplitude [N kg^1/2]
+    tension_across: float  # tension per S [N/m]
+    loss_along: Array  # (k, k): modal damping, of the power lost along [1/s]
+    loss_across: float  # m_t Gamma, of the power lost across [kg/s]
 
 
 def coefficients(model: UniformTensionModel, step: float) -> Coefficients:

@@ -13,63 +13,33 @@ Cell = Text | float | None
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paragraph:
-    """Running text.
-
-    Attributes
-    ----------
-    text : str or Markup
-    items : tuple of str or Markup, default ()
-        Points of a list below it.
-    """
+    """Running text."""
 
     kind: ClassVar[str] = "paragraph"
     text: Text
-    items: tuple[Text, ...] = ()
+    items: tuple[Text, ...] = ()  # points of a list below it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Note:
-    """A remark set apart from the text.
-
-    Attributes
-    ----------
-    text : str or Markup
-    tone : {"remark", "warning", "good"}, default "remark"
-        How it is set; its first words say the same without colour.
-    """
+    """A remark set apart from the text."""
 
     kind: ClassVar[str] = "note"
     text: Text
-    tone: str = "remark"
+    tone: str = "remark"  # "remark", "warning" or "good"; its first words say the same without colour
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Figure:
-    """A picture with its words.
-
-    Attributes
-    ----------
-    name : str
-        Anchor, unique on the page.
-    alt : str
-        What is seen, for whoever does not see it.
-    caption : str or Markup
-        What it says.
-    wide : Markup
-        Inline SVG for a page of ordinary width.
-    narrow : Markup or None
-        Inline SVG for a narrow page; None: the wide one scrolls inside its box.
-    switch : Markup or None, default None
-        Before the drawings, what starts and stops a drawing that moves, its styles included.
-    """
+    """A picture with its words."""
 
     kind: ClassVar[str] = "figure"
-    name: str
-    alt: str
-    caption: Text
-    wide: Markup
-    narrow: Markup | None = None
-    switch: Markup | None = None
+    name: str  # anchor, unique on the page
+    alt: str  # what is seen, for whoever does not see it
+    caption: Text  # what it says
+    wide: Markup  # inline SVG for a page of ordinary width
+    narrow: Markup | None = None  # inline SVG for a narrow page; None: the wide one scrolls inside its box
+    switch: Markup | None = None  # before the drawings: starts and stops one that moves, its styles included
 
     def __post_init__(self) -> None:
         if not self.alt.strip():
@@ -78,59 +48,31 @@ class Figure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """Head of a column.
-
-    Attributes
-    ----------
-    title : str or Markup
-    unit : str, default ""
-        Unit of the numbers below.
-    numeric : bool, default False
-        Whether it is set flush right, in figures of equal width.
-    bar : bool, default False
-        Whether its cells are shares between 0 and 1, shown in per cent with a bar behind them.
-    """
+    """Head of a column."""
 
     title: Text
-    unit: str = ""
-    numeric: bool = False
-    bar: bool = False
+    unit: str = ""  # unit of the numbers below
+    numeric: bool = False  # whether it is set flush right, in figures of equal width
+    bar: bool = False  # cells are shares between 0 and 1, shown in per cent with a bar behind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowGroup:
-    """Rows under a heading of their own.
+    """Rows under a heading of their own."""
 
-    Attributes
-    ----------
-    title : str
-        Heading; none where empty.
-    rows : tuple of tuple
-        One tuple of cells per row, as long as the columns: text, markup, or a share.
-    """
-
-    title: str = ""
-    rows: tuple[tuple[Cell, ...], ...]
+    title: str = ""  # heading; none where empty
+    rows: tuple[tuple[Cell, ...], ...]  # as many cells as columns: text, markup, or a share
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """A table whose first column names the row.
-
-    Attributes
-    ----------
-    caption : str or Markup
-    columns : tuple of Column
-    groups : tuple of RowGroup
-    note : str or Markup
-        What stands below it.
-    """
+    """A table whose first column names the row."""
 
     kind: ClassVar[str] = "table"
     caption: Text
     columns: tuple[Column, ...]
     groups: tuple[RowGroup, ...]
-    note: Text = ""
+    note: Text = ""  # what stands below it
 
     def __post_init__(self) -> None:
         for group in self.groups:
@@ -141,48 +83,26 @@ class Table:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equation:
-    """A displayed formula.
-
-    Attributes
-    ----------
-    formula : Markup
-        Content of a MathML ``math`` element, see `cabledrive.report.formula`.
-    words : str
-        The formula as it is read aloud.
-    number : str, default ""
-        Number in the documentation, such as "3.13".
-    """
+    """A displayed formula."""
 
     kind: ClassVar[str] = "equation"
-    formula: Markup
-    words: str
-    number: str = ""
+    formula: Markup  # content of a MathML ``math`` element, see `cabledrive.report.formula`
+    words: str  # the formula as it is read aloud
+    number: str = ""  # number in the documentation, such as "3.13"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Details:
-    """Longer text that opens on demand; printed in full.
-
-    Attributes
-    ----------
-    summary : str
-        What it is about.
-    paragraphs : tuple of str or Markup
-    """
+    """Longer text that opens on demand; printed in full."""
 
     kind: ClassVar[str] = "details"
-    summary: str
+    summary: str  # what it is about
     paragraphs: tuple[Text, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Beside:
-    """Tables beside one another where the page is wide enough.
-
-    Attributes
-    ----------
-    blocks : tuple of Table
-    """
+    """Tables beside one another where the page is wide enough."""
 
     kind: ClassVar[str] = "beside"
     blocks: tuple[Table, ...]
@@ -193,48 +113,24 @@ Block = Paragraph | Note | Figure | Plot | Table | Equation | Details | Beside
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """A part of a chapter with its own entry in the table of contents.
-
-    Attributes
-    ----------
-    title : str
-    anchor : str
-        Unique on the page.
-    blocks : tuple of Block
-    """
+    """A part of a chapter with its own entry in the table of contents."""
 
     title: str
-    anchor: str
+    anchor: str  # unique on the page
     blocks: tuple[Block, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chapter:
-    """One chapter of the report.
-
-    Attributes
-    ----------
-    title : str
-    anchor : str
-        Unique on the page.
-    blocks : tuple of Block
-        What stands before the sections.
-    sections : tuple of Section, default ()
-    methods : tuple of str, default ()
-        How its numbers were computed, one sentence each, for the provenance at the end.
-    headline : str, default ""
-        What it found, in one sentence, for the top of the page.
-    summary : str, default ""
-        What it is about, in one sentence, for its card.
-    """
+    """One chapter of the report."""
 
     title: str
-    anchor: str
-    blocks: tuple[Block, ...]
+    anchor: str  # unique on the page
+    blocks: tuple[Block, ...]  # what stands before the sections
     sections: tuple[Section, ...] = ()
-    methods: tuple[str, ...] = ()
-    headline: str = ""
-    summary: str = ""
+    methods: tuple[str, ...] = ()  # how its numbers were computed, for the provenance at the end
+    headline: str = ""  # what it found, in one sentence, for the top of the page
+    summary: str = ""  # what it is about, in one sentence, for its card
 
     @property
     def all_blocks(self) -> tuple[Block, ...]:

@@ -19,21 +19,11 @@ _ROOM = 1.08
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReportContext:
-    """The machines of a report.
+    """The machines of a report."""
 
-    Attributes
-    ----------
-    drives : tuple of Drive
-        Loops and lines.
-    routes : tuple of RoutedDrive
-        Machines with routes.
-    progress : callable
-        Called with a line of text when a longer part of the work begins.
-    """
-
-    drives: tuple[Drive, ...]
-    routes: tuple[RoutedDrive, ...]
-    progress: Callable[[str], None]
+    drives: tuple[Drive, ...]  # loops and lines
+    routes: tuple[RoutedDrive, ...]  # machines with routes
+    progress: Callable[[str], None]  # called with a line of text when a longer part of the work begins
 
     @property
     def machines(self) -> tuple[Drive | RoutedDrive, ...]:

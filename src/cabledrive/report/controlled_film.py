@@ -21,27 +21,10 @@ NAME = "controlled"
 
 
 def controlled_film(drive: Drive, run: Tracking) -> str:
-    """A run of the rig as a page that needs no other file.
+    """A run of the rig on a plant with two pulleys, as an HTML page that needs no other file.
 
     The motion plays to scale; short ticks show where the load pulley should be, and the words by how much it
-    is not there.
-
-    Parameters
-    ----------
-    drive : Drive
-        The plant of the run.
-    run : Tracking
-        On a plant with two pulleys.
-
-    Returns
-    -------
-    str
-        HTML.
-
-    Raises
-    ------
-    InputRefused
-        If the plant has no spans with a tension, or the run ended at once.
+    is not there. Refused: a plant without spans under tension, a run that ended at once.
     """
     if run.tensions is None:
         raise InputRefused("the film shows tensions: choose a plant with a flexible cable, such as `cable`")

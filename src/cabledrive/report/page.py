@@ -23,28 +23,15 @@ _TEMPLATES = resources.files("cabledrive.report") / "templates"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
-    """All that stands in the file: chapters in a row, or an overview of cards with a page behind each.
-
-    Attributes
-    ----------
-    title, subtitle : str
-    chapters : tuple of Chapter
-    provenance : Provenance
-    views : tuple of View, default ()
-        Pages inside the file.
-    overview : Figure or None, default None
-        Below the cards of the machines.
-    links : tuple of (str, str), default ()
-        Title and file of pages beside this one, shown as cards.
-    """
+    """All that stands in the file: chapters in a row, or an overview of cards with a page behind each."""
 
     title: str
     subtitle: str
     chapters: tuple[Chapter, ...] = ()
     provenance: Provenance
-    views: tuple[View, ...] = ()
-    overview: Figure | None = None
-    links: tuple[tuple[str, str], ...] = ()
+    views: tuple[View, ...] = ()  # pages inside the file
+    overview: Figure | None = None  # below the cards of the machines
+    links: tuple[tuple[str, str], ...] = ()  # title and file of pages beside this one, shown as cards
 
     @property
     def headlines(self) -> tuple[tuple[str, str, str], ...]:

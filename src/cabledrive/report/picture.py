@@ -29,16 +29,10 @@ _LONG = re.compile(r"-?\d+\.\d{3,}(?![\de])")  # finer than a hundredth of a pix
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """One picture for wide pages and one for narrow ones.
+    """One picture for wide pages and one for narrow ones."""
 
-    Attributes
-    ----------
-    wide, narrow : Markup
-        Inline SVG.
-    """
-
-    wide: Markup
-    narrow: Markup
+    wide: Markup  # inline SVG
+    narrow: Markup  # inline SVG
 
 
 def picture(

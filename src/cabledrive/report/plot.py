@@ -10,68 +10,35 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """A curve of a plot.
-
-    Attributes
-    ----------
-    name : str
-    values : ndarray, shape (p,)
-        At the points of the plot; a gap where not finite.
-    colour : str, default "blue"
-        Name of a colour of the page.
-    dashed : bool, default False
-    """
+    """A curve of a plot."""
 
     name: str
-    values: NDArray[np.float64]
-    colour: str = "blue"
+    values: NDArray[np.float64]  # (p,): at the points of the plot; a gap where not finite
+    colour: str = "blue"  # name of a colour of the page
     dashed: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Panel:
-    """Curves over one axis.
-
-    Attributes
-    ----------
-    title : str
-    unit : str
-        Of all curves.
-    series : tuple of Series
-    """
+    """Curves over one axis."""
 
     title: str
-    unit: str
+    unit: str  # of all curves
     series: tuple[Series, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plot:
-    """Curves that answer to the pointer: values, zoom, the data as a file.
-
-    Attributes
-    ----------
-    name : str
-        Anchor, unique on the page.
-    alt : str
-        What is seen, for whoever does not see it.
-    caption : str or Markup
-    points : ndarray, shape (p,)
-        Ascending, common to all panels.
-    along, unit : str
-        What the points are, and their unit.
-    panels : tuple of Panel
-        One above the other.
-    """
+    """Curves that answer to the pointer: values, zoom, the data as a file."""
 
     kind: ClassVar[str] = "plot"
-    name: str
-    alt: str
+    name: str  # anchor, unique on the page
+    alt: str  # what is seen, for whoever does not see it
     caption: str | Markup
-    points: NDArray[np.float64]
-    along: str
-    unit: str
-    panels: tuple[Panel, ...]
+    points: NDArray[np.float64]  # (p,): ascending, common to all panels
+    along: str  # what the points are
+    unit: str  # of the points
+    panels: tuple[Panel, ...]  # one above the other
 
     def __post_init__(self) -> None:
         for panel in self.panels:

@@ -15,24 +15,12 @@ _PACKAGES = ("numpy", "scipy", "xarray", "matplotlib", "Jinja2")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """What is needed to make a report again.
+    """What is needed to make a report again."""
 
-    Attributes
-    ----------
-    written_at : datetime
-        Time of the run, in UTC.
-    versions : tuple of (str, str)
-        Programs and their versions, `cabledrive` first.
-    hashes : tuple of (str, str)
-        Name and content hash of every drive.
-    methods : tuple of str
-        How the numbers were computed.
-    """
-
-    written_at: datetime
-    versions: tuple[tuple[str, str], ...]
-    hashes: tuple[tuple[str, str], ...]
-    methods: tuple[str, ...]
+    written_at: datetime  # time of the run, in UTC
+    versions: tuple[tuple[str, str], ...]  # programs and their versions, `cabledrive` first
+    hashes: tuple[tuple[str, str], ...]  # name and content hash of every drive
+    methods: tuple[str, ...]  # how the numbers were computed
 
 
 def provenance(context: ReportContext, methods: Sequence[str], written_at: datetime) -> Provenance:

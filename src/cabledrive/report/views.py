@@ -12,65 +12,31 @@ MACHINES, TOPICS = "machines", "topics"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Badge:
-    """A verdict in a few words.
-
-    Attributes
-    ----------
-    text : str
-    tone : {"good", "warning", "remark"}
-    """
+    """A verdict in a few words."""
 
     text: str
-    tone: str
+    tone: str  # "good", "warning" or "remark"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """What the overview shows of a page.
+    """What the overview shows of a page."""
 
-    Attributes
-    ----------
-    text : str or Markup
-        One sentence.
-    picture : Markup or None
-        Inline SVG.
-    badges : tuple of Badge
-    facts : tuple of (str, str)
-        What, and its value.
-    """
-
-    text: Text
-    picture: Markup | None = None
+    text: Text  # one sentence
+    picture: Markup | None = None  # inline SVG
     badges: tuple[Badge, ...] = ()
-    facts: tuple[tuple[str, str], ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()  # what, and its value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """A page inside the report.
+    """A page inside the report."""
 
-    Attributes
-    ----------
-    anchor : str
-        Unique in the file.
-    title : str
-    group : {"machines", "topics"}
-    card : Card
-    template : str
-        Sets the page.
-    content : Any
-        What the template is given as ``it``.
-    blocks : tuple of Block
-        Its figures and tables in order, those beside one another included.
-    methods : tuple of str
-        How its numbers were computed.
-    """
-
-    anchor: str
+    anchor: str  # unique in the file
     title: str
-    group: str
+    group: str  # "machines" or "topics"
     card: Card
-    template: str
-    content: Any
-    blocks: tuple[Block, ...]
-    methods: tuple[str, ...] = ()
+    template: str  # sets the page
+    content: Any  # what the template is given as ``it``
+    blocks: tuple[Block, ...]  # its figures and tables in order, those beside one another included
+    methods: tuple[str, ...] = ()  # how its numbers were computed

@@ -10,18 +10,7 @@ from typing import Any
 
 
 class CarefulFile(io.RawIOBase):
-    """A new file that takes everything and remembers the first error of the disk.
-
-    Parameters
-    ----------
-    path : Path
-        A file there is replaced.
-
-    Attributes
-    ----------
-    error : OSError or None
-        Why the file is not what was given to it.
-    """
+    """A new file, or one in another's place, that takes everything; ``error`` holds the first error."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()

@@ -87,26 +87,7 @@ class Recording:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Case:
-    """A run that has not begun.
-
-    Attributes
-    ----------
-    drive : Drive
-    scheme : Scheme
-    recording : Recording
-    mesh : Mesh
-    law : CableLaw
-    grid : TimeGrid
-    plan : Plan
-    method : Method
-    torque : Signal
-        Torque, without the motor's constant offset.
-    offset : float
-        The motor's offset torque [N m].
-    forces : tuple of Signal
-    displacement, velocity : ndarray, shape (3, nodes)
-        At t = 0 [m], [m/s].
-    """
+    """A run that has not begun."""
 
     drive: Drive
     scheme: Scheme
@@ -116,12 +97,12 @@ class Case:
     grid: TimeGrid
     plan: Plan
     method: Method
-    torque: Signal
-    offset: float
+    torque: Signal  # torque, without the motor's constant offset
+    offset: float  # the motor's offset torque [N m]
     forces: tuple[Signal, ...]
-    displacement: Array
+    displacement: Array  # (3, nodes): at t = 0 [m]
     rotor: float
-    velocity: Array
+    velocity: Array  # (3, nodes): at t = 0 [m/s]
 
     @property
     def width(self) -> int:

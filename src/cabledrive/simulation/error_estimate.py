@@ -20,21 +20,12 @@ ORDER_AT_LEAST, ORDER_AT_MOST = 0.5, 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """Estimated error of one quantity over the run.
+    """Estimated error of one quantity over the run."""
 
-    Attributes
-    ----------
-    error : float
-        Largest estimated error, in the quantity's unit.
-    relative : float
-        The same over the quantity's largest size [-]; 0 if it did not move.
-    order : float or None
-        Order of convergence seen between the three resolutions; None if the differences do not fall.
-    """
-
-    error: float
-    relative: float
+    error: float  # largest estimated error, in the quantity's unit
+    relative: float  # the same over the quantity's largest size [-]; 0 if it did not move
     order: float | None
+    """Order of convergence between the three resolutions; None if the differences do not fall."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

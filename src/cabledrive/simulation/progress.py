@@ -8,14 +8,9 @@ SECONDS_BETWEEN = 0.5
 
 
 class Progress:
-    """Progress of a run, rewritten in place twice a second.
+    """Progress of a run of some length [s], rewritten in place twice a second.
 
-    Parameters
-    ----------
-    duration : float
-        Length of the run [s].
-    shown : bool or None
-        Whether to show it; None: where standard error is a terminal.
+    Without a word on ``shown`` it is shown where standard error is a terminal.
     """
 
     def __init__(self, duration: float, shown: bool | None) -> None:

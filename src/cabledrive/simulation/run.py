@@ -17,28 +17,14 @@ INTERRUPTED, UNWRITTEN = "interrupted", "the records cannot be written"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outcome:
-    """How a run ended.
+    """How a run ended."""
 
-    Attributes
-    ----------
-    state : State or that of another kind of run
-        At the end.
-    stopped : str or None
-        Why it ended early, in one line; None if it did not.
-    interrupted, unwritten : bool
-        Whether it was interrupted from outside; whether the disk refused its records.
-    records : int
-        Records that belong to the run so far.
-    wall_time : float
-        How long it took [s].
-    """
-
-    state: Any
-    stopped: str | None
-    interrupted: bool
-    unwritten: bool
-    records: int
-    wall_time: float
+    state: Any  # at the end
+    stopped: str | None  # why it ended early, in one line; None if it did not
+    interrupted: bool  # from outside
+    unwritten: bool  # the disk refused its records
+    records: int  # records that belong to the run so far
+    wall_time: float  # how long it took [s]
 
 
 def integrate_run(

@@ -22,24 +22,12 @@ MOST_NODE_STEPS = 1e14
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimeGrid:
-    """Steps and records of a run.
+    """Steps and records of a run."""
 
-    Attributes
-    ----------
-    step : float
-        Time step [s].
-    largest_step : float
-        Largest stable step [s].
-    every : int
-        Steps per record.
-    records : int
-        Recording intervals; the run ends with one more record.
-    """
-
-    step: float
-    largest_step: float
-    every: int
-    records: int
+    step: float  # time step [s]
+    largest_step: float  # largest stable step [s]
+    every: int  # steps per record
+    records: int  # recording intervals; the run ends with one more record
 
     @property
     def cfl(self) -> float:

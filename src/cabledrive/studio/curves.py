@@ -17,15 +17,9 @@ MOST_ROWS = 1_000_000_000
 
 
 class Curves:
-    """Columns of one log, each read once when it is first asked for.
+    """Columns of one log, each read once when it is first asked for, with its rows on disk in a folder.
 
-    Parameters
-    ----------
-    table : Table
-    time : str or None
-        Its column; None: rows are counted.
-    folder : Path
-        Of the rows on disk.
+    Without a column of time, rows are counted.
     """
 
     def __init__(self, table: Table, time: str | None, folder: Path) -> None:

@@ -14,20 +14,10 @@ from cabledrive.studio.warm import Warm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Desk:
-    """What the routes share.
-
-    Attributes
-    ----------
-    library : Library
-    first : State
-        Where an address names no drive.
-    jobs : Jobs
-    logs : LogStore
-    warm : Warm
-    """
+    """What the routes share."""
 
     library: Library
-    first: State
+    first: State  # where an address names no drive
     jobs: Jobs
     logs: LogStore
     warm: Warm

@@ -34,54 +34,27 @@ _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field:
-    """One key of the file.
+    """One key of the file."""
 
-    Attributes
-    ----------
-    key : str
-        As ``--set`` takes it.
-    label, help, unit : str
-    base : str
-        Value of the text, without settings; empty where the text is silent.
-    value : str
-        With settings.
-    default : str
-        What holds where nothing is written.
-    choices : tuple of str
-        Values it may take; empty for a quantity or words.
-    number : float or None
-        Number of the base value in its own unit, where a slider can move it.
-    suffix : str
-        Unit written behind the base value.
-    """
-
-    key: str
+    key: str  # as ``--set`` takes it
     label: str
     help: str
     unit: str
-    base: str
-    value: str
-    default: str
-    choices: tuple[str, ...] = ()
-    number: float | None = None
-    suffix: str = ""
+    base: str  # value of the text, without settings; empty where the text is silent
+    value: str  # with settings
+    default: str  # what holds where nothing is written
+    choices: tuple[str, ...] = ()  # values it may take; empty for a quantity or words
+    number: float | None = None  # number of the base value in its own unit, where a slider can move it
+    suffix: str = ""  # unit written behind the base value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Group:
-    """A table of the file.
-
-    Attributes
-    ----------
-    title, help : str
-    given : bool
-        Whether the text has it.
-    fields : tuple of Field
-    """
+    """A table of the file."""
 
     title: str
     help: str
-    given: bool
+    given: bool  # whether the text has it
     fields: tuple[Field, ...]
 
 

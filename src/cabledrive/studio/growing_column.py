@@ -21,15 +21,7 @@ class Column:
 
 
 class GrowingColumn:
-    """A column that takes blocks of rows.
-
-    Parameters
-    ----------
-    path : Path
-        Of its rows on disk.
-    kind : type
-        Of its numbers there.
-    """
+    """A column that takes blocks of rows, kept on disk at ``path`` as numbers of one kind."""
 
     def __init__(self, path: Path, kind: type) -> None:
         self._path, self._kind = path, kind

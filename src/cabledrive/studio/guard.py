@@ -32,18 +32,10 @@ HEADERS = {
 
 @dataclass(slots=True)
 class Keys:
-    """What opens the studio: a token, used up by the first request that it opens, and the cookie after it.
-
-    Attributes
-    ----------
-    port : int
-    token : str
-        Empty once it has been used.
-    cookie : str
-    """
+    """What opens the studio: a token, used up by the first request that it opens, and the cookie after it."""
 
     port: int
-    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))  # empty once it has been used
     cookie: str = field(default_factory=lambda: secrets.token_urlsafe(32))
 
     @property
@@ -58,14 +50,7 @@ class Keys:
 
 
 class Guard:
-    """The outermost layer: host, origin and key are looked at before any route.
-
-    Parameters
-    ----------
-    app : callable
-        ASGI application.
-    keys : Keys
-    """
+    """The outermost layer of an ASGI application: host, origin and key are looked at before any route."""
 
     def __init__(self, app: App, keys: Keys) -> None:
         self._app, self._keys = app, keys

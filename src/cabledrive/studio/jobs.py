@@ -29,36 +29,18 @@ _DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 
 @dataclass(slots=True, eq=False)
 class Job:
-    """One command.
-
-    Attributes
-    ----------
-    number : int
-    title : str
-    shown : str
-        The line that does the same in a terminal.
-    arguments : list of str
-        Of the command `cabledrive`, but for ``--json``.
-    folder : Path
-        Where it runs and what it writes into.
-    status : str
-        "running", "interrupted", or one of `WORDS`.
-    lines : list of str
-        What it said on standard error.
-    ending : bool
-        Whether it was told to end: before its libraries are loaded it does so with any status.
-    """
+    """One command."""
 
     number: int
     title: str
-    shown: str
-    arguments: list[str]
-    folder: Path
-    status: str = INTERRUPTED
-    lines: list[str] = field(default_factory=list)
+    shown: str  # the line that does the same in a terminal
+    arguments: list[str]  # of the command `cabledrive`, but for ``--json``
+    folder: Path  # where it runs and what it writes into
+    status: str = INTERRUPTED  # "running", "interrupted", or one of `WORDS`
+    lines: list[str] = field(default_factory=list)  # what it said on standard error
     process: asyncio.subprocess.Process | None = None
     news: asyncio.Event = field(default_factory=asyncio.Event)
-    ending: bool = False
+    ending: bool = False  # told to end: before its libraries are loaded it does so with any status
 
     @property
     def answer(self) -> dict[str, Any]:
@@ -86,13 +68,7 @@ class Job:
 
 
 class Jobs:
-    """All commands of a studio.
-
-    Parameters
-    ----------
-    folder : Path
-        One folder for each inside.
-    """
+    """All commands of a studio, in one folder each."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

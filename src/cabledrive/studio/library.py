@@ -39,13 +39,7 @@ _ID = re.compile(r"[a-z0-9-]{1,40}-[0-9a-f]{12}")
 
 
 class Library:
-    """What a studio keeps.
-
-    Parameters
-    ----------
-    folder : Path
-        Made with its parts when something is kept.
-    """
+    """What a studio keeps, in a folder that is made with its parts when something is kept."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -26,13 +26,7 @@ _ID = re.compile(r"[0-9a-f]{16}")
 
 
 class LogStore:
-    """The logs of a studio.
-
-    Parameters
-    ----------
-    folder : Path
-        One folder for each log inside.
-    """
+    """The logs of a studio, in one folder each."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

@@ -22,18 +22,10 @@ FIRST = "dissertation-2"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class State:
-    """A drive with settings.
+    """A drive with settings."""
 
-    Attributes
-    ----------
-    drive : str
-        Name in the library.
-    settings : tuple of (str, str)
-        Keys and values as ``--set`` takes them.
-    """
-
-    drive: str
-    settings: tuple[tuple[str, str], ...] = ()
+    drive: str  # name in the library
+    settings: tuple[tuple[str, str], ...] = ()  # keys and values as ``--set`` takes them
 
     @property
     def overrides(self) -> list[str]:

@@ -9,13 +9,7 @@ from cabledrive.parameters import load_drive
 
 
 class Warm:
-    """Runs each calculation once, in a thread or a process, and knows which is next.
-
-    Parameters
-    ----------
-    wanted : bool
-        Whether anything is run.
-    """
+    """Runs each calculation, if it is wanted at all, once, in a thread or a process; knows which is next."""
 
     def __init__(self, *, wanted: bool) -> None:
         self.words = _words(_CALCULATIONS[0][0]) if wanted else ""

@@ -22,31 +22,15 @@ EVEN = 5e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Element:
-    """One rope across: a string whose tension changes along it, or a tensioned beam.
+    """One rope across: a string whose tension changes along it, or a tensioned beam."""
 
-    Attributes
-    ----------
-    start_tension, end_tension : float
-        [N].
-    length : float
-        Under tension, lift-off from pulleys included [m].
-    before : float
-        Part of it before the tangent point at the start [m].
-    density : float
-        Mass per unstretched length [kg/m].
-    axial_rigidity : float
-        EA [N].
-    bending : float
-        EI [N m^2]; 0: a string.
-    """
-
-    start_tension: float
-    end_tension: float
-    length: float
-    before: float
-    density: float
-    axial_rigidity: float
-    bending: float
+    start_tension: float  # [N]
+    end_tension: float  # [N]
+    length: float  # under tension, lift-off from pulleys included [m]
+    before: float  # part of it before the tangent point at the start [m]
+    density: float  # mass per unstretched length [kg/m]
+    axial_rigidity: float  # EA [N]
+    bending: float  # EI [N m^2]; 0: a string
 
     @property
     def tension(self) -> float:

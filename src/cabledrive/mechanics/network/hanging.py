@@ -32,23 +32,13 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hanging:
-    """A piece of rope at rest that hangs.
+    """A piece of rope at rest that hangs."""
 
-    Attributes
-    ----------
-    shear : float
-        Force across the chord at its start [N].
-    load : float
-        Weight across the chord per metre [N/m].
-    start_tension, end_tension, length : float
-        As of its `Piece` [N], [m].
-    """
-
-    shear: float
-    load: float
-    start_tension: float
-    end_tension: float
-    length: float
+    shear: float  # force across the chord at its start [N]
+    load: float  # weight across the chord per metre [N/m]
+    start_tension: float  # as of its `Piece` [N]
+    end_tension: float  # [N]
+    length: float  # [m]
 
     def tension(self, x: NDArray[np.float64]) -> Array:
         """Tension [N]; ``x`` [m] from its start, any shape."""
@@ -112,18 +102,10 @@ def _on_chord(run: list[Hanging]) -> list[Hanging]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HangingElement(Element):
-    """One rope that hangs, along and across its chord together.
+    """One rope that hangs, along and across its chord together."""
 
-    Attributes
-    ----------
-    hanging : Hanging
-        Its piece at rest, from tangent point to tangent point of a straight rope.
-    along : float
-        Its length where it is stretched, lift-off by bending left out [m].
-    """
-
-    hanging: Hanging
-    along: float
+    hanging: Hanging  # its piece at rest, from tangent point to tangent point of a straight rope
+    along: float  # its length where it is stretched, lift-off by bending left out [m]
 
     def slope(self, x: NDArray[np.float64]) -> Array:
         """Slope against the chord; ``x`` [m] from its start, any shape."""

@@ -13,26 +13,14 @@ from cabledrive.parameters.errors import InputRefused
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Piece:
-    """A length of rope between two neighbouring joints of a span.
+    """A length of rope between two neighbouring joints of a span."""
 
-    Attributes
-    ----------
-    span : int
-        Number of the free span.
-    start, end : float
-        Ends, pretensioned, from the start of the span [m].
-    start_tension, end_tension : float
-        Tension of one rope at its ends [N].
-    rows : dict of str to (ndarray, ndarray)
-        Motion of its start and its end by direction, each shape (n,).
-    """
-
-    span: int
-    start: float
-    end: float
-    start_tension: float
-    end_tension: float
-    rows: dict[str, tuple[Array, Array]]
+    span: int  # number of the free span
+    start: float  # pretensioned, from the start of the span [m]
+    end: float  # the same [m]
+    start_tension: float  # of one rope [N]
+    end_tension: float  # of one rope [N]
+    rows: dict[str, tuple[Array, Array]]  # motion of its start and its end by direction, each shape (n,)
 
     @property
     def length(self) -> float:

@@ -109,21 +109,12 @@ def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Pulls:
-    """How the coordinates of bodies move the ends of all spans.
+    """How the coordinates of bodies move the ends of all spans."""
 
-    Attributes
-    ----------
-    ends : ndarray, shape (spans, 2 ends, 2 directions, n)
-        Motion of what carries the ends: the centres of pulleys.
-    shafts : ndarray, shape (spans, 2 ends, n)
-        Motion of the shafts that take the moment of each end, per unit tension.
-    along : ndarray, shape (spans, 2)
-        Directions of travel.
-    """
-
-    ends: Array
+    ends: Array  # (spans, 2 ends, 2 directions, n): motion of what carries the ends: the centres of pulleys
     shafts: Array
-    along: Array
+    """(spans, 2 ends, n): motion of the shafts that take the moment of each end, per unit tension."""
+    along: Array  # (spans, 2): directions of travel
 
     def forces(self, forces: Array) -> Array:
         """Forces of the ropes on the coordinates of bodies, shape (n,); ``forces``, shape (spans, 2, 2)."""

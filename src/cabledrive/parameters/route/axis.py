@@ -14,26 +14,13 @@ class AxisDrive(Drive):
 
     Its cable has the chain's stiffness and no mass; its pretension is that of a loop which goes slack at the
     same torque.
-
-    Attributes
-    ----------
-    machine : RoutedDrive
-        Where it comes from.
-    load : str
-        Coordinate that is the load.
-    gain : float
-        Its motion per motor angle [m/rad], [rad/rad].
-    slides : bool
-        Whether the load slides: its "load angle" is then its place over the gain.
-    words : dict
-        How the chain was found, for results.
     """
 
-    machine: RoutedDrive
-    load: str
-    gain: float
-    slides: bool
-    words: dict[str, Any] = field(compare=False)
+    machine: RoutedDrive  # where it comes from
+    load: str  # coordinate that is the load
+    gain: float  # its motion per motor angle [m/rad], [rad/rad]
+    slides: bool  # whether the load slides: its "load angle" is then its place over the gain
+    words: dict[str, Any] = field(compare=False)  # how the chain was found, for results
 
 
 def require_own_spans(drive: object, what: str) -> None:

@@ -212,15 +212,7 @@ class RoutedCarriage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RouteLayout:
-    """Gravity in the plane of the machine.
-
-    Attributes
-    ----------
-    gravity : float, default 9.81
-        Gravitational acceleration g [m/s^2], along -y.
-    inclination : float, default 0.0
-        Angle of the x axis above the horizontal [rad].
-    """
+    """Gravity in the plane of the machine."""
 
     gravity: float = quantity("m/s^2", "nonnegative", "gravitational acceleration, along -y", 9.81)
     inclination: float = quantity("rad", "steepness", "angle of the x axis above the horizontal", 0.0)

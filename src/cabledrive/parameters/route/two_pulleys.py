@@ -23,23 +23,9 @@ _MOTOR = (
 
 
 def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
-    """A drive with two pulleys as a machine with routes.
+    """A drive with two pulleys as a machine with routes; its "upper" span leads from drive to load pulley.
 
-    Parameters
-    ----------
-    drive : Drive
-    loaded : bool, default False
-        A second motor gives the torque on the load pulley.
-
-    Returns
-    -------
-    RoutedDrive
-        With spans from drive pulley to load pulley and back, the first of them "upper".
-
-    Raises
-    ------
-    InputRefused
-        If the load pulley is fixed and a torque is to act on it.
+    If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused.
     """
     if loaded and drive.load_pulley.fixed:
         raise InputRefused("load torque: the load pulley is fixed and takes no torque: leave the column out")

@@ -38,18 +38,10 @@ _BESIDE = {False: 105.0, True: 52.0}  # what stands left of the axes [px], on a 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Staircase:
-    """The count of longitudinal modes at many frequencies, by the counter alone.
+    """The count of longitudinal modes at many frequencies, by the counter alone."""
 
-    Attributes
-    ----------
-    frequency : ndarray, shape (n,)
-        Ascending [Hz].
-    count : ndarray of int, shape (n,)
-        Modes below, without the rigid-body mode.
-    """
-
-    frequency: Array
-    count: Array
+    frequency: Array  # (n,): ascending [Hz]
+    count: Array  # (n,): modes below, without the rigid-body mode
 
 
 def staircase(drive: Drive, modes: Modes) -> Staircase:

@@ -20,34 +20,17 @@ MOTOR_ROOM = {False: 112.0, True: 84.0}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MachineLayout:
-    """Places on the sheet [px].
+    """Places on the sheet [px]."""
 
-    Attributes
-    ----------
-    size : (float, float)
-        Of the sheet.
-    drive, load : (float, float)
-        Axles of the pulleys.
-    radii : (float, float)
-        Of the two pulleys as drawn.
-    enlarged : float
-        How many times too large the pulleys are drawn; 1 where everything is to scale.
-    slope : float
-        Of the line from drive to load pulley [rad].
-    hanging : float
-        Room below the lower span that hanging carriages and its sag take [px].
-    sags : dict of str to (ndarray, ndarray)
-        By span: shares of its length and the sag there [px]; a span that is not named is straight.
-    """
-
-    size: Point
-    drive: Point
-    load: Point
-    radii: Point
-    enlarged: float
-    slope: float
-    hanging: float
+    size: Point  # of the sheet
+    drive: Point  # axle
+    load: Point  # axle
+    radii: Point  # of the two pulleys as drawn
+    enlarged: float  # how many times too large the pulleys are drawn; 1 where everything is to scale
+    slope: float  # of the line from drive to load pulley [rad]
+    hanging: float  # room below the lower span that hanging carriages and its sag take [px]
     sags: dict[str, tuple[Array, Array]]
+    """By span: shares of its length, sag there [px]; straight if not named."""
 
     @property
     def level(self) -> bool:

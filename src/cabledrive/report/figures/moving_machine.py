@@ -33,24 +33,12 @@ EVEN = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DrawnSpan:
-    """A span on the sheet.
+    """A span on the sheet."""
 
-    Attributes
-    ----------
-    name : str
-        As modes name it.
-    points : ndarray, shape (p, 2)
-        Along it [px].
-    positions : ndarray, shape (p,)
-        Of the points, as `Mode.shape` takes them [m].
-    tension : ndarray, shape (p,)
-        [N].
-    """
-
-    name: str
-    points: Array
-    positions: Array
-    tension: Array
+    name: str  # as modes name it
+    points: Array  # (p, 2): along it [px]
+    positions: Array  # (p,): of the points, as `Mode.shape` takes them [m]
+    tension: Array  # (p,) [N]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,18 +9,10 @@ Point = tuple[float, float]
 
 @dataclass(slots=True)
 class Sheet:
-    """A sheet on which lines, circles and words are drawn, y downwards, in pixels.
+    """A sheet on which lines, circles and words are drawn, y downwards, in pixels."""
 
-    Attributes
-    ----------
-    elements : list of str
-        What has been drawn so far.
-    wordless : bool, default False
-        Whether words are left out.
-    """
-
-    elements: list[str] = field(default_factory=list)
-    wordless: bool = False
+    elements: list[str] = field(default_factory=list)  # what has been drawn so far
+    wordless: bool = False  # whether words are left out
 
     def line(self, *points: Point, colour: str = "ink", width: float = 1.2, dashes: str = "") -> None:
         """A line through points.

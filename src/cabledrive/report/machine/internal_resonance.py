@@ -27,17 +27,10 @@ BADGES = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResonanceVerdict:
-    """Verdict on the internal resonance of a machine.
-
-    Attributes
-    ----------
-    badge : Badge
-    reasons : tuple of str
-        Of the verdict, or why there is none.
-    """
+    """Verdict on the internal resonance of a machine."""
 
     badge: Badge
-    reasons: tuple[str, ...]
+    reasons: tuple[str, ...]  # of the verdict, or why there is none
 
 
 @lru_cache(maxsize=16)

@@ -33,33 +33,14 @@ METHODS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MachinePage:
-    """What the template of a machine is given.
+    """What the template of a machine is given."""
 
-    Attributes
-    ----------
-    name : str
-        Part of every anchor of the page.
-    drive : Drive
-    digest : str
-        Content hash.
-    modes : Modes
-    certificate, held : str
-        What the certificate of the modes says; how the motor was held.
-    resonance : ResonanceVerdict
-    warnings, sources : tuple of str
-    drawing : Figure
-    along, across, data, derived, simple : Table or None
-    shapes, ladder : Figure or None
-    rest : Plot or None
-    tensions : Table or None
-    """
-
-    name: str
+    name: str  # part of every anchor of the page
     drive: Drive
-    digest: str
+    digest: str  # content hash
     modes: Modes
-    certificate: str
-    held: str
+    certificate: str  # what it says of the modes
+    held: str  # how the motor was held
     resonance: ResonanceVerdict
     warnings: tuple[str, ...]
     sources: tuple[str, ...]

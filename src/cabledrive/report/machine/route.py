@@ -35,32 +35,14 @@ METHODS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoutePage:
-    """What the template of a machine with routes is given.
+    """What the template of a machine with routes is given."""
 
-    Attributes
-    ----------
-    name : str
-        Part of every anchor of the page.
-    drive : RoutedDrive
-    digest : str
-        Content hash.
-    modes : Modes
-    certificate, held : str
-        What the certificate of the modes says; how the motors were held.
-    resonance : ResonanceVerdict
-    warnings, sources : tuple of str
-    drawing, shapes : Figure
-    along, across, pairs : Table or None
-    spans, pulleys : Table
-    travels : tuple of Figure
-    """
-
-    name: str
+    name: str  # part of every anchor of the page
     drive: RoutedDrive
-    digest: str
+    digest: str  # content hash
     modes: Modes
-    certificate: str
-    held: str
+    certificate: str  # what it says of the modes
+    held: str  # how the motors were held
     resonance: ResonanceVerdict
     warnings: tuple[str, ...]
     sources: tuple[str, ...]

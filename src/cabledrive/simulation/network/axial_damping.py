@@ -16,23 +16,13 @@ from cabledrive.simulation.network.mesh import NetworkMesh
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AxialDampers:
-    """Constant parts of the damping tensions.
+    """Constant parts of the damping tensions."""
 
-    Attributes
-    ----------
-    compliance : ndarray, shape (pieces,)
-        1 / beta of a segment [m/s/N]; 0 where no rope is damped.
-    pivot, start, end : ndarray, shape (nodes - 1,)
-        Pivots of the elimination; damping tension per speed of the start and of the end [N s/m].
-    matrix : ndarray, shape (n, n)
-        What they do to the coordinates, as dampers.
-    """
-
-    compliance: Array
-    pivot: Array
-    start: Array
-    end: Array
-    matrix: Array
+    compliance: Array  # (pieces,): 1 / beta of a segment [m/s/N]; 0 where no rope is damped
+    pivot: Array  # (nodes - 1,): pivots of the elimination
+    start: Array  # (nodes - 1,): damping tension per speed of the start [N s/m]
+    end: Array  # (nodes - 1,): per speed of the end [N s/m]
+    matrix: Array  # (n, n): what they do to the coordinates, as dampers
 
 
 def axial_dampers(mesh: NetworkMesh, step: float) -> AxialDampers:

@@ -39,37 +39,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NetworkCase:
-    """A run that has not begun.
-
-    Attributes
-    ----------
-    network : Network
-    scheme : Scheme
-    recording : Recording
-    mesh : NetworkMesh
-    laws : list of CableLaw
-        Of each piece.
-    grid : TimeGrid
-    plan : NetworkPlan
-    torques : tuple of Signal
-        Of each motor, beyond what holds the machine at rest.
-    x, x_t : ndarray, shape (3, nodes)
-    q, q_t : ndarray, shape (n,)
-        At t = 0.
-    """
+    """A run that has not begun."""
 
     network: Network
     scheme: Scheme
     recording: Recording
     mesh: NetworkMesh
-    laws: list[CableLaw]
+    laws: list[CableLaw]  # of each piece
     grid: TimeGrid
     plan: NetworkPlan
-    torques: tuple[Signal, ...]
-    x: Array
-    x_t: Array
-    q: Array
-    q_t: Array
+    torques: tuple[Signal, ...]  # of each motor, beyond what holds the machine at rest
+    x: Array  # (3, nodes)
+    x_t: Array  # (3, nodes)
+    q: Array  # (n,): at t = 0, as all four
+    q_t: Array  # (n,)
 
     @cached_property
     def channels(self) -> tuple[Channel, ...]:

@@ -19,51 +19,26 @@ FEWEST_SEGMENTS, MOST_NODES = 2, 10_000_000
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NetworkMesh:
-    """Pieces of rope between joints, each of equal segments, and the coordinates q that move their ends.
+    """Pieces of rope between joints, each of equal segments, and the coordinates q that move their ends."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the coordinates; "slip at NAME" where the rope may slide on a pulley.
-    pieces : tuple of str
-        Names: the span's, with a number where carriages cut it.
-    nodes : ndarray of int, shape (pieces, 2)
-        First and last node.
-    length, spacing, density, transverse_damping, axial_damping : ndarray, shape (pieces,)
-        Under the tension at rest [m], [m], [kg/m], [1/s]; of one rope [N s].
-    tension, rigidity : ndarray, shape (pieces,)
-        Mean tension at rest and EA of one rope [N].
-    ropes : ndarray, shape (pieces,)
-    inverse_spacing : ndarray, shape (nodes - 1,)
-        [1/m]; 0 between pieces.
-    ends : ndarray, shape (pieces, 2, 3, n)
-        Rows u, v, w of start and end.
-    mass, stiffness, damping : ndarray, shape (n, n)
-        Of the coordinates, with the half cells at the ends; springs and turning bodies; bearings and bodies.
-    driven : tuple of str
-        Pulleys of the motors; the first of the file where there is none.
-    motor : ndarray, shape (motors, n)
-        Turn of each rotor.
-    """
-
-    names: tuple[str, ...]
-    pieces: tuple[str, ...]
-    nodes: Integers
-    length: Array
-    spacing: Array
-    density: Array
-    transverse_damping: Array
-    axial_damping: Array
-    tension: Array
-    rigidity: Array
-    ropes: Array
-    inverse_spacing: Array
-    ends: Array
-    mass: Array
-    stiffness: Array
-    damping: Array
-    driven: tuple[str, ...]
-    motor: Array
+    names: tuple[str, ...]  # of the coordinates; "slip at NAME" where the rope may slide on a pulley
+    pieces: tuple[str, ...]  # names: the span's, with a number where carriages cut it
+    nodes: Integers  # (pieces, 2): first and last node
+    length: Array  # (pieces,): under the tension at rest [m]
+    spacing: Array  # (pieces,) [m]
+    density: Array  # (pieces,) [kg/m]
+    transverse_damping: Array  # (pieces,) [1/s]
+    axial_damping: Array  # (pieces,): of one rope [N s]
+    tension: Array  # (pieces,): mean at rest, of one rope [N]
+    rigidity: Array  # (pieces,): EA of one rope [N]
+    ropes: Array  # (pieces,)
+    inverse_spacing: Array  # (nodes - 1,) [1/m]; 0 between pieces
+    ends: Array  # (pieces, 2, 3, n): rows u, v, w of start and end
+    mass: Array  # (n, n): of the coordinates, with the half cells at the ends
+    stiffness: Array  # (n, n): springs and turning bodies
+    damping: Array  # (n, n): bearings and bodies
+    driven: tuple[str, ...]  # pulleys of the motors; the first of the file where there is none
+    motor: Array  # (motors, n): turn of each rotor
 
     @property
     def size(self) -> int:

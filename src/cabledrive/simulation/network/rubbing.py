@@ -13,26 +13,14 @@ from cabledrive.simulation.runs import Integers
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rubbing:
-    """What rubs, and how much.
-
-    Attributes
-    ----------
-    names : tuple of str
-    rows : ndarray, shape (k, n)
-        Speed of what rubs per speed of the coordinates.
-    bound : ndarray, shape (k,)
-        Largest friction [N], [N m]; of a wrap per tension of its slacker side.
-    wrap : ndarray of int, shape (k, 2)
-        Pieces before and behind a wrap; -1 elsewhere.
-    rest : ndarray, shape (n,)
-        Difference of the tensions at rest on both sides of a wrap, which its friction holds [N].
-    """
+    """What rubs, and how much."""
 
     names: tuple[str, ...]
-    rows: Array
-    bound: Array
-    wrap: Integers
+    rows: Array  # (k, n): speed of what rubs per speed of the coordinates
+    bound: Array  # (k,): largest friction [N], [N m]; of a wrap per tension of its slacker side
+    wrap: Integers  # (k, 2): pieces before and behind a wrap; -1 elsewhere
     rest: Array
+    """(n,): difference of the tensions at rest on both sides of a wrap, which its friction holds [N]."""
 
 
 def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> Rubbing:

@@ -9,23 +9,12 @@ from cabledrive.mechanics.network.span_table import follows
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wrap:
-    r"""A wrap on which the rope slips where :math:`T_1 > T_2 e^{\mu\varphi}`.
+    r"""A wrap on which the rope slips where :math:`T_1 > T_2 e^{\mu\varphi}`."""
 
-    Attributes
-    ----------
-    name : str
-        Of the pulley.
-    before, behind : int
-        Pieces of rope that meet and leave it.
-    factor : float
-        :math:`e^{\mu\varphi} - 1`: largest friction per tension of the slacker side.
-    ropes : int
-    """
-
-    name: str
-    before: int
-    behind: int
-    factor: float
+    name: str  # of the pulley
+    before: int  # piece of rope that meets it
+    behind: int  # piece of rope that leaves it
+    factor: float  # e^(mu phi) - 1: largest friction per tension of the slacker side
     ropes: int
 
 

@@ -50,46 +50,22 @@ class PlannedMove:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TravelCase:
-    """A run that has not begun.
-
-    Attributes
-    ----------
-    network : Network
-    scheme : Scheme
-    recording : Recording
-    grid : TimeGrid
-    plan : TravelPlan
-    names : tuple of str
-        Of the coordinates.
-    motors : tuple of str
-        Pulleys of the motors.
-    move : PlannedMove or None
-        None: the torques are given.
-    way : Way or None
-    torques : tuple of Signal
-        Of each motor beyond what holds the machine at rest.
-    holding : ndarray, shape (motors,)
-        What holds it [N m].
-    x, length : ndarray
-        Places of the cells and unstretched lengths of the spans at rest [m].
-    q_t : ndarray, shape (n,)
-        Speeds at t = 0.
-    """
+    """A run that has not begun."""
 
     network: Network
     scheme: Scheme
     recording: Recording
     grid: TimeGrid
     plan: TravelPlan
-    names: tuple[str, ...]
-    motors: tuple[str, ...]
-    move: PlannedMove | None
+    names: tuple[str, ...]  # of the coordinates
+    motors: tuple[str, ...]  # pulleys of the motors
+    move: PlannedMove | None  # None: the torques are given
     way: Way | None
-    torques: tuple[Signal, ...]
-    holding: Array
-    x: Array
-    length: Array
-    q_t: Array
+    torques: tuple[Signal, ...]  # of each motor beyond what holds the machine at rest
+    holding: Array  # (motors,): what holds it [N m]
+    x: Array  # places of the cells at rest [m]
+    length: Array  # unstretched lengths of the spans at rest [m]
+    q_t: Array  # (n,): speeds at t = 0
 
     @cached_property
     def spans(self) -> tuple[str, ...]:

@@ -17,23 +17,12 @@ _SMALL = 1e-7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Way:
-    """Poses over the part of a move that is done, from 0 to 1.
+    """Poses over the part of a move that is done, from 0 to 1."""
 
-    Attributes
-    ----------
-    part : ndarray, shape (poses,)
-    places : ndarray, shape (poses, n)
-        Coordinates from the pose of the file, without strain beyond that at rest.
-    shortest : ndarray, shape (spans,)
-        Least free length of each span [m].
-    networks : list of Network
-        The machine at a few poses, first and last among them.
-    """
-
-    part: Array
-    places: Array
-    shortest: Array
-    networks: list[Network]
+    part: Array  # (poses,)
+    places: Array  # (poses, n): coordinates from the pose of the file, without strain beyond that at rest
+    shortest: Array  # (spans,): least free length of each span [m]
+    networks: list[Network]  # the machine at a few poses, first and last among them
 
     def turns(self, part: Array, coordinate: int) -> Array:
         """Turn of a rotor where parts of the move are done, shape (p,) [rad]."""
