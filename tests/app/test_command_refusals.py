@@ -253,7 +253,6 @@ ROWS = {
         ],
         ("export corexy --format c99 --what controller -o out", 'kind = "route"'),
         ("export corexy --format modelica --what plant -o out", 'kind = "route"'),
-        ("study lift-2-to-1 --quick -o o", "213 %", "2 %"),
         ("study serpentine --quick -o o", "motor: 0"),
         ("study tendon-finger --quick -o o", "springs or ropes hold", "drum"),
     ],

@@ -28,7 +28,7 @@ from numpy.polynomial import Polynomial, legendre
 from numpy.typing import NDArray
 
 from cabledrive.modal.rows import MASS, POLE, SPRING, Array, Integers
-from cabledrive.parameters import NotComputed
+from cabledrive.parameters import InputRefused
 
 Values = NDArray[Any]
 
@@ -146,7 +146,7 @@ class Rope:
         )
         needed = wave * self.length / PHASE + steps
         if not needed <= MOST_SEGMENTS:
-            raise NotComputed(
+            raise InputRefused(
                 f"a hanging rope of {self.length:.4g} m needs {needed:.3g} segments up to "
                 f"{top / (2 * pi):.4g} Hz, at most {MOST_SEGMENTS} are taken: ask for fewer modes"
             )

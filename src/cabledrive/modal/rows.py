@@ -16,6 +16,7 @@ strings, beams or sag. All is done for many frequencies at once, the lanes; each
 own, with other numbers in the same rows.
 """
 
+from functools import cache
 from math import pi
 from typing import Any, NamedTuple
 
@@ -30,6 +31,9 @@ MASS, SPRING, POLE = 0, 1, 2
 
 GROWTH = 1e4
 """How far the terms of an elimination may outgrow the matrix before its signs are in doubt."""
+
+STEPS, CONVERGED, STAY = 14, 1e-13, 1e-12
+"""Steps of a refinement, the shift at which it ends, and how far it may leave its bracket, both relative."""
 
 FEW = 16
 """Unknowns up to which many matrices are solved in one call."""
@@ -248,13 +252,21 @@ def counted(t: Table, lanes: Lanes) -> Array:
 
 def dense(band: NDArray[Any]) -> NDArray[Any]:
     """The whole matrices of bands, shape (..., size, size) of (size, width + 1, ...)."""
-    size = band.shape[0]
-    full = np.zeros((*band.shape[2:], size, size), band.dtype)
-    for d in range(min(band.shape[1], size)):
-        j = np.arange(size - d)
-        full[..., j, j + d] = np.moveaxis(band[: size - d, d], 0, -1).conj()
-        full[..., j + d, j] = np.moveaxis(band[: size - d, d], 0, -1)
-    return full
+    size, width = band.shape[0], band.shape[1] - 1
+    flat = np.zeros((size * (width + 1) + 1, *band.shape[2:]), band.dtype)
+    flat[:-1] = band.reshape(-1, *band.shape[2:])
+    place, above = _places(size, width)
+    full = np.moveaxis(flat[place], (0, 1), (-2, -1))
+    return np.where(above, full.conj(), full) if np.iscomplexobj(band) else full
+
+
+@cache
+def _places(size: int, width: int) -> tuple[Integers, NDArray[np.bool_]]:
+    """Where in a flat band, with a zero behind, each entry of the whole matrix is; which lie above."""
+    i, j = np.indices((size, size))
+    distance = np.abs(i - j)
+    within = distance <= width
+    return np.where(within, np.minimum(i, j) * (width + 1) + distance, size * (width + 1)), i < j
 
 
 def solved(band: NDArray[Any], x: NDArray[Any]) -> NDArray[Any]:
@@ -319,6 +331,10 @@ def forms(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Quadratic forms of stiffness and rate, shape (lanes, k, k): sums of squares, nothing cancels."""
     y, turned = moved(t, omega, late, x)
+    if y.shape[2] == 1 and not t.running:
+        square = y[:, :, 0] ** 2
+        both = (np.einsum("rl,rl->l", own, square)[:, None, None] for own in (w, rate))
+        return next(both), next(both)
     left = y.transpose(1, 2, 0).conj()
     right = y.transpose(1, 0, 2)
     energy = (left * w.T[:, None, :]) @ right

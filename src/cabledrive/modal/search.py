@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.modal.rows import (
+    CONVERGED,
+    STAY,
+    STEPS,
     Array,
     Integers,
     Lanes,
@@ -37,16 +40,21 @@ ENCLOSURE = 1e-12
 ENCLOSURES = (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
 """Half-widths, relative, of the interval in which two counts prove a mode: the first that can be had."""
 
-STEPS, CONVERGED, CLUSTER, STAY = 14, 1e-13, 1e-6, 1e-12
+CLUSTER = 1e-6
 NEAR = 1e-2
 """Relative width of a bracket of several modes below which they are refined together."""
+
+NARROWEST = 1e-15
+"""Relative width of a bracket in which a mode that cannot be proven is given up."""
+SLOWEST = 1e-30
+"""Phase of the longest wave below which no mode can be told from a motion that strains nothing [rad]."""
 
 LARGEST_SHAPES = 20_000_000
 """Numbers of the shapes that are refined together: some hundred megabytes; larger clusters stay unproven."""
 MOST_CUTS = 128
 TOGETHER = 4_000_000
 """Rows times lanes that are held at a time."""
-MANY = 15_000
+MANY = 10_000
 """Steps of an elimination above which it is compiled."""
 
 
@@ -86,9 +94,13 @@ class _Brackets(NamedTuple):
         return _Brackets(*(own[chosen] for own in self))
 
 
+def _large(t: Table) -> bool:
+    return t.size * (t.width + 1) * (t.width + 4) >= 2 * MANY
+
+
 def counter(t: Table) -> Callable[[Lanes], Array]:
     """How modes are counted: many lanes at a time, or, of large tables, by compiled loops."""
-    if not t.running and t.size * (t.width + 1) * (t.width + 4) < 2 * MANY:
+    if not t.running and not _large(t):
         return lambda lanes: counted(t, lanes)
     from cabledrive.modal.kernels import compiled_counts  # small machines do not wait for the compiler
 
@@ -116,7 +128,7 @@ def searched(
     low, top, longest = (np.atleast_1d(np.asarray(own, dtype=float)) for own in (low, top, longest))
     start = np.atleast_1d(np.asarray(below, dtype=np.intp))
     end = np.atleast_1d(np.asarray(above, dtype=np.intp))
-    machine = np.arange(low.size)
+    machine, least = np.arange(low.size), SLOWEST / np.maximum(longest, SLOWEST)
     queue = _Brackets(low, top, start, end, machine, np.full(low.size, np.inf))
     found: list[Solved] = []
     singles: list[_Singles] = []
@@ -147,7 +159,7 @@ def searched(
                     continue
                 if solutions:
                     unproven[key] = solutions
-                if own.high[i] - own.low[i] <= 1e-15 * own.high[i]:
+                if own.high[i] - own.low[i] <= least[own.machine[i]] + NARROWEST * own.high[i]:
                     if key not in unproven:
                         raise NotComputed(
                             f"modes: {m} from {own.low[i]:.15g} to {own.high[i]:.15g} rad/s could not be "
@@ -156,7 +168,8 @@ def searched(
                     found += unproven[key]
                     stay[i] = False
             narrower = own.take(stay)
-            again.append(narrower._replace(limit=(narrower.high - narrower.low) / 16.0))
+            limit = np.maximum((narrower.high - narrower.low) / 16.0, NARROWEST * narrower.high)
+            again.append(narrower._replace(limit=np.maximum(limit, least[narrower.machine])))
         queue = _Brackets(*(np.concatenate(own) for own in zip(*again, strict=True)))
     return found, singles
 
@@ -287,6 +300,10 @@ def refined(t: Table, own: _Brackets, m: int) -> tuple[NDArray[np.bool_], Array,
     good, omegas = np.zeros(lanes, dtype=bool), np.zeros((lanes, m))
     if m > n or n * lanes * m > LARGEST_SHAPES:
         return good, omegas, np.zeros((n, lanes, 0), kind)
+    if m == 1 and _large(t) and not t.running and t.time.ndim == 1:
+        from cabledrive.modal.kernels import compiled_singles
+
+        return compiled_singles(t, own.low, own.high)
     shapes = np.zeros((n, lanes, m), kind)
     numbers = np.arange(1.0, n + 1.0)[:, None] * (1.0 + np.sqrt(2.0) * np.arange(1.0, m + 1.0))
     x = np.broadcast_to(np.cos(numbers)[:, None, :], (n, lanes, m)).astype(kind)
@@ -298,7 +315,6 @@ def refined(t: Table, own: _Brackets, m: int) -> tuple[NDArray[np.bool_], Array,
         x = _apart(solved(band, x))
         x = _apart(solved(band, rate_load(t, at.omega, w, rate, late, x)))
         for _ in range(STEPS):
-            w, rate, late, _ = weights(t, at)
             energy, fall = forms(t, at.omega, w, rate, late, x)
             fine, sigma, basis = _ritz(energy, fall)
             x = np.matmul(x.transpose(1, 0, 2), basis).transpose(1, 0, 2)

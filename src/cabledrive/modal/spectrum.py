@@ -24,6 +24,8 @@ MOST = 2.0**60
 """Times the slowest frequency, above which nothing is looked for: what stores no waves has few modes."""
 LOOKED_THROUGH = 400
 """Modes of a part among which the first of a kind are looked for."""
+FEW = 32
+"""Of them, those that are looked through first: where one cannot be found, the others are not waited for."""
 
 
 class _Part(NamedTuple):
@@ -148,7 +150,7 @@ class Spectrum:
         for _ in range(MOST_DOUBLINGS):
             window = next(own for own in self._windows if low < own.high)
             mixed = [part.own.whole for part in window.parts if len(part.kinds) > 1]
-            most = low + LOOKED_THROUGH * pi / max(mixed, default=0.0) if mixed else inf
+            most = low + (LOOKED_THROUGH if low else FEW) * pi / max(mixed) if mixed else inf
             self._reach(min(top, most))
             window = next(own for own in self._windows if low < own.high)
             end = min(top, most, window.high)
