@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.mechanics.chain import NO_PENDANT, Chain
+from cabledrive.mechanics.chain import Chain, Pendant
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.batch import ChainBatch, many_spectra
 
 
 def batch(chains: list[Chain]) -> ChainBatch:
-    pendants = [chain.pendant or NO_PENDANT for chain in chains]
+    pendants = [chain.pendant or Pendant(stiffness=0.0, mass=0.0) for chain in chains]
     return ChainBatch(
         times=np.array([chain.travel_times for chain in chains]),
         masses=np.array([chain.masses for chain in chains]),

@@ -11,7 +11,7 @@ from report_page import Reader
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.report.animation import animation_page
-from cabledrive.report.figures import run_fields, run_histories
+from cabledrive.report.figures import run_histories
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 
 DRIVE = load_drive("dissertation-2")
@@ -41,15 +41,6 @@ def test_the_spectrum_marks_the_certified_modes():
     axes = Figure().add_subplot()
     run_histories.draw_spectrum(axes, run(), marks)
     assert sorted(line.get_xdata()[0] for line in axes.lines[1:]) == [frequency for frequency, _ in marks]
-
-
-def test_the_drawn_tension_is_the_recorded_one():
-    """Least over each span, at the times of the whole fields."""
-    tension = run_fields.tension_field(DRIVE, run())
-    at = np.searchsorted(run().time, run().field_time - 1e-9)
-    for number, span in enumerate(run().spans):
-        least = tension[:, 20 * number : 20 * (number + 1)].min(axis=1)
-        np.testing.assert_allclose(least, run().channel(f"least_tension_{span}")[at], rtol=1e-12)
 
 
 def test_the_animation_on_a_page_needs_no_script_and_obeys_who_wants_less_motion():

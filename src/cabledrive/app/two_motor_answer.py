@@ -13,9 +13,6 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
 
 METHOD = "exact geometry of two lines that only pull, symplectic steps, set-valued friction"
-MOST_SAMPLES = 1e7
-"""Of one run: about a gigabyte of record."""
-MOST_DRAWN_SAMPLES = 1e10
 NOT_HERE = (
     *("gains", "feedforward", "plant", "angle", "observer", "feedback", "encoder_phase", "ideal_sensors"),
     *("smooth_friction", "no_adaptation", "tension_only", "as_printed", "segments", "jitter", "blind"),

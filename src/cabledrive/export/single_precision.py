@@ -23,7 +23,6 @@ from cabledrive.rig.closed_loop.target_plant_kernels import new_plant_state, pla
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.rig.setting import Motion
 
-Array = np.ndarray
 ACCEPTED = 1.1
 """Largest ratio of the peak errors of the load in single and in double precision."""
 PULSE = (8.0, 0.2, 0.05)

@@ -15,8 +15,6 @@ from cabledrive.parameters import NotComputed
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.trajectories import rise_coefficients
 
-Array = np.ndarray
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TargetProgram:

@@ -1,23 +1,13 @@
 r"""What a pulley transmits by friction before the cable slips on it."""
 
-from math import exp, tanh
-
-
-def capstan_ratio(friction: float, wrap_angle: float) -> float:
-    r"""Largest ratio of the tensions on the two sides of a pulley, after Euler and Eytelwein.
-
-    .. math:: \frac{T_{tight}}{T_{slack}} \le e^{\mu\alpha}
-
-    ``friction``: coefficient of friction mu between cable and pulley [-]; ``wrap_angle``: angle alpha the
-    cable wraps round the pulley [rad].
-    """
-    return exp(friction * wrap_angle)
+from math import tanh
 
 
 def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
     r"""Largest torque a pulley of a loop transmits before the cable slips.
 
-    One span gains what the other loses, :math:`T_{tight} + T_{slack} = 2 T_0`, so that with `capstan_ratio`
+    One span gains what the other loses, :math:`T_{tight} + T_{slack} = 2 T_0`, so that with the ratio
+    :math:`T_{tight}/T_{slack} \le e^{\mu\alpha}` of Euler and Eytelwein
 
     .. math:: \tau = r\,(T_{tight} - T_{slack}) = 2 r T_0\,\frac{e^{\mu\alpha} - 1}{e^{\mu\alpha} + 1}
                    = 2 r T_0 \tanh\frac{\mu\alpha}{2}

@@ -31,10 +31,6 @@ class Pendant:
     ground: float = 0.0
 
 
-NO_PENDANT = Pendant(stiffness=0.0, mass=0.0)
-"""Stands in a kernel's arguments for a pendant that is not there."""
-
-
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Chain:
     r"""Segments that carry waves, joined at point masses: an open line or a closed ring.
@@ -97,11 +93,6 @@ class Chain:
     def impedance(self) -> float:
         """Wave impedance sqrt(R rho0) [kg/s]; of a chain of one cable."""
         return sqrt(self.rigidity * self.density)
-
-    @property
-    def wave_speeds(self) -> Array:
-        """Wave speed of each segment, shape (m,) [m/s]."""
-        return np.broadcast_to(np.sqrt(self.rigidity / self.density), self.lengths.shape)
 
     @property
     def impedances(self) -> Array:

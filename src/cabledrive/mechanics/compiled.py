@@ -76,15 +76,6 @@ def njit_strict(function: F) -> F:
     return _compile(function, False)
 
 
-def njit_strict_in_place(function: F) -> F:
-    """As `njit_strict`, of a kernel that makes no arrays, as `njit_in_place`.
-
-    ``function``: loops over floats and arrays.
-    Returns as `njit`.
-    """
-    return _compile(function, False, **_uncounted())
-
-
 def for_kernels(function: F) -> F:
     """Mark a function, before it is compiled, as one that only kernels call.
 

@@ -76,19 +76,6 @@ def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
     return frozenset(known[name] for name in hold)
 
 
-def clamped(drive: Drive, hold: Sequence[str]) -> Drive:
-    """The drive as its transverse motion sees held carriages: as if they rode on a rail.
-
-    ``hold``: as in `held_joints`.
-    """
-    names = held_joints(drive, hold)
-    held = tuple(
-        replace(carriage, guided=True) if carriage_joint(number) in names else carriage
-        for number, carriage in enumerate(drive.carriage)
-    )
-    return drive if held == drive.carriage else replace(drive, carriage=held)
-
-
 def released(drive: Drive) -> Drive:
     """The drive without a holding stiffness: what a torque controller sees of it.
 

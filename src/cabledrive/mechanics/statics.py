@@ -25,11 +25,6 @@ class Equilibrium:
     residual: float  # largest force left out of balance [N]
     iterations: int  # Newton steps taken
 
-    @property
-    def largest_sag(self) -> float:
-        """Largest transverse displacement [m]."""
-        return float(np.max(np.abs(self.displacement[2])))
-
 
 def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium:
     """Where cable and carriages rest.

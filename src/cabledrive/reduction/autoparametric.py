@@ -71,20 +71,6 @@ class AutoparametricModel:
         """Number of vibrating sections: transverse modes in one plane."""
         return sum(mode.plane == PLANES[0] for mode in self.modes)
 
-    def planar(self) -> "AutoparametricModel":
-        """The same model without the horizontal plane, which stays at rest if it starts there."""
-        n = self.sections
-        return replace(
-            self,
-            modes=self.modes[:n],
-            transverse=self.transverse[:n],
-            transverse_mass=self.transverse_mass[:n],
-            coupling=self.coupling[:n],
-            stiffening=self.stiffening[:n, :n],
-            uneven=self.uneven[:n],
-            tension_offset=self.tension_offset[:n],
-        )
-
 
 def autoparametric_model(
     drive: Drive,

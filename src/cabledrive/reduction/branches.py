@@ -127,14 +127,6 @@ def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
     return np.block([[both.real, -apart.imag], [both.imag, apart.real]])
 
 
-def growth_of(c: AveragedCoefficients, state: Complex) -> float:
-    """Largest growth rate of a disturbance of a steady state [1/s]; negative: stable.
-
-    ``state``, shape (1 + J,).
-    """
-    return float(np.max(np.linalg.eigvals(jacobian(c, state)).real))
-
-
 def hopf_torque_force(c: AveragedCoefficients) -> float | None:
     r"""Size of the force f at which one span's steady state gives way to permanent beats, Eq. (A.28).
 

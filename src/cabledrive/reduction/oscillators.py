@@ -19,8 +19,6 @@ from cabledrive.reduction.autoparametric import AutoparametricModel
 
 Array = NDArray[np.float64]
 
-STEPS_PER_PERIOD = 16
-
 
 class OscillatorCoefficients(NamedTuple):
     """What an integration needs; every array may end in an axis of lanes."""

@@ -23,8 +23,6 @@ from cabledrive.report.picture import Picture
 from cabledrive.report.provenance import Provenance, versions
 from cabledrive.report.time_plots import regressors_plot
 
-SHOWN = 4.0
-"""How much of a log is drawn [s]."""
 LONGEST_WINDOW = 2.0
 MOST_BYTES = 2**30
 """Of a log whose content hash is stated."""

@@ -10,9 +10,8 @@ from math import cos, hypot, sin
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.report.figures.machine_layout import MachineLayout
-from cabledrive.report.figures.run_fields import span_field
 from cabledrive.report.figures.sheet import Point
 from cabledrive.report.numbers import number
 from cabledrive.simulation import SimulationResult
@@ -53,11 +52,17 @@ def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:
     frames; what comes later is left out.
     Raises `InputRefused` if the run kept less than two whole fields.
     """
+    if len(result.fields) < 2:
+        raise InputRefused(
+            f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
+        )
     place = np.linspace(0.0, 1.0, POINTS)
     across = {}
     for row, span in enumerate(result.spans):
         at = result.position[row] / result.position[row, -1]
-        across[span] = np.array([np.interp(place, at, field) for field in span_field(result, span)[:most]])
+        first = row * (at.size - 1)
+        w = result.fields[:most, 2, first : first + at.size]
+        across[span] = np.array([np.interp(place, at, field) for field in w])
     time = result.field_time[:most]
     angles = [np.interp(time, result.time, angle) for angle in (result.drive_angle, result.load_angle)]
     return Motion(time=time, place=place, across=across, angles=np.column_stack(angles))

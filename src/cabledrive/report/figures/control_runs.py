@@ -1,4 +1,4 @@
-"""Pictures of the rig: errors of several laws over time, spectra, and the responses of the models."""
+"""Responses of the models, and the spectrum of a run of the rig."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cabledrive.parameters import Drive
-from cabledrive.reduction.lumped_chain import speed_response
-from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.quality import distributed_response, model_response
 from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, RED, label, log_axis
+from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, QUIET, label, log_axis
 from cabledrive.rig import Tracking
 
 if TYPE_CHECKING:
@@ -18,7 +16,6 @@ if TYPE_CHECKING:
 
 MODEL_COLOURS = {1: QUIET, 2: ORANGE, 3: GREEN, 4: BLUE}
 STYLES = ("-", "--", "-.", ":")
-_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, INK)
 
 
 def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture:
@@ -47,44 +44,6 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
     return picture(name, _draw, wide=300.0, narrow=280.0)
 
 
-def models_with_cable(drive: Drive) -> tuple[int, ...]:
-    """Which of Models 1 to 4 have a flexible cable and can be made of a drive."""
-    return (3, 4) if highest_model(drive) == 4 else (3,)
-
-
-def motor_speed_picture(name: str, drive: Drive, printed: Sequence[float]) -> Picture:
-    """Magnitude from motor torque to motor speed, Models 3 and 4 beside the distributed cable.
-
-    ``name``: unique on the page; ``printed``: frequencies that the print reads off its curve [Hz]; may be
-    empty.
-    """
-    hertz = np.geomspace(1.0, 500.0, 700)
-    omega = 2.0 * np.pi * hertz
-    exact = omega * np.abs(distributed_response(drive, omega, angle_of="motor"))
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        axes = figure.subplots()
-        for place in printed:
-            axes.axvline(place, color=RED, linewidth=1.0, linestyle=":")
-            label(axes, f"{place:g} Hz", (place, exact.max()), (3, 0), color=RED)
-        axes.plot(hertz, exact, color=INK, linewidth=3.0, alpha=0.35)
-        lowest = exact.min()
-        for number in models_with_cable(drive):
-            size = np.abs(speed_response(lumped_model(drive, number), omega))
-            colour = MODEL_COLOURS[number]
-            axes.plot(hertz, size, STYLES[number - 1], color=colour, linewidth=1.4)
-            lowest = min(lowest, size.min())
-            label(axes, str(number), (hertz[-1], size[-1]), (4, -4), color=colour, annotation_clip=False)
-        axes.set_xlim(1.0, 500.0)
-        axes.set_ylim(0.7 * lowest, 1.4 * exact.max())
-        log_axis(axes, "x", 280.0 if narrow else 600.0)
-        log_axis(axes, "y", 200.0)
-        axes.set_xlabel("frequency [Hz]")
-        axes.set_ylabel("motor speed per torque [rad/(N m s)]")
-
-    return picture(name, _draw, wide=290.0, narrow=280.0)
-
-
 def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
     """Amplitude spectrum of an angle's deviation from the reference in the last dwell.
 
@@ -99,26 +58,3 @@ def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.nd
     frequency = np.fft.rfftfreq(8 * signal.size, interval)
     kept = (frequency >= lowest) & (frequency <= 200.0)
     return frequency[kept], amplitude[kept]
-
-
-def spectra_picture(name: str, runs: Sequence[tuple[str, Tracking]]) -> Picture:
-    """Spectra of the drive pulley and the load in the dwell after a pulse.
-
-    ``name``: unique on the page; ``runs``: what to call each run, and the run.
-    """
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        panels = figure.subplots(len(runs), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, (words, run) in zip(panels, runs, strict=True):
-            for inertia, colour, style in ((-2, ORANGE, "-"), (-1, BLUE, "--")):
-                axes.plot(*spectrum(run, inertia), style, color=colour, linewidth=1.3)
-            axes.set_title(words)
-            axes.set_xlim(2.0, 200.0)
-            axes.set_ylim(1e-4, 3.0)
-            log_axis(axes, "x", 280.0 if narrow else 600.0)
-            log_axis(axes, "y", 80.0)
-            axes.set_ylabel("deg")
-        panels[-1].set_xlabel("frequency [Hz]; solid: drive pulley, dashed: load")
-
-    height = 105.0 * len(runs) + 45.0
-    return picture(name, _draw, wide=height, narrow=height)

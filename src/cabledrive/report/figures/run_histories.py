@@ -1,4 +1,4 @@
-"""A run over time: motion of the load and the spans, its spectrum, the orbit of a midpoint."""
+"""A run over time: motion of the load and the spans, and its spectrum."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -13,15 +13,13 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.figures.run_curves import curves_of
 from cabledrive.report.mode_figure import file_style
-from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, INK, ORANGE, QUIET, SPAN_COLOURS, TEXT, label, log_axis
+from cabledrive.report.style import BLUE, ORANGE, QUIET, TEXT, label, log_axis
 from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
 from cabledrive.studies.spectrum import amplitude_spectrum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 HEIGHT = 300.0  # px
 MOST_POINTS = 1500
@@ -141,37 +139,6 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
         figure.align_ylabels(panels)
         figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
         return file.getvalue()
-
-
-def spectrum_picture(name: str, result: SimulationResult, marks: Sequence[tuple[float, str]]) -> Picture:
-    """Amplitude spectrum of the load angle with natural frequencies marked.
-
-    ``name``: unique on the page; ``marks``: frequency [Hz] and kind of mode.
-    """
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        draw_spectrum(figure.add_subplot(), result, marks)
-
-    return picture(name, _draw, wide=HEIGHT, narrow=HEIGHT)
-
-
-def orbit_picture(name: str, result: SimulationResult, span: str = "upper") -> Picture:
-    """Orbit of the midpoint of a span, v across the page and w up it, to one scale.
-
-    ``name``: unique on the page; ``span``, {"upper", "lower"}.
-    """
-    v, w = 1e3 * result.midpoint(span)[:, 1:].T
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        axes = figure.add_subplot()
-        axes.plot(v, w, color=SPAN_COLOURS[span], linewidth=0.8)
-        axes.plot(v[:1], w[:1], "o", color=INK, markersize=6)
-        label(axes, "start", (v[0], w[0]), (8, 4), color=INK)
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.set_xlabel("v at midspan [mm]")
-        axes.set_ylabel("w at midspan [mm]")
-
-    return picture(name, _draw, wide=HEIGHT + 40, narrow=HEIGHT)
 
 
 def _curve(axes: "Axes", time: Array, signal: Array, colour: str) -> None:
