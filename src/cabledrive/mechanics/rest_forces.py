@@ -35,11 +35,7 @@ class Piece:
 class Statics:
     """The unknown forces, and the equations that the spans end where the pulleys are.
 
-    Parameters
-    ----------
-    drive : Drive
-    at_torque : float
-        Steady torque on the drive pulley on top of what holds the weights [N m].
+    ``at_torque``: steady torque on the drive pulley on top of what holds the weights [N m].
     """
 
     def __init__(self, drive: Drive, at_torque: float) -> None:

@@ -23,20 +23,12 @@ PASSES = 12
 
 
 class Motion(NamedTuple):
-    """Displacements and speeds of the model's oscillators.
+    """Displacements and speeds of the model's oscillators."""
 
-    Attributes
-    ----------
-    q, q_rate : ndarray, shape (...)
-        [m], [m/s].
-    a, a_rate : ndarray, shape (J, ...)
-        [m], [m/s].
-    """
-
-    q: Array
-    q_rate: Array
-    a: Array
-    a_rate: Array
+    q: Array  # (...) [m]
+    q_rate: Array  # (...) [m/s]
+    a: Array  # (J, ...) [m]
+    a_rate: Array  # (J, ...) [m/s]
 
 
 def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second: bool = True) -> Motion:

@@ -25,24 +25,12 @@ _DEFLECTION, _TURN, _LARGEST_FACTOR = 26.0, 0.6, 1e6  # px, rad
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Motion:
-    """Frames of a run.
+    """Frames of a run."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (frames,)
-        [s].
-    place : ndarray, shape (points,)
-        Shares of the span, from the pulley where it starts.
-    across : dict of str to ndarray, shape (frames, points)
-        Displacement w of each span, outwards [m].
-    angles : ndarray, shape (frames, 2)
-        Of drive and load pulley [rad].
-    """
-
-    time: Array
-    place: Array
-    across: dict[str, Array]
-    angles: Array
+    time: Array  # (frames,) [s]
+    place: Array  # (points,): shares of the span, from the pulley where it starts
+    across: dict[str, Array]  # (frames, points): displacement w of each span, outwards [m]
+    angles: Array  # (frames, 2): of drive and load pulley [rad]
 
 
 def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:

@@ -49,20 +49,11 @@ def condition(drive: RoutedDrive, motor: str | None = None) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Coordinates of a machine, some of them held.
-
-    Attributes
-    ----------
-    drive : RoutedDrive
-    motor : {"free", "held", "holding"}
-        How the rotors are held.
-    hold : tuple of str
-        Names of bodies, pulleys and carriages that are held as well.
-    """
+    """Coordinates of a machine, some of them held."""
 
     drive: RoutedDrive
-    motor: str = FREE
-    hold: tuple[str, ...] = ()
+    motor: str = FREE  # of the rotors: "free", "held" or "holding"
+    hold: tuple[str, ...] = ()  # names of bodies, pulleys and carriages that are held as well
 
     def __post_init__(self) -> None:
         known = [body.name for body in self.drive.body] + [pulley.name for pulley in self.drive.pulley]
