@@ -13,7 +13,7 @@ author = "cabledrive developers"
 copyright = "2026, cabledrive developers"
 version = release = installed_version("cabledrive")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference", "gallery"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference"]
 exclude_patterns = ["_ext"]
 
 myst_enable_extensions = ["amsmath", "attrs_block", "attrs_inline", "deflist", "dollarmath"]

@@ -1,7 +1,6 @@
 """How the lowest frequency of a lift changes as the car travels, empty and with a full load.
 
-docs/drives.md gives 3.606 Hz for the half-loaded car 30 m below the sheave if the ropes had no mass; they
-weigh 828 kg.
+If the ropes had no mass the half-loaded car 30 m below the sheave would move at 3.606 Hz; they weigh 828 kg.
 """
 
 from dataclasses import replace

@@ -1,12 +1,11 @@
-"""Writes one reference page per room of the package, from the modules that are there."""
+"""Writes one reference page per room of the package, and one with the scripts of examples/."""
 
 import ast
 import importlib
 import inspect
 import tomllib
 from pathlib import Path
-
-from sphinx.application import Sphinx
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -54,13 +53,26 @@ def _directive(name: str, argument: str, *options: str) -> str:
     return "\n".join(["```{eval-rst}", *lines, "```", ""])
 
 
-def write(app: Sphinx) -> None:
+def examples() -> str:
+    """The scripts as MyST, each under the question that its docstring begins with."""
+    parts = ["# Examples\n\nEach script runs as it stands and asserts a number that can be looked up.\n"]
+    for path in sorted((ROOT / "examples").glob("*.py")):
+        text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        question, _, answer = text.partition("\n\n")
+        code = f"```{{literalinclude}} ../../examples/{path.name}\n:language: python\n```"
+        parts.append(f"## {' '.join(question.split())}\n\n{answer}\n\n`examples/{path.name}`\n\n{code}\n")
+    return "\n".join(parts)
+
+
+def write(app: Any) -> None:
     """Write what has changed, and remove the page of a room that is gone."""
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
-    pages = {f"{room}.md": page(room) for room in rooms()}
+    pages = {f"{room}.md": page(room) for room in rooms()} | {"examples.md": examples()}
     listing = "\n".join(["```{toctree}", *(name.removesuffix(".md") for name in pages), "```"])
-    pages["index.md"] = f"# Reference\n\nThe rooms of the package, in import order.\n\n{listing}\n"
+    pages["index.md"] = (
+        f"# Reference\n\nThe rooms of the package, in import order, and examples.\n\n{listing}\n"
+    )
     for old in folder.glob("*.md"):
         if old.name not in pages:
             old.unlink()
@@ -70,6 +82,6 @@ def write(app: Sphinx) -> None:
             path.write_text(text)
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
+def setup(app: Any) -> dict[str, bool]:
     app.connect("builder-inited", write)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

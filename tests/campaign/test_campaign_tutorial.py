@@ -1,4 +1,4 @@
-"""The tutorial of the page on campaigns runs as it is printed, and says what the drive says."""
+"""The tolerance study of the page on campaigns runs as it is printed, and says what the drive says."""
 
 import json
 import re
@@ -12,13 +12,13 @@ import xarray as xr
 from command import run
 
 ROOT = Path(__file__).parents[2]
-PAGE, EXAMPLE = ROOT / "docs" / "campaigns.md", ROOT / "examples" / "tolerance_campaign.toml"
+PAGE, EXAMPLE = ROOT / "docs" / "campaigns_export.md", ROOT / "examples" / "tolerance_campaign.toml"
 
 
 @pytest.mark.verify
 def test_from_one_drive_to_a_tolerance_study(tmp_path, monkeypatch):
-    tutorial = PAGE.read_text().split("## From one drive to a tolerance study")[1].split("\n## ")[0]
-    spec = re.search(r"```toml\n(.*?)```", tutorial, re.S)[1]
+    tutorial = PAGE.read_text().split("### From one drive to a tolerance study")[1].split("\n### ")[0]
+    spec = re.search(r":caption: campaign.toml\n\n(.*?)```", tutorial, re.S)[1]
     assert EXAMPLE.read_text() == spec
     commands = re.findall(r"^\$ cabledrive (.*)$", tutorial, re.M)
     assert [line.split()[0] for line in commands] == ["sweep", "sensitivity", "tolerance", "report"]

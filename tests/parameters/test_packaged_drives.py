@@ -1,7 +1,5 @@
-"""The packaged drives are machines that could run, and docs/drives.md says of them what is so."""
+"""The packaged drives are machines that could run, and docs/machines.md says of them what is so."""
 
-import contextlib
-import io
 import re
 from pathlib import Path
 
@@ -9,33 +7,17 @@ import pytest
 
 import cabledrive as cd
 
-PAGE = Path(__file__).parents[2] / "docs" / "drives.md"
+PAGE = Path(__file__).parents[2] / "docs" / "machines.md"
 DISSERTATION = [name for name in cd.packaged_drives("loop", "line") if name.startswith("dissertation")]
 
 
-@pytest.fixture(scope="module")
-def page():
-    if not PAGE.exists():
-        pytest.skip(f"{PAGE.name} is not beside the tests: run them in a source tree")
-    return PAGE.read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def snippet(page):
-    names: dict[str, object] = {}
-    exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
-    return names
-
-
-@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
-def test_documented_numbers_are_what_the_snippet_prints(name, page, snippet):
-    section = re.search(rf"^## {re.escape(name)}\n(.*?)(?=^## |\Z)", page, re.DOTALL | re.MULTILINE)
-    assert section, f"docs/drives.md has no section on {name}"
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        snippet["derived"](name)
-    documented = re.search(r"```text\n(.*?)```", section[1], re.DOTALL)[1]
-    assert documented == printed.getvalue(), f"docs/drives.md, {name}, should say:\n{printed.getvalue()}"
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_documented_frequencies_are_those_of_modes(name):
+    """The lowest longitudinal and transverse frequency in the table of docs/machines.md."""
+    row = re.search(rf"^\| `{name}` \|.* \| ([\d.]+) \| ([\d.]+) \|$", PAGE.read_text(encoding="utf-8"), re.M)
+    found = cd.modes(cd.load_drive(name), count=1)
+    lowest = (found.longitudinal[0].frequency, found.transverse[0].frequency)
+    assert row.groups() == tuple(f"{frequency:.4g}" for frequency in lowest)
 
 
 @pytest.mark.parametrize(
