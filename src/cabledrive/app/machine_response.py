@@ -3,14 +3,12 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route import RoutedDrive
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 LINES = 400
 ROUND_OFF = 1e-10
 """Of a response, relative to the mean of the responses of both its coordinates to their own forces."""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 EDGE = 1e-16
 """Shares are kept this far from 0 and 1 where a distribution has no ends."""
 

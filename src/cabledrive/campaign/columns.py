@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.modal.loop_batch import LoopBatch
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.route import RoutedDrive
-
-Array = NDArray[np.float64]
 
 POSITIVE = {
     "cable.youngs_modulus",

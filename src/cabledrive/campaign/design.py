@@ -6,9 +6,9 @@ from math import prod
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
+
 KINDS = ("grid", "sobol", "halton", "lhs", "random", "list", "saltelli", "morris")
 SAMPLING = ("scipy.stats.qmc",)
 """Modules that its points are computed with."""

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from cabledrive.campaign.rows import DONE, REFUSED
 from cabledrive.campaign.store import STATUS, attributes_of, zarr_at_hand
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 
-Array = NDArray[np.float64]
 BESIDE = (STATUS, "reason", "seed", "time")
 """Variables that are neither keys nor outputs."""
 

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.campaign.design import MORRIS_STEP, Morris
 from cabledrive.campaign.results import Results, open_results
 from cabledrive.campaign.sensitivity import CONFIDENCE, FEWEST_GROUPS, RESAMPLES, Index
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 MORRIS = "morris"
 
 

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.campaign.results import open_results
 from cabledrive.parameters import InputRefused, NotComputed
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 RESAMPLES = 1000
 CONFIDENCE = 0.95

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.axes import Array, Axis
+from cabledrive.campaign.axes import Axis
 from cabledrive.campaign.computation import (
     Computation,
     NamedComputation,
@@ -22,6 +22,7 @@ from cabledrive.campaign.design_table import design_of
 from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, si_tables, unit_of
 from cabledrive.campaign.vary import Varied, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.toml_values import quantity_of, read_toml, table_of, text_of, whole_of

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from cabledrive.campaign.results import Results, open_results
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.units import to_si
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 BINS = 20

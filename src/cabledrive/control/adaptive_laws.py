@@ -13,7 +13,6 @@ laid to a torque at the motor.
 from math import exp, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.flat_output import FlatOutput
 from cabledrive.control.linear_laws import (
@@ -26,9 +25,8 @@ from cabledrive.control.linear_laws import (
 from cabledrive.control.numbers import REFERENCE_MODEL, LawNumbers, learning_table
 from cabledrive.control.reference import flat_map
 from cabledrive.control.reference_numbers import ReferenceNumbers
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-
-Array = NDArray[np.float64]
 
 
 def l1_law(chain: LumpedChain, error: float, torque: float, bandwidth: float, interval: float) -> LawNumbers:

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from math import isfinite, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.numbers import BACKSTEPPING, LawNumbers, learning_table
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 
-Array = NDArray[np.float64]
 PRINTED_HZ = 10.5
 SMOOTH = 0.5
 # Table 6.3 over its own nominal values, p5 and p7 corrected; p2 and p6 are not printed.

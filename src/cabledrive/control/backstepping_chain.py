@@ -14,7 +14,6 @@ What the dampers add, :math:`w_j`, is taken along the reference, with every deri
 from math import isfinite, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.backstepping_recursion import equal_bandwidth
 from cabledrive.control.darc_gains import printed_bounds
@@ -22,9 +21,9 @@ from cabledrive.control.numbers import BACKSTEPPING, LawNumbers, learning_table
 from cabledrive.control.reference import lagged
 from cabledrive.control.reference_numbers import ReferenceNumbers, reference_numbers
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 
-Array = NDArray[np.float64]
 REFERENCE_SLOPE = 50.0
 _LOAD_ACCELERATION = 2.0  # rad/s^2
 # Relative half widths of stiffnesses and inertias: cable, load, joint, drive pulley.

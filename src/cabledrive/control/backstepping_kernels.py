@@ -4,8 +4,9 @@ from math import tanh
 
 from cabledrive.control.backstepping_recursion import backstepping_steps, parts_of, signal_count
 from cabledrive.control.controller_state import ControllerState
-from cabledrive.control.numbers import BY_REFERENCE, SLOPE, Array, LawNumbers
+from cabledrive.control.numbers import BY_REFERENCE, SLOPE, LawNumbers
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters.arrays import Array
 
 _steps = njit_in_place(backstepping_steps)
 _parts = njit_in_place(parts_of)

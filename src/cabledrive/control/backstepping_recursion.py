@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cabledrive.control.numbers import Array
 from cabledrive.mechanics.compiled import for_kernels
+from cabledrive.parameters.arrays import Array
 
 RATES = 4
 

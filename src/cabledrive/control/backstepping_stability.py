@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from cabledrive.control.backstepping_recursion import BacksteppingStep, backstepping_step, signal_count
 from cabledrive.control.numbers import BY_REFERENCE, GAIN, NOMINAL, SLOPE, LawNumbers
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 STEP = 1e-30
 
 

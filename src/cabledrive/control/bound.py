@@ -8,11 +8,9 @@ that
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.numbers import HIGH, LOW, NOMINAL, LawNumbers
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -6,9 +6,6 @@ the plant.
 
 from math import isfinite
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cabledrive.control.controller_state import ControllerState
 from cabledrive.control.law_kernels import law_step
 from cabledrive.control.load_schedule_kernels import announced_load, correct_by_load, predict_by_load
@@ -16,8 +13,8 @@ from cabledrive.control.numbers import SCHEDULED, LawNumbers
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_part
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 LAST_SAMPLE = 1_000_000_000  # the count stays there: a target runs for years
 
 

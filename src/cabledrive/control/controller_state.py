@@ -3,14 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.backstepping_recursion import work_shape
 from cabledrive.control.numbers import BACKSTEPPING, LEARNING, LINEAR, SCHEDULED, LawNumbers
 from cabledrive.control.observer_numbers import DIFFERENCE, ObserverNumbers
+from cabledrive.parameters.arrays import Array, Integers
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 ESTIMATES = 12
 
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.darc_gains import Bounds, DarcGains, adaptation_gain, mu_of
 from cabledrive.control.flat_output import FlatOutput
@@ -37,8 +36,8 @@ from cabledrive.control.numbers import (
     learning_table,
 )
 from cabledrive.control.projection import adapted
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 PRINTED_SLOPE, REFERENCE_SLOPE = 0.5, 50.0
 
 

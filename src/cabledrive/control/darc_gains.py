@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from math import isfinite, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.flat_output import FlatOutput
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-
-Array = NDArray[np.float64]
 
 PRINTED_HZ = {1: (5.0, 5.0 * 13.0 / 11.0), 2: (22.0, 26.0), 3: (11.0, 13.0), 4: (23.0, 25.0)}
 """Lambda/(2 pi) and K_sigma/(2 pi mu); printed for Models 3 and 4, for Model 2 lambda alone, not for 1."""

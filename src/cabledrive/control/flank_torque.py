@@ -22,10 +22,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.numbers import Array
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters.arrays import Array
 
 ESTIMATE, LAG, HELD, COMMANDS = 0, 3, 5, 7
 """Places of the memory: observer (3), lags of the preload (2), torque loop (2), commands on their way."""

@@ -14,12 +14,10 @@ Then :math:`\theta_i = D_1 \cdots D_{i-1} R_i z`, link 1 carries :math:`D_1 a_2 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

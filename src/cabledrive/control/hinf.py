@@ -9,15 +9,14 @@ J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic 
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 
 from cabledrive.control.linear_laws import integral_memory, linear_law
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.parameters import NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 
-Array = NDArray[np.float64]
 MARGIN = 1.05
 """Over the least gain that has a solution, where the feedback would grow without bound."""
 STEPS = 40

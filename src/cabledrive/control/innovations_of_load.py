@@ -6,14 +6,12 @@ Control 14, 359-367, 1969, separates the estimation of a bias in this way.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
-
-Array = NDArray[np.float64]
 
 
 def missed_by_filter(

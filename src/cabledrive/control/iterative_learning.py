@@ -17,10 +17,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
+
 GAIN = 0.7
 """Share of the error that a repetition takes away in the nominal loop."""
 MOST_CONTRACTION = 0.8

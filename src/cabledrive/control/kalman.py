@@ -9,15 +9,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 
 from cabledrive.control.kalman_kernels import gain_schedule
 from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 
-Array = NDArray[np.float64]
 LONGEST_SCHEDULE = 20_000
 SETTLED = 1e-7
 

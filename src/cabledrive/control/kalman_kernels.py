@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cabledrive.control.numbers import Array
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Array
 
 
 @njit

@@ -26,10 +26,10 @@ from cabledrive.control.numbers import (
     REFERENCE_MODEL,
     SCHEDULED,
     SLOPE,
-    Array,
     LawNumbers,
 )
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters.arrays import Array
 
 KEPT, GATE, RENEWED = 1, 2, 3
 """Places among the scalars of a law that learns from innovations."""

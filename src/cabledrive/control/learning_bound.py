@@ -16,13 +16,12 @@ two. Without r the error lies within :math:`|g| * h`, g the response of the load
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.linear_laws import sampled_motion
 from cabledrive.control.numbers import HIGH, LOW, LawNumbers
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 
-Array = NDArray[np.float64]
 DEVIATIONS = 5.0
 """Within which an estimate is taken to lie."""
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 from scipy.signal import cont2discrete
 
@@ -13,9 +12,9 @@ from cabledrive.control.flat_output import FlatOutput
 from cabledrive.control.numbers import LINEAR, LawNumbers
 from cabledrive.control.reference import flat_map, joint_motion
 from cabledrive.control.reference_numbers import AT_ONCE, ReferenceNumbers, reference_numbers
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 
-Array = NDArray[np.float64]
 FRICTION_SLOPE = 50.0
 
 

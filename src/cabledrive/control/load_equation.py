@@ -30,8 +30,8 @@ from cabledrive.control.regression import (
     rounding_spread,
     smoothed,
 )
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 FILTER_HZ, THINNING, SLOW_SHARE = 10.0, 10, 0.25
 SIGN_WIDTH, SETTLED = 0.01, 0.995
 """Share of the largest speed over which the sign turns, and of itself that its filtered value must reach."""

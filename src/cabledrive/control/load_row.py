@@ -1,16 +1,15 @@
 """The generator of the columns that a law takes which learns the load's torque."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.innovations_of_load import torque_push
 from cabledrive.control.load_row_numbers import LoadRowNumbers
 from cabledrive.control.load_torque import TURN, sign_weights
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.reference_numbers import lag_coefficients
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 
-Array = NDArray[np.float64]
 _Terms = dict[int, Array]
 """Coefficients of rising derivatives, by the stage that they are taken of."""
 

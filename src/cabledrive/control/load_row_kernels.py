@@ -7,9 +7,10 @@ the motion is known ahead, and the generator works one sample before the row tha
 from math import tanh
 
 from cabledrive.control.load_row_numbers import LoadRowNumbers, LoadRowState
-from cabledrive.control.reference_numbers import Array, MotionNumbers
+from cabledrive.control.reference_numbers import MotionNumbers
 from cabledrive.control.reference_part_kernels import filter_stages, mapped, rise_derivative, set_motion
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters.arrays import Array
 
 
 @njit_in_place

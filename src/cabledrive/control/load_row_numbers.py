@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from cabledrive.parameters.arrays import Array, Integers
+
 TORQUES = 3
 """Friction of Coulomb, viscous friction, inertia."""
 

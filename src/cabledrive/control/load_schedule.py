@@ -9,15 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.linear_laws import FRICTION_SLOPE
 from cabledrive.control.load_schedule_kernels import grid_place
 from cabledrive.control.numbers import HIGH, LINEAR, LOW, SCHEDULED, LawNumbers, learning_table
 from cabledrive.control.observer_numbers import BY_LOAD, KALMAN, ObserverNumbers
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,9 +7,9 @@ interpolated in one over that factor, in which the motion of a chain over a samp
 from math import isfinite, tanh
 
 from cabledrive.control.controller_state import ControllerState
-from cabledrive.control.numbers import HIGH, LOW, Array, LawNumbers
-from cabledrive.control.observer_numbers import Integers
+from cabledrive.control.numbers import HIGH, LOW, LawNumbers
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters.arrays import Array, Integers
 
 
 @njit_in_place

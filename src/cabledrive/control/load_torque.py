@@ -12,12 +12,11 @@ differenced.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.reference import lagged
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 
-Array = NDArray[np.float64]
 TURN = 400.0
 """Over the largest speed of the load: K of tanh(K w), before the sign is smoothed."""
 

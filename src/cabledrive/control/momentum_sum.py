@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from math import exp
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.regression import (
     filtered,
@@ -24,8 +23,8 @@ from cabledrive.control.regression import (
     rounding_spread,
     with_bounded_errors,
 )
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 FILTER_HZ, THINNING = 20.0, 5
 SLOW_SHARE, AFTER = 0.2, 0.08
 CERTAIN = 0.05

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
+
 DARC, LINEAR, BACKSTEPPING, OWN, LEARNING, REFERENCE_MODEL, SCHEDULED = 0, 1, 2, 3, 4, 5, 6
 SURFACE, ELASTIC, INERTIAL = 0, 1, 2
 NOMINAL, LOW, HIGH, GAIN, LIMIT = 0, 1, 2, 3, 4

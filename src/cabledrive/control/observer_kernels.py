@@ -2,8 +2,8 @@
 
 from math import isfinite, tanh
 
-from cabledrive.control.observer_numbers import Array, Integers
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters.arrays import Array, Integers
 
 
 @njit_in_place

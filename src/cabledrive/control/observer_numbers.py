@@ -2,11 +2,8 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from cabledrive.parameters.arrays import Array, Integers
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 IDEAL, DIFFERENCE, KALMAN, BY_LOAD = 0, 1, 2, 3
 
 

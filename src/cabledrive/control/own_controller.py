@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 MEASURES = {"states": "angles, then speeds, of its shafts", "readings": "angles of every encoder"}
 REFERENCES = {
     "inverse": "wanted angles, then speeds, of its shafts, then the motor's torque",

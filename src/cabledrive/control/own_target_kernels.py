@@ -12,8 +12,7 @@ from cabledrive.control.controller_state import ControllerState
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.target_kernels import new_target_state
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 class OwnTargetState(NamedTuple):

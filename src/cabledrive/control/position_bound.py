@@ -21,7 +21,7 @@ import numpy as np
 from numpy.polynomial import polynomial as poly
 from numpy.typing import NDArray
 
-from cabledrive.control.numbers import Array
+from cabledrive.parameters.arrays import Array
 
 Coefficients = NDArray[np.floating[Any]]
 DEVIATIONS = 5.0

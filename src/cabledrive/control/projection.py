@@ -1,9 +1,8 @@
 r"""The projection that keeps estimates within their bounds, and a rate limit."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 def projected_rate(rate: Array, estimate: Array, low: Array, high: Array) -> Array:

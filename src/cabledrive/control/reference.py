@@ -3,12 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.flat_output import FlatOutput
 from cabledrive.control.reference_numbers import ReferenceNumbers, lag_coefficients, reference_numbers
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 def lagged(signal: Array, time: float, interval: float) -> Array:

@@ -6,7 +6,6 @@ import numpy as np
 
 from cabledrive.control.load_row_kernels import load_columns
 from cabledrive.control.reference_numbers import (
-    Array,
     MotionNumbers,
     ReferenceNumbers,
     ReferenceState,
@@ -14,6 +13,7 @@ from cabledrive.control.reference_numbers import (
 )
 from cabledrive.control.reference_part_kernels import add_motion, filter_stages, mapped
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.parameters.arrays import Array
 
 
 @njit_part

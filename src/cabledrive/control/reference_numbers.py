@@ -5,12 +5,10 @@ from math import exp
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.load_row_numbers import NO_LOAD, LoadRowNumbers, LoadRowState, new_load_row_state
+from cabledrive.parameters.arrays import Array, Integers
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 AT_ONCE = ((0.0, 1.0),)
 
 

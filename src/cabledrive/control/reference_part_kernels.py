@@ -1,7 +1,7 @@
 """Parts of a reference row, compiled: smooth rises of any order, filters exact between samples."""
 
-from cabledrive.control.reference_numbers import Array, Integers
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters.arrays import Array, Integers
 
 EDGE = 1e-9  # of a rise: the first instant of a motion, rounded, belongs to it
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.control.reference import lagged
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 REPLICATES, SMOOTHING_HZ = 20, 20.0
 SUMS = 4000
 """Sums of a normal and a bounded error of which the 95 % interval is taken."""

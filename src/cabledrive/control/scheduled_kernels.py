@@ -1,7 +1,7 @@
 """Compiled step of a law and an observer whose matrices are tabled over the position of a carriage."""
 
-from cabledrive.control.numbers import Array
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Array
 
 
 @njit

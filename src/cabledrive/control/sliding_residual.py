@@ -15,13 +15,11 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.bound import output_tube
 from cabledrive.control.flat_output import FlatOutput
 from cabledrive.control.numbers import INERTIAL, SURFACE, LawNumbers
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

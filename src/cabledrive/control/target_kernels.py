@@ -16,8 +16,7 @@ from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.reference_kernels import reference_row
 from cabledrive.control.reference_numbers import MotionNumbers, ReferenceNumbers, ReferenceState
 from cabledrive.mechanics.compiled import njit_part
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 class TargetState(NamedTuple):

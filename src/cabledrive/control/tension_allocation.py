@@ -7,8 +7,8 @@ Where the machine has one coordinate, the second term decides the internal tensi
 no say unless both lines come to lie along each other.
 """
 
-from cabledrive.control.numbers import Array
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Array
 
 PREFERENCE = 1e-8
 """Weight of the preferred tensions, over that of the largest acceleration per tension."""

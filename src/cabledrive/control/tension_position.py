@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.numbers import Array
 from cabledrive.control.tension_allocation import allocate
 from cabledrive.mechanics.compiled import njit, njit_in_place
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
 
 FAR = 1e12

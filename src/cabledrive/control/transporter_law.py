@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.transporter import BODIES, Transporter, frozen_state_space
 
-Array = NDArray[np.float64]
 STATES = 2 * BODIES
 OBSERVED = STATES + 2
 ENCODERS = (0, 2)

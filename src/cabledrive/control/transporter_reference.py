@@ -7,9 +7,9 @@ y and its derivatives, without a differential equation but the lags of the dampe
 from math import exp, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.reference import lagged
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.transporter import (
     BODIES,
     Transporter,
@@ -17,7 +17,6 @@ from cabledrive.reduction.transporter import (
     held_frequencies,
 )
 
-Array = NDArray[np.float64]
 SLOPE = 500.0
 """K of tanh(K v) by which friction follows the reference's speed [s/m]."""
 

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

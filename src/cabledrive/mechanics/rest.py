@@ -14,8 +14,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, Array, Statics, quadrature_points
+from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, Statics, quadrature_points
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

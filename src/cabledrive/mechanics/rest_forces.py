@@ -9,11 +9,9 @@ slope along it has fallen therefore reaches the one solution.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, NotComputed
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 MOST_STEPS = 200
 PANELS = 4

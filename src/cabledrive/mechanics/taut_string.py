@@ -3,9 +3,8 @@ r"""Sag of a taut string under its own weight and weights that hang on it, while
 from math import acosh, cosh
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 def midspan_sag(tension: float, length: float, line_load: float, places: Array, loads: Array) -> float:

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal.hanging import HangingCarriage, hanging_carriage
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 
 MOST_STEPS = 100
 _SHORTEST = 2.0**-40

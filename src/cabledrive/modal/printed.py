@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,11 +8,12 @@ import numpy as np
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.elements import end_place, wrap_at
 from cabledrive.mechanics.network.hanging import HangingElement, hanging_elements, irvine_parameters
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, Array
+from cabledrive.mechanics.network.motion import ACROSS, ALONG
 from cabledrive.mechanics.network.unheld import unheld_words
 from cabledrive.mechanics.rest import RestingSection
 from cabledrive.modal.mode import TRANSVERSE, Mode
 from cabledrive.modal.sag_coupling import sag_coupling_limit
+from cabledrive.parameters.arrays import Array
 
 INCOMPLETE = "the count gives more modes than could be found and proven"
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.hanging import irvine_parameters
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, Array
+from cabledrive.mechanics.network.motion import ACROSS, ALONG
 from cabledrive.modal.mode import Mode
+from cabledrive.parameters.arrays import Array
 
 BEYOND = 1.5
 """Modes up to so many times the highest listed one may meet it; the others lie within the shift at rest."""

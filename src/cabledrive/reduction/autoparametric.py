@@ -15,7 +15,6 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
 from cabledrive.mechanics.labelled_chain import LabelledChain
@@ -24,6 +23,7 @@ from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.motion import SlopeWave
 from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.coupling_integrals import largest_slope
 from cabledrive.reduction.pulley_motion import modal_damping, rigid_mass, scaled_rims, shafts_of
 from cabledrive.reduction.transverse_sections import (
@@ -35,8 +35,6 @@ from cabledrive.reduction.transverse_sections import (
     span_tensions,
     stiffening_of,
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

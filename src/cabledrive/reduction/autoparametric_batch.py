@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.modal.loop_batch import LoopBatch
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.transverse_sections import HIGHEST_NUMBER
-
-Array = NDArray[np.float64]
 
 ALONE = 0.1
 """Least stretch of the spans, over the larger rim displacement, for which q is that stretch."""

@@ -24,12 +24,10 @@ The state is Cartesian (real and imaginary parts): amplitude and phase are singu
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.autoparametric import AutoparametricModel
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 class AveragedCoefficients(NamedTuple):

@@ -13,12 +13,10 @@ spans do not exist but for turns of the plane of vibration.
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.averaging import AveragedCoefficients, linear_rates
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Kind = Literal["one", "both"]
 
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Integers
 from cabledrive.reduction.chain_motion_kernels import (
     COULOMB,
     EXCESS,
     INERTIA,
     SLOPE,
     ChainNumbers,
-    Integers,
     Work,
     load_on,
     runge_kutta,

@@ -3,13 +3,10 @@
 from math import exp, tanh
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Integers
 
-Integers = NDArray[np.int64]
 Work = tuple[Array, Array, Array, Array, Array]
 
 

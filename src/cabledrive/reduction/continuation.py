@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
+
 Function = Callable[[Array, float], Array]
 
 _NEWTON_STEPS = 25

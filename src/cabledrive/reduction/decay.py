@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.parameters import InputRefused, NotComputed
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 PERIODS = 6
 GUESS = 0.01

@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction import ensemble_kernels as k
 from cabledrive.reduction.averaging import AveragedCoefficients
 from cabledrive.reduction.oscillators import OscillatorCoefficients
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 AVERAGED_STEP = 4e-3
 """Step of the averaged equations [s]: rates stay below some 30 rad/s there."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.fast_record import STEEPEST
 from cabledrive.reduction.fast_simulation import FastScheme, check_band, grid_of, start_amplitudes
@@ -23,7 +24,6 @@ from cabledrive.simulation.ensemble import UNITS, members_of
 if TYPE_CHECKING:
     import xarray
 
-Array = NDArray[np.float64]
 
 SPANS = ("upper", "lower")
 OF_THE_DRIVE = ("pretension", "transverse_damping", "axial_damping", "load_inertia", "load_friction")

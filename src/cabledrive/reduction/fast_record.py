@@ -4,16 +4,14 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel
 from cabledrive.reduction.uniform_tension_integration import IntegratedMotion
 from cabledrive.simulation import SimulationResult, SlackEvent
 from cabledrive.simulation.channels import COLUMN, WIDTH
-
-Array = NDArray[np.float64]
 
 STEEPEST = 0.05
 """Largest slope of the cable for which the tension may count as uniform; (slope)^2 is the relative error."""

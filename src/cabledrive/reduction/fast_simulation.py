@@ -6,11 +6,11 @@ from math import pi
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, not_written
 from cabledrive.parameters.one_process import one_process
 from cabledrive.reduction.fast_record import bounded_part, fast_result, fast_rows
@@ -24,8 +24,6 @@ from cabledrive.simulation.run_folder import RESULT, part_of
 from cabledrive.simulation.signals import Function, check_lasts, signal_of
 from cabledrive.simulation.start import place_at_start, velocity_at_start
 from cabledrive.simulation.step_size import check_resolved
-
-Array = NDArray[np.float64]
 
 HIDDEN_SHARE = 1e-3
 """Largest share of the torque's energy that may lie above the model's frequencies."""

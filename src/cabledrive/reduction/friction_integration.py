@@ -3,15 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.axis_kernels import PARAMETERS, integrate_axis
 from cabledrive.reduction.chain_kernels import integrate
 from cabledrive.reduction.chain_motion_kernels import ChainNumbers
 from cabledrive.reduction.lumped_chain import LumpedChain
 
-Array = NDArray[np.float64]
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset", "gain", "stiffness", "damping", "angle", "speed")
 """What a parameter may move: the rows of `direction`, each as long as there are inertias (or links)."""
 

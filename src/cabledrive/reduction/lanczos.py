@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 
 
 def lanczos(squares: Array, start: Array) -> tuple[Array, Array, Array]:

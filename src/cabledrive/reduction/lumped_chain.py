@@ -8,12 +8,9 @@ friction and offset, the chain obeys Eqs. (4.18), (6.10), (6.11), (6.13) for its
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from cabledrive.parameters.arrays import Array, Complex
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +144,7 @@ def speed_transfer_function(chain: LumpedChain, torque_on: int = 0, speed_of: in
     return numerator[1:], denominator
 
 
-def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_of: int = 0) -> ComplexArray:
+def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_of: int = 0) -> Complex:
     r"""Frequency response from torque to speed.
 
     .. math:: H = i\omega\, e^T (K + i\omega C - \omega^2 M)^{-1} f

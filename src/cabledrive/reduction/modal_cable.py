@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from math import ceil, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh, expm
 
 from cabledrive.mechanics.network import Network, network_of
@@ -16,6 +15,7 @@ from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.fast_record import STEEPEST
 from cabledrive.reduction.fast_simulation import finest_step
@@ -24,7 +24,6 @@ from cabledrive.reduction.network_chain import coupled_modes
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, uniform_tension_model
 from cabledrive.reduction.uniform_tension_integration import coefficients
 
-Array = NDArray[np.float64]
 DEFAULT_RATE = 1000.0
 """Of a drive without sensors [Hz]."""
 SHARE_OF_RATE = 0.1

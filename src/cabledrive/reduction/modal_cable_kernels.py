@@ -3,12 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.compiled import njit_part
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from cabledrive.parameters.arrays import Array, Integers
 
 
 class ModalCableNumbers(NamedTuple):

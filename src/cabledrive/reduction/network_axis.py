@@ -13,11 +13,12 @@ import numpy as np
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
 from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
-from cabledrive.mechanics.network.motion import ALONG, Array
-from cabledrive.mechanics.network.response import Complex, network_response
+from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedMotor

@@ -21,11 +21,11 @@ from scipy.linalg import eigh
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.damping import rotor_turn
-from cabledrive.mechanics.network.motion import Array
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.lanczos import chain_numbers, lanczos

@@ -13,11 +13,10 @@ Frequencies and decays are exact at any step; the coupling is of second order.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
-
-Array = NDArray[np.float64]
 
 
 class OscillatorCoefficients(NamedTuple):

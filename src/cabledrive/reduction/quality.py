@@ -4,18 +4,16 @@ from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import released
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
 from cabledrive.reduction.models import highest_model, lumped_model, rim_spring
 from cabledrive.reduction.network_axis import as_axis, response_of_axis
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 LOWEST_HZ, HIGHEST_HZ, POINTS, POINTS_OF_AXIS = 0.05, 2000.0, 6000, 1500
 
 
@@ -38,7 +36,7 @@ def with_measured_stiffness(drive: Drive) -> Drive:
     return replace(drive, cable=cable, lumped=None)
 
 
-def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") -> ComplexArray:
+def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") -> Complex:
     r"""Response from motor torque to an angle of the linear distributed drive, friction viscous.
 
     A span of length L between rims is, with :math:`\kappa = \omega\sqrt{\mu/(EA + i\omega\eta)}`,
@@ -77,7 +75,7 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     return (seen + joint if angle_of == "motor" else through * joint) / both
 
 
-def model_response(drive: Drive, model: int, omega: Array) -> ComplexArray:
+def model_response(drive: Drive, model: int, omega: Array) -> Complex:
     """Response from motor torque to load angle of one of the Models 1 to 4.
 
     ``model``, {1, 2, 3, 4}; ``omega``, shape (m,) [rad/s], not zero.

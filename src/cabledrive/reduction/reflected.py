@@ -3,11 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-
-Array = NDArray[np.float64]
 
 
 def reflected(chain: LumpedChain) -> tuple[LumpedChain, Array]:

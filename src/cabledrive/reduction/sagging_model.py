@@ -32,11 +32,10 @@ from cabledrive.modal.motion import SlopeWave
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.static_state import StaticState
 from cabledrive.reduction.static_strain import static_strain
 from cabledrive.reduction.transverse_shapes import TransverseShapes, transverse_shapes
-
-Array = NDArray[np.float64]
 
 SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
 FEWEST_MODES, MOST_MODES = 4, 10

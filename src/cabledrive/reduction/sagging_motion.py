@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.sagging_kernels import integrate_sagging
 from cabledrive.reduction.sagging_model import BAND, SaggingModel
 from cabledrive.reduction.static_state import StaticState
-
-Array = NDArray[np.float64]
 
 PROBES = 40
 """Most points of each stretch at which the displacement is watched, two and a bit for each mode."""

@@ -11,13 +11,11 @@ motion swings about, and the difference is a real Q(0).
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_rates
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 PASSES = 12
 

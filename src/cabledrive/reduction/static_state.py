@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.parameters import Drive, NotComputed
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -3,15 +3,13 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, MOTOR
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.parameters import Drive
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 def static_strain(drive: Drive, mesh: Mesh, shafts: Sequence[str]) -> Array:

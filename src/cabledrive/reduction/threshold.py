@@ -12,13 +12,12 @@ bound at its own frequency, and the threshold is zero.
 from math import log, pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
-
-Array = NDArray[np.float64]
 
 _INSTANTS = 2001
 

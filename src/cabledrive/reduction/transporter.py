@@ -8,11 +8,10 @@ Displacements are those of the cable at each body: :math:`q_1 = r\theta_1`, the 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 BODIES = 4
 
 

@@ -5,16 +5,14 @@ from dataclasses import dataclass, replace
 from math import ceil, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.motion import SlopeWave
 from cabledrive.modal.tuning import section_modes
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
-
-Array = NDArray[np.float64]
 
 PLANES = ("w", "v")
 HIGHEST_NUMBER = 12

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.network.motion import Array
 from cabledrive.mechanics.network.sections import gravity
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 

@@ -11,7 +11,7 @@ from math import atan2, sqrt
 from typing import NamedTuple
 
 from cabledrive.mechanics.compiled import njit
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 
 
 class TwoMotors(NamedTuple):

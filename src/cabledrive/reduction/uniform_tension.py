@@ -21,13 +21,11 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
 from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 HIGHEST_SHARE = 0.9
 """Longitudinal modes are kept below this share of the first resonance of a span, c_u / (2 Le)."""

@@ -12,13 +12,11 @@ so that every linear frequency and decay is exact at any step; the coupling is o
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.uniform_tension import UniformTensionModel
 from cabledrive.reduction.uniform_tension_kernels import integration_kernel
 from cabledrive.reduction.uniform_tension_single import single_sine_kernel
-
-Array = NDArray[np.float64]
 
 
 class IntegratedMotion(NamedTuple):

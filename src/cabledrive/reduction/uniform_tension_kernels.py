@@ -3,11 +3,10 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 Arrays = tuple[Array, Array, Array, Array]
 
 

@@ -7,11 +7,10 @@ Half-sine plucks want no more, and ensembles run thousands of them. Twin:
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.compiled import njit, njit_in_place
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 Arrays = tuple[Array, Array, Array, Array]
 
 

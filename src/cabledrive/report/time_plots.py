@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.regressor_curves import RegressorCurves
+from cabledrive.parameters.arrays import Array
 from cabledrive.report.blocks import Text
 from cabledrive.report.plot import Panel, Plot, Series
 
-Array = NDArray[np.float64]
 BINS = 250
 COLOURS = ("blue", "orange", "green", "purple", "ochre", "red", "ink")
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.parameters import Carriage, Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.studies.labels import stamped
 

@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
+from cabledrive.parameters.arrays import Array
 from cabledrive.studies.following import TOUCHING, Follower, Station
 
 _EXCHANGED = 0.5

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal import longitudinal_modes
 from cabledrive.modal.printed import loop_matrix
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.studies.labels import stamped
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.arrays import Array
 
 DECISIVE = 0.75
 """Squared overlap (MAC) from which two shapes are the same mode."""

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.studies.crossings import Crossing, crossings
 from cabledrive.studies.following import Follower, Station

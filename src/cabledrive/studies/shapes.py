@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.studies.labels import stamped
 
 if TYPE_CHECKING:

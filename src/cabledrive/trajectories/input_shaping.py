@@ -10,11 +10,9 @@ from math import exp, pi, sqrt
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval, polyval2d
-from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 TOLERANCE = 0.05
 """Residual amplitude that EI shapers allow at their humps, relative to the motion without a shaper."""

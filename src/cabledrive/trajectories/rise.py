@@ -8,11 +8,9 @@ from functools import cache
 from math import comb, factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 HIGHEST_ORDER = 21
 

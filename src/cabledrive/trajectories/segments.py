@@ -7,7 +7,8 @@ from math import isfinite
 import numpy as np
 
 from cabledrive.parameters import InputRefused
-from cabledrive.trajectories.rise import Array, check_order, derivative_jump, peak_factor, smooth_rise
+from cabledrive.parameters.arrays import Array
+from cabledrive.trajectories.rise import check_order, derivative_jump, peak_factor, smooth_rise
 
 SHORTEST_RISE = 1e-9
 MOST_PULSES = 10_000

@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import HOLDING
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Array, Motion, condition
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, condition
 from cabledrive.mechanics.network.pieces import Piece, pieces_of
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.mechanics.network.turning import geometric_stiffness
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 
 
 def dampers_of(network: Network) -> tuple[Array, Array]:

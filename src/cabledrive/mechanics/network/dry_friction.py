@@ -2,7 +2,7 @@
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 
 
 def coulomb_of(network: Network) -> list[tuple[str, Array, float]]:

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.elements import Element, carriage_at, end_place, straight_element
-from cabledrive.mechanics.network.motion import Array
 from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.sections import gravity
 from cabledrive.mechanics.taut_string import irvine_parameter
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.geometry import Place
 
 STRAIGHT = 5e-7

@@ -13,15 +13,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import FREE, HELD, HOLDING
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import Place, Point
-
-Array = NDArray[np.float64]
 
 ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
 AT_REST = 1e-9

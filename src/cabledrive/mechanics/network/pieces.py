@@ -5,9 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Array, Motion
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion
 from cabledrive.mechanics.network.sections import gravity
 from cabledrive.mechanics.network.statics import Statics
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 
 

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
 from cabledrive.mechanics.network.damping import dampers_of
-from cabledrive.mechanics.network.motion import ALONG, Array
+from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
-
-Complex = NDArray[np.complex128]
 
 
 def network_response(

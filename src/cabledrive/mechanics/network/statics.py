@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.motion import Array, Motion
+from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.sections import Offsets, gravity, section_numbers, sections_of
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 

@@ -2,7 +2,7 @@
 
 from math import hypot
 
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.geometry import FreeSpan
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from cabledrive.mechanics.network.motion import Array, Motion
+from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.sections import gravity
 from cabledrive.mechanics.network.statics import Statics
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.geometry import Point
 
 

@@ -18,14 +18,12 @@ from itertools import combinations
 from math import atan2
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.parameters.route.moving import posed
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
 """Share of a rope's length that may be left over."""

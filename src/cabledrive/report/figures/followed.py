@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
+from cabledrive.parameters.arrays import Array
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import INK, QUIET, family_colour, label, log_axis, short_family

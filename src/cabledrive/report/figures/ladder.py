@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.mode import BOTH
 from cabledrive.modal.networks import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import (

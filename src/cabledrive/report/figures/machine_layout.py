@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from math import asin, cos, pi, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.report.figures.sheet import Point
 from cabledrive.report.machine.rest import sag_of
-
-Array = NDArray[np.float64]
 
 SEEN = 1.5  # px
 LEVEL = 0.1  # sine of the slope up to which sag is drawn

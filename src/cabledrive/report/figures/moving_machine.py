@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup, escape
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.figures.machine import draw_machine
 from cabledrive.report.figures.route_sheet import draw_route

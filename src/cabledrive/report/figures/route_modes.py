@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.report.numbers import number

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array
 from cabledrive.modal import Mode
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import GREEN, INK, LINE, QUIET, SPAN_COLOURS, short_family

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cabledrive.parameters.arrays import Array
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, FAINT, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 PARTS = (("theorem", BLUE, "-"), ("unmatched", PURPLE, "--"), ("sensors", GREEN, "-."))
 PART_WORDS = {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"}
 PLANT_LOOKS = {"lumped": (BLUE, "-"), "cable": (ORANGE, "--")}

@@ -1,15 +1,14 @@
 """A machine at rest: the tension along its cable and its sag under gravity."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.rest import RestingStretch, RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.report.blocks import Column, RowGroup, Table
 from cabledrive.report.numbers import quantity
 from cabledrive.report.plot import Panel, Plot, Series
 
-Array = NDArray[np.float64]
 POINTS = 65
 MOST_ROWS = 8
 SEEN = 1e-3

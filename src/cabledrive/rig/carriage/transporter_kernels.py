@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.numbers import Array
 from cabledrive.control.scheduled_kernels import scheduled_step
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Array
 
 
 class TransporterPlant(NamedTuple):

@@ -10,8 +10,8 @@ from math import isfinite, pi, sqrt
 import numpy as np
 
 from cabledrive.control.tension_position import TensionGains
-from cabledrive.mechanics.network.motion import Array
 from cabledrive.parameters import InputRefused, Sensors
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import TwoMotorMachine
 
 DELAY_SHARE = 0.17

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.position_bound import place_answers, place_bound
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 from cabledrive.rig.two_motors.plan import lines_along
 from cabledrive.rig.two_motors.run import Setup

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.mechanics.network.motion import Array
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import posed
 from cabledrive.reduction.two_motors import TwoMotorMachine

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.numbers import Array
 from cabledrive.control.tension_position import TensionGains, step_in_place
 from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 
 # Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.result_card import ResultCard
 
 

@@ -6,8 +6,8 @@ from math import ceil, exp, pi
 import numpy as np
 
 from cabledrive.control.tension_position import first_state
-from cabledrive.mechanics.network.motion import Array
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.two_motors import TwoMotorMachine, winched_machine
 from cabledrive.reduction.two_motors_kernels import TwoMotors

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.network.motion import Array
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 from cabledrive.rig.two_motors.place_check import bound_of_place, part_used
 from cabledrive.rig.two_motors.run import Setup, run_plant

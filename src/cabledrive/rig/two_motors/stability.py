@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.control.tension_position import TensionGains, first_state, step
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 from cabledrive.rig.two_motors.plan import held_tensions, lines_along
 from cabledrive.rig.two_motors.plant_kernels import move, pull_of

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 from cabledrive.rig.two_motors.place_check import place_words

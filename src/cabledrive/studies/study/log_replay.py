@@ -18,11 +18,12 @@ from scipy import signal, stats
 
 from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
 from cabledrive.control.observer_kernels import correct, predict
-from cabledrive.control.observer_numbers import Integers, ObserverNumbers
+from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.arrays import Integers
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop import plant_chain
