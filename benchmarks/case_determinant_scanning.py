@@ -6,10 +6,14 @@ from math import pi
 
 import numpy as np
 from harness import duration, side_by_side, table, worst_error
+from reproduction.printed_matrices import (
+    loop_matrix,
+    loop_with_carriage_matrix,
+    loop_with_two_carriages_matrix,
+)
 from scanning import fine_enough, halved_until_settled, modal_determinant, scan
 
 import cabledrive as cd
-from cabledrive.modal.printed import loop_matrix, loop_with_carriage_matrix, loop_with_two_carriages_matrix
 
 TITLE = "Determinant scanning"
 FEW, MANY = 12, 48

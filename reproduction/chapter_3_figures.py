@@ -8,9 +8,9 @@ from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.simulation import Pluck, Scheme, Start, simulate
 from cabledrive.simulation.stopped import whole
-from cabledrive.studies.determinant import modal_determinant
 from reproduction.chapter_3_shapes import SHAPE_DIFFERS, shapes
 from reproduction.chapter_3_transporter import transporter
+from reproduction.determinant import modal_determinant
 from reproduction.item import ERRATUM, Entry, Outcome, outcome, place
 from reproduction.judge import claimed, compared
 from reproduction.panel import Panel, curve

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import load_drive
-from cabledrive.studies.shapes import mode_shapes
 from reproduction.item import DIFFERS, Item, Outcome, outcome, place
 from reproduction.judge import claimed
 from reproduction.panel import Panel, curve
+from reproduction.shapes import mode_shapes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ def shapes(quick: bool) -> Outcome:
 def spans_of(data: "xr.Dataset", mode: int) -> dict[str, Array]:
     """Shape of each span.
 
-    ``data``: of `cabledrive.studies.mode_shapes`.
+    ``data``: of `reproduction.shapes.mode_shapes`.
     """
     shape = data["displacement"].isel(mode=mode)
     return {str(span): shape.sel(span=span).to_numpy() for span in data["span"].to_numpy()}
@@ -87,7 +87,7 @@ def _phases(data: "xr.Dataset") -> list[Item]:
 def shape_panel(figure: str, data: "xr.Dataset", mode: int) -> Panel:
     """Shape of both spans as a panel.
 
-    ``data``: of `cabledrive.studies.mode_shapes`.
+    ``data``: of `reproduction.shapes.mode_shapes`.
     """
     found = spans_of(data, mode)
     return Panel(

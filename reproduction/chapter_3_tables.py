@@ -1,7 +1,7 @@
 """Tables 3.1 and 3.2: the rig of chapter 3 and its frequencies."""
 
 from cabledrive.parameters import load_drive
-from cabledrive.studies.carriage_table import PRINTED, QUANTITIES, table_3_2
+from reproduction.carriage_table import PRINTED, QUANTITIES, table_3_2
 from reproduction.item import ERRATUM, Entry, Item, Outcome, outcome, place
 from reproduction.judge import claimed, compared, taken
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from cabledrive.parameters import Drive, load_drive
-from cabledrive.studies.carriage_position import (
+from reproduction.carriage_position import (
     frequency_against_carriage_position,
     midspan_crossing,
 )
-from cabledrive.studies.shapes import mode_shapes
 from reproduction.chapter_3_shapes import SHAPE_DIFFERS, shape_panel, spans_of
 from reproduction.item import ERRATUM, Outcome, outcome, place
 from reproduction.judge import claimed
 from reproduction.panel import Panel, curve
+from reproduction.shapes import mode_shapes
 
 MASS_RATIOS = (0.0, 1.0, 5.0, 10.0, 50.0)
 

@@ -5,7 +5,12 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.studies.chapter_5 import (
+from reproduction.averaged_against_exact import ForcedCase, envelope, exact_motion
+from reproduction.chapter_5_conditions import figure_5_2, figure_5_3, section_5
+from reproduction.chapter_5_free import CHOSEN, figure_5_7
+from reproduction.item import DIFFERS, Entry, Outcome, outcome
+from reproduction.judge import claimed
+from reproduction.motions_of_chapter_5 import (
     FLOOR,
     LEVEL,
     SWEEP_RATE,
@@ -14,11 +19,6 @@ from cabledrive.studies.chapter_5 import (
     swept_response,
     tuned_drive,
 )
-from cabledrive.studies.resonance_validation import ForcedCase, envelope, exact_motion
-from reproduction.chapter_5_conditions import figure_5_2, figure_5_3, section_5
-from reproduction.chapter_5_free import CHOSEN, figure_5_7
-from reproduction.item import DIFFERS, Entry, Outcome, outcome
-from reproduction.judge import claimed
 from reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]

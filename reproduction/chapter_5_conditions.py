@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from cabledrive.modal.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
 from cabledrive.modal.tuning import span_frequency, tuned_pretension
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.studies.chapter_5 import (
-    tuned_drive,
-)
+from reproduction.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
 from reproduction.item import DIFFERS, ERRATUM, Outcome, outcome, place
 from reproduction.judge import claimed, compared, erratum, unknown
+from reproduction.motions_of_chapter_5 import (
+    tuned_drive,
+)
 from reproduction.panel import Panel, curve
 
 TENSIONS = (2.0, 3.2838, 5.0, 10.0)

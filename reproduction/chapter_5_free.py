@@ -7,7 +7,10 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.studies.chapter_5 import (
+from reproduction.averaged_against_exact import ForcedCase, envelope, exact_motion
+from reproduction.item import DIFFERS, Outcome, outcome, place
+from reproduction.judge import claimed
+from reproduction.motions_of_chapter_5 import (
     FREE_PLUCKS,
     GAMMA,
     PULLEY_DAMPING,
@@ -16,9 +19,6 @@ from cabledrive.studies.chapter_5 import (
     free_response,
     tuned_drive,
 )
-from cabledrive.studies.resonance_validation import ForcedCase, envelope, exact_motion
-from reproduction.item import DIFFERS, Outcome, outcome, place
-from reproduction.judge import claimed
 from reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]

@@ -11,9 +11,9 @@ from cabledrive.reduction.lumped_chain import natural_frequencies_of
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.studies.chapter_5 import tuned_drive
 from reproduction.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome
 from reproduction.judge import claimed, unknown
+from reproduction.motions_of_chapter_5 import tuned_drive
 from reproduction.rig_runs import MOTION, dwell_spectrum, held_frequency, peak_of, run
 from reproduction.table_6_3 import drive_3
 

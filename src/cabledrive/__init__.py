@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from cabledrive.rig import OwnPlant, track
     from cabledrive.rig.bench.experiment import experiment
     from cabledrive.simulation import simulate
-    from cabledrive.studies import frequency_against, frequency_against_carriage_position
+    from cabledrive.studies import frequency_against
     from cabledrive.studies.controller_comparison import compare
     from cabledrive.studies.internal_resonance import resonance
     from cabledrive.studies.mode_map import map_modes
@@ -63,7 +63,6 @@ __getattr__ = on_demand(
         "experiment": "rig.bench.experiment",
         "export_to": "export",
         "frequency_against": "studies",
-        "frequency_against_carriage_position": "studies",
         "identify": "identification.one_log",
         "map_modes": "studies.mode_map",
         "read_log": "identification.logs.reading",
@@ -109,7 +108,6 @@ __all__ = [
     "experiment",
     "export_to",
     "frequency_against",
-    "frequency_against_carriage_position",
     "identify",
     "load_drive",
     "map_modes",

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-import cabledrive as cd
-from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modal.frequency_ratio import (
+from reproduction.frequency_ratio import (
     frequency_ratio,
     mass_ratios,
     pulley_phase,
     resonant_load_ratio,
     wave_speed_ratio,
 )
+
+import cabledrive as cd
+from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.tuning import (
     pulley_mode,
     resonant_pairs,

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from reproduction.exchange import exchange_period, largest_exchange
 from scipy.integrate import solve_ivp
 
 from cabledrive.reduction.autoparametric import autoparametric_model
@@ -15,7 +16,6 @@ from cabledrive.reduction.branches import (
     steady_state,
 )
 from cabledrive.reduction.continuation import follow_branch
-from cabledrive.reduction.exchange import exchange_period, largest_exchange
 from cabledrive.reduction.start_map import Motion, plucked, reconstruct, start_of
 from cabledrive.reduction.threshold import growth_rates
 from resonance_samples import TUNED, averaged_step, bare_model, complex_of, damped, one_span, real, settings

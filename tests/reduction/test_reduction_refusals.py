@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reproduction.exchange import exchange_period
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.ensembles import averaged_ensemble
-from cabledrive.reduction.exchange import exchange_period
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.friction_integration import direction, integrate_chain

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reproduction.averaged_against_exact import averaged_history
+from reproduction.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 
 import cabledrive as cd
 from cabledrive.mechanics.warnings import ELASTIC_RULE, largest_pretension
@@ -21,10 +23,8 @@ from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.resonance_remedies import remedies, sensitivity
-from cabledrive.studies.resonance_validation import averaged_history
 from cabledrive.studies.spectrum import amplitude_spectrum
 from cabledrive.studies.steady_motion import steady_branches
-from cabledrive.studies.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 from resonance_samples import at_detunings, damped, settings_pair
 
 

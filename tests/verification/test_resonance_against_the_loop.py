@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
-
-from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.exchange import exchange_period, largest_exchange
-from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
-from cabledrive.studies.resonance_validation import (
+from reproduction.averaged_against_exact import (
     ForcedCase,
     averaged_motion,
     disagreement,
     exact_motion,
     own_sensitivity,
 )
+from reproduction.exchange import exchange_period, largest_exchange
+
+from cabledrive.reduction.autoparametric import autoparametric_model
+from cabledrive.reduction.threshold import threshold_torque
+from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from oracles.measured_threshold import demodulated, measured_threshold
 from resonance_samples import TUNED, at_detunings, damped
 

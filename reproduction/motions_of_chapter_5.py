@@ -9,18 +9,18 @@ from cabledrive.modal.tuning import tuned_pretension
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.exchange import exchange_period, largest_exchange
 from cabledrive.reduction.threshold import pulley_amplitude
 from cabledrive.simulation import Pluck, Recording, Scheme, SimulationResult, Sine, Start, simulate
 from cabledrive.simulation.stopped import whole
-from cabledrive.studies.resonance_validation import (
+from reproduction.averaged_against_exact import (
     ForcedCase,
     averaged_motion,
     disagreement,
     envelope,
     exact_motion,
 )
-from cabledrive.studies.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
+from reproduction.exchange import exchange_period, largest_exchange
+from reproduction.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 
 Array = NDArray[np.float64]
 

@@ -6,17 +6,14 @@ import numpy as np
 import pytest
 
 from cabledrive.modal import longitudinal_modes, natural_frequencies
-from cabledrive.modal.printed import loop_matrix
 from cabledrive.parameters import Carriage, InputRefused, load_drive
-from cabledrive.studies import (
-    frequency_against,
-    frequency_against_carriage_position,
-    midspan_crossing,
-    modal_determinant,
-    mode_shapes,
-)
+from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes
 from cabledrive.studies.varied_drive import varied
+from reproduction.carriage_position import frequency_against_carriage_position, midspan_crossing
+from reproduction.determinant import modal_determinant
+from reproduction.printed_matrices import loop_matrix
+from reproduction.shapes import mode_shapes
 
 LOOP = load_drive("dissertation-1")
 

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from cabledrive.modal import longitudinal_modes, natural_frequencies
-from cabledrive.modal.printed import (
+from cabledrive.parameters import Carriage, InputRefused, load_drive
+from reproduction.printed_matrices import (
     line_with_carriage_matrix,
     loop_matrix,
     loop_with_carriage_matrix,
     loop_with_two_carriages_matrix,
 )
-from cabledrive.parameters import Carriage, InputRefused, load_drive
 
 LOOP = load_drive("dissertation-1")
 HEAVY = load_drive("dissertation-2")

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cabledrive.modal import longitudinal_modes
-from cabledrive.modal.printed import loop_matrix
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.studies.labels import stamped
+from reproduction.printed_matrices import loop_matrix
 
 if TYPE_CHECKING:
     import xarray as xr
