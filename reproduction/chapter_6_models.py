@@ -58,7 +58,7 @@ def figure_6_1(quick: bool) -> Outcome:
             f"{off:.1g}",
             off < 1e-9,
             otherwise=(DIFFERS, "not explained"),
-            note=f"the reverse move is its mirror image. {place('confirmed-6-4-6-7', control=True)}",
+            note=f"the reverse move is its mirror image. {place('confirmed-6-4-6-7')}",
         ),
         claimed(
             "section-6-1-smooth",
@@ -68,7 +68,7 @@ def figure_6_1(quick: bool) -> Outcome:
             False,
             otherwise=(
                 ERRATUM,
-                f"order 11 or more for Model 4. {place('erratum-6-1-smoothness', control=True)}",
+                f"order 11 or more for Model 4. {place('erratum-6-1-smoothness')}",
             ),
         ),
         unknown(
@@ -184,7 +184,7 @@ def figure_6_3(quick: bool) -> Outcome:
     chains = {number: lumped_model(drive_3(), number) for number in (3, 4)}
     hertz = natural_frequencies_of(chains[4]) / (2 * pi)
     found = measured_response(chains[4])
-    anchor = place("erratum-figure-6-3", control=True)
+    anchor = place("erratum-figure-6-3")
     why = f"Table 6.2 and the text cannot both hold; the figure that could decide is lost. {anchor}"
     items = [
         compared(
@@ -206,7 +206,7 @@ def figure_6_3(quick: bool) -> Outcome:
             "Hz",
             found.off < 0.25,
             otherwise=(DIFFERS, "friction that sticks at the small speeds of 1,000 sines"),
-            note=f"(6.14) needs its corrections. {place('erratum-6-14-first-line', control=True)}",
+            note=f"(6.14) needs its corrections. {place('erratum-6-14-first-line')}",
         )
     )
     for key, anchor, printed, right in (
@@ -220,7 +220,7 @@ def figure_6_3(quick: bool) -> Outcome:
                 printed,
                 right,
                 "",
-                f"elimination from (6.13). {place(anchor, control=True)}",
+                f"elimination from (6.13). {place(anchor)}",
             )
         )
     grid = np.geomspace(1.0, 500.0, 400)

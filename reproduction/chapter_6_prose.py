@@ -44,7 +44,7 @@ def prose(quick: bool) -> Outcome:
             0.009,
             0.0009,
             "kg m^2",
-            f"above its upper bound 0.0013. {place('erratum-6-6-1-bounds', control=True)}",
+            f"above its upper bound 0.0013. {place('erratum-6-6-1-bounds')}",
         )
     )
     for section, what, value, law in (
@@ -83,7 +83,7 @@ def prose(quick: bool) -> Outcome:
             "up to fourth for Model 1, sixth for Model 2",
             "second for Model 1, fourth for Model 2",
             "",
-            f"what z_eq of each law ends with. {place('erratum-6-39-order', control=True)}",
+            f"what z_eq of each law ends with. {place('erratum-6-39-order')}",
         )
     )
     items.append(
@@ -93,7 +93,7 @@ def prose(quick: bool) -> Outcome:
             "satisfies Condition 1",
             f"left side of Condition 1 reaches {_worst_of_6_22():.3f} epsilon",
             _worst_of_6_22() <= 1.0,
-            otherwise=(ERRATUM, place("erratum-6-22-example", control=True)),
+            otherwise=(ERRATUM, place("erratum-6-22-example")),
         )
     )
     return outcome(items)

@@ -103,8 +103,8 @@ def _numbers(law: str, peaks: Array, runs: list[Tracking]) -> list[Item]:
     median, worst = float(np.median(peaks)), float(peaks.max())
     used = max(one.summary["peak_torque"] for one in runs)
     found = f"median of {len(peaks)} encoder phases, worst {worst:.3f} deg"
-    anchor = place("erratum-maximum-torque", control=True)
-    slack = place("erratum-slack-torque", control=True)
+    anchor = place("erratum-maximum-torque")
+    slack = place("erratum-slack-torque")
     return [
         claimed(
             f"figure-{output.replace('.', '-')}",
@@ -182,7 +182,7 @@ def _slower(law: str) -> str:
     found = slower_rise(law, LAWS[law][2], QUICK_SEEDS)
     if found.startswith("not"):
         return f"{found}; {UNEXPLAINED}"
-    dropped = place("erratum-6-39-damping", control=True)
+    dropped = place("erratum-6-39-damping")
     return f"{found}. The dampings that the law drops cost the rest: {dropped}"
 
 
@@ -202,7 +202,7 @@ def _bounded(figure: str, runs: list[Tracking]) -> Item:
         inside,
         otherwise=(DIFFERS, "not explained"),
         note="gains of the adaptation are not printed: those of this package are used. "
-        f"{place('erratum-gains-6-3-to-6-6', control=True)}",
+        f"{place('erratum-gains-6-3-to-6-6')}",
     )
 
 

@@ -33,7 +33,7 @@ def model_1(quick: bool) -> Outcome:
     joint, after = peak_of(dwell_spectrum(fast, -2), *JOINT_BAND)
     free, open_joint = natural_frequencies_of(lumped_model(drive_3(), 4)) / (2 * np.pi)
     missing = f"bandwidths are not printed: {', '.join(f'{b:g}' for b in BANDWIDTHS)} Hz are chosen. "
-    missing += place("erratum-gains-6-3-to-6-6", control=True)
+    missing += place("erratum-gains-6-3-to-6-6")
     items = [
         claimed(
             "figure-6-5",
@@ -53,7 +53,7 @@ def model_1(quick: bool) -> Outcome:
             otherwise=(DIFFERS, "not explained"),
             note=(
                 f"the cable's mode with the drive pulley held by the law, {held_frequency():.2f} Hz; free it "
-                f"would be {free:.2f} Hz. {place('erratum-6-47-beta', control=True)}"
+                f"would be {free:.2f} Hz. {place('erratum-6-47-beta')}"
             ),
         ),
         claimed(
@@ -78,7 +78,7 @@ def model_1(quick: bool) -> Outcome:
             otherwise=(DIFFERS, "not explained"),
             note=(
                 f"{open_joint:.1f} Hz without the law. The caption says load pulley: "
-                f"{place('erratum-figure-6-8', control=True)}"
+                f"{place('erratum-figure-6-8')}"
             ),
         ),
     ]
@@ -122,7 +122,7 @@ def model_2(quick: bool) -> Outcome:
             otherwise=(DIFFERS, "not explained"),
             note=(
                 "K_sigma is not printed, its ratio to lambda of Model 3 is taken. "
-                f"{place('erratum-gains-6-3-to-6-6', control=True)}"
+                f"{place('erratum-gains-6-3-to-6-6')}"
             ),
         ),
         claimed(

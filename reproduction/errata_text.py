@@ -1,4 +1,4 @@
-"""Items of the errata for a page that refers to them, read from the pages of the documentation."""
+"""Items of the errata for a page that refers to them."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from markupsafe import Markup, escape
 
-PAGES = ("reproduction/errata.md", "reproduction/errata_control.md")
+PAGE = Path(__file__).with_name("errata.md")
 _ITEM = re.compile(r"^\(([\w-]+)\)=\n#+ (.+)\n+((?:(?!^\(|^#).*\n?)*)", re.M)
 _FORMULA = re.compile(r"\$\$?(.+?)\$\$?", re.S)
 _CODE = re.compile(r"`([^`]+)`")
@@ -18,14 +18,13 @@ class ErrataItem:
 
     Attributes
     ----------
-    page, anchor : str
-        Where it stands, such as "reproduction/errata.md" and "erratum-3-14-length".
+    anchor : str
+        Such as "erratum-3-14-length".
     title : str
     lines : tuple of Markup
         What is printed, what is right, why, and the test.
     """
 
-    page: str
     anchor: str
     title: str
     lines: tuple[Markup, ...]
@@ -36,22 +35,13 @@ class ErrataItem:
         return f"errata-{self.anchor}"
 
 
-def errata_items() -> dict[tuple[str, str], ErrataItem]:
-    """Every item of both pages.
-
-    Returns by page and anchor.
-    """
+def errata_items() -> dict[str, ErrataItem]:
+    """Every item, by anchor."""
     found = {}
-    for page in PAGES:
-        for anchor, title, body in _ITEM.findall(_text(page)):
-            lines = tuple(_set(line) for line in re.split(r"^- ", body, flags=re.M) if line.strip())
-            found[page, anchor] = ErrataItem(page=page, anchor=anchor, title=_plain(title), lines=lines)
+    for anchor, title, body in _ITEM.findall(PAGE.read_text(encoding="utf-8")):
+        lines = tuple(_set(line) for line in re.split(r"^- ", body, flags=re.M) if line.strip())
+        found[anchor] = ErrataItem(anchor=anchor, title=_plain(title), lines=lines)
     return found
-
-
-def _text(page: str) -> str:
-    """A page of the documentation."""
-    return (Path(__file__).parents[1] / page).read_text(encoding="utf-8")
 
 
 def _set(line: str) -> Markup:

@@ -96,12 +96,9 @@ class Entry:
     compute: Callable[[bool], Outcome]
 
 
-def place(anchor: str, *, control: bool = False) -> str:
-    """Words that point to an item of the errata.
-
-    ``control``: on the page of chapter 6.
-    """
-    return f"reproduction/errata{'_control' if control else ''}.md#{anchor}"
+def place(anchor: str) -> str:
+    """Words that point to an item of the errata."""
+    return f"reproduction/errata.md#{anchor}"
 
 
 def rms(values: ArrayLike) -> float:

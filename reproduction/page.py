@@ -19,7 +19,7 @@ from reproduction.errata_text import ErrataItem, errata_items
 from reproduction.panel_figures import panels_figure
 from reproduction.run import call_of
 
-Known = dict[tuple[str, str], ErrataItem]
+Known = dict[str, ErrataItem]
 
 PACKAGES = ("numpy", "scipy", "numba", "matplotlib", "Jinja2")
 TITLES = {
@@ -31,7 +31,7 @@ TITLES = {
     "7": "Chapter 7: conclusions",
     "A": "Appendix A: hardware",
 }
-_PLACE = re.compile(r"(reproduction/errata(?:_control)?\.md)#([\w-]+)")
+_PLACE = re.compile(r"reproduction/errata\.md#([\w-]+)")
 say = texts("page", "reproduction")
 
 
@@ -127,7 +127,7 @@ def _call(entry: Entry, quick: bool) -> Paragraph:
 
 def _errata(found: Reproduction, known: Known) -> tuple[Chapter, ...]:
     """The items of the errata that the page refers to."""
-    named = dict.fromkeys((m[1], m[2]) for item in found.items for m in _PLACE.finditer(item.note))
+    named = dict.fromkeys(m[1] for item in found.items for m in _PLACE.finditer(item.note))
     sections = tuple(
         Section(title=known[place].title, anchor=known[place].name, blocks=(_lines(known[place]),))
         for place in named
@@ -140,7 +140,7 @@ def _errata(found: Reproduction, known: Known) -> tuple[Chapter, ...]:
 
 
 def _lines(item: ErrataItem) -> Paragraph:
-    where = Markup("<code>{}#{}</code>").format(item.page, item.anchor)
+    where = Markup("<code>reproduction/errata.md#{}</code>").format(item.anchor)
     return Paragraph(text=where, items=item.lines)
 
 
@@ -169,8 +169,8 @@ def _row(item: Item, known: Known) -> tuple[Cell, ...]:
 
 def _link(place: re.Match[str], known: Known) -> str:
     """A place of the errata, linked to its item on this page where the page has it."""
-    words = f"<code>{place[1]}#{place[2]}</code>"
-    item = known.get((place[1], place[2]))
+    words = f"<code>{place[0]}</code>"
+    item = known.get(place[1])
     return words if item is None else f'<a href="#{item.name}">{words}</a>'
 
 

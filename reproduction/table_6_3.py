@@ -33,10 +33,10 @@ def table_6_3(quick: bool) -> Outcome:
         "p5": coulomb * beta / first,
         "p7": 1.0 / first,
     }
-    p5 = (ERRATUM, f"c1 beta_n/J1 is ten times the print. {place('erratum-table-6-3-p5', control=True)}")
+    p5 = (ERRATUM, f"c1 beta_n/J1 is ten times the print. {place('erratum-table-6-3-p5')}")
     p7 = (
         ERRATUM,
-        f"digits exchanged; its own bounds exclude it. {place('erratum-table-6-3-p7', control=True)}",
+        f"digits exchanged; its own bounds exclude it. {place('erratum-table-6-3-p7')}",
     )
     rows = (
         ("beta_n", "1157", None, None),
@@ -85,7 +85,7 @@ def table_6_3(quick: bool) -> Outcome:
                 f"Table 6.3, Section 6.7.2: {name} and its bounds",
                 None,
                 "",
-                f"announced, not printed. {place('erratum-table-6-3-missing', control=True)}",
+                f"announced, not printed. {place('erratum-table-6-3-missing')}",
             )
         )
     ring = sqrt(beta * (1 + second / first)) / (2 * pi)
@@ -97,7 +97,7 @@ def table_6_3(quick: bool) -> Outcome:
             f"sqrt(beta) is the anti-resonance, {sqrt(beta) / (2 * pi):.2f} Hz; the natural frequency is "
             f"{ring:.2f} Hz",
             "",
-            place("erratum-6-47-beta", control=True),
+            place("erratum-6-47-beta"),
         )
     )
     return outcome(items)

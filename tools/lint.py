@@ -36,7 +36,7 @@ PAGES = sorted(
     for folder in (ROOT, DOCS, BESIDE, ROOT / "tests", ROOT / "benchmarks")
     for page in folder.glob("*.md")
 )
-ERRATA = (BESIDE / "errata.md", BESIDE / "errata_control.md")
+ERRATA = BESIDE / "errata.md"
 EQUATIONS = BESIDE / "equations.md"
 sys.path.append(str(ROOT))  # the reproduction
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -268,21 +268,20 @@ def errata() -> Iterator[Breach]:
     """Each item has an anchor of a known kind and its entries; item and test name one another."""
     second = {"erratum": "Correct", "confirmed": "Correct", "convention": "Here", "number": "Computed"}
     found, seen = set(), set()
-    for page in ERRATA:
-        text = re.sub(r"<!--.*?-->", lambda one: "\n" * one[0].count("\n"), text_of(page), flags=re.S)
-        for item in re.finditer(r"^(?:\(([\w-]+)\)=\n)?### .*\n((?:(?!^\(|^#).*\n?)*)", text, re.M):
-            number, anchor = text.count("\n", 0, item.start()) + 1, item[1] or ""
-            entries = dict(re.findall(r"^- ([A-Z][a-z ]+):\s+((?:.|\n  )+)", item[2], re.M))
-            kind = second.get(anchor.partition("-")[0])
-            if kind is None or anchor in seen:
-                yield page, number, "an item needs an anchor of a known kind, used once"
-            elif missing := [one for one in ("Printed", kind, "Why", "Checked by") if one not in entries]:
-                yield page, number, f"{anchor} has no {', '.join(missing)}"
-            seen.add(anchor)
-            named = re.findall(r"`(reproduction/test_\w+\.py)::(test_\w+)`", entries.get("Checked by", ""))
-            if not named and entries.get("Checked by", "").strip() != "reading":
-                yield page, number, f"{anchor} names no test and does not say reading"
-            found |= {(anchor, file, name) for file, name in named}
+    text = re.sub(r"<!--.*?-->", lambda one: "\n" * one[0].count("\n"), text_of(ERRATA), flags=re.S)
+    for item in re.finditer(r"^(?:\(([\w-]+)\)=\n)?### .*\n((?:(?!^\(|^#).*\n?)*)", text, re.M):
+        number, anchor = text.count("\n", 0, item.start()) + 1, item[1] or ""
+        entries = dict(re.findall(r"^- ([A-Z][a-z ]+):\s+((?:.|\n  )+)", item[2], re.M))
+        kind = second.get(anchor.partition("-")[0])
+        if kind is None or anchor in seen:
+            yield ERRATA, number, "an item needs an anchor of a known kind, used once"
+        elif missing := [one for one in ("Printed", kind, "Why", "Checked by") if one not in entries]:
+            yield ERRATA, number, f"{anchor} has no {', '.join(missing)}"
+        seen.add(anchor)
+        named = re.findall(r"`(reproduction/test_\w+\.py)::(test_\w+)`", entries.get("Checked by", ""))
+        if not named and entries.get("Checked by", "").strip() != "reading":
+            yield ERRATA, number, f"{anchor} names no test and does not say reading"
+        found |= {(anchor, file, name) for file, name in named}
     cited = set()
     for path in sorted((ROOT / "reproduction").glob("test_*.py")):
         for name, node in functions_of(path).items():

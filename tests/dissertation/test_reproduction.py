@@ -10,7 +10,7 @@ import pytest
 from reproduction import reproduce
 from reproduction.__main__ import command
 from reproduction.chapter_6_rig import _numbers
-from reproduction.errata_text import PAGES, errata_items
+from reproduction.errata_text import PAGE, errata_items
 from reproduction.item import (
     AGREES,
     DIFFERS,
@@ -62,8 +62,7 @@ def cheap():
 def test_every_reason_points_to_a_place_that_exists(cheap):
     for item in cheap:
         assert item.note, item.id
-        for page, anchor in re.findall(r"(reproduction/\w+\.md)#([\w-]+)", item.note):
-            assert f"({anchor})=" in (ROOT / page).read_text(encoding="utf-8"), f"{item.id}: {anchor}"
+        assert set(re.findall(r"reproduction/errata\.md#([\w-]+)", item.note)) <= set(errata_items()), item.id
 
 
 def test_a_number_agrees_inside_the_rounding_of_the_print_and_not_outside():
@@ -91,10 +90,9 @@ def test_no_printed_accuracy_of_a_lost_pulse_is_judged_whichever_side_the_rig_is
 
 def test_every_place_in_the_errata_is_an_item_that_the_page_can_show():
     known = errata_items()
-    for page in PAGES:
-        anchors = re.findall(r"^\(([\w-]+)\)=", (ROOT / page).read_text(encoding="utf-8"), flags=re.M)
-        assert anchors
-        assert {(page, anchor) for anchor in anchors} <= set(known)
+    anchors = re.findall(r"^\(([\w-]+)\)=", PAGE.read_text(encoding="utf-8"), flags=re.M)
+    assert anchors
+    assert set(anchors) <= set(known)
     assert all(item.title and item.lines for item in known.values())
 
 
@@ -113,8 +111,7 @@ def test_no_item_differs_without_a_cause(quick, measured):
         assert item.note, item.id
         without = item.computed is None or item.note.startswith(NOT_COMPARABLE)
         assert (item.verdict == NOT_COMPUTABLE) == without, item
-        for page, anchor in re.findall(r"(reproduction/\w+\.md)#([\w-]+)", item.note):
-            assert f"({anchor})=" in (ROOT / page).read_text(encoding="utf-8"), f"{item.id}: {anchor}"
+        assert set(re.findall(r"reproduction/errata\.md#([\w-]+)", item.note)) <= set(errata_items()), item.id
     drawn = {panel.figure for _, outcome in found.outcomes for panel in outcome.panels}
     assert set(FIGURES) <= drawn, set(FIGURES) - drawn
 
