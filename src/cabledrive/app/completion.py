@@ -7,19 +7,13 @@ from cabledrive.parameters import packaged_drives
 
 
 def complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names of packaged drives, then files, for the shell.
-
-    ``incomplete``: what has been typed.
-    """
+    """Names of packaged drives, then files, for the shell. ``incomplete``: what has been typed."""
     names = [CompletionItem(name) for name in packaged_drives() if name.startswith(incomplete)]
     return [*names, CompletionItem(incomplete, type="file")]
 
 
 def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names of control laws, for the shell.
-
-    ``incomplete``: what has been typed.
-    """
+    """Names of control laws, for the shell. ``incomplete``: what has been typed."""
     names = sorted((*control_laws(), "best"))
     return [CompletionItem(name) for name in names if name.startswith(incomplete)]
 

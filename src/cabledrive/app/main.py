@@ -61,10 +61,7 @@ class Door(click.Group):
         return "" if command is None else command.get_short_help_str(limit=200)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a subcommand.
-
-        Returns none if there is no such subcommand.
-        """
+        """Import a subcommand. Returns none if there is no such subcommand."""
         if cmd_name not in self.list_commands(ctx):
             return None
         command: click.Command = import_module(f"{commands.__name__}.{cmd_name}").command
@@ -85,10 +82,7 @@ class Door(click.Group):
         return super().resolve_command(ctx, args)
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
-        """Read the arguments; ``--help`` and ``--version`` answer here.
-
-        ``*args``, ``**extra``: for click.
-        """
+        """Read the arguments; ``--help`` and ``--version`` answer here. ``*args``, ``**extra``: for click."""
         with watched_output():
             return super().make_context(*args, **extra)
 

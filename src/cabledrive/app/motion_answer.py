@@ -12,10 +12,7 @@ EXCITATION_WORDS = {"direct": "excited directly through sag", "parametric": "exc
 
 
 def alarm_data(judged: AlarmResult) -> dict[str, Any]:
-    """The verdict on a motion as JSON gives it.
-
-    Returns SI.
-    """
+    """The verdict on a motion as JSON gives it. Returns SI."""
     return {
         "verdict": judged.verdict,
         "limit": judged.limit,

@@ -117,10 +117,7 @@ def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:
 
 
 def branch_data(branch: SteadyBranch) -> dict[str, Any]:
-    """A branch of steady motion as JSON gives it.
-
-    Returns SI.
-    """
+    """A branch of steady motion as JSON gives it. Returns SI."""
     return {
         "spans": branch.spans,
         "onset": Absent(reason="the branch is not connected to the state of rest")
@@ -138,10 +135,7 @@ def branch_data(branch: SteadyBranch) -> dict[str, Any]:
 
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
-    """Branches of steady motion for people.
-
-    ``torque``: where amplitudes are given [N m].
-    """
+    """Branches of steady motion for people. ``torque``: where amplitudes are given [N m]."""
     from cabledrive.report.numbers import quantity
 
     lines = [f"steady motion under {quantity(torque, 'N m')}:"]

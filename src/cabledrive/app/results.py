@@ -61,10 +61,7 @@ def provenance(
 
 
 def json_text(answer: Answer) -> str:
-    """The JSON object of an answer.
-
-    Returns ASCII, so that it passes through every terminal and pipe.
-    """
+    """The JSON object of an answer. Returns ASCII, so that it passes through every terminal and pipe."""
     data = dict(answer.data)
     if answer.incomplete is not None:
         data["incomplete"] = answer.incomplete
@@ -94,10 +91,7 @@ def plain(value: Any) -> Any:
 
 
 def show(answer: Answer, *, as_json: bool) -> None:
-    """Print an answer on standard output, and nothing else there.
-
-    ``as_json``: whether a program reads it.
-    """
+    """Print an answer on standard output, and nothing else there. ``as_json``: whether a program reads it."""
     text = json_text(answer) if as_json else _printable(answer.text.replace("\N{MINUS SIGN}", "-"))
     with watched_output():
         click.echo(text, color=colours())

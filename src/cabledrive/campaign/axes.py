@@ -19,10 +19,7 @@ class Spread(Protocol):
     """Values of one key over the unit interval."""
 
     def at(self, share: Array) -> NDArray[Any]:
-        """Values in SI.
-
-        ``share``, shape (n,): between 0 and 1.
-        """
+        """Values in SI. ``share``, shape (n,): between 0 and 1."""
         ...
 
 
@@ -122,10 +119,7 @@ class Axis:
 
 
 def check_order(key: str, *values: float, unit: str) -> None:
-    """Refuse values that do not ascend.
-
-    ``unit``: in which they are.
-    """
+    """Refuse values that do not ascend. ``unit``: in which they are."""
     for low, high in pairwise(values):
         if not low < high:
             raise InputRefused(f"{key}: {low:.9g} {unit} is not below {high:.9g} {unit}: give them ascending")

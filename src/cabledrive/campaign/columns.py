@@ -99,10 +99,7 @@ def column_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]], key: str) 
 
 
 def loops_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> LoopBatch:
-    """The rows as loops; the campaign is one of plain loops.
-
-    ``values``: of the varied keys, in SI.
-    """
+    """The rows as loops; the campaign is one of plain loops. ``values``: of the varied keys, in SI."""
     nothing = np.zeros(len(next(iter(values.values()))))
 
     def column(key: str) -> Array:

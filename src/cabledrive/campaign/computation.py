@@ -232,10 +232,7 @@ def _option(key: str, value: Any, unit: str) -> Any:
 
 
 def check_required(computation: NamedComputation, varied: Mapping[str, Any]) -> None:
-    """Refuse a SPEC that neither gives nor varies what the computation needs.
-
-    ``varied``: by key.
-    """
+    """Refuse a SPEC that neither gives nor varies what the computation needs. ``varied``: by key."""
     for name in kinds()[computation.what].required:
         if name not in computation.options and f"compute.{name}" not in varied:
             raise InputRefused(f"compute.{name} is missing: {computation.what} needs it; add it to [compute]")

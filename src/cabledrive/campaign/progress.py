@@ -27,10 +27,7 @@ class CampaignProgress:
         self.last_mark = time.monotonic()
 
     def add(self, report: Report, memory: Callable[[], float | None] = lambda: None) -> None:
-        """Count a chunk.
-
-        ``memory``: of all workers [bytes], asked when a line is shown.
-        """
+        """Count a chunk. ``memory``: of all workers [bytes], asked when a line is shown."""
         self.last_mark = now = time.monotonic()
         self.done += report.done
         self.bad += report.refused + report.failed

@@ -82,10 +82,7 @@ class Results:
 
 
 def open_results(path: str | Path) -> Results:
-    """Open the store of a campaign to read.
-
-    Raises `InputRefused` if it is none, or no row of it is done.
-    """
+    """Open the store of a campaign to read. Raises `InputRefused` if it is none, or no row of it is done."""
     path = Path(path)
     attributes = attributes_of(path)
     group = zarr_at_hand().open_group(str(path), mode="r")

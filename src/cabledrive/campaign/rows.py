@@ -138,10 +138,7 @@ def _one(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> tuple[Mapp
 
 
 def row_of(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> Row:
-    """One row as its computation gets it.
-
-    Raises `InputRefused` if its values make no drive.
-    """
+    """One row as its computation gets it. Raises `InputRefused` if its values make no drive."""
     plain = {key: _plain(value, spec.units.get(key, "1")) for key, value in values.items()}
     name = plain.get(DRIVE, next(iter(spec.drives)))
     settings, plant = settings_of(plain, ""), settings_of(plain, PLANT)

@@ -44,10 +44,7 @@ class Screening:
 
 
 def is_screening(store: str | Path) -> bool:
-    """Whether a store holds the paths of a screening.
-
-    Raises `InputRefused` if it is no store.
-    """
+    """Whether a store holds the paths of a screening. Raises `InputRefused` if it is no store."""
     return _kind(open_results(store)) == MORRIS
 
 

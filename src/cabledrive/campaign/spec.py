@@ -93,10 +93,7 @@ class CampaignSpec:
 
 
 def checked_points(design: Design, first: int, last: int, axes: int) -> Array:
-    """Points of a design.
-
-    Raises `InputRefused` if they are not of the shape, or outside the unit cube.
-    """
+    """Points of a design. Raises `InputRefused` if they are not of the shape, or outside the unit cube."""
     points = np.asarray(design.points(first, last), dtype=float)
     inside = points.shape == (last - first, axes) and bool(np.all((points >= 0.0) & (points <= 1.0)))
     if not inside:

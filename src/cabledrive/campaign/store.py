@@ -34,10 +34,7 @@ STATUS = "code"
 
 
 def zarr_at_hand() -> Any:
-    """The library of the store.
-
-    Raises `InputRefused` if it is not installed.
-    """
+    """The library of the store. Raises `InputRefused` if it is not installed."""
     try:
         import zarr
     except ImportError:

@@ -14,10 +14,7 @@ LARGEST_TABLE = 2_000_000_000
 
 
 def digest_of(path: Path) -> str:
-    """Hash of the content of a table file.
-
-    Raises `InputRefused` if it is no regular file or too large.
-    """
+    """Hash of the content of a table file. Raises `InputRefused` if it is no regular file or too large."""
     require_regular(path, "give a CSV or Parquet file")
     if path.stat().st_size > LARGEST_TABLE:
         raise InputRefused(f"larger than the {LARGEST_TABLE / 1e9:.0f} GB that are read").at(str(path))

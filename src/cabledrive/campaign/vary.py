@@ -54,10 +54,7 @@ def axes_of(table: Mapping[str, Any], unit_of: Callable[[str], str], folder: Pat
 
 
 def varied_keys(table: Mapping[str, Any], unit_of: Callable[[str], str], folder: Path) -> dict[str, Varied]:
-    """The entries of ``[vary]``, by key.
-
-    Raises `InputRefused` if an entry is not understood.
-    """
+    """The entries of ``[vary]``, by key. Raises `InputRefused` if an entry is not understood."""
     found = {}
     for key, entry in flattened(table).items():
         try:

@@ -103,10 +103,7 @@ def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
 
 
 def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval: float) -> LawNumbers:
-    """Freeze the backstepping law of Model 3.
-
-    ``interval``: sample time [s].
-    """
+    """Freeze the backstepping law of Model 3. ``interval``: sample time [s]."""
     parameters, widths, beta = unmatched_parameters(chain)
     learning = learning_table(
         parameters, parameters - widths, parameters + widths, gains.adaptation * (2.0 * widths) ** 2

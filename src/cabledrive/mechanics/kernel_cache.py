@@ -116,10 +116,7 @@ class KernelCache(FunctionCache):
             _drop(lock)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled kernel, if it can be kept and the disk takes it.
-
-        ``sig``: numba's.
-        """
+        """Keep a compiled kernel, if it can be kept and the disk takes it. ``sig``: numba's."""
         key = self._whole_key(sig, data.codegen)
         try:
             if (

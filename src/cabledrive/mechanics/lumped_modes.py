@@ -116,10 +116,7 @@ def lumped_joint_mode(drive: Drive) -> float | None:
 
 
 def span_stiffness(drive: Drive) -> float:
-    """Stiffness k of one span: as measured, ``[lumped]``, else EA / L.
-
-    Returns stiffness [N/m].
-    """
+    """Stiffness k of one span: as measured, ``[lumped]``, else EA / L. Returns stiffness [N/m]."""
     if drive.lumped is not None and drive.lumped.cable_stiffness is not None:
         return drive.lumped.cable_stiffness
     return drive.cable.axial_rigidity / drive.span_length

@@ -66,10 +66,7 @@ def toml_of(content: bytes) -> dict[str, Any]:
 
 
 def table_of(key: str, value: Any) -> Mapping[str, Any]:
-    """A table.
-
-    Raises `InputRefused` if it is none.
-    """
+    """A table. Raises `InputRefused` if it is none."""
     if not isinstance(value, Mapping):
         raise InputRefused(f"{key} = {written(value)} is no table: write [{key}] and its keys below")
     return value
@@ -112,10 +109,7 @@ def quantities_of(key: str, value: Any, unit: str) -> tuple[float, ...]:
 
 
 def whole_of(key: str, value: Any, least: int = 1) -> int:
-    """A whole number.
-
-    Raises `InputRefused` if it is none, too small, or above `LARGEST_WHOLE`.
-    """
+    """A whole number. Raises `InputRefused` if it is none, too small, or above `LARGEST_WHOLE`."""
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise InputRefused(f"{key} = {written(value)} must be a whole number of at least {least}: write one")
     if value > LARGEST_WHOLE:
@@ -124,20 +118,14 @@ def whole_of(key: str, value: Any, least: int = 1) -> int:
 
 
 def flag_of(key: str, value: Any) -> bool:
-    """True or false.
-
-    Raises `InputRefused` if it is neither.
-    """
+    """True or false. Raises `InputRefused` if it is neither."""
     if not isinstance(value, bool):
         raise InputRefused(f"{key} = {written(value)} is neither true nor false: write one of them")
     return value
 
 
 def text_of(key: str, value: Any) -> str:
-    """A text.
-
-    Raises `InputRefused` if it is none.
-    """
+    """A text. Raises `InputRefused` if it is none."""
     if not isinstance(value, str):
         raise InputRefused(f"{key} = {written(value)} is no text: write it in quotation marks")
     return value

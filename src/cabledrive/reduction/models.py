@@ -26,10 +26,7 @@ def rim_spring(drive: Drive) -> tuple[float, float]:
 
 
 def highest_model(drive: Drive) -> int:
-    """The most detailed model that the drive's data allow.
-
-    Returns 4 with a flexible motor joint, else 3.
-    """
+    """The most detailed model that the drive's data allow. Returns 4 with a flexible motor joint, else 3."""
     return 4 if drive.motor is not None and drive.motor.joint_stiffness is not None else 3
 
 

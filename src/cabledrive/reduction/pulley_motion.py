@@ -37,10 +37,7 @@ def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
 
 
 def shafts_of(drive: Drive, rim: dict[str, float]) -> list[Shaft]:
-    """Everything with friction: both pulleys, the motor, its joint.
-
-    ``rim``: displacements per q.
-    """
+    """Everything with friction: both pulleys, the motor, its joint. ``rim``: displacements per q."""
     first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
     shafts = [
         Shaft(
@@ -79,10 +76,7 @@ def modal_damping(
 
 
 def rigid_mass(drive: Drive) -> float:
-    """Mass at the rim of everything that moves when the drive turns.
-
-    Returns [kg].
-    """
+    """Mass at the rim of everything that moves when the drive turns. Returns [kg]."""
     (chain,) = longitudinal_chains(drive)
     parts = chain.chain
     pendant = parts.pendant.mass if parts.pendant else 0.0

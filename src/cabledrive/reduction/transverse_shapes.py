@@ -58,10 +58,7 @@ def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
 def transverse_shapes(
     drive: Drive, state: StaticState, numbers: Sequence[Sequence[int]]
 ) -> tuple[TransverseShapes, ...]:
-    """Some transverse modes of every free stretch.
-
-    ``numbers``: which of each stretch, ascending from 1.
-    """
+    """Some transverse modes of every free stretch. ``numbers``: which of each stretch, ascending from 1."""
     parts = free_stretches(drive, state)
     return tuple(_shapes(drive, state, part, own) for part, own in zip(parts, numbers, strict=True))
 

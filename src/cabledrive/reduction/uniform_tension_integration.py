@@ -48,10 +48,7 @@ class Coefficients(NamedTuple):
 
 
 def coefficients(model: UniformTensionModel, step: float) -> Coefficients:
-    """Prepare an integration with one step length.
-
-    ``step``: step length h [s].
-    """
+    """Prepare an integration with one step length. ``step``: step length h [s]."""
     from scipy.linalg import expm
 
     zero, one = np.zeros_like(model.damping), np.eye(model.natural.size)

@@ -17,10 +17,7 @@ def _part(part: Part) -> Markup:
 
 
 def row(*parts: Part) -> Markup:
-    """Parts side by side.
-
-    ``*parts``: letters, numbers, operators, or parts made by the functions here.
-    """
+    """Parts side by side. ``*parts``: letters, numbers, operators, or parts made by the functions here."""
     return Markup("<mrow>{}</mrow>").format(Markup("").join(map(_part, parts)))
 
 
@@ -45,27 +42,17 @@ def root(*parts: Part) -> Markup:
 
 
 def total(index: Part, *parts: Part) -> Markup:
-    """A sum over an index.
-
-    ``index``: the index that runs; ``*parts``: what is summed.
-    """
+    """A sum over an index. ``index``: the index that runs; ``*parts``: what is summed."""
     return Markup("<munder><mo>∑</mo>{}</munder>{}").format(_part(index), row(*parts))
 
 
 def inline(*parts: Part) -> Markup:
-    """A formula inside running text.
-
-    Returns a ``math`` element.
-    """
+    """A formula inside running text. Returns a ``math`` element."""
     return Markup("<math>{}</math>").format(row(*parts))
 
 
 def block(formula: Markup, words: str) -> Markup:
-    """A displayed formula.
-
-    ``words``: the formula as it is read aloud.
-    Returns a ``math`` element.
-    """
+    """A displayed formula. ``words``: the formula as it is read aloud. Returns a ``math`` element."""
     return Markup('<math display="block" aria-label="{}">{}</math>').format(escape(words), formula)
 
 

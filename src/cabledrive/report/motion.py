@@ -57,10 +57,7 @@ def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:
 
 
 def frame_interval(drive: Drive) -> float:
-    """Time between frames that shows the lowest transverse mode in eighteen pictures.
-
-    Returns [s].
-    """
+    """Time between frames that shows the lowest transverse mode in eighteen pictures. Returns [s]."""
     speed = (drive.cable.pretension / drive.cable.stretched_mass_per_length) ** 0.5
     return 2.0 * drive.pulley_distance / speed / 18.0
 
@@ -85,11 +82,7 @@ def motion_words(layout: MachineLayout, drive: Drive, motion: Motion) -> str:
 
 
 def span_curve(layout: MachineLayout, motion: Motion, span: str, frame: int) -> list[Point]:
-    """A span as drawn in a frame; w points out of the loop.
-
-    ``span``, {"upper", "lower"}.
-    Returns [px].
-    """
+    """A span as drawn in a frame; w points out of the loop. ``span``, {"upper", "lower"}. Returns [px]."""
     pixels, _ = factors(motion)
     side = 1.0 if span == "upper" else -1.0
     return [

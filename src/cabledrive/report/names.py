@@ -16,10 +16,7 @@ def anchor(title: str) -> str:
 
 
 def anchors(titles: Sequence[str]) -> tuple[str, ...]:
-    """Anchors of several titles, numbered where they would be the same.
-
-    Returns all different.
-    """
+    """Anchors of several titles, numbered where they would be the same. Returns all different."""
     taken: list[str] = []
     for title in titles:
         name, number = anchor(title), 2

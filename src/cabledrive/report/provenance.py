@@ -39,9 +39,6 @@ def provenance(context: ReportContext, methods: Sequence[str], written_at: datet
 
 
 def versions() -> tuple[tuple[str, str], ...]:
-    """Programs that a report is made with, and their versions.
-
-    Returns `cabledrive` first.
-    """
+    """Programs that a report is made with, and their versions. Returns `cabledrive` first."""
     packages = tuple((name, version(name)) for name in _PACKAGES)
     return (("cabledrive", __version__), ("Python", platform.python_version()), *packages)

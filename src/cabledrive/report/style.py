@@ -82,10 +82,7 @@ _RC: dict[Any, Any] = {
 
 
 def theme_css() -> str:
-    """The colours as variables of the page, light and dark.
-
-    Returns CSS; print is always light.
-    """
+    """The colours as variables of the page, light and dark. Returns CSS; print is always light."""
     light, dark = (
         " ".join(f"--{name}: {pair[number]};" for name, pair in COLOURS.items()) for number in (0, 1)
     )
@@ -93,10 +90,7 @@ def theme_css() -> str:
 
 
 def family_colour(family: str) -> str:
-    """Colour of a family of modes.
-
-    Returns hexadecimal, of the light theme.
-    """
+    """Colour of a family of modes. Returns hexadecimal, of the light theme."""
     return FAMILY_COLOURS.get(family, OCHRE)
 
 

@@ -16,10 +16,7 @@ COLOURS = ("blue", "orange", "green", "purple", "ochre", "red", "ink")
 
 
 def time_plot(name: str, time: Array, panels: Sequence[Panel], *, alt: str, caption: Text) -> Plot:
-    """A plot over time of as few instants as keep every peak of every curve.
-
-    ``time``, shape (p,) [s].
-    """
+    """A plot over time of as few instants as keep every peak of every curve. ``time``, shape (p,) [s]."""
     curves = [series.values for panel in panels for series in panel.series]
     kept = instants(curves, time.size)
     thin = [

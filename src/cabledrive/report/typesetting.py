@@ -37,10 +37,7 @@ def typeset(html: str) -> str:
 
 
 def typeset_words(words: str) -> str:
-    """Set words that hold no tags.
-
-    Returns "3.3 × 10⁻⁵ kg m²" for "3.3e-05 kg m^2".
-    """
+    """Set words that hold no tags. Returns "3.3 × 10⁻⁵ kg m²" for "3.3e-05 kg m^2"."""
     words = _EXPONENT.sub(_scientific, words)
     words = _POWER.sub(lambda m: m[1].translate(_RAISED), words)
     words = words.replace("+-", "±")

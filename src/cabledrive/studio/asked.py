@@ -33,10 +33,7 @@ def given(form: Form, **options: str) -> list[str]:
 
 
 def number(text: str, words: str) -> float:
-    """A number from a field, between 0 and 1e9.
-
-    Raises `InputRefused` with the field's words.
-    """
+    """A number from a field, between 0 and 1e9. Raises `InputRefused` with the field's words."""
     try:
         value = float(text)
     except ValueError:
@@ -47,10 +44,7 @@ def number(text: str, words: str) -> float:
 
 
 def whole(text: str, words: str, most: int) -> int:
-    """A whole number from a field, from 1 to ``most``.
-
-    Raises `InputRefused` with the field's words.
-    """
+    """A whole number from a field, from 1 to ``most``. Raises `InputRefused` with the field's words."""
     if not (text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= most):
         raise InputRefused(f"{words}: {text[:40]!r} is no whole number from 1 to {most}: write one")
     return int(text)

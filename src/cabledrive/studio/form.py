@@ -59,10 +59,7 @@ class Group:
 
 
 def groups_of(tables: Mapping[str, Any], settings: Sequence[tuple[str, str]]) -> list[Group]:
-    """The form of a file.
-
-    ``tables``: plain tables of the text; ``settings``: made on them.
-    """
+    """The form of a file. ``tables``: plain tables of the text; ``settings``: made on them."""
     schema = _schema()["then" if tables.get("kind") == "route" else "else"]["properties"]
     made = dict(settings)
     groups = []

@@ -59,10 +59,7 @@ class LogStore:
         return log
 
     def path(self, log: str) -> Path:
-        """File of a log.
-
-        Raises `InputRefused` if there is none of that name.
-        """
+        """File of a log. Raises `InputRefused` if there is none of that name."""
         place = self._folder / log
         if _ID.fullmatch(log) and place.is_dir() and not place.is_symlink():
             for path in sorted(place.iterdir()):
@@ -77,10 +74,7 @@ class LogStore:
         return [(place.name, self.path(place.name).name) for place in newest if any(place.glob("*.*"))]
 
     def table(self, log: str) -> Table:
-        """The columns of a log; only its head is read.
-
-        Raises `InputRefused` if the reader does.
-        """
+        """The columns of a log; only its head is read. Raises `InputRefused` if the reader does."""
         path = self.path(log)
         if path.suffix.lower() == SOUND:
             raise InputRefused(f"{path.name}: a recording: use it for the tension of a plucked span")

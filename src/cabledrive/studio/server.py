@@ -99,10 +99,7 @@ def _address(keys: Any) -> str:
 
 @contextlib.contextmanager
 def _alone_in(folder: Path) -> Any:
-    """Keep a folder for this studio.
-
-    Raises `InputRefused` if another one has it.
-    """
+    """Keep a folder for this studio. Raises `InputRefused` if another one has it."""
     with contextlib.ExitStack() as held:
         try:
             held.enter_context(one_process(folder / ".studio"))
@@ -117,10 +114,7 @@ def _alone_in(folder: Path) -> Any:
 
 @contextlib.contextmanager
 def _listening(port: int) -> Any:
-    """A socket of the loopback that listens.
-
-    Raises `InputRefused` if the port is taken.
-    """
+    """A socket of the loopback that listens. Raises `InputRefused` if the port is taken."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

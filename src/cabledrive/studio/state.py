@@ -73,10 +73,7 @@ def state_of(query: str, first: State) -> State:
 
 
 def drive_of(library: Library, state: State) -> Drive | RoutedDrive:
-    """The drive of a state.
-
-    Raises `InputRefused` as `load_drive` does.
-    """
+    """The drive of a state. Raises `InputRefused` as `load_drive` does."""
     return drive_from_text(library.text(state.drive), overrides=state.overrides)
 
 
@@ -94,10 +91,7 @@ def _parsed(text: str) -> dict[str, Any]:
 
 
 def edited(library: Library, text: str) -> State:
-    """Check and keep an edited text.
-
-    Raises `InputRefused` if it describes no drive; nothing is kept then.
-    """
+    """Check and keep an edited text. Raises `InputRefused` if it describes no drive; nothing is kept then."""
     if len(text) > LONGEST_TEXT:
         raise InputRefused(f"the text is longer than {LONGEST_TEXT} characters: lump carriages together")
     text = text.replace("\r\n", "\n")

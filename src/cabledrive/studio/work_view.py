@@ -128,10 +128,7 @@ def file(request: Request) -> Response:
 
 
 def job_of(request: Request) -> Job:
-    """The piece of work that an address names.
-
-    Raises `InputRefused` if there is none.
-    """
+    """The piece of work that an address names. Raises `InputRefused` if there is none."""
     number = request.path_params["number"]
     job = request.app.state.desk.jobs.all.get(int(number) if number.isdigit() and len(number) < 9 else -1)
     if job is None:

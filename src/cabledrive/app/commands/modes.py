@@ -83,10 +83,7 @@ def command(
 
 
 def modes_data(found: Modes) -> dict[str, Any]:
-    """The modes of a drive as JSON gives them.
-
-    Returns frequencies in Hz, positions in m.
-    """
+    """The modes of a drive as JSON gives them. Returns frequencies in Hz, positions in m."""
     proof = found.certificate
     return {
         "modes": [mode_data(mode) for mode in found.modes],

@@ -23,10 +23,7 @@ class Part(click.ParamType):  # type: ignore[type-arg]
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[int, int]:
-        """Read it.
-
-        Raises `InputRefused` if it is none.
-        """
+        """Read it. Raises `InputRefused` if it is none."""
         found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", str(value))
         if found is None or not 1 <= int(found[1]) <= int(found[2]):
             raise InputRefused(f'--part "{value}" is none: write i/N, such as 3/16, with i from 1 to N')

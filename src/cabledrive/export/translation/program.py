@@ -147,10 +147,7 @@ class Program:
         return Value(f"{made.name}({', '.join(texts)})", made.result, roots, pure)
 
     def translate(self, function: Any, kinds: list[Kind]) -> Translated:
-        """A kernel for arguments of these types.
-
-        Raises `InputRefused` if it leaves the subset.
-        """
+        """A kernel for arguments of these types. Raises `InputRefused` if it leaves the subset."""
         source = source_of(plain(function))
         given = [
             unknown(kind) if source.assigned[name] else kind

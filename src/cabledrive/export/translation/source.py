@@ -59,10 +59,7 @@ def plain(function: Any) -> Any:
 
 @cache
 def source_of(function: FunctionType) -> Source:
-    """Parse a kernel.
-
-    Raises `InputRefused` if its source is not at hand or no plain function.
-    """
+    """Parse a kernel. Raises `InputRefused` if its source is not at hand or no plain function."""
     try:
         text = textwrap.dedent(inspect.getsource(function))
         tree = ast.parse(text).body[0]

@@ -21,10 +21,7 @@ PARTS = (
 
 
 def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture:
-    """The estimated error and its parts over the bandwidth.
-
-    ``name``: unique on the page.
-    """
+    """The estimated error and its parts over the bandwidth. ``name``: unique on the page."""
     usable = [one for one in found.candidates if one.estimate is not None]
     hertz = np.array([one.bandwidth for one in usable])
     whole = 1e3 * np.array([one.estimate or 0.0 for one in usable])
@@ -75,10 +72,7 @@ def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None
 
 
 def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
-    """Position, error and torque of the worst run.
-
-    ``name``: unique on the page.
-    """
+    """Position, error and torque of the worst run. ``name``: unique on the page."""
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         panels = figure.subplots(3, 1, sharex=True)

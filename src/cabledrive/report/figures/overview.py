@@ -49,10 +49,7 @@ def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Mod
 
 
 def lowest(modes: Modes) -> tuple[float, float]:
-    """Lowest frequency along the cable and across it.
-
-    Returns ``along, across`` [Hz].
-    """
+    """Lowest frequency along the cable and across it. Returns ``along, across`` [Hz]."""
     return modes.longitudinal[0].frequency, modes.transverse[0].frequency
 
 

@@ -80,10 +80,7 @@ class Sheet:
         )
 
     def arrow(self, start: Point, end: Point, *, colour: str = "ink", width: float = 1.2) -> None:
-        """A straight arrow.
-
-        ``colour``: name of a colour of the page; ``width``: of the line [px].
-        """
+        """A straight arrow. ``colour``: name of a colour of the page; ``width``: of the line [px]."""
         dx, dy = end[0] - start[0], end[1] - start[1]
         length = max((dx**2 + dy**2) ** 0.5, 1e-9)
         dx, dy = dx / length, dy / length
@@ -94,11 +91,7 @@ class Sheet:
         self.path(head, colour=colour, width=0.6, fill=colour)
 
     def svg(self, size: Point) -> Markup:
-        """The sheet as part of a page.
-
-        ``size``: width and height [px].
-        Returns an ``svg`` element.
-        """
+        """The sheet as part of a page. ``size``: width and height [px]. Returns an ``svg`` element."""
         width, height = size
         return Markup(
             f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true">'

@@ -59,10 +59,7 @@ def _short(key: str) -> str:
 
 
 def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
-    """The bound and its parts over the bandwidth.
-
-    ``name``: unique on the page.
-    """
+    """The bound and its parts over the bandwidth. ``name``: unique on the page."""
     usable = [one for one in found.candidates if one.model == found.model and one.bound is not None]
     hertz = np.array([one.bandwidth for one in usable])
 
@@ -151,10 +148,7 @@ def _end_of_axis(runs: Sequence[AcceptanceResult], limit: float) -> float:
 
 
 def worst_picture(name: str, worst: WorstCase) -> Picture:
-    """Motion, error and torque of the worst run.
-
-    ``name``: unique on the page.
-    """
+    """Motion, error and torque of the worst run. ``name``: unique on the page."""
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         panels = figure.subplots(3, 1, sharex=True)
