@@ -11,21 +11,13 @@ from cabledrive.parameters import InputRefused
 
 
 def refuse_given(*names: str, why: str) -> None:
-    """Refuse options that were given although they have no effect here.
-
-    ``*names``: of the command's parameters; ``why``: what they lack, and the remedy: written behind the
-    option.
-    Raises `InputRefused` for the first of them that stands on the command line.
-    """
+    """Refuse the first of options on the command line that have no effect here, with why and the remedy."""
     for option in _given(names):
         raise InputRefused(f"{option} {why}")
 
 
 class OptionOf(click.Option):
-    """An option that says of which kinds of input it is; `refuse_not_of` refuses it with others.
-
-    ``of`` names the kinds by the words of the command.
-    """
+    """An option with the kinds of input it is of, in the command's words; `refuse_not_of` refuses others."""
 
     def __init__(self, *args: Any, of: tuple[str, ...], **options: Any) -> None:
         super().__init__(*args, **options)
@@ -40,10 +32,7 @@ def refuse_not_of(kind: str, why: str) -> None:
 
 
 def tell_given(*names: str, why: str) -> None:
-    """Say of options that were given that they have no effect here.
-
-    ``*names``: of the command's parameters; ``why``: written behind the option.
-    """
+    """Say why options that were given have no effect here."""
     for option in _given(names):
         note(f"{option} {why}")
 

@@ -47,10 +47,7 @@ class ReaderGone(Exception):
 
 @contextmanager
 def watched_output() -> Iterator[None]:
-    """Separate a defect from a closed or full standard output; to be put round what writes there alone.
-
-    Raises `ReaderGone` if the reader has gone away; `InputRefused` if the disk is full.
-    """
+    """Tell a defect from a closed (`ReaderGone`) or full standard output, round what only writes there."""
     try:
         yield
         if sys.stdout is not None:  # else the shell has closed it: nobody wants to read
@@ -94,11 +91,7 @@ def status_of(run: Callable[[], Any]) -> int:
 
 
 def interrupted(end: BaseException | None = None) -> int:
-    """Say that the command was interrupted, and how to go on.
-
-    ``end``: a command that kept something says so in its KeyboardInterrupt.
-    Returns exit status.
-    """
+    """Say that the command was interrupted, and in the words of its end how to go on; the exit status."""
     cause = end.__cause__ if isinstance(end, click.Abort) else end
     LEAVE_WITH.append(INTERRUPTED)
     return _reported(f"interrupted; {str(cause or '') or GO_ON}", INTERRUPTED)

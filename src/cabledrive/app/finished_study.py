@@ -17,10 +17,9 @@ RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
 
 
 def asked_hash(drive: Drive | RoutedDrive, files: Sequence[str | None], quick: bool) -> str:
-    """Hash of what the command was given: this version, the drive with its words, the bytes of every file.
+    """Hash of this version, the drive with its words and the bytes of every file: goals, then logs.
 
-    ``files``: goals, then logs; None: not given.
-    Raises `InputRefused` if a file cannot be read.
+    A file that cannot be read is refused.
     """
     words = [__version__, content_hash(drive), drive.name, drive.title, str(quick)]
     words += ["" if file is None else _bytes_hash(file) for file in files]
@@ -47,10 +46,7 @@ def code_hash() -> str:
 
 
 def finished(folder: Path) -> dict[str, Any] | None:
-    """The results of a study that is there already, with all files it wrote.
-
-    Returns none: there is none, it was not finished, or a file is not what the study wrote.
-    """
+    """The results of a study that finished, with all files as it wrote them; else None."""
     data = intact_object(folder / RESULTS)
     hashes = data.get("files") if data is not None else None
     if not isinstance(hashes, dict) or REPORT not in hashes:
@@ -66,12 +62,7 @@ def _is(path: Path, sha: str) -> bool:
 
 
 def check_folder(folder: Path, *, force: bool = False) -> None:
-    """Refuse a folder that could not be written, or that holds what no finished study wrote.
-
-    ``force``: whether results that were changed, or that another version wrote, may be replaced.
-    Raises `InputRefused` if it is a file, its own folder is missing, it cannot be written, or it holds other
-    results.
-    """
+    """Refuse a folder that cannot be written, or, without ``force``, holds what no finished study wrote."""
     check_folder_writable(folder)
     if not folder.is_dir() or finished(folder):
         return

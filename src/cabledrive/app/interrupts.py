@@ -23,11 +23,8 @@ class Interrupted(Exception):
 def run_to_its_end(run: Callable[[], int], interrupted: Callable[[], int]) -> int:
     """Run what the process is for; from here on an interrupt is an exception, after it nothing.
 
-    Where the process is not the command `cabledrive` itself, signals are left as they are.
-
-    ``run``: returns the exit status; ``interrupted``: says that the run was interrupted, and returns the
-    status for it.
-    Returns exit status.
+    Where the process is not the command `cabledrive` itself, signals are left as they are. Both functions
+    return the exit status.
     """
     ours = _main_thread() and signal.getsignal(signal.SIGINT) is leave_at_once
     if ours:

@@ -13,10 +13,7 @@ Chooser = Callable[[Any], Any]
 
 
 def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options ``--column``, ``--skip-rows`` and ``--resample``.
-
-    ``function``: takes ``choose``, see `Chooser`.
-    """
+    """Give a command, which takes a `Chooser`, the options ``--column``, ``--skip-rows``, ``--resample``."""
 
     @click.option(
         "--column",

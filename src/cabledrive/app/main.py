@@ -39,10 +39,7 @@ class Door(click.Group):
     """The group of subcommands; each is imported when it is called for, so that the command starts fast."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the subcommands: those of the modules in `cabledrive.app.commands`.
-
-        Returns in alphabetical order.
-        """
+        """Names of the subcommands in alphabetical order: modules in `cabledrive.app.commands`."""
         return sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -70,12 +67,7 @@ class Door(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the subcommand that the arguments name.
-
-        ``args``: the subcommand's name and its arguments.
-        Returns name, subcommand, its arguments.
-        Raises `InputRefused` if there is no such subcommand.
-        """
+        """Name, subcommand and its arguments; an unknown name is refused."""
         known = self.list_commands(ctx)
         if args[0] not in known and not ctx.resilient_parsing:
             raise InputRefused(f'no such command "{args[0]}"{nearest(args[0], known)}; see cabledrive --help')
@@ -100,11 +92,7 @@ class Door(click.Group):
     def main(  # type: ignore[override]
         self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
     ) -> None:
-        """Run the command and exit with its status.
-
-        ``args``: arguments; those of the process by default; ``**extra``: for click.
-        Raises `SystemExit` always, with the exit status; see `cabledrive.app.failures`.
-        """
+        """Run the command, on the process's arguments if none, and exit with its status."""
         options = {**extra, "standalone_mode": False}
         raise SystemExit(
             run_to_its_end(

@@ -12,10 +12,7 @@ QUIET, BEGUN = "cabledrive.quiet", "cabledrive.begun"
 
 
 def colours() -> bool | None:
-    """Whether to colour: never under NO_COLOR, else where a terminal reads.
-
-    Returns false, or None: click looks whether it is a terminal.
-    """
+    """Whether to colour: False under NO_COLOR, else None: click looks whether it is a terminal."""
     return False if os.environ.get("NO_COLOR") else None
 
 

@@ -37,11 +37,7 @@ class NewFileType(click.ParamType):  # type: ignore[type-arg]
         self.suffixes = suffixes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> NewFile:
-        """Check a path that is going to be written.
-
-        Raises `InputRefused` if it exists (without ``--force``), cannot be written, has a wrong ending, or is
-        asked for twice.
-        """
+        """Check a path to be written: refused if there (without ``--force``), of a wrong ending, or twice."""
         assert ctx is not None
         force = bool(ctx.meta.get(FORCE))
         path = check_writable(value, force=force)

@@ -27,7 +27,7 @@ _ABOUT = "cabledrive.about"
 
 
 class Subcommand(click.Command):
-    """A command whose help shows its own options before those it shares with others, then a complete example.
+    """A command whose help shows its own options before those it shares with others, then an example.
 
     ``names`` gives the names that an option takes, by title; it is called when the help is shown.
     """
@@ -40,10 +40,7 @@ class Subcommand(click.Command):
         self._names = names
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; no file that is read is written over, not even with ``--force``.
-
-        Raises `InputRefused` if one file is named to be read and to be written.
-        """
+        """Read the arguments; a file both read and written is refused, even with ``--force``."""
         rest = super().parse_args(ctx, args)
         given = [name for value in ctx.params.values() for name in _texts(value)]
         read = {os.path.realpath(name) for name in given if "\0" not in name}
@@ -75,21 +72,14 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg]
-    """A number, or text with a unit, as in a drive file, in an SI unit.
-
-    ``counted_in`` is the unit of a bare number and of the value that the command is given; default: the SI
-    unit.
-    """
+    """A number, or text with a unit; ``counted_in``: of a bare number and the value, by default in SI."""
 
     def __init__(self, unit: str, counted_in: str | None = None) -> None:
         self.unit, self.counted_in = unit, counted_in
         self.name = counted_in or unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Turn the text of an option into a number in SI, or in the unit that it counts in.
-
-        Raises `InputRefused` if it is no number, or one of another dimension.
-        """
+        """A number in SI, or in the unit that it counts in; refused if none, or of another dimension."""
         try:
             if not isinstance(value, str):
                 return float(value)
@@ -211,10 +201,7 @@ def force_option(function: Function) -> Function:
 
 
 def saves_answer(function: Function) -> Function:
-    """Give a command the options ``--output`` and ``--force``: its JSON object goes into a file as well.
-
-    ``function``: returns an `Answer`.
-    """
+    """Give a command the options ``--output`` and ``--force``: its JSON object goes into a file as well."""
 
     @force_option
     @click.option(
@@ -239,10 +226,9 @@ def saves_answer(function: Function) -> Function:
 
 
 def answering(function: Function) -> Function:
-    """Give a command the options ``--json``, ``--quiet`` and ``--verbose``, and show what it returns.
+    """Give a command ``--json``, ``--quiet`` and ``--verbose``, and show its `Answer`.
 
-    ``function``: returns an `Answer`.
-    Raises `NotComputed` by the command, once it has shown an incomplete answer.
+    `NotComputed` once it has shown an incomplete one.
     """
 
     @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, in SI.")

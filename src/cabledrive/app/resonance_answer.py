@@ -22,11 +22,7 @@ NUMBERS = ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning"
 def resonance_data(
     drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...], load_torque: float = 0.0
 ) -> dict[str, Any]:
-    """The summary as JSON gives it.
-
-    ``load_torque``: steady torque on the load pulley [N m].
-    Returns SI; frequencies in Hz where the key says so.
-    """
+    """The summary as JSON gives it, SI, Hz where the key says so; under a torque on the load [N m]."""
     instability = found.instability
     data: dict[str, Any] = {name: _number(found, name) for name in NUMBERS}
     data |= {"verdict": found.verdict, "reasons": found.reasons, "torque": found.torque}

@@ -43,12 +43,7 @@ def provenance(
     tolerances: Mapping[str, float] | None = None,
     seed: int | None = None,
 ) -> dict[str, Any]:
-    """Where a result comes from.
-
-    ``drive``: the drive that was computed; ``method``: how it was computed; ``step``: time step or mesh size,
-    in SI; ``tolerances``: tolerances of the method by name; ``seed``: seed of the random numbers.
-    Returns the version of cabledrive and what was given.
-    """
+    """Version of cabledrive, drive, method, step or mesh size in SI, tolerances by name, seed, as given."""
     given = {
         "drive": drive and drive.name,
         "drive_hash": drive and content_hash(drive),

@@ -27,11 +27,9 @@ MOST_JITTER = 0.4
 def check_run(
     drive: Drive, motion: Motion, options: RigOptions, *, draws: int = 0, cable: bool = False
 ) -> None:
-    """Refuse a run of the rig that would not end, or not fit into memory.
+    """Refuse a run of the rig with ``draws`` more plants that would not end, or not fit into memory.
 
-    ``drive``: the plant; ``draws``: plants that are run besides; ``cable``: whether the distributed cable is
-    the plant.
-    Raises `InputRefused` if a bound is passed, or a disturbance comes after the end of the motion.
+    Refused, too: a disturbance after the end of the motion.
     """
     if not isfinite(motion.angle):
         raise InputRefused(f"angle = {motion.angle:.4g} deg must be finite: give one in deg")
@@ -46,11 +44,7 @@ def check_run(
 
 
 def check_record(duration: float, samples: float) -> None:
-    """Refuse a record that would not fit into memory.
-
-    ``duration``: of the motion [s].
-    Raises `InputRefused` if it takes more than `MOST_MEMORY`.
-    """
+    """Refuse a record of a motion of some length [s] that would take more than `MOST_MEMORY`."""
     size = BYTES_PER_SAMPLE * samples
     if size > MOST_MEMORY:
         longest = duration * MOST_MEMORY / size

@@ -54,10 +54,7 @@ def local_workers(count: int) -> Iterator[Any]:
 
 
 def _started(count: int) -> Any:
-    """A cluster of worker processes; begun anew where a worker ends before it is up.
-
-    Raises `NotComputed` if that happens every time.
-    """
+    """A cluster of worker processes, begun anew where one ends early; `NotComputed` if each time."""
     from distributed import LocalCluster
 
     for _ in range(STARTS):
@@ -81,10 +78,9 @@ def _scratch() -> str:
 
 @contextmanager
 def distant_workers(url: str) -> Iterator[Any]:
-    """A client of a cluster that is there already.
+    """A client of a cluster by its scheduler's address, such as tls://host:8786.
 
-    ``url``: of its scheduler, such as tls://host:8786.
-    Raises `InputRefused` if it does not answer, or has no workers, or one has another version of the package.
+    Refused if it does not answer, or has no workers, or one has another version of the package.
     """
     if not dask_at_hand():
         raise InputRefused(f"--scheduler: {EXTRA}")
@@ -180,12 +176,10 @@ def _load(plan: Plan) -> None:
 
 
 def on_workers(client: Any, plan: Plan, todo: Sequence[int]) -> Iterator[Report]:
-    """Reports of the chunks as they are done.
+    """Reports of the chunks as they are done; `OSError` if the disk refuses.
 
     A chunk whose workers ended is computed in the end in a process of its own, which finds the row that does
     it; an innocent chunk that was on such a worker is done there as well.
-
-    Raises `OSError` if the disk refuses.
     """
     from distributed import KilledWorker, as_completed
 

@@ -72,11 +72,7 @@ def _given(tables: Mapping[str, Any], key: str) -> bool:
 
 
 def allowed_rows(values: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
-    """Rows that no bound of the drive file refuses; the others get their reason one by one.
-
-    ``values``: of the varied keys, in SI.
-    Returns shape (n,).
-    """
+    """Rows, (n,), that no bound of the drive file refuses; the others get their reason one by one."""
     good: NDArray[np.bool_] = np.ones(len(next(iter(values.values()))), dtype=bool)
     for key, column in values.items():
         good &= (column <= LARGEST) & ((column >= SMALLEST) | ((column == 0.0) & (key in NOT_NEGATIVE)))
@@ -84,11 +80,7 @@ def allowed_rows(values: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
 
 
 def column_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]], key: str) -> Array | None:
-    """Values of a key in all rows, varied or from the drive file; None where neither has it.
-
-    ``values``: of the varied keys, in SI.
-    Returns shape (n,).
-    """
+    """Values of a key, (n,) in SI, varied or from the drive file; None where neither has it."""
     if key in values:
         return np.asarray(values[key], dtype=float)
     table, *path = key.split(".")

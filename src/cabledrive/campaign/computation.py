@@ -187,10 +187,7 @@ def kinds() -> dict[str, Kind]:
 
 
 def named_computation(table: Mapping[str, Any]) -> NamedComputation:
-    """The computation that a table ``[compute]`` asks for.
-
-    Raises `InputRefused` if a key or output is unknown, or a value of another unit.
-    """
+    """The computation of a table ``[compute]``; refused: an unknown key or output, another unit."""
     known = kinds()
     what = text_of("compute.what", table.get("what", ""))
     if what not in known:

@@ -30,10 +30,7 @@ GROUPED: dict[str, tuple[type[Saltelli] | type[Morris], int]] = {
 
 
 def design_of(table: Mapping[str, Any], axes: tuple[Axis, ...], seed: int) -> Design:
-    """The design that ``[design]`` asks for.
-
-    Raises `InputRefused` if a key is unknown, or the rows do not fit what is varied.
-    """
+    """The design of ``[design]``; refused: an unknown key, rows that do not fit what is varied."""
     for key in table:
         if key not in DESIGN_WORDS:
             raise InputRefused(f'unknown key "design.{key}"{nearest(key, DESIGN_WORDS, "design.")}')

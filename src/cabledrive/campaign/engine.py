@@ -33,9 +33,8 @@ def chosen_engine(
 ) -> Iterator[Engine]:
     """The engine that was asked for; without dask this process, which is noted.
 
-    ``new``: whether the campaign has no store yet; its first rows are then tried while workers come up.
-
-    Raises `InputRefused` if a scheduler does not answer, or is asked for together with a part.
+    The first rows of a ``new`` campaign are tried while workers come up. Refused: a scheduler that does not
+    answer, or together with a part.
     """
     words = part_words(part)
     if part is not None and scheduler is not None:

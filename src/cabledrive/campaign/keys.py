@@ -29,9 +29,8 @@ def goal_units() -> dict[str, str]:
 def unit_of(key: str, options: Mapping[str, str], routed: RoutedDrive | None = None) -> str:
     """SI unit of a key, "1" for a plain number, "count" for a whole one, "" for text or true and false.
 
-    ``options``: units of the numbers that the computation takes, by name; ``routed``: the machine, where it
-    has routes.
-    Raises `InputRefused` if the key is unknown.
+    ``options``: units of the numbers that the computation takes; ``routed``: the machine, where it has
+    routes. An unknown key is refused.
     """
     space, _, rest = key.partition(".")
     if key == DRIVE:
@@ -92,10 +91,7 @@ def _whole_keys(path: Sequence[str]) -> list[str]:
 
 
 def si_tables(drive: Drive | RoutedDrive) -> dict[str, Any]:
-    """A drive as the tables of its file, quantities as plain numbers in SI; defaults are left out.
-
-    Of a machine with routes there is no need of them: empty.
-    """
+    """A drive as tables of numbers in SI without defaults; of a machine with routes none are needed."""
     if isinstance(drive, RoutedDrive):
         return {}
     data: dict[str, Any] = {key: getattr(drive, key) for key in HEAD}
@@ -119,12 +115,7 @@ def _plain(table: Any) -> dict[str, Any]:
 def drive_with(
     drive: Drive | RoutedDrive, tables: Mapping[str, Any], settings: Mapping[str, Any]
 ) -> Drive | RoutedDrive:
-    """The drive of one row.
-
-    ``tables``: from `si_tables` of the drive, left as they are; ``settings``: values by key of the drive
-    file, in SI.
-    Raises `InputRefused` if the drive is none.
-    """
+    """The drive of one row, from its `si_tables` and values by key, in SI; refused if it is none."""
     if not settings:
         return drive
     if isinstance(drive, RoutedDrive):

@@ -62,7 +62,7 @@ def do_alone(number: int, plan: Plan) -> Report:
     """Compute a chunk in processes of its own, and mark the rows that end them.
 
     The chunk is tried as any other first, to the same bits; row by row where that ends the process.
-    Raises `NotComputed` if the processes end before any row.
+    `NotComputed` if the processes end before any row.
     """
     poisoned: dict[int, str] = {}
     ended: dict[int, int] = {}

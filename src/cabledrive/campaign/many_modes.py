@@ -21,11 +21,7 @@ def fits(spec: CampaignSpec) -> bool:
 def many_modes(
     spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
-    """Longitudinal modes of the rows whose values are allowed and whose modes are all simple.
-
-    ``values``: of the varied keys, in SI; the campaign `fits`.
-    Returns which rows are done, and the outputs.
-    """
+    """Rows with allowed values and only simple modes, and their longitudinal modes; values in SI."""
     from cabledrive.modal.batch import many_spectra
 
     count = spec.computation.options.get("count", DEFAULT_COUNT)  # type: ignore[attr-defined]

@@ -26,11 +26,7 @@ def _level(drive: Any) -> bool:
 def many_resonances(
     spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
-    """Numbers of the internal resonance of the rows whose values are allowed.
-
-    ``values``: of the varied keys, in SI; the campaign `fits`.
-    Returns which rows are done, and the outputs.
-    """
+    """Rows with allowed values, and numbers of their internal resonance; values in SI."""
     from cabledrive.studies import resonance_batch
 
     allowed = allowed_rows(values)

@@ -43,11 +43,9 @@ class Machine:
 
 
 def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
-    """Set the page of a campaign.
+    """Set the page of a campaign against goals such as "peak_error_deg < 0.05 deg" as one HTML file.
 
-    ``goals``: such as "peak_error_deg < 0.05 deg".
-    Returns HTML that needs no other file.
-    Raises `InputRefused` if the store is none, or a goal is not understood.
+    Refused if the store is none, or a goal is not understood.
     """
     from cabledrive.parameters.version import __version__
 

@@ -13,9 +13,9 @@ ON_A_TERMINAL, ELSEWHERE = 0.5, 30.0
 
 
 class CampaignProgress:
-    """Adds up chunks and shows a line: rewritten in place on a terminal, else one every half minute.
+    """Adds up chunks and shows a line, rewritten in place on a terminal, else one every half minute.
 
-    It is given the rows of the whole campaign, and of those the ones done, refused and failed before.
+    It starts with those of the campaign's rows that were done, refused and failed before.
     """
 
     def __init__(self, rows: int, done: dict[str, int], *, shown: bool) -> None:

@@ -51,11 +51,7 @@ class Results:
         return np.asarray(self.group[name][:], dtype=float)
 
     def output(self, name: str) -> Array:
-        """Values of an output, shape (rows,); NaN where a row gave none.
-
-        ``name``: such as ``longitudinal_hz[0]``.
-        Raises `InputRefused` if there is no such output, or the place in it is not named.
-        """
+        """Values of an output such as ``longitudinal_hz[0]``, (rows,), NaN: none; others are refused."""
         found = re.fullmatch(r"(\w+)((?:\[\d{1,6}\])*)", name.replace(" ", ""))
         known = self.outputs
         word = found[1] if found else name[:60]

@@ -39,12 +39,7 @@ class ManyRows(Protocol):
     def many(
         self, spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
     ) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
-        """Compute the rows that fit.
-
-        ``values``: of the varied keys, in SI.
-        Returns which rows are done, and their outputs; the others are computed one by one. None: not for
-        this campaign.
-        """
+        """Which rows fit and are done, and their outputs; None: no campaign for this. Values in SI."""
         ...
 
 
@@ -79,8 +74,8 @@ def compute_rows(
 ) -> Chunk:
     """Compute some rows; each depends on the SPEC and its own number alone.
 
-    ``poisoned``: why a row is not tried, by its number; ``begin``: called with the number of each row before
-    it is computed; ``at_once``: whether many rows may be computed in one call.
+    ``poisoned``: why a row is not tried, by its number; ``begin``: called before each row with its number;
+    ``at_once``: whether many rows may be computed in one call.
     """
     count, poisoned = last - first, poisoned or {}
     values, seeds = spec.values(first, last), row_seeds(spec.seed, first, last)

@@ -53,11 +53,7 @@ def _kind(results: Results) -> str:
 
 
 def screening(store: str | Path, output: str, *, generator: np.random.Generator) -> Screening:
-    """Elementary effects of each key on an output.
-
-    ``generator``: of the bootstrap.
-    Raises `InputRefused` if the design is of another kind, there is no such output, or few paths are done.
-    """
+    """Elementary effects of each key on an output; refused: another design, no such output, few paths."""
     results = open_results(store)
     if _kind(results) != MORRIS:
         raise InputRefused(f'design.kind = "{_kind(results)}" has no paths: sweep with kind = "morris"').at(
@@ -91,11 +87,7 @@ def screening(store: str | Path, output: str, *, generator: np.random.Generator)
 
 
 def elementary_effects(points: Array, values: Array) -> Array:
-    """Change of the output per whole interval of each key.
-
-    ``points``, shape (N, k + 1, k); ``values``, shape (N, k + 1).
-    Returns shape (N, k).
-    """
+    """Change of the output per whole interval of each key, (N, k), from points, (N, k + 1, k), and values."""
     steps, changes = np.diff(points, axis=1), np.diff(values, axis=1)
     return np.asarray(np.sum(steps * changes[:, :, None], axis=1) / MORRIS_STEP**2)
 

@@ -92,7 +92,7 @@ def sensitivity(store: str | Path, output: str, *, generator: np.random.Generato
 def indices(groups: Array, generator: np.random.Generator) -> tuple[list[Index], list[Index]]:
     """First and total indices, with intervals by drawing groups anew.
 
-    ``groups``, shape (N, k + 2): values at A, B, then at A with each column from B.
+    ``groups``, (N, k + 2): values at A, B, then at A with each column from B.
     """
     best, count = _estimates(groups), len(groups)
     spread = np.array([_estimates(groups[generator.integers(count, size=count)]) for _ in range(RESAMPLES)])

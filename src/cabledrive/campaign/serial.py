@@ -10,10 +10,7 @@ from cabledrive.campaign.work import Plan, Report, chosen_chunk, do_chunk, untri
 
 
 def chunk_by_trial(spec: CampaignSpec, store: Path, workers: int, part: str) -> int:
-    """Rows of a chunk by a trial in this process; none where a trial had ended the driver before.
-
-    ``part``: of an array job, "1 of 4"; empty for the whole.
-    """
+    """Rows of a chunk by a trial in this process; none where one ended the driver of this part before."""
     mark = _mark(store, "trial", part)
     if spec.chunk is not None or mark.exists():
         with suppress(OSError):
@@ -31,9 +28,7 @@ def in_this_process(plan: Plan, todo: Sequence[int], part: str) -> Iterator[Repo
     """Reports of the chunks as they are done.
 
     The number of the chunk in hand is noted beside the store; one that is noted when a driver starts had
-    ended the driver before, and is computed in a process of its own.
-
-    ``part``: of an array job, "1 of 4"; empty for the whole.
+    ended the driver before, and is computed in a process of its own. ``part``: "1 of 4"; empty for the whole.
     """
     mark = _mark(plan.store, "chunk", part)
     suspect = _noted(mark)

@@ -107,11 +107,7 @@ def checked_points(design: Design, first: int, last: int, axes: int) -> Array:
 def read_spec(
     path: str | Path, *, design: Design | None = None, computation: Computation | None = None
 ) -> CampaignSpec:
-    """Read the SPEC of a campaign.
-
-    ``design``, ``computation``: in place of ``[design]`` and ``[compute]``.
-    Raises `InputRefused` if it cannot be read, or is not understood.
-    """
+    """Read the SPEC of a campaign, design and computation replaced if given; refused if not understood."""
     path = Path(path)
     content = read_toml(path, "write TOML with drive = ..., [vary], [design] and [compute]")
     try:
@@ -127,11 +123,7 @@ def spec_of(
     design: Design | None = None,
     computation: Computation | None = None,
 ) -> CampaignSpec:
-    """A campaign from the tables of its SPEC.
-
-    ``folder``: from which drive and table files are named.
-    Raises `InputRefused` if it is not understood.
-    """
+    """A campaign from the tables of its SPEC, files named from a folder; refused if not understood."""
     for key in content:
         if key not in TABLES:
             raise InputRefused(f'unknown key "{key}"{nearest(key, TABLES)}')

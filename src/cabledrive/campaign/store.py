@@ -53,11 +53,7 @@ def chunk_count(rows: int, chunk: int) -> int:
 
 
 def create(path: Path, spec: CampaignSpec, chunk: int) -> None:
-    """Make an empty store; it appears whole or not at all, and another process may have been faster.
-
-    ``chunk``: rows of a chunk.
-    Raises `InputRefused` if its folder cannot be written.
-    """
+    """Make an empty store of chunks of some rows, whole or not at all; another may have been faster."""
     try:
         folder = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}-"))
     except OSError as error:
@@ -150,11 +146,7 @@ def environment() -> dict[str, str]:
 
 
 def check_store(path: Path, spec: CampaignSpec) -> int:
-    """Refuse a store that another campaign, or another version, has begun.
-
-    Returns rows of a chunk.
-    Raises `InputRefused` if it is no store, or not of this campaign; the message names the key that differs.
-    """
+    """Rows of a chunk of a store, refused with the differing key if another campaign or version began it."""
     attributes = attributes_of(path)
     if attributes.get("cabledrive") != __version__:
         raise InputRefused(
@@ -177,10 +169,7 @@ def check_store(path: Path, spec: CampaignSpec) -> int:
 
 
 def attributes_of(path: Path) -> dict[str, Any]:
-    """What a store says of itself.
-
-    Raises `InputRefused` if it is no store of a campaign, or of another version.
-    """
+    """What a store says of itself; refused if it is no store of a campaign, or of another version."""
     zarr = zarr_at_hand()
     if not (path / "zarr.json").is_file():
         raise InputRefused("is no store of a campaign: give the STORE.zarr of a sweep").at(str(path))
@@ -252,10 +241,7 @@ def open_arrays(path: Path) -> dict[str, Any]:
 
 
 def write_chunk(path: Path, first: int, chunk: Chunk) -> None:
-    """Write the rows of a chunk; their status last, when they are on the disk.
-
-    Raises `OSError` if the disk refuses; the chunk is then not done.
-    """
+    """Write the rows of a chunk; their status last, when they are on the disk, or `OSError` if it refuses."""
     arrays, last = open_arrays(path), first + chunk.code.size
     for name, values in chunk.variables.items():
         arrays[name][first:last] = values.astype(np.int8) if values.dtype == bool else values
@@ -275,11 +261,7 @@ def status_counts(path: Path) -> dict[str, int]:
 
 @contextmanager
 def only_driver(path: Path, part: str) -> Iterator[None]:
-    """Keep the store for this process; the parts of an array job work side by side.
-
-    ``part``: "1 of 4"; empty for the whole.
-    Raises `InputRefused` if another process drives it.
-    """
+    """Keep the store, or a part such as "1 of 4", for this process; refused if another drives it."""
     from cabledrive.parameters.one_process import one_process
 
     folder = path.with_name(f"{path.name}.lock")

@@ -23,10 +23,7 @@ def digest_of(path: Path) -> str:
 
 
 def column_of(path: Path, name: str) -> tuple[list[Any], str]:
-    """Values of one column, and the unit in its heading: ``cable.pretension [N]``, or none.
-
-    Raises `InputRefused` if the file cannot be read, or has no such column, or the column has gaps.
-    """
+    """Values of a column without gaps, and the unit in its heading, ``cable.pretension [N]``, or none."""
     table = _read(path, digest_of(path))
     headings = {str(heading).partition("[")[0].strip(): str(heading) for heading in table.column_names}
     if name not in headings:

@@ -83,10 +83,7 @@ class Tolerance:
 
 
 def goal_of(text: str, results: Results) -> LimitOf:
-    """A goal from its text: ``longitudinal_hz[0] > 5.8 Hz``.
-
-    Raises `InputRefused` if it is none, names no output, or its limit has another unit.
-    """
+    """A goal from its text, ``longitudinal_hz[0] > 5.8 Hz``; refused: none, no output, another unit."""
     found = _GOAL.fullmatch(text)
     if found is None:
         raise InputRefused(f'--goal "{text[:60]}" is none: write such as "peak_error_deg < 0.05 deg"')

@@ -29,10 +29,7 @@ class Varied:
 
 
 def flattened(table: Mapping[str, Any], place: str = "") -> dict[str, Any]:
-    """Entries by whole key, whether it was written in quotation marks or as nested tables.
-
-    Raises `InputRefused` if an entry is no table.
-    """
+    """Entries by whole key, whether it was written in quotation marks or as nested tables; else refused."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         whole = f"{place}{key}"
@@ -45,11 +42,7 @@ def flattened(table: Mapping[str, Any], place: str = "") -> dict[str, Any]:
 
 
 def axes_of(table: Mapping[str, Any], unit_of: Callable[[str], str], folder: Path) -> tuple[Axis, ...]:
-    """Axes of a design, in the order of the SPEC.
-
-    ``unit_of``: SI unit of a key; ``folder``: from which table files are named.
-    Raises `InputRefused` if an entry is not understood.
-    """
+    """Axes of a design, in the order of the SPEC; ``folder``: from which table files are named."""
     return _grouped(varied_keys(table, unit_of, folder))
 
 

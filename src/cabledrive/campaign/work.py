@@ -53,11 +53,7 @@ def do_chunk(
     begin: Callable[[int], None] | None = None,
     at_once: bool = True,
 ) -> Report:
-    """Compute a chunk and write it.
-
-    ``poisoned``, ``begin``, ``at_once``: see `compute_rows`.
-    Raises `OSError` if the disk refuses.
-    """
+    """Compute a chunk and write it, as `compute_rows` does; `OSError` if the disk refuses."""
     began = time.perf_counter()
     first, last = plan.bounds(number)
     chunk = compute_rows(plan.spec, first, last, poisoned=poisoned, begin=begin, at_once=at_once)

@@ -32,8 +32,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 def l1_law(chain: LumpedChain, error: float, torque: float, bandwidth: float, interval: float) -> LawNumbers:
     """Quadratic feedback with L1 adaptation, which is a linear law: memory of predictor and low-pass.
 
-    ``error`` [rad] and ``torque`` [N m] weigh the same; ``bandwidth``: of the low-pass [Hz]; ``interval``:
-    sample time [s].
+    ``error`` [rad] and ``torque`` [N m] weigh the same; ``bandwidth``: of the low-pass [Hz].
     """
     n2 = 2 * chain.size
     a, b = sampled_motion(chain, interval)

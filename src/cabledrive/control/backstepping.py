@@ -55,10 +55,9 @@ class BacksteppingGains:
 
 
 def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e-6) -> BacksteppingGains:
-    """Equal bandwidth in every step.
+    """Equal bandwidth [Hz] in every step, default that of the source; ``adaptation``: gamma.
 
-    ``bandwidth`` [Hz]; default: 10.5, that of the source; ``adaptation``: gamma.
-    Raises `InputRefused` if the bandwidth is not positive or the adaptation negative.
+    Refused: a bandwidth that is not positive, a negative adaptation.
     """
     hertz = PRINTED_HZ if bandwidth is None else bandwidth
     if not isfinite(hertz) or hertz <= 0.0:
@@ -74,12 +73,9 @@ def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e
 
 
 def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
-    """The seven parameters of (6.69), their half widths, and beta_n.
+    """The seven parameters of (6.69), their half widths, and beta_n [1/s^2], of two inertias, Model 3.
 
-    ``chain``: two inertias between equal angles, Model 3.
-    Returns ``parameters``, shape (7,): p1 to p7; ``half_widths``, shape (7,): Table 6.3 in proportion; 2
-    rad/s^2 for p2 and 0.01 N m for p6, which it lacks; ``beta`` [1/s^2].
-    Raises `InputRefused` if the chain has not two inertias.
+    Half widths: Table 6.3 in proportion; 2 rad/s^2 for p2 and 0.01 N m for p6, which it lacks.
     """
     if chain.size != 2:
         raise InputRefused(f"{chain.size} inertias given, backstepping of (6.69) takes 2: use Model 3")

@@ -31,12 +31,7 @@ _CABLE, _LOAD, _JOINT, _PULLEY = 0.05, 0.05, 0.10, 0.05
 
 
 def chain_scales(chain: LumpedChain) -> tuple[float, float]:
-    """S_1 and S_2, which give the virtual controls gain one.
-
-    ``chain``: three inertias between equal angles, Model 4.
-    Returns ``s1, s2`` [1/s^2], [1/s^4].
-    Raises `InputRefused` if the chain has not three inertias.
-    """
+    """S_1 [1/s^2] and S_2 [1/s^4], which give the virtual controls gain one, of three inertias, Model 4."""
     if chain.size != 3:
         raise InputRefused(f"{chain.size} inertias given, backstepping of six states takes 3: use Model 4")
     s1 = chain.stiffness[1] / chain.inertias[2]
@@ -44,11 +39,10 @@ def chain_scales(chain: LumpedChain) -> tuple[float, float]:
 
 
 def chain_parameters(chain: LumpedChain) -> tuple[Array, Array]:
-    """The ten parameters and their half widths.
+    """The ten parameters and their half widths, of three inertias between equal angles, Model 4.
 
-    ``chain``: three inertias between equal angles, Model 4.
-    Returns ``parameters``, shape (10,): p1 to p10; ``half_widths``, shape (10,): from 5 % of cable and load,
-    10 % of the joint, 5 % of the drive pulley, 2 rad/s^2 of load and the printed bounds of the motor.
+    Half widths: from 5 % of cable and load, 10 % of the joint, 5 % of the drive pulley, 2 rad/s^2 of load and
+    the printed bounds of the motor.
     """
     s2 = chain_scales(chain)[1]
     motor, pulley, load = chain.inertias
@@ -94,10 +88,9 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
     Along the reference :math:`x_3 = \ddot y_d/D_2` and :math:`x_5 = S_1(1 + J_2/J_{12})\ddot y_d/D_1 +
     y_d^{(4)}/(D_1D_2)`; what the undamped chain lacks of their rates is :math:`w_j`.
 
-    ``wanted``, shape (7, samples): wanted load angle at the first shaft, to its sixth derivative;
-    ``interval``: sample time [s].
-    Returns shape (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of
-    the motor.
+    ``wanted``, shape (7, samples): wanted load angle at the first shaft, to its sixth derivative. Returns
+    shape (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of the
+    motor.
     """
     joint, cable = _times(chain)
     jointed = lagged(wanted, joint, interval)
@@ -135,11 +128,9 @@ def _signals(chain: LumpedChain, wanted: Array, cabled: Array, jointed: Array, b
 
 
 def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, interval: float) -> LawNumbers:
-    """Freeze the law of six states.
+    """Freeze the law of six states; ``bandwidth`` [Hz]; ``adaptation``: gamma of (6.36), 0: none.
 
-    ``bandwidth`` [Hz]; ``adaptation``: gamma of Gamma = gamma W_p^2, (6.36); 0: estimates stay; ``interval``:
-    sample time [s].
-    Raises `InputRefused` if the bandwidth is not positive or the adaptation negative.
+    Refused: a bandwidth that is not positive, a negative adaptation.
     """
     if not isfinite(bandwidth) or bandwidth <= 0.0:
         raise InputRefused(

@@ -24,11 +24,7 @@ STEP = 1e-30
 
 
 def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
-    """A of the errors' dynamics with fixed estimates, Eq. (6.103), for any length.
-
-    ``estimate``, shape (p,); ``size``, {4, 6}: number of states.
-    Returns shape (size, size).
-    """
+    """A of the errors' dynamics of 4 or 6 states with fixed estimates, (size, size), Eq. (6.103)."""
     matrix = np.diag(np.ones(size - 1), 1) - law.matrix
     for place in range(1, size - 1, 2):
         matrix[place, place + 1] = estimate[place - 1]
@@ -36,11 +32,7 @@ def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
 
 
 def scaled_states(law: LawNumbers, states: Array) -> Array:
-    """States x of the law from angles and speeds.
-
-    ``states``, shape (2n,): angles, then speeds, from the motor to the load.
-    Returns shape (2n,).
-    """
+    """States x of the law, (2n,), from angles and speeds, (2n,), from the motor to the load."""
     n = len(states) // 2
     x = np.empty(2 * n)
     x[0], x[1] = states[n - 1], states[2 * n - 1]
@@ -52,10 +44,7 @@ def scaled_states(law: LawNumbers, states: Array) -> Array:
 
 
 def backstepping_row(law: LawNumbers, size: int) -> list[float]:
-    """Command per angle and speed, estimates fixed, without Coulomb friction and offset.
-
-    ``size``, {4, 6}: number of states.
-    """
+    """Command per angle and speed of 4 or 6 states, estimates fixed, without Coulomb friction and offset."""
     estimate = law.learning[NOMINAL].copy()
     estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
     signals = np.zeros(signal_count(size // 2, bool(law.scalars[BY_REFERENCE])))
@@ -76,12 +65,7 @@ def law_step(
 
 
 def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:
-    r"""Smallest eigenvalue of D_z over all signs at one state, the condition of Eq. (6.100).
-
-    ``law``: from `backstepping_numbers` or `chain_numbers`; ``estimate``, shape (p,); ``states``, shape
-    (2n,); ``reference``, shape (columns,): the law's reference at that sample.
-    Returns [rad/s]; above 0: the condition holds there.
-    """
+    """Smallest eigenvalue [rad/s] of D_z over all signs at a state; above 0 Eq. (6.100) holds there."""
     size = len(states)
     x, speed = scaled_states(law, states), states[size // 2]
     signals = reference[:-1] if law.scalars[BY_REFERENCE] else reference[: size + 1]

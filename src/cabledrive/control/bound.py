@@ -23,21 +23,16 @@ class ErrorBound:
 
 
 def uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
-    r"""Largest torque of all uncertainty, each parameter weighted by its own regressor.
+    """Largest torque h [N m] of all uncertainty, (samples,), each parameter weighted by its own regressor.
 
-    ``regressor``, shape (samples, 4); ``spread``, shape (4,): widths of the bounds of p2 to p5; ``delta``,
-    shape (samples,): bound of the disturbance [N m]; with friction that sticks at least its Coulomb torque.
-    Returns shape (samples,): h [N m].
+    ``regressor``, (samples, 4); ``spread``, (4,): widths of the bounds of p2 to p5; ``delta``, (samples,):
+    bound of the disturbance [N m]; with friction that sticks at least its Coulomb torque.
     """
     return np.abs(regressor) @ spread + delta
 
 
 def printed_uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
-    r"""The same by :math:`\|p_{max} - p_{min}\|\,\|\varphi\| + \delta`, as (6.22) takes it.
-
-    ``regressor``, shape (samples, 4); ``spread``, shape (4,); ``delta``, shape (samples,).
-    Returns shape (samples,).
-    """
+    r"""The same by :math:`\|p_{max} - p_{min}\|\,\|\varphi\| + \delta`, as (6.22) takes it."""
     return np.linalg.norm(regressor, axis=1) * np.linalg.norm(spread) + delta
 
 
@@ -80,11 +75,10 @@ def error_bound(
 
 
 def sliding_tube(h: Array, k_sigma: float, mu: Array, interval: float) -> Array:
-    r"""Largest :math:`|\sigma|` under :math:`\mu|\sigma|' \le h - K_\sigma|\sigma|`, from zero.
+    r"""Largest :math:`|\sigma|`, (samples,), under :math:`\mu|\sigma|' \le h - K_\sigma|\sigma|`, from zero.
 
-    ``h``, shape (samples - 1,): from each sample to the next, not negative [N m]; ``mu``, shape (k,): values
-    between which mu may lie; ``interval``: sample time [s].
-    Returns shape (samples,).
+    ``h``, (samples - 1,): from each sample to the next, not negative [N m]; ``mu``: values between which it
+    lies.
     """
     fast, slow = (float(np.exp(-k_sigma * interval / one)) for one in (np.min(mu), np.max(mu)))
     found, bound = [0.0], 0.0
@@ -96,11 +90,9 @@ def sliding_tube(h: Array, k_sigma: float, mu: Array, interval: float) -> Array:
 
 
 def output_tube(sliding: Array, bandwidth: float, order: int, interval: float, times: Array) -> Array:
-    """Bound of the load's angle from one of the sliding variable, through 1/(s + lambda) order times.
+    """Bound of the load's angle [rad] by one of the sliding variable, through 1/(s + lambda) order times.
 
-    ``sliding``, shape (samples,); ``bandwidth``: lambda [rad/s]; ``interval``: sample time [s]; ``times``,
-    shape (n - 1,): b_i / k_i of the links [s].
-    Returns shape (samples,) [rad].
+    ``bandwidth``: lambda [rad/s]; ``times``, (n - 1,): b_i / k_i of the links [s].
     """
     bound = sliding
     for i in range(order):

@@ -52,11 +52,7 @@ class DarcStep:
 
 
 def surface(order: int, bandwidth: float) -> Array:
-    r"""Coefficients of :math:`(s + \lambda)^{n}`, of rising powers, Eqs. (6.18), (6.41), (6.50) and (6.60).
-
-    ``order``: power n; ``bandwidth``: lambda [rad/s].
-    Returns shape (n + 1,).
-    """
+    r"""Coefficients of :math:`(s + \lambda)^n`, rising powers, Eqs. (6.18), (6.41), (6.50) and (6.60)."""
     return np.array([comb(order, i) * bandwidth ** (order - i) for i in range(order + 1)])
 
 
@@ -97,20 +93,16 @@ def darc_numbers(
 
 
 def reference_regressor(reference: Array, slope: float) -> Array:
-    """Phi along the reference.
-
-    ``reference``, shape (samples, 2n + 3); ``slope``: K of tanh(K w) [s/rad].
-    Returns shape (samples, 4).
-    """
+    """Phi along the reference, (samples, 4); ``slope``: K of tanh(K w) [s/rad]."""
     speed, acceleration = reference[:, -2], reference[:, -1]
     return np.column_stack((-acceleration, -speed, -np.tanh(slope * speed), np.ones(len(speed))))
 
 
 def darc_step(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> DarcStep:
-    r"""One sample of the law of the chain, Eqs. (6.20), (6.43), (6.53) and (6.63).
+    """One sample of the law of the chain, Eqs. (6.20), (6.43), (6.53) and (6.63).
 
-    ``law``: from `darc_numbers`; ``estimate``, shape (4,): p2 to p5; ``states``, shape (2n,): angles, then
-    speeds, from the motor to the load; ``reference``, shape (2n + 3,): one row of the reference.
+    ``estimate``, (4,): p2 to p5; ``states``, (2n,): angles, then speeds, from the motor to the load;
+    ``reference``, (2n + 3,): one row.
     """
     n2, rows, learning = len(states), law.rows, law.learning
     z = law.matrix @ states

@@ -51,8 +51,8 @@ class Bounds:
 def printed_bounds(chain: LumpedChain, *, flexible_joint: bool) -> Bounds:
     """Bounds in the proportions of sections 6.5.1 and 6.6.1 (there 0.0009 for the misprinted 0.009).
 
-    ``chain``: the one the law is made for; its first inertia gives the nominal values; ``flexible_joint``:
-    whether that inertia is the motor's alone, Models 2 and 4.
+    The chain's first inertia gives the nominal values; with a ``flexible_joint``, Models 2 and 4, it is the
+    motor's alone.
     """
     nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
     pairs = (_INERTIA[flexible_joint], _VISCOUS, _COULOMB)
@@ -87,11 +87,9 @@ class DarcGains:
 def darc_gains(
     model: int, bandwidth: float | None = None, *, adaptation_share: float = 1.0, least: float | None = None
 ) -> DarcGains:
-    """Printed gains of a model, or the same proportions at another bandwidth.
+    """Printed gains of a model, or the same proportions at another bandwidth lambda/(2 pi) [Hz].
 
-    ``model``, {1, 2, 3, 4}; ``bandwidth``: lambda/(2 pi) [Hz]; ``least``: lowest bandwidth that is let pass
-    [Hz]; default for Model 2: 12 Hz.
-    Raises `InputRefused` if the bandwidth is not positive, or below the least that the law tolerates.
+    Refused below the ``least`` bandwidth, for Model 2 12 Hz unless given, and if it is not positive.
     """
     lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)
     least = LEAST_HZ.get(model, 0.0) if least is None else least
@@ -126,8 +124,5 @@ def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: floa
 
 
 def mu_of(flat: FlatOutput, inertia: float) -> float:
-    r"""Inertia :math:`\mu` of the sliding variable, as in (6.23), (6.45), (6.56), (6.65).
-
-    ``inertia``: of the first inertia [kg m^2].
-    """
+    r"""Inertia :math:`\mu` of the sliding variable by the first [kg m^2], (6.23), (6.45), (6.56), (6.65)."""
     return inertia * flat.leading

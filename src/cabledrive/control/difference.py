@@ -19,9 +19,8 @@ def filtered_difference(
 
     The second-order filter of (4.1) lags more and was worse in closed loop at every cut-off tried.
 
-    ``encoders``: inertia that each encoder reads; ``interval``: sample time h [s]; ``chosen``: inertias whose
-    angles and speeds the law takes; ``cut_off``: f [Hz].
-    Raises `InputRefused` if an inertia that the law takes has no encoder.
+    ``encoders``: inertia that each reads; ``chosen``: inertias of which the law takes angle and speed,
+    refused without an encoder; ``cut_off``: f [Hz].
     """
     places = list(encoders)
     missing = [inertia for inertia in chosen if inertia not in places]
@@ -34,10 +33,7 @@ def filtered_difference(
 
 
 def ideal_states(n: int, interval: float, *, chosen: Sequence[int]) -> ObserverNumbers:
-    """No observer: the law sees the true angles and speeds of a plant of n inertias.
-
-    ``interval``: sample time [s]; ``chosen``: inertias whose angles and speeds the law takes.
-    """
+    """No observer: the law sees the true angles and speeds of ``chosen`` ones of n inertias."""
     return _plain(IDEAL, interval, [*chosen, *(n + i for i in chosen)])
 
 

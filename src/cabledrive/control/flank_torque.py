@@ -54,10 +54,7 @@ def first_memory(law: FlankLaw, late_samples: int) -> Array:
 
 @njit_in_place
 def closing_torques(stiffness: float, play: float, twist: float, pressed: float, found: Array) -> None:
-    """Torques of both flanks in the sense of the preload [N m]; below zero: the gap is crossed.
-
-    ``twist``, ``pressed``: e and ϑ [rad]; ``found``, shape (2,): takes them.
-    """
+    """Write the torques of both flanks in the sense of the preload [N m]; below zero a gap is crossed."""
     for i in range(2):
         closed = pressed + twist if i == 0 else pressed - twist
         found[i] = stiffness * (max(closed, 0.0) + min(closed + 2.0 * play, 0.0))

@@ -48,12 +48,10 @@ class FlatOutput:
 
 
 def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
-    """Polynomials of a lumped chain.
+    """Polynomials of a lumped chain whose links join equal angles; others are refused, see `reflected`.
 
-    ``chain``: all links between equal angles, see `cabledrive.reduction.reflected`. Its viscous friction
-    beyond the first inertia is counted, that of the first is the control law's business; ``damped``: whether
-    the dampers of the links are counted; the laws of the dissertation leave them out.
-    Raises `InputRefused` if a link joins unequal angles.
+    Its viscous friction beyond the first inertia is counted, that of the first is the control law's business;
+    ``damped``: whether the dampers of the links are; the laws of the dissertation leave them out.
     """
     if any(ratio != (1.0, 1.0) for ratio in chain.ratios):
         raise InputRefused("a link joins unequal angles: reflect the lumped chain to its first shaft")

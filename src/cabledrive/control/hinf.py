@@ -34,9 +34,8 @@ def hinf_law(
 ) -> LawNumbers:
     """H-infinity feedback of angles, speeds and the integral of the load's error.
 
-    ``error``: error of the load that weighs as much as `torque` [rad]; ``torque`` [N m]; ``disturbance``:
-    torque at motor and load of weight 1 [N m]; ``integral_time`` [s]; ``interval``: sample time [s].
-    Raises `NotComputed` if no gain has a solution.
+    ``error`` [rad] of the load weighs as much as ``torque`` [N m]; ``disturbance``: torque at motor and load
+    of weight 1 [N m]; ``integral_time`` [s]. `NotComputed` if no gain has a solution.
     """
     system, by_torque, by_disturbance, weight = problem(chain, error, disturbance, integral_time)
     gain, _ = hinf_gain(system, by_disturbance, by_torque, weight, 1.0 / torque**2)
@@ -46,10 +45,9 @@ def hinf_law(
 def problem(
     chain: LumpedChain, error: float, disturbance: float, integral_time: float
 ) -> tuple[Array, Array, Array, Array]:
-    """The plant with the integral of its load's angle as first state.
+    """Matrix, inputs of torque and of disturbances of motor and load, and weight, with 2n + 1 states.
 
-    Returns ``a``, shape (2n + 1, 2n + 1); ``by_torque``, shape (2n + 1, 1); ``by_disturbance``, shape
-    (2n + 1, 2): of motor and load; ``weight``, shape (2n + 1, 2n + 1).
+    The first of them is the integral of the load's angle.
     """
     n = chain.size
     a, b = state_space(chain)
@@ -65,10 +63,9 @@ def problem(
 def hinf_gain(
     a: Array, by_disturbance: Array, by_torque: Array, weight: Array, cost: float
 ) -> tuple[Array, float]:
-    """Feedback near the least worst-case gain, found by bisection.
+    """Feedback u = -gain x near the least worst-case gain, found by bisection, and the gain that it keeps.
 
-    Returns ``gain``, shape (1, states): u = -gain x; ``gamma``: worst-case gain that it keeps.
-    Raises `NotComputed` if no gain has a solution.
+    `NotComputed` if no gain has a solution.
     """
     scaled, back = _scaled(a, by_disturbance, by_torque, weight, cost)
     low, high = 0.0, 1.0

@@ -17,11 +17,9 @@ from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 def missed_by_filter(
     observer: ObserverNumbers, chain: LumpedChain, torque: Array, interval: float
 ) -> tuple[Array, Array]:
-    """States that a Kalman filter misses, and its innovations, under a torque against the load.
+    """States, true less estimated, (samples, 2n), that a Kalman filter misses, and innovations, (samples, m).
 
-    ``chain``: of the filter; ``torque``, shape (samples,) [N m]; ``interval``: sample time [s].
-    Returns ``missed``, shape (samples, 2n): true less estimated, of what the law takes; ``innovations``,
-    shape (samples, m).
+    A torque [N m] of some samples acts against the load of ``chain``, which is the filter's.
     """
     states = observer.model.shape[0]
     push = torque_push(chain, states, interval)
@@ -57,10 +55,7 @@ def filter_error(
 
 
 def whitening(observer: ObserverNumbers, counts: Array) -> Array:
-    """Matrix that makes the settled filter's innovations white and of variance 1, shape (m, m).
-
-    ``counts``, shape (m,): one count of each encoder [rad].
-    """
+    """Matrix, (m, m), that makes the settled filter's innovations white and of variance 1."""
     left = np.eye(len(counts)) - observer.output @ observer.gains[-1]
     spread = np.linalg.solve(left, np.diag(counts**2 / 12.0))
     return np.asarray(np.linalg.inv(np.linalg.cholesky(0.5 * (spread + spread.T))))

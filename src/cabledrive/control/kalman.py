@@ -57,13 +57,11 @@ def kalman_filter(
     tuning: KalmanTuning = QUIET,
     settled: bool = False,
 ) -> ObserverNumbers:
-    """Design the filter.
+    """Design the filter; refused where the encoders there are do not make the drive observable.
 
-    ``chain``: links between equal angles; ``encoders``: inertia that each encoder reads; the last one is the
-    datum of all angles; ``counts``: one count of each, at the first shaft [rad]; ``chosen``: inertias whose
-    angles and speeds the law takes; ``settled``: only the gain on which the recursion settles, for a filter
-    that goes on from another's states.
-    Raises `InputRefused` if there is no encoder, or the drive cannot be observed through those there are.
+    ``chain``: links between equal angles; ``encoders``: inertia that each reads; the last one is the datum of
+    all angles; ``chosen``: inertias of which the law takes angle and speed; ``settled``: only the gain on
+    which the recursion settles, for a filter that goes on from another's states.
     """
     if not encoders:
         raise InputRefused("encoders: 0 given, the filter needs at least 1: fit the load encoder")
@@ -204,11 +202,9 @@ def _recursion(shape: tuple[int, int], *parts: bytes) -> Array:
 
 
 def settled_gain(transition: Array, noise: Array, output: Array, reading: Array) -> Array:
-    """Gain of the stationary filter, shape (1, states, m), by the algebraic Riccati equation.
+    """Gain of the stationary filter, (1, states, m), by the algebraic Riccati equation.
 
-    ``transition``, ``noise``, shape (states, states); ``output``, shape (m, states); ``reading``, shape (m,
-    m): covariance of the readings.
-    Returns shape (1, states, m).
+    ``noise``, (states, states); ``output``, (m, states); ``reading``, (m, m): covariance of the readings.
     """
     covariance = solve_discrete_are(transition.T, output.T, noise, reading)
     spread = output @ covariance @ output.T + reading

@@ -56,11 +56,7 @@ def ideal_loop(law: LawNumbers, chain: LumpedChain, interval: float) -> IdealLoo
 
 
 def missing_torque(row: Array, states: Array, torque: Array) -> Array:
-    r"""Torque at the motor per error of each parameter, :math:`\tau_j - K\delta_j`.
-
-    ``row``, shape (2n,); ``states``, shape (p, samples, 2n); ``torque``, shape (p, samples).
-    Returns shape (samples, p).
-    """
+    r"""Torque at the motor per error of each parameter, :math:`\tau_j - K\delta_j`, shape (samples, p)."""
     return np.asarray((torque - states @ row).T)
 
 

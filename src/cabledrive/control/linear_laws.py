@@ -19,10 +19,9 @@ FRICTION_SLOPE = 50.0
 
 
 def feedforward(chain: LumpedChain, flat: FlatOutput, reference: Array) -> Array:
-    """Motion of every inertia along the reference, and the motor torque that it takes, friction included.
+    """Motion of every inertia along the reference and the motor torque it takes, friction included.
 
-    ``flat``: with dampers: the damped inverse; without: the undamped one; of one inertia: the rigid one;
-    ``reference``, shape (samples, 2n + 3): from `cabledrive.control.reference.flat_reference`.
+    ``flat``: with dampers: the damped inverse; without: the undamped one; of one inertia: the rigid one.
     Returns shape (samples, 2n + 1): angles, speeds, torque [N m].
     """
     states, elastic = joint_motion(flat, reference)
@@ -66,10 +65,7 @@ def rigid_inertia(chain: LumpedChain) -> float:
 
 
 def pd_law(chain: LumpedChain, bandwidth: float, interval: float) -> LawNumbers:
-    r"""PD on the motor's angle, both poles of the rigid machine at one place: :math:`J(s + \omega)^2`.
-
-    ``bandwidth`` [Hz]; ``interval``: sample time [s].
-    """
+    r"""PD on the motor's angle, poles of the rigid machine at a bandwidth [Hz]: :math:`J(s + \omega)^2`."""
     j, w, n = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size
     row = np.zeros((1, 2 * n))
     row[0, 0], row[0, n] = -j * w**2, -2.0 * j * w
@@ -79,7 +75,7 @@ def pd_law(chain: LumpedChain, bandwidth: float, interval: float) -> LawNumbers:
 def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float) -> LawNumbers:
     r"""PID on the load's angle, :math:`J(s + \omega)^3` for the rigid machine, with a notch.
 
-    ``bandwidth`` [Hz]; ``notch`` [Hz]; zeros of damping ratio 0.1, poles of 1; ``interval``: sample time [s].
+    ``bandwidth``, ``notch`` [Hz]; zeros of damping ratio 0.1, poles of 1.
     """
     j, w, n, v = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size, 2.0 * pi * notch
     notched = (
@@ -100,22 +96,15 @@ def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float)
 
 
 def lq_torque(chain: LumpedChain, error: float, bandwidth: float) -> float:
-    r"""Torque that weighs as much as an error, for a bandwidth of the rigid machine: :math:`J\omega^2 e`.
+    r"""Torque [N m] that weighs as much as an error [rad], :math:`J\omega^2 e` for a bandwidth [Hz].
 
     LQ feedback of a double integrator by Bryson's rule has both poles at :math:`\omega`, damping ratio 0.71.
-
-    ``error`` [rad]; ``bandwidth`` [Hz].
-    Returns [N m].
     """
     return rigid_inertia(chain) * (2.0 * pi * bandwidth) ** 2 * error
 
 
 def lq_law(chain: LumpedChain, error: float, torque: float, interval: float) -> LawNumbers:
-    """Linear-quadratic feedback of angles and speeds by Bryson's rule.
-
-    ``error``: error of the load that weighs as much as `torque` [rad]; ``torque`` [N m]; ``interval``: sample
-    time [s].
-    """
+    """Linear-quadratic feedback of angles and speeds by Bryson's rule: error [rad] weighs as torque [N m]."""
     n = chain.size
     weight = np.zeros((2 * n, 2 * n))
     weight[n - 1, n - 1] = 1.0 / error**2
@@ -128,8 +117,8 @@ def lqi_law(
 ) -> LawNumbers:
     """Linear-quadratic feedback of angles, speeds and the integral of the load's error, by Bryson's rule.
 
-    ``error``: error of the load that weighs as much as `torque` [rad]; ``torque`` [N m]; ``integral_time``:
-    time in which that error adds up to an integral of the same weight [s]; ``interval``: sample time [s].
+    ``error`` [rad] of the load weighs as much as ``torque`` [N m], and as its integral over ``integral_time``
+    [s].
     """
     n = chain.size
     a, b = sampled_motion(chain, interval)
@@ -149,10 +138,7 @@ def integral_memory(n: int, interval: float) -> Array:
 
 
 def sampled_motion(chain: LumpedChain, interval: float) -> tuple[Array, Array]:
-    """Angles and speeds one sample on, from the same and the motor's torque held.
-
-    Returns ``a``, shape (2n, 2n); ``b``, shape (2n, 1).
-    """
+    """Matrices (2n, 2n), (2n, 1) to angles and speeds one sample on, from these and the torque held."""
     n = chain.size
     a, b = state_space(chain)
     block = np.zeros((2 * n + 1, 2 * n + 1))
@@ -162,10 +148,7 @@ def sampled_motion(chain: LumpedChain, interval: float) -> tuple[Array, Array]:
 
 
 def lq_gain(a: Array, b: Array, weight: Array, cost: float) -> Array:
-    """Feedback with the least sum of x' weight x + cost u^2, by the algebraic Riccati equation.
-
-    Returns shape (1, states): u = -gain x.
-    """
+    """Feedback u = -gain x, (1, states), of least sum of x' weight x + cost u^2, by Riccati's equation."""
     value = solve_discrete_are(a, b, weight, np.array([[cost]]))
     return np.asarray(np.linalg.solve(cost + b.T @ value @ b, b.T @ value @ a))
 

@@ -110,11 +110,9 @@ UNKNOWN = LoadEstimate(beta=np.nan, gamma=np.nan, beta_error=np.inf, gamma_error
 def estimate_load(
     readings: Array, counts: Array, interval: float, generator: np.random.Generator
 ) -> LoadEstimate:
-    """Least squares on the filtered load equation.
+    """Least squares on the filtered load equation; ``generator``: for the errors.
 
-    ``readings``, shape (samples, 2): encoder angles of the inertia before the load and of the load, both at
-    the first shaft [rad]; ``counts``, shape (2,): one count of each [rad]; ``interval``: sample time [s];
-    ``generator``: for the errors.
+    ``readings``, (samples, 2): encoder angles of the inertia before the load and of the load [rad].
     """
     sign = turning_sign(readings[:, 1], interval)
     values = load_coefficients(readings, interval, sign)
@@ -147,30 +145,23 @@ def led_astray(motion: Array, counts: Array, interval: float, sign: Array) -> Ar
     that the rounding error goes with the motion and no number of draws averages it away. Rounded where the
     encoders stand (their readings are whole counts), the smoothed motion makes nearly the same error.
 
-    ``motion``, shape (samples, 2): smoothed readings [rad]; ``counts``, shape (2,) [rad]; ``interval``:
-    sample time [s]; ``sign``, shape (samples,): from `turning_sign`.
+    ``motion``, (samples, 2): smoothed readings [rad]; ``sign``: from `turning_sign`.
     """
     again = load_coefficients(counts * np.rint(motion / counts), interval, sign)
     return again - load_coefficients(motion, interval, sign)
 
 
 def turning_sign(load: Array, interval: float) -> Array:
-    """Sign of the load's smoothed speed, turning over a hundredth of the largest one.
-
-    ``load``, shape (samples,): encoder angle of the load [rad]; ``interval``: sample time [s].
-    Returns shape (samples,): from -1 to 1; all zero where the load does not move.
-    """
+    """Sign of the load's smoothed speed, turning over a hundredth of the largest; zero: it does not move."""
     speed = np.gradient(smoothed(load[:, None], interval)[:, 0], interval)
     largest = np.abs(speed).max()
     return np.zeros(len(speed)) if largest == 0.0 else np.tanh(speed / (SIGN_WIDTH * largest))
 
 
 def load_coefficients(readings: Array, interval: float, sign: Array | None = None) -> Array:
-    """Beta, gamma, the constant, Coulomb and viscous friction by least squares.
+    """Beta, gamma, the constant, Coulomb and viscous friction by least squares on readings [rad].
 
-    ``readings``, shape (samples, 2) [rad]; ``interval``: sample time [s]; ``sign``, shape (samples,): from
-    `turning_sign`; default: of these readings.
-    Returns shape (5,).
+    ``sign``: from `turning_sign`; default: of these readings.
     """
     sign = turning_sign(readings[:, 1], interval) if sign is None else sign
     regressors, target, used = _regression(readings, interval, sign)

@@ -19,8 +19,8 @@ def load_row_numbers(
 ) -> LoadRowNumbers:
     """Numbers of the generator of `cabledrive.control.load_torque` and the filter's settled error.
 
-    ``chain``: of law and filter; ``white``, shape (m, m): what makes innovations white; ``turning``: time in
-    which the sign of friction turns [s]; ``interval``: sample time [s].
+    ``white``, (m, m): what makes innovations white; ``turning``: time in which the sign of friction turns
+    [s].
     """
     rows = 2 * chain.size - 1
     times, sources, output = carried_terms(chain)

@@ -49,10 +49,7 @@ def with_load(chain: LumpedChain, factor: float) -> LumpedChain:
 
 
 def scheduled_law(laws: Sequence[LawNumbers], schedule: LoadSchedule, coulomb: float) -> LawNumbers:
-    """One law of linear ones with an integral, one for each point of a schedule.
-
-    ``coulomb``: friction of the motor, fed forward by the reference's speed [N m].
-    """
+    """One law of linear ones with an integral, one per point; ``coulomb`` friction [N m] is fed forward."""
     one = laws[0]
     return LawNumbers(
         kind=SCHEDULED,
@@ -82,10 +79,7 @@ def _between(tables: Array, first: float, step: float, load: float) -> Array:
 
 
 def law_at(law: LawNumbers, load: float) -> LawNumbers:
-    """The linear law that a scheduled one is while a load is announced; any other law is returned as it is.
-
-    ``load``: as a factor, within the range of the design.
-    """
+    """The linear law that a scheduled one is under a load, a factor in its range; any other as it is."""
     if law.kind != SCHEDULED:
         return law
     load = min(max(load, law.learning[LOW, 0]), law.learning[HIGH, 0])
@@ -96,10 +90,7 @@ def law_at(law: LawNumbers, load: float) -> LawNumbers:
 
 
 def filter_at(observer: ObserverNumbers, load: float) -> ObserverNumbers:
-    """The Kalman filter that a scheduled one is while a load is announced; any other is returned as it is.
-
-    ``load``: as a factor.
-    """
+    """The Kalman filter that a scheduled one is under a load, as a factor; any other as it is."""
     if observer.kind != BY_LOAD:
         return observer
     states, (first, step) = observer.output.shape[1], observer.scalars[9:]

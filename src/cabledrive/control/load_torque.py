@@ -22,11 +22,9 @@ TURN = 400.0
 
 
 def carried(chain: LumpedChain, torque: Array, interval: float) -> tuple[Array, Array]:
-    """Angles, speeds and motor torque to add so that a torque against the load does not move it.
+    """Angles, then speeds, (samples, 2n), and motor torque [N m] by which a load's torque moves nothing.
 
-    ``chain``: links between equal angles; ``torque``, shape (2n - 1, samples): with its derivatives [N
-    m/s^k]; ``interval``: sample time [s].
-    Returns ``states``, shape (samples, 2n): angles, then speeds; ``motor``, shape (samples,) [N m].
+    ``torque``, (2n - 1, samples): against the load, with its derivatives [N m/s^k].
     """
     n, link = chain.size, torque
     states = np.zeros((2 * n, torque.shape[1]))
@@ -42,9 +40,8 @@ def carried(chain: LumpedChain, torque: Array, interval: float) -> tuple[Array, 
 def load_regressors(wanted: Array, turning: float, interval: float) -> Array:
     """Torques of unit Coulomb friction, viscous friction and inertia along the wanted motion of the load.
 
-    ``wanted``, shape (2n + 1, samples): load angle and derivatives; ``turning``: time in which the sign of
-    friction turns [s]; ``interval``: sample time [s].
-    Returns shape (3, 2n - 1, samples): each with its derivatives.
+    Shape (3, 2n - 1, samples), each with derivatives. ``turning``: time in which the sign of friction turns
+    [s].
     """
     rows = len(wanted) - 2
     sign = smoothed_sign(wanted[1], rows, turning, interval)
@@ -52,14 +49,10 @@ def load_regressors(wanted: Array, turning: float, interval: float) -> Array:
 
 
 def smoothed_sign(speed: Array, rows: int, turning: float, interval: float) -> Array:
-    """Sign of a speed, smoothed evenly to both sides, with derivatives that are exact.
+    """Sign of a speed, smoothed evenly to both sides, with derivatives that are exact, (rows, samples).
 
     Averages over boxes make it as often differentiable as there are boxes; each derivative is a difference
-    over one box in the place of an average.
-
-    ``speed``, shape (samples,); ``rows``: with how many derivatives, itself included; ``turning``: time from
-    end to end of all boxes [s].
-    Returns shape (rows, samples).
+    over one box in the place of an average. ``turning``: time from end to end of all boxes [s].
     """
     peak = float(np.abs(speed).max())
     if peak == 0.0:

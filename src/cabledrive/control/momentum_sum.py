@@ -61,13 +61,11 @@ def estimate_motor(
     *,
     spread: Array | None = None,
 ) -> MotorEstimate:
-    """Least squares on the filtered sum of momenta.
+    """Least squares on the filtered sum of momenta; ``generator``: for the errors.
 
-    ``readings``, shape (samples, n): encoder angle of every inertia, at the first shaft [rad]; ``torque``,
-    shape (samples,): of the motor from each sample to the next, see `acting_torque` [N m]; ``counts``, shape
-    (n,): one count of each [rad]; ``inertias``, shape (n,): as believed; they divide the whole among the
-    shafts [kg m^2]; ``interval``: sample time [s]; ``generator``: for the errors; ``spread``, shape (n,):
-    relative half widths within which the inertias are believed; default: none.
+    ``readings``, (samples, n): encoder angle of every inertia [rad]; ``torque``, (samples,): from each sample
+    to the next, see `acting_torque` [N m]; ``inertias``, (n,): as believed; they divide the whole among the
+    shafts [kg m^2]; ``spread``, (n,): relative half widths within which they are believed; default: none.
     """
     widths = np.zeros(len(inertias)) if spread is None else spread
 
@@ -87,12 +85,7 @@ def estimate_motor(
 
 
 def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval: float) -> Array:
-    """Whole inertia, viscous and Coulomb friction, offset torque by least squares.
-
-    ``readings``, shape (samples, n) [rad]; ``torque``, shape (samples,) [N m]; ``inertias``, shape (n,) [kg
-    m^2]; ``interval``: sample time [s].
-    Returns shape (4,): signs as in the module's formula.
-    """
+    """Whole inertia, viscous and Coulomb friction, offset torque by least squares, signs as above."""
     mean = filtered(readings @ (inertias / inertias.sum()), interval, FILTER_HZ)
     speed = filtered(np.ascontiguousarray(readings[:, 0]), interval, FILTER_HZ)[1]
     acting = filtered(torque_at_samples(torque), interval, FILTER_HZ)[0]
@@ -107,11 +100,9 @@ def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval
 
 
 def acting_torque(command: Array, interval: float, *, delay: float = 0.0, current_rate: float = 0.0) -> Array:
-    """What the torque loop makes of the commands: the mean torque from each sample to the next.
+    """Mean torque [N m] from each sample to the next that the torque loop makes of commands [N m].
 
-    ``command``, shape (samples,): limited [N m]; ``interval``: sample time [s]; ``delay``: from sampling to
-    torque [s]; ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none.
-    Returns shape (samples,) [N m].
+    ``delay``: from sampling to torque [s]; ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none.
     """
     whole, part = int(delay // interval), delay % interval / interval
     padded = np.concatenate((np.zeros(whole + 1), command))
@@ -127,10 +118,6 @@ def acting_torque(command: Array, interval: float, *, delay: float = 0.0, curren
 
 
 def torque_at_samples(torque: Array) -> Array:
-    """Torque at the samples as the mean of what acts before and after each [N m].
-
-    ``torque``, shape (samples,): from each sample to the next.
-    Returns shape (samples,).
-    """
+    """Torque at the samples [N m] as the mean of what acts before and after each."""
     before = np.concatenate((torque[:1], torque[:-1]))
     return 0.5 * (before + torque)

@@ -56,10 +56,5 @@ def start_estimates(law: LawNumbers) -> Array:
 
 
 def learning_table(nominal: Array, low: Array, high: Array, gain: Array, limit: Array | None = None) -> Array:
-    """What the adaptation needs of each estimate.
-
-    ``nominal``, ``low``, ``high``, ``gain``, shape (p,); ``limit``, shape (p,): largest rates;
-    default: none.
-    Returns shape (5, p).
-    """
+    """What the adaptation needs of each estimate, shape (5, p); unless given, no rate is limited."""
     return np.array([nominal, low, high, gain, np.full(len(nominal), np.inf) if limit is None else limit])

@@ -111,10 +111,9 @@ class OwnController:
 
 
 def checked_controller(given: Any) -> OwnController:
-    """The user's controller as frozen data.
+    """The user's `ControllerProtocol` as frozen data; refused if a part is missing or of the wrong kind.
 
-    ``given``: an object of `ControllerProtocol`; shafts, sample_time, measures and follows may be absent.
-    Raises `InputRefused` if a part is missing or of the wrong kind.
+    Shafts, sample_time, measures and follows may be absent.
     """
     if not callable(getattr(given, "step", None)) or isinstance(given, type):
         raise InputRefused(
@@ -183,11 +182,9 @@ def is_compiled(step: Any) -> bool:
 def stepped(
     own: OwnController, state: Array, measurement: Array, reference: Array, place: str
 ) -> tuple[Array, float]:
-    """One sample of the user's controller, checked.
+    """One sample of the user's controller: state, (m,), and torque [N m]; anything else is refused.
 
-    ``state``, shape (m,); ``place``: when, in words.
-    Returns ``state``, shape (m,); ``command`` [N m].
-    Raises `InputRefused` if the step returns anything but a state of that shape and a finite torque.
+    ``place``: when, in words.
     """
     found: Any = own.step(own.gains, state, measurement, reference)
     if not isinstance(found, tuple) or len(found) != 2:

@@ -16,10 +16,7 @@ from cabledrive.parameters.arrays import Array
 
 
 class OwnTargetState(NamedTuple):
-    """As `cabledrive.control.target_kernels.TargetState`, with what a step of the user's is handed.
-
-    ``memory`` (m,), ``measurement``, ``row``: copies, which the step may change.
-    """
+    """As `target_kernels.TargetState`, with copies that the user's step may change."""
 
     controller: ControllerState
     datum: Array

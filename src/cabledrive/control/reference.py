@@ -10,14 +10,10 @@ from cabledrive.parameters.arrays import Array
 
 
 def lagged(signal: Array, time: float, interval: float) -> Array:
-    r"""A sampled signal through :math:`1/(1 + Ts)`, exact for straight lines between samples.
+    """A sampled signal through :math:`1/(1 + Ts)`, exact for straight lines between samples.
 
     It starts at rest on its first value. A derivative of the signal gives the derivative of the result:
-    nothing is differenced.
-
-    ``signal``, shape (..., samples); ``time``: time constant T [s]; 0 returns the signal; ``interval``:
-    sample time [s].
-    Returns shape (..., samples).
+    nothing is differenced. ``time``: T [s]; 0 returns the signal.
     """
     if time == 0.0:
         return signal
@@ -60,11 +56,6 @@ def flat_map(flat: FlatOutput) -> Array:
 
 
 def joint_motion(flat: FlatOutput, flat_rows: Array) -> tuple[Array, Array]:
-    """Angles and speeds of every inertia along the reference, and the torque it needs without friction.
-
-    ``flat_rows``, shape (samples, >= 2n + 1): from `flat_reference`.
-    Returns ``states``, shape (samples, 2n): angles, then speeds; ``elastic``, shape (samples,): torque of the
-    first link [N m].
-    """
+    """Angles, then speeds, along `flat_reference`, (samples, 2n), and the torque of the first link [N m]."""
     n2 = 2 * flat.size
     return flat_rows[:, :n2] @ flat.states.T, flat_rows[:, : n2 + 1] @ flat.elastic

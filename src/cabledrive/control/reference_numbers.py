@@ -73,11 +73,10 @@ def reference_numbers(
     constant: Array | None = None,
     friction: Sequence[tuple[float, float, int, int]] = (),
 ) -> ReferenceNumbers:
-    """Numbers of a generator.
+    """Numbers of a generator; unless ``sources`` say else, each filter takes the one before it.
 
-    ``output``, shape (columns, c): of all stages, or of the last one alone; ``times``: time constant of each
-    filter [s]; ``sources``: default: each filter takes the one before it; ``friction``: c, K, column that it
-    is added to, column of the speed, of each.
+    ``output``, (columns, c): of all stages, or of the last one alone; ``times``: time constant of each filter
+    [s]; ``friction``: c, K, column that it is added to, column of the speed, of each.
     """
     stages = len(times) + 1
     if sources is None:  # a series of filters, of which only the end is used

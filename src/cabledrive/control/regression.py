@@ -17,13 +17,10 @@ and 35 Hz, set apart for this, estimates spread 1.05 to 1.15 times as far as the
 
 
 def filtered(signal: Array, interval: float, hertz: float) -> Array:
-    r"""A signal and its first two derivatives through :math:`1/(1 + s/\omega)^3`, from rest.
+    r"""A signal and two derivatives through :math:`1/(1 + s/\omega)^3`, from rest, (3, ..., samples).
 
     With :math:`a, b, c` the signal after one, two and three lags of time constant T, the derivatives are
-    :math:`(b - c)/T` and :math:`(a - 2b + c)/T^2`: nothing is differenced in time.
-
-    ``signal``, shape (..., samples); ``interval``: sample time [s]; ``hertz``: omega/(2 pi).
-    Returns shape (3, ..., samples).
+    :math:`(b - c)/T` and :math:`(a - 2b + c)/T^2`: nothing is differenced in time. ``hertz``: omega/(2 pi).
     """
     time = 1.0 / (2.0 * pi * hertz)
     one = lagged(signal, time, interval)
@@ -33,11 +30,7 @@ def filtered(signal: Array, interval: float, hertz: float) -> Array:
 
 
 def least_squares(regressors: Array, target: Array, used: NDArray[np.bool_]) -> Array:
-    """Coefficients of the regressors, shape (p,); none is known (all NaN) where they do not span p.
-
-    ``regressors``, shape (samples, p); ``target``, shape (samples,); ``used``, shape (samples,).
-    Returns shape (p,).
-    """
+    """Coefficients of the regressors, (p,), from samples used; all NaN where they do not span p."""
     x, y = regressors[used], target[used]
     scale = np.abs(x).max(axis=0) if len(x) else np.zeros(regressors.shape[1])
     if np.any(scale == 0.0):
@@ -47,11 +40,7 @@ def least_squares(regressors: Array, target: Array, used: NDArray[np.bool_]) -> 
 
 
 def smoothed(readings: Array, interval: float) -> Array:
-    """Readings through a second-order Butterworth filter forwards and backwards: no lag.
-
-    ``readings``, shape (samples, m); ``interval``: sample time [s].
-    Returns shape (samples, m).
-    """
+    """Readings through a second-order Butterworth filter forwards and backwards: no lag."""
     from scipy.signal import butter, filtfilt
 
     b, a = butter(2, SMOOTHING_HZ, fs=1.0 / interval)
@@ -66,10 +55,6 @@ def rounding_replicates(
 
     Least squares' own formula does not serve here: rounding errors are correlated in a way of their own, for
     as long as a count lasts, and the residual at hand shows one instance of them only.
-
-    ``readings``, shape (samples, m) [rad]; ``counts``, shape (m,): one count of each encoder [rad];
-    ``interval``: sample time [s].
-    Returns shape (samples, m).
     """
     motion = smoothed(readings, interval)
     phases = [generator.uniform(-0.5, 0.5, len(counts)) for _ in range(REPLICATES)]
@@ -77,11 +62,7 @@ def rounding_replicates(
 
 
 def rounding_spread(found: Array) -> Array:
-    """Standard errors of an estimate from those of the replicates.
-
-    ``found``, shape (replicates, p).
-    Returns shape (p,).
-    """
+    """Standard errors, (p,), of an estimate from those of the replicates, (replicates, p)."""
     return np.asarray(IN_THE_LOOP * np.std(found, axis=0, ddof=1))
 
 
@@ -91,9 +72,7 @@ def with_bounded_errors(errors: Array, effects: Array, generator: np.random.Gene
     What lies evenly within bounds has no tails: taken for normal it makes intervals too wide. The 95 %
     interval is that of the sum, and the error returned the one of which `interval_factor` gives it.
 
-    ``errors``, shape (p,): by rounding, of `REPLICATES`; ``effects``, shape (n, p): of each quantity at its
-    bound.
-    Returns shape (p,).
+    ``errors``, (p,): by rounding, of `REPLICATES`; ``effects``, (n, p): of each quantity at its bound.
     """
     noise = generator.standard_t(REPLICATES - 1, (SUMS, 1)) * errors
     evenly = generator.uniform(-1.0, 1.0, (SUMS, len(effects))) @ effects

@@ -71,11 +71,7 @@ def sliding_residual(
 
 
 def regressor_deviation(law: LawNumbers, states: Array, reference: Array) -> Array:
-    """Regressor of the true states less that of the reference.
-
-    ``law``: a law of the chain; ``states``, shape (samples, 2n); ``reference``, shape (samples, 2n + 3).
-    Returns shape (samples, 4).
-    """
+    """Regressor of the true states less that of the reference, (samples, 4)."""
     count = states.shape[1]
     z = states @ law.matrix.T
     error = z - reference[:, :count]

@@ -43,11 +43,10 @@ class TensionGains(NamedTuple):
 
 
 def first_state(gains: TensionGains, tension: Array) -> Array:
-    """State of a machine that rests at q = 0.
+    """State of a machine that rests at q = 0 under tensions [N], shape (3 m + 9,).
 
-    ``tension``, shape (2,): at rest [N].
-    Returns shape (3 m + 9,): place, speed and disturbing acceleration of the body; both lags of either
-    tension [N]; angles of the drums [rad]; whether the last command was reshaped; tensions wanted [N].
+    Place, speed and disturbing acceleration of the body; both lags of either tension [N]; angles of the drums
+    [rad]; whether the last command was reshaped; tensions wanted [N].
     """
     m = gains.machine.mass.size
     return np.concatenate([np.zeros(3 * m), tension, tension, np.zeros(3), tension])

@@ -50,12 +50,7 @@ class ScheduledLaw(NamedTuple):
 def sampled_model(
     transporter: Transporter, position: float, interval: float, wind_time: float
 ) -> tuple[Array, Array, Array]:
-    """Observer's model at one position.
-
-    ``position``: of the carriage [m]; ``interval``: sample time [s]; ``wind_time`` [s].
-    Returns ``transition``, shape (10, 10); ``drive``, shape (10,); ``system``, shape (10, 10): of the
-    continuous model.
-    """
+    """Observer's model at a position [m]: transition (10, 10), drive (10,), continuous matrix (10, 10)."""
     a, b = frozen_state_space(transporter, position)
     system = np.zeros((OBSERVED + 1, OBSERVED + 1))
     system[:STATES, :STATES] = a
@@ -67,11 +62,7 @@ def sampled_model(
 
 
 def feedback_at(transition: Array, drive: Array, tuning: TransporterTuning) -> Array:
-    """Linear-quadratic feedback of one frozen position, Eq. (T.6).
-
-    ``transition``, shape (8, 8); ``drive``, shape (8,).
-    Returns shape (8,).
-    """
+    """Linear-quadratic feedback, (8,), of one frozen position, Eq. (T.6)."""
     weight = np.zeros((STATES, STATES))
     weight[1, 1], weight[3, 3] = tuning.carriage**-2, tuning.payload**-2
     weight[BODIES : BODIES + 2, BODIES : BODIES + 2] = [[1.0, -1.0], [-1.0, 1.0]]
@@ -90,12 +81,10 @@ def correction_at(
     tuning: TransporterTuning,
     reads: tuple[int, ...] = ENCODERS,
 ) -> Array:
-    """Steady Kalman gain of one frozen position, Eq. (T.7).
+    """Steady Kalman gain, (10, 2) by drive and load pulley, of one frozen position, Eq. (T.7).
 
-    ``transition``, ``system``, shape (10, 10); ``count``: one count of the encoders at the rim [m];
-    ``interval``: sample time [s]; ``reads``: displacements that are measured: drive pulley 0, load pulley 2;
-    what is not is not corrected by.
-    Returns shape (10, 2): by the readings of drive and load pulley.
+    ``count``: one count of the encoders at the rim [m]; ``reads``: displacements that are measured: drive
+    pulley 0, load pulley 2; what is not is not corrected by.
     """
     density = np.zeros(OBSERVED)
     density[BODIES:STATES] = tuning.acceleration
@@ -128,13 +117,11 @@ def scheduled_law(
     frozen: float | None = None,
     reads: tuple[int, ...] = ENCODERS,
 ) -> ScheduledLaw:
-    """Design law and observer at every position of a grid.
+    """Design law and observer at every position of a grid of two or more; fewer are refused.
 
-    ``interval``: sample time [s]; ``count``: one count of the encoders at the rim [m]; ``limit``: largest
-    force [N]; ``positions``, shape (positions,): equally spaced [m]; ``frozen``: the one position [m] for
-    which all is made; default: every position has its own; ``reads``: pulleys with an encoder, see
-    `correction_at`.
-    Raises `InputRefused` if there are fewer than two positions.
+    ``count``: one count of the encoders at the rim [m]; ``limit``: largest force [N]; ``positions``: equally
+    spaced [m]; ``frozen``: the one position [m] for which all is made; default: every position has its own;
+    ``reads``: as of `correction_at`.
     """
     if len(positions) < 2:
         raise InputRefused(f"{len(positions)} position given, a schedule needs 2 and more: give a grid")
@@ -161,12 +148,7 @@ def scheduled_law(
 def frozen_poles(
     law: ScheduledLaw, transporter: Transporter, position: float, interval: float, wind_time: float = 2.0
 ) -> Array:
-    """Poles of law and observer on the plant with its carriage frozen at a place, per sample.
-
-    ``transporter``: the plant, which the design need not be; ``position``: of the carriage [m]; ``interval``:
-    sample time [s].
-    Returns shape (18,): stable inside the unit circle.
-    """
+    """Poles per sample, (18,), of law and observer on a plant, of its own numbers, frozen at a place [m]."""
     share = (position - law.grid[0]) / law.grid[1]
     low = int(np.clip(share, 0, len(law.feedback) - 2))
     share = float(np.clip(share - low, 0.0, 1.0))

@@ -56,11 +56,7 @@ def flat_motion(transporter: Transporter, payload: Array, interval: float) -> Ar
 
 
 def rigid_motion(transporter: Transporter, wanted: Array) -> Array:
-    """States and force of a transporter without flexibility and swing, Eq. (T.8).
-
-    ``wanted``, shape (>= 3, samples): displacement and derivatives [m/s^k].
-    Returns shape (samples, 10): as `flat_motion`.
-    """
+    """As `flat_motion` of a transporter without flexibility and swing, Eq. (T.8), from derivatives to s''."""
     t = transporter
     force = t.masses.sum() * wanted[2] + t.rail_friction * wanted[1]
     return _rows(t, (wanted,) * BODIES, force)
@@ -75,11 +71,9 @@ def _rows(transporter: Transporter, motions: tuple[Array, ...], force: Array) ->
 
 
 def shaped(transporter: Transporter, wanted: Array, interval: float, position: float) -> tuple[Array, float]:
-    """A motion through zero-vibration shapers for the swing and for the carriage on the cable, Eq. (T.9).
+    """A motion through zero-vibration shapers for swing and carriage, Eq. (T.9), and by how much longer [s].
 
-    ``wanted``, shape (k, samples); ``interval``: sample time [s]; ``position``: of the carriage for which the
-    shaper is made, the motor held [m].
-    Returns ``shaped``, shape (k, samples); ``late``: how much longer it takes [s].
+    ``position``: of the carriage for which the shaper is made, the motor held [m].
     """
     t, late = transporter, 0.0
     swing, cable = (float(f) for f in held_frequencies(t, position)[:2])

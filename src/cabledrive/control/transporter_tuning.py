@@ -20,11 +20,9 @@ UNWEIGHED = 1e6
 def tuning_for(
     transporter: Transporter, bandwidth: float, *, interval: float, count: float, hanging: bool = True
 ) -> TransporterTuning:
-    """Weights of law and observer by the bandwidth of the loop round the rigid whole.
+    """Weights of law and observer by the bandwidth [rad/s] of the loop round the rigid whole.
 
-    ``bandwidth`` [rad/s]; ``interval``: sample time [s]; ``count``: one count of the encoders at the rim [m];
-    ``hanging``: whether the hanging mass is to keep its place as well; False: only the carriage's error
-    counts.
+    ``count``: one count of the encoders at the rim [m]; not ``hanging``: only the carriage's error counts.
     """
     mass, error = float(transporter.masses.sum()), ERROR / sqrt(2.0) if hanging else ERROR
     density = READING * count**2 / 12.0 * interval  # of a reading's noise [m^2 s]

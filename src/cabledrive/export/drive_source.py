@@ -13,10 +13,7 @@ from cabledrive.rig.laws.controller_file import FILE
 
 
 def read_drive(source: Any, axis: str | None = None) -> Drive:
-    """A drive, its name or file, or the identified drive of a study's folder; ``axis``: of one with routes.
-
-    Raises `InputRefused` if there is none.
-    """
+    """A drive, its name or file, or a study's identified one; an axis of one with routes; else refused."""
     return as_axis(read_machine(source), axis)
 
 
@@ -34,10 +31,7 @@ def read_machine(source: Any) -> Drive | RoutedDrive:
 
 
 def lumped_models(drive: Drive) -> dict[int, LumpedChain]:
-    """Models 1 to 4 of a drive, those that its data allow, by their number.
-
-    Raises `InputRefused` if there is none, with the reason of the highest.
-    """
+    """Models 1 to 4 of a drive that its data allow, by number; refused with the highest's reason if none."""
     found = {}
     for number in (1, 2, 3, 4):
         try:

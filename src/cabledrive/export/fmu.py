@@ -49,10 +49,7 @@ class Part:
 
 
 def fmu_package(source: ExportSource, version: int, what: str) -> tuple[dict[str, bytes], list[str]]:
-    """The FMU by its name, and notes.
-
-    ``version``, {2, 3}: of FMI; ``what``, {"controller", "plant", "loop"}.
-    """
+    """The FMU 2 or 3 of "controller", "plant" or "loop" by its name, and notes."""
     if what == "controller":
         code = controller_code(source, target_program(source.law))
     else:

@@ -45,10 +45,7 @@ class GainCut:
 
 
 def gain_cut(loop: Loop, motion: MotionNumbers) -> GainCut | None:
-    """Run a loop with its schedule of gains and with the last one alone; None where a run does not end.
-
-    ``motion``: of the run, for the columns of a reference that go with the filter's gains.
-    """
+    """Run a loop with its schedule of gains and with the last one alone; None where a run does not end."""
     gains = loop.observer.gains
     if len(gains) < 2 or loop.observer.kind == BY_LOAD:
         return GainCut(samples=0, peak=None, rms=None)

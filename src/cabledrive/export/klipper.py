@@ -11,10 +11,7 @@ REMEDY = "give the JSON of `cabledrive shaper LOG --json -o FILE`"
 
 
 def klipper_files(source: Any) -> dict[str, str]:
-    """The configuration of Klipper, and the same numbers for Marlin.
-
-    Raises `InputRefused` if the file is no answer of `shaper`.
-    """
+    """The configuration of Klipper, and the same for Marlin; refused if it is no answer of `shaper`."""
     place = require_regular(Path(str(source)), REMEDY)
     try:
         data = json.loads(place.read_text(encoding="utf-8"))

@@ -32,10 +32,7 @@ class PlantSource:
 
 
 def plant_source(source: ExportSource) -> PlantSource:
-    """The plant on which `cabledrive.track --tension-only` runs the law.
-
-    Raises `InputRefused` if the drive of the law is not at hand.
-    """
+    """The plant on which `cabledrive.track --tension-only` runs the law; refused if it is not at hand."""
     loop = plant_loop(source)
     return PlantSource(plant=loop.plant, piecewise=loop.piecewise, rig=loop.rig, shafts=loop.chain.names)
 

@@ -133,10 +133,7 @@ def as_type(numbers: Any, kind: Any) -> Any:
 def commands_of(
     law: ControllerFile, readings: Array, references: Array, kind: Any = np.float64
 ) -> tuple[Array, Array]:
-    """Commands [N m] of the interpreted kernels, and where the last one was kept, shape (samples,).
-
-    ``kind``: precision of state and inputs; that of the numbers is the law's own.
-    """
+    """Commands [N m] of the interpreted kernels and where the last was kept; ``kind``: state's precision."""
     kernel = target_kernel(law)
     state, numbers = as_type(kernel.state, kind), kernel.numbers.values()
     readings, references = readings.astype(kind), references.astype(kind)

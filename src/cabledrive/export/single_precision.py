@@ -50,10 +50,7 @@ class SinglePrecision:
 
 
 def single_precision(source: ExportSource) -> SinglePrecision:
-    """The controller of a source for single precision, tried on its plant.
-
-    Raises `InputRefused` if the closed loop loses more than a tenth, or the drive is not at hand.
-    """
+    """The controller for single precision, tried on its plant; a tenth more error, or no drive: refused."""
     law = differenced(source.law)
     wide, narrow = peak_error(source, source.law, np.float64), peak_error(source, law, np.float32)
     factor = narrow / wide

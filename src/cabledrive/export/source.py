@@ -71,11 +71,9 @@ class ExportSource:
 def read_source(
     source: Any, controller: str | ControllerProtocol | None = None, axis: str | None = None
 ) -> ExportSource:
-    """Read what is to be exported.
+    """Read what is to be exported: Drive, its name or path, a study's folder or a controller.json.
 
-    ``source``: Drive, its name or path, a study's folder or a controller.json; ``controller``, ``axis``:
-    with a drive.
-    Raises `InputRefused` if it is none of them, or the law cannot be had for the drive.
+    ``controller``, ``axis``: with a drive. Refused if it is none, or the law cannot be had for the drive.
     """
     if isinstance(source, Drive | RoutedDrive):
         return designed(as_axis(source, axis), controller)

@@ -10,10 +10,7 @@ FLAGS = ("-std=c99", "-ffp-contract=off", "-O2", "-c", "-fstack-usage")
 
 
 def stack_bytes(files: Mapping[str, str], compiler: str = "gcc") -> int | None:
-    """Upper bound of the stack of any call: the sum over all functions, none of which recurs [bytes].
-
-    Returns none where the compiler is not at hand.
-    """
+    """Upper bound of the stack of any call [bytes]: all functions', none recursive; None: no compiler."""
     found = shutil.which(compiler)
     if found is None:
         return None

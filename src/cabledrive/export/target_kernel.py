@@ -29,10 +29,7 @@ class TargetKernel:
 
 
 def target_kernel(law: ControllerFile) -> TargetKernel:
-    """The kernels of a controller.
-
-    Raises `InputRefused` if the gains of one of the user's own are no numbers, or its step returns none.
-    """
+    """The kernels of a controller; refused: a user's gains that are no numbers, a step that returns none."""
     if law.own is None:
         return TargetKernel(
             start=start_target,

@@ -37,10 +37,7 @@ def columns_of(law: ControllerFile) -> int:
 
 
 def target_program(law: ControllerFile, precision: Precision | None = None) -> TargetProgram:
-    """Translate the controller of a file, with its reference generator.
-
-    Raises `InputRefused` if a step of the user's own leaves the subset that can be translated.
-    """
+    """Translate a file's controller and its generator; refused if a user's step leaves the subset."""
     program, kernel = Program(precision), target_kernel(law)
     readings, columns = len(law.encoders), columns_of(law)
     c = program.state("cd_law", "law", kernel.state)

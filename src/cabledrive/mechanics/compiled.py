@@ -26,31 +26,19 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 
 
 def njit(function: F) -> F:
-    """Compile a kernel when it is first called, with fast arithmetic that keeps NaN and infinity.
-
-    ``function``: loops over floats and arrays.
-    Returns the compiled kernel; the function itself where numba is absent or disabled.
-    """
+    """Compile a kernel when first called, with fast arithmetic that keeps NaN; without numba leave it."""
     return _compile(function, FAST_MATH)
 
 
 def njit_inlined(function: F) -> F:
-    """Compile a kernel into each of its callers: for short parts of a hot loop.
-
-    ``function``: loops over floats and arrays.
-    Returns as `njit`.
-    """
+    """Compile a kernel into each of its callers: for short parts of a hot loop."""
     return _compile(function, FAST_MATH, inline="always")
 
 
 def njit_in_place(function: F) -> F:
     """Compile a kernel that makes no arrays, only views of those it is given.
 
-    References to arrays are then not counted, which takes more time than the arithmetic where a kernel is
-    short.
-
-    ``function``: loops over floats and arrays.
-    Returns as `njit`.
+    References to arrays are then not counted, which takes more time than the arithmetic of a short kernel.
     """
     return _compile(function, FAST_MATH, **_uncounted())
 
@@ -60,19 +48,12 @@ def njit_part(function: F) -> F:
 
     A call passes every array of a tuple by its seven numbers, which takes longer than a short part. Python
     may call it as well.
-
-    ``function``: loops over floats and arrays.
-    Returns as `njit`.
     """
     return _compile(function, FAST_MATH, forceinline=True, **_uncounted())
 
 
 def njit_strict(function: F) -> F:
-    """Compile a kernel whose rounding matters: no arithmetic is reordered.
-
-    ``function``: loops over floats and arrays.
-    Returns as `njit`.
-    """
+    """Compile a kernel whose rounding matters: no arithmetic is reordered."""
     return _compile(function, False)
 
 
@@ -83,9 +64,6 @@ def for_kernels(function: F) -> F:
     each of its callers. A call that were left would go to one version of it in the process that compiled and
     to another in those that load from the cache, and the two may round differently. Functions whose name
     begins with an underscore need no mark.
-
-    ``function``: loops over floats and arrays.
-    Returns the function itself.
     """
     function.__dict__["for_kernels"] = True
     return function
@@ -93,10 +71,7 @@ def for_kernels(function: F) -> F:
 
 @cache
 def numba_at_hand() -> bool:
-    """Whether kernels can be compiled here.
-
-    Returns false where numba is not installed, and where NUMBA_DISABLE_JIT is set.
-    """
+    """Whether kernels can be compiled here: not without numba, nor where NUMBA_DISABLE_JIT is set."""
     try:
         import numba
     except ImportError:
@@ -144,10 +119,7 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
 
 @cache
 def _cache_folder(module: Path, chosen: str = "") -> str:
-    """A folder for compiled kernels that can be written and is nobody else's; empty if there is none.
-
-    `chosen` is NUMBA_CACHE_DIR of the environment.
-    """
+    """A folder for kernels, ``chosen`` by NUMBA_CACHE_DIR, writable and nobody else's; empty: none."""
     try:
         digest = digest_with_imports(module)
     except OSError:  # no sources: a stale cache looks like a fresh one

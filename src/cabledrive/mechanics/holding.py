@@ -18,11 +18,10 @@ CONDITIONS = (FREE, HELD, HOLDING)
 def motor_condition(drive: Drive, motor: str | None = None) -> str:
     """How the rotor is held in a calculation.
 
-    ``motor``, {"free", "held", "holding"}: "free": the rotor turns. "held": it does not; behind a flexible
-    joint the drive pulley still turns on the joint, and without ``[motor]`` the drive pulley itself is held.
-    "holding": the rotor turns on ``motor.holding_stiffness``. Default: "holding" where the file gives that
-    stiffness, else "free".
-    Raises `InputRefused` if `motor` is none of these, or the drive has no holding stiffness.
+    "free": the rotor turns. "held": it does not; behind a flexible joint the drive pulley still turns on the
+    joint, and without ``[motor]`` the drive pulley itself is held. "holding": the rotor turns on
+    ``motor.holding_stiffness``; refused without one. Default: "holding" where the file gives that stiffness,
+    else "free".
     """
     sprung = drive.motor is not None and drive.motor.holding_stiffness is not None
     if motor is None:
@@ -38,29 +37,19 @@ def motor_condition(drive: Drive, motor: str | None = None) -> str:
 
 
 def joint_stiffness(drive: Drive) -> float | None:
-    """Stiffness of the joint between motor and drive pulley.
-
-    Returns [N m/rad]; None where there is no motor or its joint is rigid.
-    """
+    """Stiffness [N m/rad] of the joint between motor and drive pulley; None without motor or if rigid."""
     return drive.motor.joint_stiffness if drive.motor is not None else None
 
 
 def carriage_joint(number: int) -> str:
-    """Name of a carriage among the joints of a chain.
-
-    ``number``: its number in the drive file, from 0.
-    Returns "carriage 0".
-    """
+    """Name of a carriage among the joints of a chain, "carriage 0" for number 0 of the drive file."""
     return f"carriage {number}"
 
 
 def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
-    """Joints of the drive's chains by the names that a user gives them.
+    """Joints of the drive's chains by the names that a user gives them; others are refused.
 
-    ``hold``: "drive pulley", "load pulley", "carriage 0" (its number in the file), or the ``name`` of a
-    carriage.
-    Returns names of joints.
-    Raises `InputRefused` if a name is not known.
+    ``hold``: "drive pulley", "load pulley", "carriage 0" (its number in the file), or a carriage's ``name``.
     """
     if isinstance(hold, str):
         hold = (hold,)
@@ -88,10 +77,7 @@ def released(drive: Drive) -> Drive:
 
 
 def left_out_under_torque(drive: Drive) -> str | None:
-    """What is left out where a torque controls the drive, in a sentence for results.
-
-    Returns none where the drive has no holding stiffness.
-    """
+    """What is left out where a torque controls the drive, a sentence; None without a holding stiffness."""
     if drive.motor is None or drive.motor.holding_stiffness is None:
         return None
     return (

@@ -37,11 +37,7 @@ _ADDRESS = re.compile(r"0x[0-9a-f]+")
 
 
 class KernelCache(FunctionCache):
-    """What numba asks for a compiled kernel, and gives to be kept.
-
-    It takes the kernel before it is compiled, and a folder of the user's own whose name stands for the
-    version of all sources.
-    """
+    """What numba asks for a compiled kernel, and keeps in a folder named after the version of all sources."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         code = function.__code__
@@ -63,11 +59,7 @@ class KernelCache(FunctionCache):
                 path.unlink()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled kernel of a signature.
-
-        ``sig``, ``target_context``: numba's.
-        Returns none: it has to be compiled.
-        """
+        """The compiled kernel of numba's signature; None: it has to be compiled."""
         target_context.refresh()
         if not self._enabled:
             return None

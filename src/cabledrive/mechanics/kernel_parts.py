@@ -50,10 +50,7 @@ def why_whole() -> str | None:
 
 
 def as_part_of_callers(compiled: Any) -> None:
-    """Compile a kernel as a part wherever a kernel calls it, and whole where Python does.
-
-    ``compiled``: numba's dispatcher; it is changed. Nothing happens where `why_whole` gives a reason.
-    """
+    """Change a dispatcher to compile as a part in kernels, whole for Python, unless `why_whole` says why."""
     if why_whole() is not None:
         return
     from numba.core import types
@@ -97,10 +94,7 @@ def _is_there(module: str, name: str) -> bool:
 
 
 def _in_a_part() -> bool:
-    """Whether what is compiled now is only ever linked: a part, or numba's own code inside another kernel.
-
-    A user's function is neither: Python may call it, too.
-    """
+    """Whether what is compiled now is only linked, a part or numba's own code; a user's Python may call."""
     if not _COMPILING:
         return False
     now = _COMPILING[-1]

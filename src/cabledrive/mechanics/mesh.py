@@ -77,20 +77,15 @@ class Mesh:
         return bool(alike) and not self.carriage_mass.any()
 
     def span_nodes(self, span: str) -> slice:
-        """Nodes of a span, its two rims included.
-
-        ``span``, {"upper", "lower"}.
-        Returns into an array over nodes.
-        """
+        """Nodes of a span, its two rims included."""
         start = self.spans.index(span) * self.segments
         return slice(start, start + self.segments + 1)
 
 
 def mesh_of(drive: Drive, segments: int) -> Mesh:
-    """Divide the cable of a drive.
+    """Divide the cable of a drive into segments, one per gap at least where carriages stand close.
 
-    ``segments``: segments per span; raised to one per gap where carriages stand closer than that.
-    Raises `InputRefused` if there are too few segments, or too many to be stored.
+    Refused: too few segments, or too many to be stored.
     """
     _check_segments(segments)
     stops = [_stops(drive, span) for span in drive.spans]

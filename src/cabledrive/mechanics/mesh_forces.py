@@ -12,11 +12,7 @@ from cabledrive.mechanics.mesh import Mesh
 
 
 def gradients(mesh: Mesh, displacement: Array) -> Components:
-    """Displacement gradients of the segments.
-
-    ``displacement``, shape (3, nodes): u, v, w [m].
-    Returns shape (segments of all spans,): u', v', w' [-].
-    """
+    """Displacement gradients u', v', w' of the segments [-] from displacements, shape (3, nodes) [m]."""
     u_x, v_x, w_x = np.diff(displacement, axis=1) / mesh.spacing
     return u_x, v_x, w_x
 
@@ -32,11 +28,7 @@ def cable_forces(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
 
 
 def nodal_differences(mesh: Mesh, components: Array) -> Array:
-    """Difference of what pulls behind a node and what pulls before it.
-
-    ``components``, shape (3, segments of all spans): what each segment carries [N].
-    Returns shape (3, nodes): force on each node [N].
-    """
+    """Force on each node, shape (3, nodes) [N], by what each segment carries, shape (3, segments) [N]."""
     force = np.zeros((3, mesh.nodes))
     force[:, :-1] += components
     force[:, 1:] -= components
@@ -47,21 +39,13 @@ def nodal_differences(mesh: Mesh, components: Array) -> Array:
 
 
 def strain_energy(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
-    """Elastic energy of each span above the straight pretensioned cable.
-
-    ``displacement``, shape (3, nodes): u, v, w [m].
-    Returns shape (spans,): energy [J].
-    """
+    """Elastic energy of each span [J] above the straight pretensioned cable; u, v, w, (3, nodes) [m]."""
     density = law.energy_density(*gradients(mesh, displacement))
     return np.sum((density * mesh.spacing).reshape(len(mesh.spans), -1), axis=1)
 
 
 def weight_energy(mesh: Mesh, displacement: Array) -> float:
-    """Potential energy of the weight, zero for the straight cable.
-
-    ``displacement``, shape (3, nodes): u, v, w [m].
-    Returns energy [J].
-    """
+    """Potential energy of the weight [J], zero for the straight cable; u, v, w, (3, nodes) [m]."""
     last = -1 if mesh.closed else None
     lowered = mesh.weight_u * displacement[0] + mesh.weight_w * displacement[2]
     return -float(np.sum(lowered[:last]))

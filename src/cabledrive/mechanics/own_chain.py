@@ -13,10 +13,7 @@ from cabledrive.parameters.errors import InputRefused
 
 
 def own_chain(chain: Chain) -> LabelledChain:
-    """A chain with joints "joint 0" and on, then "pendant 0" and on, each segment a span, "segment 0" and on.
-
-    Raises `InputRefused` where a value cannot be that of a chain.
-    """
+    """A chain with joints "joint 0" and on, "pendant 0" and on, and spans "segment 0" and on, checked."""
     chain = _in_arrays(chain)
     _check(chain)
     pendants = tuple(f"pendant {i}" for i in range(len(chain.pendants)))

@@ -46,11 +46,7 @@ class Statics:
             self.fall[piece.span] += piece.load[0] * (piece.end - piece.start) + piece.jump[0]
 
     def solve(self) -> Array:
-        """Find the forces.
-
-        Returns shape (pieces, 2): force along and across at the start of every piece [N].
-        Raises `NotComputed` if no state of rest is found.
-        """
+        """Force along and across at the start of every piece, (pieces, 2) [N]; `NotComputed`: none found."""
         drive, pull = self.drive, self.pull
         if not drive.load_pulley.fixed:
             if drive.kind == "line":
@@ -160,10 +156,7 @@ class Statics:
 
 
 def pieces_of(drive: Drive) -> list[Piece]:
-    """Stretches of cable with their weights; x along the span, y down.
-
-    Returns upper span first, in order of position.
-    """
+    """Stretches of cable with their weights, upper span first, by position; x along the span, y down."""
     pieces = []
     section = 0
     for number, span in enumerate(drive.spans):

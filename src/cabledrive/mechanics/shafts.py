@@ -33,11 +33,7 @@ class Joint:
 
 
 def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
-    """Shafts of a drive: drive pulley, load pulley, and the motor if its joint is flexible.
-
-    Returns length 2, or 3 with a flexible joint. A motor with a rigid joint is part of the drive pulley's
-    shaft.
-    """
+    """Drive pulley, a motor on a rigid joint included; load pulley; a motor on a flexible joint."""
     pulleys = [
         Shaft(
             name=name,
@@ -65,10 +61,7 @@ def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
 
 
 def joint_of(drive: Drive) -> Joint | None:
-    """Flexible joint between motor and drive pulley.
-
-    Returns none where there is no motor or its joint is rigid.
-    """
+    """Flexible joint between motor and drive pulley; None without a motor or where it is rigid."""
     motor = drive.motor
     if motor is None or motor.joint_stiffness is None:
         return None

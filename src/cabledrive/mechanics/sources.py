@@ -35,11 +35,7 @@ def digest_with_imports(module: Path, package: Path = PACKAGE) -> str:
 
 
 def imported_names(text: str) -> Iterator[tuple[str, str]]:
-    """Modules of the package that a source names in its imports, and what it takes out of each.
-
-    ``text``: source of a module; its imports are absolute.
-    Returns dotted name of a module, and a name in it; that is empty where the module itself is imported.
-    """
+    """Modules of the package that a source imports absolutely, and a name out of each, empty: the module."""
     for taken_from, names, whole in IMPORTS.findall(text):
         if whole:
             yield whole, ""

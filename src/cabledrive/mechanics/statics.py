@@ -63,10 +63,7 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
 
 
 def rotor_stiffness(mesh: Mesh) -> float:
-    """What holds the drive rim to the ground: the holding stiffness, in series with the motor's joint.
-
-    Returns [N/m] at the rim; 0 where nothing holds it.
-    """
+    """What holds the drive rim [N/m]: the holding stiffness in series with the motor's joint; 0: nothing."""
     rotor = mesh.shafts[2] if mesh.joint is not None else mesh.shafts[0]
     holding = rotor.holding_stiffness / rotor.radius**2
     if mesh.joint is None or holding == 0.0:

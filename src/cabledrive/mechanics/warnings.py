@@ -46,19 +46,13 @@ def drive_warnings(drive: Drive) -> tuple[str, ...]:
 
 
 def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
-    """Those of the warnings that touch what is said of vibrations: slack at rest, strain and sag.
-
-    Returns one line each.
-    """
+    """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
     sheet = derived_quantities(drive)
     return tuple(line for check in (_static, _elastic, _sag) for line in check(drive, sheet))
 
 
 def largest_pretension(drive: Drive) -> float:
-    """Pretension that strains the cable to the end of its elastic range.
-
-    Returns [N]; by ``cable.strain_limit``, else by a strain of `ELASTIC_RULE`.
-    """
+    """Pretension [N] that strains the cable to ``cable.strain_limit``, or without one to `ELASTIC_RULE`."""
     return _elastic_strain(drive) * drive.cable.axial_rigidity
 
 

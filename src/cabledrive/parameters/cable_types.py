@@ -19,11 +19,7 @@ def cable_types() -> dict[str, dict[str, Any]]:
 
 
 def with_type(table: Any, place: str) -> Any:
-    """A ``[cable]`` table as the file gives it, completed from the packaged table where it names a type.
-
-    ``place``: where it stands. What the file says itself stays.
-    Raises `InputRefused` for a type that is not there.
-    """
+    """A ``[cable]`` table, what it leaves out from its packaged type; an unknown type is refused."""
     if not isinstance(table, dict) or "type" not in table:
         return table
     name = table["type"]

@@ -191,11 +191,7 @@ def _check_words(drive: Drive) -> None:
 
 
 def check_count(carriages: int) -> None:
-    """Refuse more carriages than can be handled.
-
-    ``carriages``: how many.
-    Raises `InputRefused` above `MOST_CARRIAGES`.
-    """
+    """Refuse more than `MOST_CARRIAGES` carriages."""
     if carriages > MOST_CARRIAGES:
         raise InputRefused(
             f"carriage: {carriages} given, at most {MOST_CARRIAGES} are taken: lump some together"

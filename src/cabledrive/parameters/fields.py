@@ -31,13 +31,12 @@ _KINDS: dict[type, str] = {
 def quantity(
     unit: str, bound: str, meaning: str, default: Any = dataclasses.MISSING, *, key: str | None = None
 ) -> Any:
-    """Declare a physical quantity as a dataclass field.
+    """Declare a physical quantity as a dataclass field, described by its metadata.
 
     ``unit``: SI unit; "1" for a plain number, "count" for a whole number; ``bound``, {"positive",
     "nonnegative", "finite", "steepness"}: what a value must satisfy, besides being finite; ``meaning``: one
     line for the schema and the reference; ``default``: value when the file is silent; None means "not
     stated". Without it the key is required; ``key``: name in the drive file where it is not the field's.
-    Returns the field, with unit, bound, meaning and key in its metadata.
     """
     metadata = {"unit": unit, "bound": bound, "meaning": meaning} | ({"key": key} if key else {})
     return dataclasses.field(default=default, metadata=metadata)
@@ -49,40 +48,25 @@ def key_of(field: dataclasses.Field[Any]) -> str:
 
 
 def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MISSING) -> Any:
-    """Declare a field that takes one of a few values (words, or true and false).
+    """Declare a field that takes one of a few values; without a default the key is required.
 
-    ``options``: the values it may take; ``meaning``: one line for the schema and the reference; ``default``:
-    value when the file is silent; without it the key is required.
-    Returns the field, with its options and meaning in its metadata.
+    ``meaning``: one line for the schema and the reference.
     """
     return dataclasses.field(default=default, metadata={"options": options, "meaning": meaning})
 
 
 def words(meaning: str, default: str) -> Any:
-    """Declare a field that holds text without any bearing on results: it is no part of the content hash.
-
-    ``meaning``: one line for the schema and the reference; ``default``: value when the file is silent.
-    Returns the field, with its meaning and "words" in its metadata.
-    """
+    """Declare a field that holds text without any bearing on results: it is no part of the content hash."""
     return dataclasses.field(default=default, metadata={"words": True, "meaning": meaning})
 
 
 def pair(unit: str, meaning: str, default: Any = dataclasses.MISSING) -> Any:
-    """Declare two quantities along x and y as a dataclass field.
-
-    ``unit``: SI unit of both; ``meaning``: one line for the schema and the reference; ``default``: value when
-    the file is silent.
-    Returns the field, with "pair", its unit and meaning in its metadata.
-    """
+    """Declare two quantities of one SI unit along x and y as a dataclass field, with a default."""
     return dataclasses.field(default=default, metadata={"pair": unit, "meaning": meaning})
 
 
 def check_fields(table: Any) -> None:
-    """Refuse a value outside its declared bound; called at construction, so results can trust it.
-
-    ``table``: a table of the drive file, its fields declared by `quantity` and `choice`.
-    Raises `InputRefused` for the first field whose value is not allowed, naming value, unit and bound.
-    """
+    """Refuse a table's first value outside its declared bound; at construction, so results trust it."""
     for field in dataclasses.fields(table):
         value = getattr(table, field.name)
         if "unit" in field.metadata and not (value is None and field.default is None):
@@ -97,10 +81,7 @@ def check_fields(table: Any) -> None:
 
 
 def check_text(key: str, text: Any) -> None:
-    """Refuse what is not text, or holds characters that no file or page can show.
-
-    ``key``: name of the field.
-    """
+    """Refuse what is not text under a key, or holds characters that no file or page can show."""
     if not isinstance(text, str):
         raise InputRefused(f"{key} is {kind_of(text)}, not text: write it between quotation marks")
     bad = _unseen(text)
@@ -119,10 +100,7 @@ def _among(value: Any, options: tuple[Any, ...]) -> bool:
 
 
 def kind_of(value: Any) -> str:
-    """Name the kind of a value in the words of a drive file.
-
-    Returns "text", "a number", "an array",.
-    """
+    """Name the kind of a value in the words of a drive file: "text", "a number", "an array"."""
     for kind, words in _KINDS.items():
         if isinstance(value, kind):
             return words
@@ -130,10 +108,7 @@ def kind_of(value: Any) -> str:
 
 
 def written(value: Any) -> str:
-    """Show a value as a drive file has it, or its kind where that would be long.
-
-    Returns ``true``, ``"text"``, ``1.5``, or "an array".
-    """
+    """Show a value as in a drive file, ``true``, ``"text"``, ``1.5``, or its kind where that is long."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -149,10 +124,7 @@ def percent(share: float, unit: str = " %") -> str:
 
 
 def rounded(value: float, digits: int) -> str:
-    """Show a number of a sentence to some digits, without an exponent where a reader needs none.
-
-    Returns ``246000`` rather than 2.46e+05.
-    """
+    """Show a number to some digits, 246000 rather than 2.46e+05."""
     return f"{float(f'{value:.{digits}g}'):.9g}"
 
 
@@ -212,12 +184,7 @@ def _number(name: str, value: Any, unit: str) -> float:
 
 
 def nearest(word: str, known: Iterable[str], place: str = "") -> str:
-    """Suggest the known word that a mistyped one probably meant.
-
-    ``word``: what was written; ``known``: what could have been meant; ``place``: written in front of the
-    suggestion, like "cable.".
-    Returns `` (did you mean "..."?)``, or the known words if none is near.
-    """
+    """Suggest the known word, behind a place like "cable.", that a mistyped one probably meant, or all."""
     known = sorted(known)
     close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
     return f' (did you mean "{place}{close[0]}"?)' if close else f" (known: {', '.join(known)})"

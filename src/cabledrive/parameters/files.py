@@ -14,7 +14,6 @@ def require_regular(path: str | Path, remedy: str) -> Path:
     """Refuse an input that is no regular file: a pipe would keep a command waiting, a device never ends.
 
     ``remedy``: what to give instead.
-    Raises `InputRefused` if it is missing, a folder, a pipe or a device, or its place cannot be looked at.
     """
     path = Path(path)
     try:
@@ -32,12 +31,7 @@ def require_regular(path: str | Path, remedy: str) -> Path:
 
 
 def check_writable(path: str | Path, *, force: bool = False) -> Path:
-    """Refuse an output path before the work starts.
-
-    ``path``: file that is going to be written; ``force``: whether an existing file may be replaced.
-    Raises `InputRefused` if it exists (without `force`), is no file, or its folder is missing or not
-    writable.
-    """
+    """Refuse an output path before the work starts: no file, no writable folder, or there without `force`."""
     path = _check_place(Path(path), force)
     try:
         _try_to_write(path.parent)
@@ -78,11 +72,7 @@ def _fault(path: Path, folder: Path, force: bool) -> str:
 
 
 def check_folder_writable(folder: str | Path) -> Path:
-    """Refuse a folder for results before the work starts.
-
-    ``folder``: it may be missing, its own folder not.
-    Raises `InputRefused` if it is a file, its own folder is missing, or it cannot be written.
-    """
+    """Refuse a folder for results before the work starts; it may be missing, its own folder not."""
     folder = Path(folder)
     try:
         if folder.exists() and not folder.is_dir():
@@ -103,13 +93,10 @@ def _try_to_write(folder: Path) -> None:
 
 
 def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) -> Path:
-    """Write a file so that it appears whole or not at all.
+    """Write a file, text as UTF-8, so that it appears whole or not at all.
 
-    ``path``: file to write; ``content``: what it holds; text is written as UTF-8; ``force``: whether an
-    existing file may be replaced.
-    Returns where it was written.
-    Raises `InputRefused` if the path cannot be written, see `check_writable`, or appeared while the work was
-    done; `NotComputed` if the disk refuses: full, over a quota, failing.
+    Refused as by `check_writable`, or if it appeared while the work was done; `NotComputed` if the disk
+    refuses: full, over a quota, failing.
     """
     path = _check_place(Path(path), force)
     data = content.encode() if isinstance(content, str) else content
@@ -140,11 +127,10 @@ def not_written(path: Path, error: OSError) -> NotComputed:
 
 
 def put_in_place(temporary: Path, path: Path, *, force: bool) -> None:
-    """Give a file that was written whole its name, so that no loss of power takes it back.
+    """Give a file, whole on disk in that folder, its name, so that no loss of power takes it back.
 
-    ``temporary``: in the same folder, on disk; ``force``: whether a file of that name may be replaced.
-    Raises `InputRefused` if another process has written the file meanwhile (without `force`); `OSError` if
-    the disk refuses.
+    Refused if another process has written the file meanwhile (without `force`); `OSError` if the disk
+    refuses.
     """
     if force or not hasattr(os, "link"):
         os.replace(temporary, path)

@@ -14,9 +14,8 @@ TRIES = 10
 def one_process(folder: Path) -> Iterator[None]:
     """Make a folder and keep it for this process alone; the system ends the lock with the process.
 
-    ``folder``: removed if it is empty in the end. Its parent may be missing as well; if it was made here, the
-    same holds for it.
-    Raises `InputRefused` if another process works in the folder, or it cannot be made or written.
+    It is removed if it is empty in the end, and so is its parent if it was made here. Refused if another
+    process works in the folder, or it cannot be made or written.
     """
     from filelock import FileLock, Timeout
 

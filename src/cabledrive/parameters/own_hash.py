@@ -9,21 +9,13 @@ OWN_HASH = "sha256"
 
 
 def with_own_hash(data: dict[str, Any]) -> dict[str, Any]:
-    """An object with the hash of its content.
-
-    ``data``: plain data of JSON, numbers finite.
-    Returns the same with the key `OWN_HASH` at the end.
-    """
+    """An object of JSON, numbers finite, with the hash of its content under `OWN_HASH` at the end."""
     content = {key: value for key, value in data.items() if key != OWN_HASH}
     return content | {OWN_HASH: _hash_of(content)}
 
 
 def intact_object(path: Path) -> dict[str, Any] | None:
-    """The object in a file, if it is what was once written there.
-
-    ``path``: JSON from `with_own_hash`.
-    Returns with its hash; None where the file is absent, cannot be read, or does not agree with its hash.
-    """
+    """The object of a file from `with_own_hash`; None where it is absent or does not agree with its hash."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -42,11 +42,9 @@ OTHER_WORDS = {
 
 
 def drive_from_tables(data: dict[str, Any]) -> Drive:
-    """Build a drive from the plain data of its file.
+    """Build a drive from the tables, numbers (SI) and text of its file.
 
-    ``data``: tables, numbers and text as TOML gives them; quantities are SI numbers or text with a unit.
-    Raises `InputRefused` for an unknown or missing key, a value of the wrong type, unit or range, or parts
-    that do not fit.
+    Refused: an unknown or missing key, a value of the wrong type, unit or range, parts that do not fit.
     """
     check_schema(data)
     check_keys(data, Drive, "")
@@ -54,11 +52,7 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
 
 
 def drive_with_tables(drive: Drive, data: dict[str, Any]) -> Drive:
-    """A drive with some tables of its file replaced, as `drive_from_tables` builds it from all of them.
-
-    ``data``: tables, numbers and text as TOML gives them, of known names.
-    Raises `InputRefused` as `drive_from_tables` does.
-    """
+    """A drive with some tables of its file replaced, as `drive_from_tables` builds it from all of them."""
     return dataclasses.replace(drive, **_content(data))
 
 
@@ -161,8 +155,7 @@ def _pair(value: Any, unit: str, key: str) -> Any:
 def tables_from_drive(drive: Drive, *, words: bool = True) -> dict[str, Any]:
     """Write a drive as the plain data of a file: SI, each quantity with its unit, defaults left out.
 
-    ``words``: whether with name, title, source and the names of parts, which have no bearing on results.
-    Returns what `drive_from_tables` turns back into an equal drive, if its words are there.
+    With ``words``, names and other text without bearing on results, it reads back as an equal drive.
     """
     data = {
         key: getattr(drive, key)

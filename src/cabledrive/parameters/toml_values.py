@@ -18,11 +18,7 @@ _DEEP_KEY = re.compile(r"(?<![^\s.=])(?:[^\s.=,\[\]{}]+[ \t]*\.[ \t]*){20}")  # 
 
 
 def read_toml(path: Path, remedy: str) -> dict[str, Any]:
-    """Read a TOML file.
-
-    ``remedy``: what to write instead of what is none.
-    Raises `InputRefused` if it cannot be read or is no TOML.
-    """
+    """Read a TOML file; refused, with a remedy, if it cannot be read or is none."""
     try:
         return toml_of(_content(path))
     except FileNotFoundError:
@@ -46,10 +42,7 @@ def _content(path: Path) -> bytes:
 
 
 def toml_of(content: bytes) -> dict[str, Any]:
-    """What a TOML file holds.
-
-    Raises `InputRefused` if it is no TOML, or such as cannot be read in reasonable time.
-    """
+    """What a TOML file holds; refused if it is none, or cannot be read in reasonable time."""
     try:
         text = content.decode("utf-8-sig")
         if _DEEP_KEY.search(text):
@@ -73,11 +66,7 @@ def table_of(key: str, value: Any) -> Mapping[str, Any]:
 
 
 def quantity_of(key: str, value: Any, unit: str) -> float:
-    """A finite number in SI, or text with a unit.
-
-    ``unit``: SI unit.
-    Raises `InputRefused` if it is neither, or of another dimension.
-    """
+    """A finite number in SI, or text with a unit of the same dimension; else refused."""
     if isinstance(value, str):
         try:
             value = to_si(value, unit)
@@ -98,11 +87,7 @@ def _finite(value: int | float) -> bool:
 
 
 def quantities_of(key: str, value: Any, unit: str) -> tuple[float, ...]:
-    """A list of quantities.
-
-    ``unit``: SI unit.
-    Raises `InputRefused` if it is no list, or holds something else.
-    """
+    """A list of quantities, as `quantity_of`; else refused."""
     if not isinstance(value, list):
         raise InputRefused(f"{key} = {written(value)} is no list: write such as [1.0, 3.0], in {unit}")
     return tuple(quantity_of(key, item, unit) for item in value)

@@ -78,14 +78,12 @@ def _by_pint(text: str) -> _Unit:
 
 
 def to_si(text: str, unit: str) -> float:
-    """Read a quantity written as text.
+    """Read a quantity written as text, "5", "3 cm", "2.6 GPa", "1092 rpm", in an SI unit, correctly rounded.
 
-    ``text``: a number, or a number with a unit: "5", "3 cm", "2.6 GPa", "1092 rpm"; ``unit``: the SI unit of
-    the result, "1" for a plain number; a bare number is taken to be in it.
-    Returns the value in `unit`, correctly rounded.
-    Raises `InputRefused` if the text is no quantity, its unit is unknown or of another dimension, or a
-    frequency stands where an angular speed belongs (or the other way round): the one is never converted
-    silently into the other; nor is a plain number, like the per cent of a slope, taken for an angle.
+    A bare number is taken to be in it, "1" is that of a plain number. Refused if the text is no quantity, its
+    unit is unknown or of another dimension, or a frequency stands where an angular speed belongs (or the
+    other way round): the one is never converted silently into the other; nor is a plain number, like the per
+    cent of a slope, taken for an angle.
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:

@@ -50,10 +50,7 @@ class TautSpans:
 
 
 def pulley_modes(loops: LoopBatch, omega: Array) -> PulleyModes:
-    """Shapes of the pulley modes, `scaled_rims` of many loops.
-
-    ``omega``, shape (n,): frequencies of the lowest longitudinal mode [rad/s].
-    """
+    """Shapes of the pulley modes of many loops, as `scaled_rims`; ``omega``, shape (n,): W [rad/s]."""
     (first, second), (spring, pendant, held) = loops.masses, loops.pendant
     impedance = np.sqrt(loops.rigidity * loops.density)
     phase = omega * loops.length / np.sqrt(loops.rigidity / loops.density)

@@ -116,12 +116,7 @@ def _column(values: Array, shape: tuple[int, ...], axes: int = 1) -> Array:
 def averaged_rates(
     c: AveragedCoefficients, state: Complex, time: float = 0.0, *, second: bool = True
 ) -> Complex:
-    """Rates of change of the slow amplitudes, Eqs. (A.14), (A.15).
-
-    ``state``, shape (1 + J, ...): Q, then z [m]; ``time``: since the torque was switched on [s]; ``second``:
-    to second order.
-    Returns shape (1 + J, ...) [m/s].
-    """
+    """Rates of Q and z, shape (1 + J, ...) [m/s], a ``time`` [s] after the start, Eqs. (A.14), (A.15)."""
     q, z = state[0], state[1:]
     linear, along = linear_rates(c, time)
     size = np.abs(z) ** 2
@@ -141,11 +136,7 @@ def averaged_rates(
 
 
 def linear_rates(c: AveragedCoefficients, time: float) -> tuple[Complex, Complex]:
-    """Complex growth rates of the single modes, with the drift and the passive modes as they are at a time.
-
-    ``time`` [s].
-    Returns ``across``, shape (J, ...); ``along``, shape (...) [1/s].
-    """
+    """Complex growth rates [1/s] of z, (J, ...), and of Q, (...), with the drift as it is at a time [s]."""
     passive = c.passive * np.exp(-c.transverse_damping * time)
     shift = np.einsum("jk...,k...->j...", 0.5 * c.cubic - c.static, passive)
     shift = shift + c.drift * np.exp(-c.drift_decay * time)

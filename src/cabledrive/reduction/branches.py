@@ -21,11 +21,7 @@ Kind = Literal["one", "both"]
 
 
 def effective_cubic(c: AveragedCoefficients, kind: Kind) -> float:
-    """Detuning per squared amplitude, n of `quadratic`.
-
-    ``c``: of two equal spans; ``kind``, {"one", "both"}: which spans vibrate.
-    Returns [1/(m^2 s)].
-    """
+    """Detuning per squared amplitude, n of `quadratic`, of two equal spans of which one or both vibrate."""
     own = 0.75 * c.cubic[0, 0] - c.static[0, 0]
     if kind == "one":
         return float(own)
@@ -33,11 +29,7 @@ def effective_cubic(c: AveragedCoefficients, kind: Kind) -> float:
 
 
 def quadratic(c: AveragedCoefficients, kind: Kind) -> Array:
-    """Condition for a steady state as a polynomial in X, Eq. (A.27).
-
-    ``kind``, {"one", "both"}.
-    Returns shape (3,): coefficients, highest power first.
-    """
+    """Condition for a steady state as a polynomial in X, shape (3,), highest power first, Eq. (A.27)."""
     first, second = _linear_parts(c, kind)
     total = np.polyadd(np.polymul(first, first), np.polymul(second, second))
     total[-1] -= float(np.abs(c.pump[0] * c.force) ** 2)
@@ -58,10 +50,9 @@ def _linear_parts(c: AveragedCoefficients, kind: Kind) -> tuple[Array, Array]:
 
 
 def steady_amplitudes(c: AveragedCoefficients, kind: Kind) -> Array:
-    """Squared amplitudes X of the steady states, ascending.
+    """Squared amplitudes X of steady states of two equal spans without drift, ascending [m^2].
 
-    ``c``: of two equal spans, no drift; ``kind``, {"one", "both"}.
-    Returns shape (0, 1 or 2,) [m^2]; two where a large motion and none can both persist.
+    Two where a large motion and none can both persist.
     """
     a, b, rest = quadratic(c, kind)
     inside = b * b - 4 * a * rest
@@ -73,12 +64,7 @@ def steady_amplitudes(c: AveragedCoefficients, kind: Kind) -> Array:
 
 
 def fold(c: AveragedCoefficients, kind: Kind) -> tuple[float, float] | None:
-    """Where two steady states meet as the torque changes, if they do.
-
-    ``c``: of two equal spans, at any torque; ``kind``, {"one", "both"}.
-    Returns size of f [m/s] and X [m^2] there; below it a large motion dies out. None: amplitudes grow from
-    the threshold without a jump.
-    """
+    """Size of f [m/s] and X [m^2] where two steady states meet; None: amplitudes grow without a jump."""
     (a1, a0), (b1, b0) = _linear_parts(c, kind)
     slope = a1 * a0 + b1 * b0
     size = a1**2 + b1**2
@@ -88,11 +74,7 @@ def fold(c: AveragedCoefficients, kind: Kind) -> tuple[float, float] | None:
 
 
 def steady_state(c: AveragedCoefficients, squared: float, kind: Kind) -> Complex:
-    """Slow amplitudes of a steady state.
-
-    ``squared``: X [m^2]; ``kind``, {"one", "both"}.
-    Returns shape (3,): Q and both z [m].
-    """
+    """Slow amplitudes Q and both z [m] of the steady state of a squared amplitude X [m^2]."""
     shifted = float(c.transverse_detuning[0]) + effective_cubic(c, kind) * squared
     pinned = (-shifted - 0.5j * float(c.transverse_damping)) / float(c.pump[0])
     along = -0.5 * float(c.damping) + 1j * float(c.detuning)
@@ -104,11 +86,7 @@ def steady_state(c: AveragedCoefficients, squared: float, kind: Kind) -> Complex
 
 
 def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
-    """Derivative of the first-order rates by real and imaginary parts.
-
-    ``c``: without lanes; ``state``, shape (1 + J,).
-    Returns shape (2 + 2 J, 2 + 2 J): real parts first.
-    """
+    """Derivative of the first-order rates by real, then imaginary parts, shape (2 + 2 J, 2 + 2 J)."""
     q, z = state[0], state[1:]
     across, along = linear_rates(c, np.inf if c.drift_decay > 0.0 else 0.0)
     plain, conjugate = (np.zeros((state.size, state.size), dtype=complex) for _ in range(2))

@@ -44,10 +44,7 @@ def stretch_by(longitudinal: Sequence[SlopeWave], transverse: Sequence[SlopeWave
 
 
 def squared_slope(transverse: Sequence[SlopeWave]) -> float:
-    r"""Extra length per squared amplitude, twice: :math:`\int w_s^2\,\mathrm{d}s`, Eq. (A.7).
-
-    Returns [1/m] for unit amplitude.
-    """
+    r"""Extra length per squared amplitude, twice: :math:`\int w_s^2\,\mathrm{d}s` [1/m], Eq. (A.7)."""
     return sum(
         0.5
         * (abs(w.slope) ** 2 * w.length + (w.slope**2 * _phase_integral(2 * w.wave_number, w.length)).real)
@@ -56,10 +53,7 @@ def squared_slope(transverse: Sequence[SlopeWave]) -> float:
 
 
 def fourth_power_of_slope(transverse: Sequence[SlopeWave]) -> float:
-    r"""Unevenness of the tension, :math:`\int w_s^4\,\mathrm{d}s`, Eq. (A.8).
-
-    Returns [1/m^3] for unit amplitude.
-    """
+    r"""Unevenness of the tension, :math:`\int w_s^4\,\mathrm{d}s` of unit amplitude [1/m^3], Eq. (A.8)."""
     total = 0.0
     for w in transverse:
         square = abs(w.slope) ** 2
@@ -70,11 +64,7 @@ def fourth_power_of_slope(transverse: Sequence[SlopeWave]) -> float:
 
 
 def largest_slope(longitudinal: Sequence[SlopeWave], span: str) -> float:
-    """Largest strain of a longitudinal mode on one span.
-
-    ``span``, {"upper", "lower"}.
-    Returns per unit amplitude [1/m].
-    """
+    """Largest strain of a longitudinal mode on one span per unit amplitude [1/m]."""
     found = 0.0
     for wave in longitudinal:
         if wave.span == span:

@@ -91,9 +91,5 @@ def _demodulated(t: Array, x: Array, omega: float) -> tuple[Array, NDArray[np.co
 
 
 def guessed_damping(frequency: float) -> float:
-    """Damping to assume where none is known: one per cent of critical, an estimate.
-
-    ``frequency``: of the mode [Hz].
-    Returns [1/s].
-    """
+    """Damping to assume where none is known: one per cent of critical at a frequency [Hz], in 1/s."""
     return 2.0 * GUESS * 2 * np.pi * frequency

@@ -35,9 +35,8 @@ def averaged_ensemble(
 ) -> Largest:
     """Largest amplitudes of many parameter sets by the averaged equations of first order.
 
-    ``c``: of one or two sections in one plane, with lanes; ``start``, shape (1 + J, lanes): slow amplitudes
-    at t = 0 [m]; ``duration`` [s]; ``step``: largest step [s].
-    Raises `InputRefused` if there are more than two transverse modes.
+    ``c``: of one or two sections in one plane, with lanes; more are refused; ``start``, shape (1 + J, lanes):
+    slow amplitudes at t = 0 [m]; ``duration`` [s]; ``step``: largest step [s].
     """
     lanes, steps = _lanes_of(start), _steps(duration, step)
     h = duration / steps
@@ -81,9 +80,8 @@ def oscillator_ensemble(
 ) -> Largest:
     """Largest displacements of many parameter sets by the oscillators themselves.
 
-    ``c``: of one or two sections in one plane, with lanes; ``plucks``, shape (J, lanes): amplitudes at t = 0,
-    at rest [m]; ``steps``: of the length in `c`.
-    Raises `InputRefused` if there are more than two transverse modes.
+    ``c``: of one or two sections in one plane, with lanes; more are refused; ``plucks``, shape (J, lanes):
+    amplitudes at t = 0, at rest [m]; ``steps``: of the length in `c`.
     """
     start = np.asarray(plucks, dtype=float)
     lanes, two = _lanes_of(start), _two(c.push.shape[0])

@@ -18,10 +18,9 @@ STEEPEST = 0.05
 
 
 def bounded_part(recorded: IntegratedMotion, longest: float) -> tuple[IntegratedMotion, int | None]:
-    """What was recorded before an amplitude outgrew the span, or was no number.
+    """What was recorded before an amplitude outgrew ``longest`` [m] or the numbers, and how many records.
 
-    ``longest``: amplitude [m] beyond which nothing is worth keeping.
-    Returns ``kept``: records kept; None if all are.
+    Their number is None if all are kept.
     """
     sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2, 3))
     finite = np.isfinite(recorded.along).all(axis=(1, 2)) & np.isfinite(recorded.tallies).all(axis=1)
@@ -34,10 +33,9 @@ def bounded_part(recorded: IntegratedMotion, longest: float) -> tuple[Integrated
 
 
 def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array) -> Array:
-    """Records in the columns of the exact model; what the reduced one does not distinguish stays zero.
+    """Records, shape (records, columns of the exact model), from the motion and the torque there [N m].
 
-    ``torque``, shape (records,): at the records [N m].
-    Returns shape (records, columns): as in `cabledrive.simulation.channels`.
+    What the reduced model does not distinguish stays zero.
     """
     q, p = recorded.along[:, 0], recorded.along[:, 1]
     a, b = recorded.across[:, 0], recorded.across[:, 1]

@@ -128,11 +128,7 @@ def _keep(result: SimulationResult, path: Path, *, force: bool) -> None:
 def grid_of(
     model: UniformTensionModel, duration: float, scheme: FastScheme, recording: Recording
 ) -> tuple[int, int, float]:
-    """Steps of a run, steps per record and step [s].
-
-    ``duration``: length of the run [s].
-    Raises `InputRefused` if the duration or the step makes no sense.
-    """
+    """Steps of a run of some length [s], steps per record and step [s]; refused where they make no sense."""
     if not (np.isfinite(duration) and duration > 0.0):
         raise InputRefused(f"duration = {duration:.9g} s must be positive and finite: give a time in seconds")
     largest = pi / (2.0 * max(model.natural.max(), model.transverse.max()))
@@ -165,11 +161,7 @@ def _check_memory(model: UniformTensionModel, steps: int, records: int) -> None:
 
 
 def check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
-    """Refuse a torque whose content lies where the model has no modes.
-
-    ``samples``: torque at the steps [N m]; ``step`` [s].
-    Raises `InputRefused` if too much of it does, or a sample is not finite.
-    """
+    """Refuse a torque [N m], sampled every ``step`` [s], not finite or where the model has no modes."""
     if not np.all(np.isfinite(samples)):
         raise InputRefused("torque must be finite at every step: repair the samples")
     content = np.abs(np.fft.rfft(samples * np.hanning(samples.size))) ** 2

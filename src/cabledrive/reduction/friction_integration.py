@@ -35,13 +35,7 @@ class IntegratedMotion:
 
 
 def direction(n: int, quantity: str, number: int = 0) -> Array:
-    """Unit direction of one physical quantity among all those that can be varied.
-
-    ``n``: number of inertias; ``quantity``: one of `QUANTITIES`; "angle" and "speed" are initial values;
-    ``number``: of which inertia or link.
-    Returns shape (9 n - 2,).
-    Raises `InputRefused` if there is no such quantity.
-    """
+    """Unit direction, (9 n - 2,), of one of `QUANTITIES` of inertia or link ``number``; n inertias."""
     if quantity not in QUANTITIES:
         raise InputRefused(
             f"{quantity!r} is no quantity of a lumped chain: take one of {', '.join(QUANTITIES)}"
@@ -103,11 +97,7 @@ def chain_numbers(
     law: FrictionLaw | None = None,
     directions: Array | None = None,
 ) -> ChainNumbers:
-    """A lumped chain as the kernels take it.
-
-    ``directions``: all as `integrate_chain` takes them.
-    Raises `InputRefused` with a holding stiffness, which these kernels do not have.
-    """
+    """A lumped chain as the kernels take it, refused with a holding stiffness, which they do not have."""
     if chain.holding > 0.0:
         raise InputRefused(
             f"holding stiffness = {chain.holding:.4g} N m/rad: lumped inertias move under a torque "

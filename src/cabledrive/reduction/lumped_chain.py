@@ -104,10 +104,9 @@ def state_space(chain: LumpedChain) -> tuple[Array, Array]:
 
 
 def speed_state_space(chain: LumpedChain) -> tuple[Array, Array]:
-    """Matrices of the chain with stretches and speeds as states: no rigid rotation, so every state matters.
+    """Matrices of n - 1 stretches, then n speeds: (2n - 1, 2n - 1) and (2n - 1, n), no rigid rotation.
 
-    Returns ``a``, shape (2n - 1, 2n - 1): states: n - 1 stretches, n speeds; ``b``, shape (2n - 1, n).
-    Raises `InputRefused` with a holding stiffness, whose force is that of an angle.
+    Refused with a holding stiffness, whose force is that of an angle.
     """
     if chain.holding > 0.0:
         raise InputRefused(
@@ -162,10 +161,7 @@ def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_o
 
 
 def natural_frequencies_of(chain: LumpedChain) -> Array:
-    """Undamped natural frequencies, without the rigid rotation; on a holding stiffness there is none.
-
-    Returns shape (n - 1,): angular frequencies [rad/s], ascending.
-    """
+    """Undamped natural frequencies [rad/s], ascending, without the rigid rotation if there is one."""
     root = 1.0 / np.sqrt(np.array(chain.inertias))
     squares = np.linalg.eigvalsh(root[:, None] * chain.stiffness_matrix * root)
     return np.sqrt(np.clip(squares[0 if chain.holding > 0.0 else 1 :], 0.0, None))

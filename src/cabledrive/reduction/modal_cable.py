@@ -52,7 +52,7 @@ class ModalCable:
 def modal_cable(drive: Drive | RoutedDrive, sines: int = 8) -> ModalCable:
     """The cable of a drive in modes; ``sines``: across each span of a loop.
 
-    Raises `InputRefused` if the fast model does not fit a drive, or a rope of a machine with routes runs.
+    Refused: a drive that the fast model does not fit, a machine whose ropes run.
     """
     rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
     if isinstance(drive, RoutedDrive):

@@ -8,10 +8,9 @@ FLEXIBLE_CABLE = {1: False, 2: False, 3: True, 4: True}
 
 
 def rim_spring(drive: Drive) -> tuple[float, float]:
-    """Stiffness and damping between the rims by all spans together, 2 k and 2 b_c / r of (6.11) for a loop.
+    """Stiffness [N/m] and damping [N s/m] of all spans together, 2 k and 2 b_c / r of (6.11) for a loop.
 
-    ``drive``: with ``[lumped]``: what was measured; without: EA / L and the cable's own axial damping.
-    Returns ``stiffness`` [N/m]; ``damping`` [N s/m].
+    ``[lumped]``, where given: what was measured; else EA / L and the cable's own axial damping.
     """
     cable, radius = drive.cable, drive.drive_pulley.radius
     stiffness = cable.axial_rigidity / drive.span_length

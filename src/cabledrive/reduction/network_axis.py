@@ -34,10 +34,9 @@ class NoChain(InputRefused):
 
 
 def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
-    """A drive for control: itself, or an axis of a machine with routes.
+    """A drive for control: itself, or the axis of a machine with routes whose load is named, as "head.x".
 
-    ``axis``: its load, such as "head.x"; needed where two motors drive two axes that both have a chain.
-    Raises `InputRefused` if there is no such axis, or its load is not the end of a lumped chain.
+    Refused: two axes and none named, no such axis, a load that is not the end of a lumped chain.
     """
     if not isinstance(drive, RoutedDrive):
         if axis is not None:
@@ -125,10 +124,9 @@ def axis_drive(chain: NetworkChain) -> AxisDrive:
 
 
 def response_of_axis(drive: AxisDrive, omega: Array, *, angle_of: str = "load") -> Complex:
-    """Motion of the load per torque of the motors, with the waves of every span of the machine.
+    """Angle of "load" or "motor" per torque of the motors [rad/(N m)], with the waves of every span.
 
-    ``omega``, shape (p,) [rad/s], above 0; ``angle_of``, {"load", "motor"}.
-    Returns shape (p,) [rad/(N m)]; the angle of a load that slides is its place over the gain.
+    The angle of a load that slides is its place over the gain. ``omega``, shape (p,) [rad/s], above 0.
     """
     network = network_of(drive.machine, motor=FREE)
     turn, load = _motor_turn(network, drive.words["motors"]), network.motion.unit(drive.load)
@@ -234,10 +232,7 @@ def _named(chain: NetworkChain, motors: list[RoutedMotor]) -> list[tuple[str, Ro
 
 
 class _Friction:
-    """Friction of the load at the load, of everything else at the motor's pulley, by the rigid motion.
-
-    ``viscous``, ``coulomb`` [N m s/rad], [N m]; ``load_viscous``, ``load_coulomb`` of the load angle.
-    """
+    """Friction of load at the load angle, of the rest at the motor [N m s/rad], [N m], by rigid motion."""
 
     def __init__(self, chain: NetworkChain, slides: bool) -> None:
         network = chain.network

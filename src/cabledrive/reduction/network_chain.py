@@ -108,7 +108,7 @@ class NetworkChain:
 def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
     """The chain of the motor; of two those of their sum and their difference, as far as they move bodies.
 
-    Raises `InputRefused` without a motor, with more than two, or where no rigid motion is driven.
+    Refused without a motor, with more than two, or where no rigid motion is driven.
     """
     if any(route.speed for route in drive.route):
         raise InputRefused("a running rope (route.speed) is no chain of inertias: set its speed to 0")
@@ -197,10 +197,7 @@ def _kept_modes(
 
 
 def coupled_modes(network: Network, spectrum: Spectrum, omega: float) -> list[tuple[float, Array, bool]]:
-    """Squares of the frequencies and shapes of the coupled modes below one, and whether they are transverse.
-
-    Modes of one frequency and kind stand together.
-    """
+    """Squared frequency, shape and whether transverse of all coupled modes below one; equal ones in a row."""
     found: list[tuple[float, Array, bool]] = []
     for mode in spectrum.below(omega):
         joints = mode.joints

@@ -43,10 +43,10 @@ def oscillator_coefficients(
     torque: ArrayLike = 0.0,
     forcing: ArrayLike | None = None,
 ) -> OscillatorCoefficients:
-    """Coefficients of the integration, Eq. (A.20).
+    """Coefficients of the integration, Eq. (A.20), with the lanes of the model.
 
-    ``model``: its arrays may end in an axis of lanes; ``step`` [s]; ``torque``, shape (...): amplitude [N m];
-    ``forcing``, shape (...): omega [rad/s]; the pulley mode's own unless given.
+    ``step`` [s]; ``torque``, shape (...): amplitude [N m]; ``forcing``, shape (...): Omega [rad/s]; the
+    pulley mode's own unless given.
     """
     omega = np.asarray(model.natural if forcing is None else forcing, dtype=float)
     tau = np.asarray(torque, dtype=float)
@@ -70,11 +70,7 @@ def oscillator_coefficients(
 
 
 def linear_flow(natural: Array, damping: Array, step: float) -> Array:
-    """Exact flow of damped oscillators over one step.
-
-    ``natural``, ``damping`` [rad/s], [1/s]; ``step`` [s].
-    Returns shape (4, ...): place from place, place from rate, rate from place, rate from rate.
-    """
+    """Exact flow over a step [s], (4, ...): place from place and from rate, rate from place and from rate."""
     root = np.sqrt((natural**2 - 0.25 * damping**2).astype(complex)) * step
     decay = np.exp(-0.5 * damping * step)
     turn = decay * np.cos(root).real
@@ -87,8 +83,7 @@ def integrate_oscillators_reference(
 ) -> Array:
     """Readable twin of the compiled integrator, for any number of transverse modes and lanes.
 
-    ``plucks``, shape (J, ...): amplitudes at t = 0, at rest [m]; ``stride``: steps between two records.
-    Returns shape (records, 2 + J, ...): q, v, a at the recorded instants.
+    From plucks [m], shape (J, ...), at rest; returns q, v, a every ``stride`` steps, (records, 2 + J, ...).
     """
     a = np.array(plucks, dtype=float)
     b, q, p, v = np.zeros_like(a), np.zeros(a.shape[1:]), np.zeros(a.shape[1:]), np.zeros(a.shape[1:])

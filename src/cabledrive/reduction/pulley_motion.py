@@ -19,13 +19,10 @@ class Shaft:
 
 
 def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
-    """Rim displacements of the pulley mode per q, and the factor on a shape of unit modal mass.
+    """Displacements of drive rim, load rim and motor per q, and the square root of the modal mass [kg^1/2].
 
     q is the displacement of the load rim relative to the drive rim; in modes where the two go together, the
     larger of both.
-
-    Returns ``rims``: of drive pulley, load pulley and motor; ``factor``: its square is the modal mass M
-    [kg^1/2].
     """
     shape = {name: float(values[pulley.shape]) for name, values in pulley.mode.joints.items()}
     drive, load = shape.get(DRIVE_PULLEY, 0.0), shape.get(LOAD_PULLEY, 0.0)
@@ -59,10 +56,9 @@ def shafts_of(drive: Drive, rim: dict[str, float]) -> list[Shaft]:
 def modal_damping(
     drive: Drive, shafts: list[Shaft], rim: dict[str, float], mass: float, omega: float
 ) -> float:
-    """Damping of the pulley mode: pulleys, motor and joint, and Kelvin-Voigt for the cable's own strain.
+    """Damping c_q [1/s] of the pulley mode: pulleys, motor, joint, and Kelvin-Voigt for the cable's strain.
 
     ``rim``: displacements per q; ``mass``: M [kg]; ``omega``: W [rad/s].
-    Returns c_q [1/s].
     """
     motor, strain = drive.motor, omega**2
     if motor is not None and motor.joint_stiffness is not None:

@@ -76,11 +76,7 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
 
 
 def model_response(drive: Drive, model: int, omega: Array) -> Complex:
-    """Response from motor torque to load angle of one of the Models 1 to 4.
-
-    ``model``, {1, 2, 3, 4}; ``omega``, shape (m,) [rad/s], not zero.
-    Returns shape (m,) [rad/(N m)].
-    """
+    """Response from motor torque to load angle [rad/(N m)] of one of the Models 1 to 4; ``omega`` [rad/s]."""
     chain = lumped_model(drive, model)
     angle = speed_response(chain, omega, speed_of=chain.size - 1) / (1j * omega)
     rigid_cable = "load" not in chain.names

@@ -85,10 +85,7 @@ class SaggingModel:
 
 
 def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int = 0) -> LongitudinalModes:
-    """Longitudinal modes below a frequency with their strain on the segments.
-
-    ``top`` [rad/s]; ``least``: number of modes that are kept at least; at most `MOST_MODES` are, the lowest.
-    """
+    """Longitudinal modes below ``top`` [rad/s], ``least`` to `MOST_MODES` of them, and segments' strain."""
     rows = [row for chain in longitudinal_chains(drive) for row in _of_chain(drive, state, chain, top, least)]
     rows.sort(key=lambda row: row[0])
     rows = rows[: MOST_MODES + 1]
@@ -185,10 +182,7 @@ def _left_out(drive: Drive, state: StaticState, modes: LongitudinalModes, shafts
 def sagging_model(
     drive: Drive, state: StaticState, modes: LongitudinalModes, numbers: Sequence[Sequence[int]]
 ) -> SaggingModel:
-    """Coefficients of Eq. (A.36) for one state of rest.
-
-    ``numbers``: which transverse modes of each free stretch, ascending from 1.
-    """
+    """Coefficients of Eq. (A.36) for a state of rest and some ``numbers`` of modes of each free stretch."""
     flat = transverse_shapes(drive, state, numbers)
     cable, most = drive.cable, max(len(part.numbers) for part in flat)
     rigidity, spacing = cable.axial_rigidity, state.mesh.spacing

@@ -67,10 +67,7 @@ def exact_spring(omega: Array, h: float) -> Array:
 
 
 def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float = 0.0) -> SaggingNumbers:
-    """Prepare an integration with one step length.
-
-    ``h``: step [s]; ``detuned``: relative change of all transverse frequencies.
-    """
+    """Prepare an integration of step h [s], all transverse frequencies changed by a share ``detuned``."""
     modes = model.natural.size
     solve = np.asarray(np.linalg.inv(np.eye(modes) + 0.5 * h * model.damping), dtype=np.float64)
     solved = model.friction_shape @ solve.T

@@ -30,10 +30,7 @@ class Motion(NamedTuple):
 
 
 def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second: bool = True) -> Motion:
-    """The motion that belongs to slow amplitudes, Eq. (A.18).
-
-    ``state``, shape (1 + J, ...): Q, then z [m]; ``time`` [s]; ``second``: to second order.
-    """
+    """The motion that belongs to slow amplitudes, shape (1 + J, ...) [m], at a time [s], Eq. (A.18)."""
     rates = averaged_rates(c, state, time, second=second)
     q, z, q_rate, z_rate = state[0], state[1:], rates[0], rates[1:]
     nu = 0.5 * c.forcing
@@ -51,11 +48,7 @@ def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second:
 
 
 def start_of(c: AveragedCoefficients, motion: Motion, *, second: bool = True) -> Complex:
-    """Slow amplitudes whose reconstruction is a given motion at t = 0, Eq. (A.19), by repeated correction.
-
-    ``motion``: at t = 0; ``second``: to second order.
-    Returns shape (1 + J, ...) [m].
-    """
+    """Slow amplitudes whose reconstruction is a motion at t = 0, Eq. (A.19), by repeated correction."""
     nu = 0.5 * c.forcing
     lanes = np.broadcast_shapes(c.force.shape, np.shape(motion.q), c.transverse_detuning.shape[1:])
     state = np.zeros((1 + c.pump.shape[0], *lanes), dtype=complex)
@@ -67,11 +60,7 @@ def start_of(c: AveragedCoefficients, motion: Motion, *, second: bool = True) ->
 
 
 def plucked(c: AveragedCoefficients, plucks: ArrayLike, *, second: bool = True) -> Complex:
-    """Slow amplitudes of half-sine plucks let go at rest, the pulleys at angle zero.
-
-    ``plucks``, shape (J, ...): amplitudes [m]; ``second``: to second order.
-    Returns shape (1 + J, ...) [m].
-    """
+    """Slow amplitudes of half-sine plucks [m], shape (J, ...), let go at rest, the pulleys at angle zero."""
     a = np.asarray(plucks, dtype=float)
     zero = np.zeros(a.shape[1:])
     return start_of(c, Motion(q=zero, q_rate=zero, a=a, a_rate=np.zeros_like(a)), second=second)

@@ -27,11 +27,9 @@ class StaticState:
 
 
 def static_state(drive: Drive, *, load_torque: float = 0.0, segments: int = 120) -> StaticState:
-    """Where the cable rests under gravity, carriages and a steady torque on the load pulley.
+    """Where the cable rests under gravity, carriages and a steady torque on the load pulley [N m].
 
-    ``load_torque``: steady torque on the load pulley [N m]; positive pulls the upper span; ``segments``: per
-    span.
-    Raises `NotComputed` if no equilibrium is found, or a piece of the cable hangs slack.
+    A positive torque pulls the upper span. `NotComputed`: no equilibrium, or a piece of cable hangs slack.
     """
     at_torque = -load_torque * drive.drive_pulley.radius / drive.load_pulley.radius
     rest, mesh = rest_state(drive, at_torque=at_torque), mesh_of(drive, segments)

@@ -23,11 +23,7 @@ _INSTANTS = 2001
 
 
 def critical_pumping(c: AveragedCoefficients, *, second: bool = True) -> Array:
-    r"""Smallest :math:`\mu` at which each transverse mode grows, Eq. (A.22).
-
-    ``second``: with the third harmonic's share.
-    Returns shape (J, ...) [rad/s]; infinite where no amplitude makes it grow.
-    """
+    r"""Smallest :math:`\mu` [rad/s] at which each transverse mode grows, Eq. (A.22); infinite: at none."""
     nu = 0.5 * c.forcing
     least = 0.25 * c.transverse_damping**2 + c.transverse_detuning**2
     if not second:
@@ -57,11 +53,10 @@ def threshold_torque(
 def mode_thresholds(
     model: AutoparametricModel, forcing: ArrayLike | None = None, *, second: bool = True
 ) -> Array:
-    """Threshold torque of each transverse mode by itself.
+    """Threshold torque of each transverse mode by itself, shape (J, ...) [N m].
 
-    ``forcing``, shape (...): omega [rad/s]; the pulley mode's own by default; ``second``: to second order.
-    Returns shape (J, ...) [N m]; infinite where no torque makes the mode grow: the torque does not move the
-    pulley mode, the pulley mode does not stretch the section, or the pair is too far from 1:2.
+    ``forcing``: as of `threshold_torque`. Infinite where no torque makes the mode grow: the torque does not
+    move the pulley mode, the pulley mode does not stretch the section, or the pair is too far from 1:2.
     """
     c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)
@@ -72,11 +67,7 @@ def mode_thresholds(
 
 
 def pulley_amplitude(c: AveragedCoefficients, build_up: float = np.inf) -> Array:
-    """Amplitude of the pulley mode under its torque, the spans at rest.
-
-    ``build_up``: time since the torque was switched on [s].
-    Returns shape (...) [m].
-    """
+    """Amplitude [m] of the pulley mode under its torque after a time ``build_up`` [s], the spans at rest."""
     rate = -0.5 * c.damping + 1j * c.detuning
     still = np.abs(rate) < 1e-12 * c.forcing
     safe = np.where(still, 1.0, rate)
@@ -100,20 +91,18 @@ def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
 
 
 def instability_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
-    r"""Half-width of the instability region in :math:`\delta_j`, :math:`\sqrt{\mu^2 - \Gamma^2/4}`.
+    r"""Half-width of the instability region in :math:`\delta_j`, :math:`\sqrt{\mu^2 - \Gamma^2/4}` [rad/s].
 
-    ``amplitude``, shape (...): size of Q [m].
-    Returns shape (J, ...) [rad/s]; zero below the threshold.
+    ``amplitude``, shape (...): size of Q [m]. Zero below the threshold.
     """
     pumping = np.abs(c.pump) * np.asarray(amplitude, dtype=float)
     return np.sqrt(np.maximum(pumping**2 - 0.25 * c.transverse_damping**2, 0.0))
 
 
 def required_detuning(model: AutoparametricModel, torque: float, forcing: float | None = None) -> float:
-    """Distance from tuning beyond which a torque cannot make the spans grow.
+    """Detuning beyond which a torque [N m] cannot make the spans grow [rad/s], infinite without damping of q.
 
-    ``torque`` [N m]; ``forcing``: omega [rad/s]; the pulley mode's own unless given.
-    Returns largest half-width of the instability region [rad/s]; infinite where the pulley mode is undamped.
+    ``forcing``: as of `threshold_torque`.
     """
     c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
     return float(np.max(instability_half_width(c, pulley_amplitude(c))))

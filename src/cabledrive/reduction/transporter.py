@@ -99,11 +99,9 @@ def transporter_of(
 
 
 def strand_stiffness(transporter: Transporter, position: float) -> tuple[float, float, float]:
-    """Of the strands drive pulley to carriage, carriage to load pulley, and back.
+    """Stiffness [N/m] drive pulley to carriage at a position [m], carriage to load pulley, and back.
 
-    ``position``: of the carriage, from the drive pulley [m].
-    Returns [N/m].
-    Raises `InputRefused` if the carriage would not be between the pulleys.
+    A carriage that is not between the pulleys is refused.
     """
     t = transporter
     if not 0.0 < position < t.span_length:
@@ -133,11 +131,7 @@ def compliance(transporter: Transporter, position: Array) -> tuple[Array, Array,
 
 
 def stiffness_and_damping(transporter: Transporter, position: float) -> tuple[Array, Array]:
-    """Stiffness and damping matrices of the frozen transporter, Eq. (T.1).
-
-    ``position``: of the carriage [m].
-    Returns ``stiffness, damping``, shape (4, 4) [N/m], [N s/m].
-    """
+    """Stiffness [N/m] and damping [N s/m] matrices, shape (4, 4), frozen at a position [m], Eq. (T.1)."""
     t = transporter
     cable, swing = np.zeros((BODIES, BODIES)), np.zeros((BODIES, BODIES))
     for k, (i, j) in zip(strand_stiffness(t, position), ((0, 1), (1, 2), (2, 0)), strict=True):
@@ -151,11 +145,7 @@ def stiffness_and_damping(transporter: Transporter, position: float) -> tuple[Ar
 
 
 def frozen_state_space(transporter: Transporter, position: float) -> tuple[Array, Array]:
-    """State space with the carriage's place frozen in the stiffness.
-
-    ``position``: of the carriage [m].
-    Returns ``a``, shape (8, 8): displacements, then speeds; ``b``, shape (8, 4): a force on each body.
-    """
+    """State space, (8, 8) and (8, 4), of displacements, then speeds, frozen at a position [m]."""
     stiffness, damping = stiffness_and_damping(transporter, position)
     inverse = np.diag(1.0 / transporter.masses)
     a = np.zeros((2 * BODIES, 2 * BODIES))
@@ -165,20 +155,12 @@ def frozen_state_space(transporter: Transporter, position: float) -> tuple[Array
 
 
 def frozen_frequencies(transporter: Transporter, position: float) -> Array:
-    """Undamped natural frequencies at one place: swing, carriage on the cable, load pulley.
-
-    ``position``: of the carriage [m].
-    Returns shape (3,) [rad/s], ascending.
-    """
+    """Undamped frequencies at a position [m] [rad/s]: swing, carriage on the cable, load pulley."""
     return _frequencies(transporter, position, first=0)[1:]
 
 
 def held_frequencies(transporter: Transporter, position: float) -> Array:
-    """The same with the motor held.
-
-    ``position``: of the carriage [m].
-    Returns shape (3,) [rad/s], ascending.
-    """
+    """Those with the motor held."""
     return _frequencies(transporter, position, first=1)
 
 

@@ -39,10 +39,7 @@ class Section:
 
 
 def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> Section:
-    """One transverse mode of a section: the given number, or the nearest to half the pulley mode.
-
-    ``pulley``: frequency of the pulley mode [rad/s].
-    """
+    """One transverse mode of a section: the given number, or the nearest to half the pulley mode [rad/s]."""
     found = section_modes(chain, number or _enough(chain, pulley))
     chosen = (
         found[number - 1]
@@ -128,11 +125,9 @@ def frequency_shift(tension: Array | float, rest: Array | float, rigidity: float
 
 
 def span_tensions(drive: Drive, load_torque: float) -> dict[str, float]:
-    """Tension of each span under a steady torque on the load pulley, shared by the two spans.
+    """Tension of each span [N] under a steady torque on the load pulley [N m], positive pulls the upper one.
 
-    ``load_torque`` [N m]; positive pulls the upper span.
-    Returns [N].
-    Raises `InputRefused` if a span goes slack.
+    Refused if a span goes slack.
     """
     force = load_torque / drive.load_pulley.radius / len(drive.spans)
     tensions = {span: drive.cable.pretension + (force if span == "upper" else -force) for span in drive.spans}

@@ -54,10 +54,7 @@ def _ends(drive: RoutedDrive, number: int) -> tuple[int | None, int | None]:
 
 
 def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
-    """The numbers of a body on two winches.
-
-    Raises `InputRefused` where the machine has what these numbers cannot hold.
-    """
+    """The numbers of a body on two winches; a machine that has what they cannot hold is refused."""
     body = _body_of(drive)
     _check_parts(drive)
     statics, moves = statics_of(drive), drive.body[body].moves

@@ -39,10 +39,7 @@ class TwoMotors(NamedTuple):
 
 @njit
 def line_at(m: TwoMotors, i: int, q: Array, along: Array) -> tuple[float, float, float]:
-    """Length L of line i less that at q = 0, its free length [m], and that of its last span [m].
-
-    ``along``, shape (m,): takes dL/dq.
-    """
+    """Length of line i less that at q = 0, its free length, that of its last span [m]; along takes dL/dq."""
     x, y = m.anchor[i, 0] - m.centre[i, 0], m.anchor[i, 1] - m.centre[i, 1]
     before = sqrt(x * x + y * y - m.radius[i] ** 2)
     for j in range(q.size):

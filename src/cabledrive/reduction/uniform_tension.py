@@ -57,11 +57,9 @@ class UniformTensionModel:
 
 
 def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
-    """Reduce a loop without carriages to uniform tension in each span, Eqs. (R.1)-(R.3).
+    """Reduce a loop to uniform tension in each span with some sines per span and plane, Eqs. (R.1)-(R.3).
 
-    ``sines``: number of transverse modes per span and plane.
-    Raises `InputRefused` if the drive is a line, carries masses, has a held pulley or Coulomb friction; the
-    model has none.
+    Refused: lines, carried masses, held pulleys and Coulomb friction, which the model does not have.
     """
     _check_fits(drive, sines)
     cable, length = drive.cable, drive.pulley_distance
@@ -130,10 +128,7 @@ def _check_fits(drive: Drive, sines: int) -> None:
 
 
 def _rim_shapes(drive: Drive, kept: tuple[Mode, ...]) -> Array:
-    """Drive rim, load rim and torque point of the modes, shape (k, 3) [kg^-1/2].
-
-    First the rigid rotation, which a motor on its holding stiffness does not have.
-    """
+    """Drive rim, load rim and torque point of the modes, (k, 3) [kg^-1/2]; first a rigid rotation, if any."""
     motor = drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
     cable = 2.0 * drive.cable.mass_per_length * drive.span_length
     whole = drive.drive_pulley.rim_mass + drive.load_pulley.rim_mass + motor + cable

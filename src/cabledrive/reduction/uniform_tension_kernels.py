@@ -13,15 +13,7 @@ Arrays = tuple[Array, Array, Array, Array]
 def integrate_reference(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
-    """Readable twin of the compiled integrator.
-
-    ``q``, ``p``, shape (k,): longitudinal amplitudes and their rates; changed in place; ``a``, ``b``, shape
-    (planes, 2, m): transverse amplitudes of planes w (and v) and their rates; changed in place; ``torque``,
-    shape (steps + 1,): at the ends of the steps [N m]; ``h``: step [s]; ``stride``: steps between two
-    recorded instants.
-    Returns ``along, across, tallies, peaks``: as in
-    `cabledrive.reduction.uniform_tension_integration.IntegratedMotion`.
-    """
+    """Readable twin of the compiled integrator; takes and returns what `integrate` and its kernel do."""
     steps = torque.size - 1
     along, across, tallies = [], [], []
     peaks = np.array([[np.inf, 0.0], [np.inf, 0.0]])

@@ -26,11 +26,7 @@ _COLOURS = 32
 
 
 def animation_gif(drive: Drive, result: SimulationResult, width: int = 560) -> bytes:
-    """The loop in motion as the content of a GIF that plays for ever.
-
-    ``drive``: the one of the run; ``result``: with whole fields; ``width`` [px].
-    Raises `InputRefused` if the run kept less than two whole fields.
-    """
+    """The loop in motion as a GIF of some ``width`` [px]; refused with less than two whole fields."""
     from PIL.Image import Dither
 
     motion = motion_of(result)

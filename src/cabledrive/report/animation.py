@@ -24,10 +24,8 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
     """The loop in motion for a page: a switch, and the drawing for wide and for narrow pages.
 
     The switch pauses both drawings and stands before them, all three beside one another in one element.
-    Whoever asks for less motion gets a drawing at rest, and starts it with the switch.
-
-    ``name``: unique on the page; ``drive``: the one of the run; ``result``: with whole fields.
-    Raises `InputRefused` if the run kept less than two whole fields.
+    Whoever asks for less motion gets a drawing at rest, and starts it with the switch. Less than two whole
+    fields are refused.
     """
     motion = motion_of(result)
     drawings = [_moving_svg(name, drive, motion, width, width == NARROW) for width in (WIDE, NARROW)]
@@ -35,12 +33,7 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
 
 
 def animation_page(drive: Drive, result: SimulationResult) -> str:
-    """The loop in motion as a page of its own, which needs no other file.
-
-    ``drive``: the one of the run; ``result``: with whole fields.
-    Returns HTML.
-    Raises `InputRefused` if the run kept less than two whole fields.
-    """
+    """The loop in motion as HTML that needs no other file; refused with less than two whole fields."""
     alt = "The cable loop in motion: both spans vibrate, the pulleys oscillate."
     return moving_page(drive.title or drive.name, *animation_svg("loop", drive, result), alt=alt)
 

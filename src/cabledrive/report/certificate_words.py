@@ -22,11 +22,7 @@ _SMALL = (
 
 
 def count_words(count: int, what: str) -> str:
-    """A count with its noun.
-
-    ``what``: noun in the singular, regular in the plural.
-    Returns "one mode", "157 modes".
-    """
+    """A count with its noun, regular in the plural: "one mode", "157 modes"."""
     shown = _SMALL[count] if count < len(_SMALL) else f"{count}"
     return f"{shown} {what}" if count == 1 else f"{shown} {what}s"
 

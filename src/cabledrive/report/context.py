@@ -78,11 +78,7 @@ class ReportContext:
 def make_context(
     drives: Sequence[Drive | RoutedDrive], progress: Callable[[str], None] | None = None
 ) -> ReportContext:
-    """Take up the machines of a report.
-
-    ``progress``: called with a line of text when a longer part of the work begins.
-    Raises `InputRefused` if there is no drive.
-    """
+    """Take up the machines of a report, refused without any; progress is told of longer parts of the work."""
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(

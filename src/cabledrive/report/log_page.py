@@ -38,11 +38,9 @@ def write_log_report(
     force: bool = False,
     written_at: datetime | None = None,
 ) -> Path:
-    """Write the page of one identified log.
+    """Write the HTML page of one identified log, found with ``options`` in ``files``, whose hashes it states.
 
-    ``path``: HTML file to write; ``options``: those it was found with; ``files``: log files, whose hashes are
-    stated.
-    Raises `InputRefused` if the file exists (without `force`) or cannot be written.
+    Refused if the file exists (without `force`) or cannot be written.
     """
     path = check_writable(path, force=force)
     chapter = Chapter(

@@ -35,11 +35,9 @@ _FILE_STYLE: dict[Any, Any] = {
 
 
 def mode_figure(drive: Drive, found: Modes, *, most: int = MOST_ROWS) -> "Figure":
-    """Draw the frequencies of a drive as a ladder, each with its family and its shape along the cable.
+    """Draw ``most`` frequencies of each kind as a ladder, each with its family and shape along the cable.
 
     The spans are laid out in a line: the upper one from drive pulley to load pulley, then the lower one back.
-
-    ``found``: its modes; ``most``: largest number of rungs of each kind, from the lowest.
     """
     from matplotlib.figure import Figure
 
@@ -56,10 +54,7 @@ def mode_figure(drive: Drive, found: Modes, *, most: int = MOST_ROWS) -> "Figure
 
 
 def route_mode_figure(drive: RoutedDrive, found: Modes, *, most: int = MOST_PANELS) -> "Figure":
-    """Draw the lowest modes of a machine with routes on the machine, each kind in a column.
-
-    ``found``: its modes; ``most``: largest number of each kind.
-    """
+    """Draw the lowest modes of a machine with routes on it, each kind in a column, ``most`` of each."""
     from matplotlib.figure import Figure
 
     kinds = [found.longitudinal[:most], [row.modes[0] for row in mode_rows(found.transverse)][:most]]
@@ -78,10 +73,7 @@ def route_mode_figure(drive: RoutedDrive, found: Modes, *, most: int = MOST_PANE
 
 
 def mode_picture(drive: Drive | RoutedDrive, found: Modes, form: str, *, most: int | None = None) -> bytes:
-    """The picture of a machine's modes as the content of a file, the same for the same modes.
-
-    ``form``, {"svg", "png", "pdf"}; ``most``: largest number of modes of each kind.
-    """
+    """The picture of a machine's modes as "svg", "png" or "pdf", the same for the same modes."""
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
         if isinstance(drive, RoutedDrive):

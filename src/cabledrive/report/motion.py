@@ -34,12 +34,7 @@ class Motion:
 
 
 def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:
-    """Frames from the whole fields of a run, every field up to the largest number of frames.
-
-    ``result``: with whole fields, close enough in time to follow the motion; ``most``: largest number of
-    frames; what comes later is left out.
-    Raises `InputRefused` if the run kept less than two whole fields.
-    """
+    """Frames from the whole fields of a run, the first ``most``; less than two are refused."""
     if len(result.fields) < 2:
         raise InputRefused(
             f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
@@ -92,10 +87,7 @@ def span_curve(layout: MachineLayout, motion: Motion, span: str, frame: int) -> 
 
 
 def spokes(layout: MachineLayout, motion: Motion, frame: int) -> list[tuple[Point, Point]]:
-    """A diameter of each pulley as drawn in a frame, upright at the start.
-
-    Returns drive pulley, load pulley [px].
-    """
+    """A diameter of drive and load pulley [px] as drawn in a frame, upright at the start."""
     _, larger = factors(motion)
     ends = []
     turned = larger * (motion.angles[frame] - motion.angles[0])

@@ -6,10 +6,7 @@ from collections.abc import Sequence
 
 
 def anchor(title: str) -> str:
-    """A title as the name of a place on the page.
-
-    Returns lower-case letters, digits and hyphens; begins with a letter.
-    """
+    """A title as the name of a place on the page: lower-case letters first, digits and hyphens."""
     plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
     words = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
     return words if words[:1].isalpha() else f"drive-{words}".rstrip("-")

@@ -9,11 +9,7 @@ _PREFIXED = {"N", "Pa", "Hz", "N/m", "N m", "N m/rad"}
 
 
 def number(value: float, digits: int = 5) -> str:
-    """A number with a given count of significant digits, trailing zeros dropped.
-
-    ``digits``: significant digits.
-    Returns "0.03", "116.33", "7.316 × 10⁻⁶".
-    """
+    """A number of some significant digits, trailing zeros dropped: "0.03", "116.33", "7.316 × 10⁻⁶"."""
     if not isfinite(value):
         return "infinite" if value > 0 else "minus infinite" if value < 0 else "not a number"
     rounded = float(f"{value:.{digits}g}")
@@ -34,20 +30,12 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def decimals_for(largest: float, digits: int = 6) -> int:
-    """Decimals that give the largest number of a column this many digits.
-
-    ``digits``: significant digits of the largest number.
-    Returns at least 1.
-    """
+    """Decimals, at least 1, that give the largest number of a column this many digits."""
     return max(1, digits - 1 - floor(log10(abs(largest)))) if largest else 1
 
 
 def unit_name(unit: str) -> str:
-    """A unit as it is printed.
-
-    ``unit``: as in a drive file: "kg m^2".
-    Returns "kg m²"; nothing for a plain number.
-    """
+    """A unit of a drive file as it is printed: "kg m²" for "kg m^2"; nothing for a plain number."""
     if unit == "1":
         return ""
     head, *powers = unit.split("^")
@@ -55,11 +43,7 @@ def unit_name(unit: str) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 5) -> str:
-    """A quantity in the unit people use for its size.
-
-    ``value``: in the SI unit; ``unit``: the SI unit, as in a drive file; ``digits``: significant digits.
-    Returns "2.6 GPa", "0.49 g/m", "3 cm", "1092 rpm".
-    """
+    """A quantity in SI in the unit people use for its size: "2.6 GPa", "0.49 g/m", "3 cm", "1092 rpm"."""
     value, unit = _customary(value, unit)
     name = unit_name(unit)
     gap = "" if name.startswith("°") else SPACE

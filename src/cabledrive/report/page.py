@@ -46,11 +46,7 @@ class Page:
 
 
 def render(page: Page) -> str:
-    """Set a page.
-
-    Returns HTML, the same for the same page.
-    Raises `ValueError` if two places of the page have the same name.
-    """
+    """Set a page as HTML, the same for the same page; `ValueError` if two places have the same name."""
     _check_anchors(page)
     environment = _environment()
     bodies = {

@@ -42,10 +42,9 @@ def picture(
     wide: float,
     narrow: float,
 ) -> Picture:
-    """Draw a figure twice, for wide and for narrow pages.
+    """Draw a figure, whose name is unique on the page, twice, of heights for wide and for narrow pages [px].
 
-    ``name``: unique on the page; ``draw``: ``draw(figure, narrow)`` puts axes on an empty figure; ``wide``,
-    ``narrow``: heights of the two [px].
+    ``draw(figure, narrow)`` puts axes on an empty figure.
     """
     return Picture(
         wide=_drawn(f"{name}-w", draw, False, (WIDE, wide)),
@@ -104,8 +103,8 @@ def inline_svg(
 ) -> Markup:
     """An SVG file as part of a page: no prolog, no metadata, no foreign names, colours as variables.
 
-    ``text``: SVG document; ``name``: put before the names inside the picture that are referred to; the others
-    are dropped; ``size``: width and height [px]; ``scales``: of the axes in the picture.
+    ``name``: put before the names inside the picture that are referred to; the others are dropped; ``size``:
+    width and height [px]; ``scales``: of the axes in the picture.
     """
     body = text[text.index("<svg") : text.rindex("</svg>")]
     body = re.sub(r"<svg\b[^>]*>", "", body, count=1)

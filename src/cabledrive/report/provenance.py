@@ -24,11 +24,7 @@ class Provenance:
 
 
 def provenance(context: ReportContext, methods: Sequence[str], written_at: datetime) -> Provenance:
-    """Collect the provenance of a report.
-
-    ``methods``: how the numbers were computed; ``written_at``: time of the run; one without a time zone is
-    taken as UTC.
-    """
+    """Collect the provenance of a report; a time of the run without a time zone is taken as UTC."""
     zoned = written_at if written_at.tzinfo else written_at.replace(tzinfo=UTC)
     return Provenance(
         written_at=zoned.astimezone(UTC),

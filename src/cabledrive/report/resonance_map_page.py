@@ -20,12 +20,7 @@ _TEMPLATES = resources.files("cabledrive.report") / "templates"
 def resonance_map_page(
     growth: GrowthMap, validation: str = "", *, motion: PlannedMotion | None = None
 ) -> str:
-    """Set the map as a page.
-
-    ``validation``: what the exact loop says at some points of the map; put into the caption; ``motion``:
-    drawn as a path over pretension and torque magnitude.
-    Returns HTML.
-    """
+    """Set the map as HTML, with what the exact loop says at some points, and a motion drawn as a path."""
     from cabledrive.parameters.version import __version__
 
     text = (_TEMPLATES / "resonance_map.html").read_text(encoding="utf-8")

@@ -67,10 +67,7 @@ def shaper_figure(found: PrinterShaper) -> "Figure":
 
 
 def shaper_picture(found: PrinterShaper, form: str) -> bytes:
-    """The picture of `shaper_figure` as the content of a file, the same for the same result.
-
-    ``form``, {"svg", "png", "pdf"}.
-    """
+    """The picture of `shaper_figure` as "svg", "png" or "pdf", the same for the same result."""
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
         shaper_figure(found).savefig(file, format=form, dpi=150, metadata=undated.get(form))

@@ -26,12 +26,7 @@ TITLES = {
 
 
 def study_html(result: StudyResult, written_at: datetime | None = None) -> str:
-    """The report of a study as text.
-
-    ``written_at``: time that the report states; now where it is not given. Everything else follows from the
-    study.
-    Returns HTML that needs no other file.
-    """
+    """The report of a study as HTML that needs no other file; the time it states is now unless given."""
     chapters = tuple(
         chapter
         for chapter in (

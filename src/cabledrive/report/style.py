@@ -95,19 +95,12 @@ def family_colour(family: str) -> str:
 
 
 def short_family(family: str) -> str:
-    """Name of a family without what goes without saying.
-
-    Returns "out of phase" for "pulleys out of phase".
-    """
+    """Name of a family without what goes without saying: "out of phase" for "pulleys out of phase"."""
     return family.removeprefix("pulleys ").removesuffix("-dominated").removesuffix(" pulley turning")
 
 
 def text_width(words: str, size: float = SMALL) -> float:
-    """About how wide words will be on whatever page shows them.
-
-    ``size``: of the letters [px].
-    Returns [px], rather too much than too little.
-    """
+    """About how wide words [px] of a letter size [px] will be; rather too much than too little."""
     return 0.6 * size * len(words)
 
 
@@ -125,19 +118,12 @@ def house_style() -> Iterator[None]:
 def label(
     axes: "Axes", words: str, at: tuple[float, float], offset: tuple[float, float] = (0.0, 0.0), **looks: Any
 ) -> "Annotation":
-    """Words beside a point.
-
-    ``at``: the point, in the units of the axes unless ``xycoords`` says otherwise; ``offset``: from the point
-    to the words [px]; ``**looks``: what `Axes.annotate` takes besides.
-    """
+    """Words beside a point of the axes, or of ``xycoords``, at an offset [px]; looks as `Axes.annotate`."""
     return axes.annotate(words, at, xytext=offset, textcoords="offset points", **looks)
 
 
 def log_axis(axes: "Axes", which: str, pixels: float) -> None:
-    """A logarithmic axis with plain numbers, as many as have room; to be called when the limits are set.
-
-    ``which``, {"x", "y"}; ``pixels``: about how long the axis is.
-    """
+    """A logarithmic axis with as many plain numbers as ``pixels`` hold; called when the limits are set."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     limits = axes.get_xlim() if which == "x" else axes.get_ylim()

@@ -24,11 +24,7 @@ _UNIT = re.compile(rf"(?<=[\d⁰¹²³⁴-⁹])[ {SPACE}]((?:%|1/s|{_ONE}(?: {_O
 
 
 def typeset(html: str) -> str:
-    """Set the words of a page.
-
-    ``html``: page or part of one, well formed.
-    Returns the same page; only words outside tags, code, formulas, styles and scripts are changed.
-    """
+    """Set the words of well-formed HTML outside tags, code, formulas, styles and scripts."""
     pieces = _KEPT.split(html)
     # two groups of the pattern lie between one stretch of words and the next: what is kept, and its tag
     pieces[::3] = [typeset_words(words) if words.strip() else words for words in pieces[::3]]

@@ -17,10 +17,7 @@ _SPACES = re.compile(r"[ \n]+")
 
 
 def texts(name: str, package: str = "cabledrive.report") -> Say:
-    """What fills the texts of a template of a package, ``templates/texts/NAME.txt``.
-
-    Returns a function of a macro's name and its values; the text is one plain line, which the page escapes.
-    """
+    """Texts of ``templates/texts/NAME.txt`` of a package, one plain line each, by macro's name and values."""
     return partial(_said, package, name)
 
 

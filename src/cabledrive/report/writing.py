@@ -135,10 +135,7 @@ def _effects(context: ReportContext) -> Iterator[View]:
 
 
 def linked_page(page: str | Path, folder: Path) -> tuple[str, str]:
-    """Title of another page, and its address from the folder of this one.
-
-    Raises `InputRefused` if it cannot be read, or has no title.
-    """
+    """Title of another page and its address from the folder of this one; refused without a title."""
     try:
         text = Path(page).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

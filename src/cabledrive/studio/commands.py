@@ -35,10 +35,7 @@ DISTURBANCES = {
 
 
 def asked(desk: Desk, kind: str, state: State, form: Form, folder: Path) -> Asked:
-    """The command that a page asks for; files that it needs are written into its folder.
-
-    Raises `InputRefused` if the page asks for something else.
-    """
+    """The command that a page asks for, its files written into a folder; anything else is refused."""
     if kind not in KINDS:
         raise InputRefused(f'"{kind[:40]}" is nothing that is started here')
     if any(len(value) > LONGEST for value in form.values()):

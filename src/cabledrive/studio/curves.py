@@ -17,10 +17,7 @@ MOST_ROWS = 1_000_000_000
 
 
 class Curves:
-    """Columns of one log, each read once when it is first asked for, with its rows on disk in a folder.
-
-    Without a column of time, rows are counted.
-    """
+    """Columns of one log, read once each and kept in a folder; without a column of time, rows count."""
 
     def __init__(self, table: Table, time: str | None, folder: Path) -> None:
         self.table, self.time = table, time
@@ -31,10 +28,9 @@ class Curves:
     def window(
         self, names: tuple[str, ...], start: float | None, end: float | None, points: int
     ) -> dict[str, Any]:
-        """Least and largest value of columns for each of about ``points`` pixels of a part of the log.
+        """Least and largest value of columns for each of some pixels from start to end, or the whole log.
 
-        ``start``, ``end``: of the time, or row numbers; default: the whole log.
-        Raises `InputRefused` if a column is not there or cannot be read.
+        A column that is not there or cannot be read is refused.
         """
         for name in names:
             self.table.require(name)

@@ -17,10 +17,7 @@ _LINE = re.compile(
 
 
 def text_with(text: str, drive: Drive | RoutedDrive, settings: tuple[tuple[str, str], ...]) -> str:
-    """The text that describes a drive: settings put into its own lines, or the drive written anew.
-
-    ``drive``: of this text with these settings; ``settings``: as ``--set`` takes them.
-    """
+    """The text that describes a drive: settings put into its own lines, or the drive written anew."""
     if not settings:
         return text
     lines = text.split("\n")

@@ -52,10 +52,7 @@ class Library:
         return place
 
     def text(self, drive: str) -> str:
-        """The text of a drive by its name: a packaged one, the empty machine, or one kept here.
-
-        Raises `InputRefused` if there is none of that name.
-        """
+        """The text of a drive: a packaged one, the empty machine, or one kept here; refused if none is."""
         if drive in packaged_drives():
             return packaged_text(drive)
         if drive == EMPTY:
@@ -66,12 +63,7 @@ class Library:
         return path.read_text(encoding="utf-8")
 
     def keep(self, text: str, name: str, given: str | None = None) -> str:
-        """Keep a drive's text under a name made of the drive's own and the content.
-
-        ``given``: path by which a person knows it.
-        Returns the name.
-        Raises `InputRefused` if it is too long.
-        """
+        """Keep a text, a person's ``given``, under a name by drive and content; refused if too long."""
         if len(text) > LONGEST_TEXT:
             raise InputRefused(f"the text is longer than {LONGEST_TEXT} characters: lump carriages together")
         content = hashlib.sha256(text.encode()).hexdigest()[:12]
@@ -84,10 +76,7 @@ class Library:
         return kept
 
     def source(self, drive: str) -> str:
-        """What a command takes for a drive: a packaged name, or a path.
-
-        Raises `InputRefused` if there is none of that name.
-        """
+        """What a command takes for a drive: a packaged name, or a path; refused if there is none."""
         if drive in packaged_drives():
             return drive
         if drive == EMPTY:

@@ -93,10 +93,7 @@ class LogStore:
 
 
 def safe_name(name: str) -> str:
-    """A file name without anything but letters, digits and ``. _ -``, its ending one of a log.
-
-    Raises `InputRefused` if it ends like no log.
-    """
+    """A file name of letters, digits and ``. _ -`` only; refused if it ends like no log."""
     kept = re.sub(r"[^A-Za-z0-9._-]+", "_", name.replace("\\", "/").rpartition("/")[2]).lstrip("._-")[-80:]
     if Path(kept).suffix.lower() not in (*FORMATS, SOUND):
         raise InputRefused(f"{name[:80]!r}: logs end in {', '.join((*FORMATS, SOUND))}: rename or unpack it")

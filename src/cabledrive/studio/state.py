@@ -39,10 +39,7 @@ class State:
 
 
 def first_state(library: Library, source: str | None) -> State:
-    """The state of a new studio; a file's text is kept in the folder.
-
-    Raises `InputRefused` if the source is no drive.
-    """
+    """The state of a new studio, refused if the source is no drive; a file's text is kept."""
     if source is None:
         return State(drive=FIRST)
     loaded = load_drive(source)
@@ -53,11 +50,7 @@ def first_state(library: Library, source: str | None) -> State:
 
 
 def state_of(query: str, first: State) -> State:
-    """Read a state from an address.
-
-    ``first``: where the address names no drive.
-    Raises `InputRefused` if it is too long.
-    """
+    """Read a state from an address, or the first where it names no drive; refused if too long."""
     try:
         pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=2 * MOST_SETTINGS)
     except ValueError:
@@ -78,10 +71,7 @@ def drive_of(library: Library, state: State) -> Drive | RoutedDrive:
 
 
 def tables_of(library: Library, state: State) -> dict[str, Any]:
-    """The plain tables of a state's file, as written there, without the settings.
-
-    Raises `InputRefused` if the text is no TOML.
-    """
+    """The plain tables of a state's file, as written there, without the settings; refused if no TOML."""
     return copy.deepcopy(_parsed(library.text(state.drive)))
 
 

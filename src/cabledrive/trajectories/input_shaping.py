@@ -195,8 +195,7 @@ def insensitive_band(
 ) -> tuple[float, float] | None:
     """Frequencies around the design between which the residual vibration stays within a tolerance [Hz].
 
-    ``damping``: ratio of the mode; default: that of the design; ``tolerance``: of the amplitude.
-    Returns None where the tolerance is not held anywhere near the design.
+    ``damping``: ratio of the mode; default: that of the design. None: not held anywhere near the design.
     """
     zeta = shaper.damping if damping is None else damping
     ratio = np.linspace(0.3, 2.0, 6801)  # steps of 0.00025 of the frequency of the design

@@ -16,12 +16,7 @@ HIGHEST_ORDER = 21
 
 
 def check_order(order: int) -> int:
-    """Refuse an order that no smooth rise has.
-
-    ``order``: order of the polynomial.
-    Returns number n of derivatives that rest at both ends.
-    Raises `InputRefused` if the order is even, below 3 or above 21.
-    """
+    """Number n of derivatives that rest at both ends; an even order, below 3 or above 21, is refused."""
     if order % 2 == 0 or not 3 <= order <= HIGHEST_ORDER:
         raise InputRefused(
             f"order = {order} of the rise must be odd, from 3 to {HIGHEST_ORDER}: 9 is that of (6.1)"

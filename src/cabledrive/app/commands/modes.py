@@ -107,10 +107,7 @@ def modes_data(found: Modes) -> dict[str, Any]:
 
 
 def mode_data(mode: Mode) -> dict[str, Any]:
-    """One mode as JSON gives it.
-
-    Returns of a transverse mode with span, plane, the ends of the section that vibrates [m] and its model.
-    """
+    """One mode as JSON gives it; of a transverse one span, plane, ends of the section [m] and its model."""
     data = {
         "frequency_hz": mode.frequency,
         "kind": mode.kind,

@@ -44,10 +44,7 @@ class Element:
 
 
 def element_of(drive: RoutedDrive, piece: Piece, direction: str) -> Element | None:
-    """The element of a piece in one direction; None where it is a straight string of even tension.
-
-    Ropes that run are taken for such strings.
-    """
+    """The element of a piece in one direction; None: a straight string of even tension, as running ropes."""
     span = drive.free_spans[piece.span]
     rope, route = drive.ropes[span.route], drive.route[span.route]
     change = abs(piece.end_tension - piece.start_tension) / piece.start_tension

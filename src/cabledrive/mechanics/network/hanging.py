@@ -65,10 +65,7 @@ class Hanging:
 
 
 def hanging_pieces(network: Network) -> list[Hanging]:
-    """How the pieces of all spans hang at rest, in their order.
-
-    A guided carriage lies on the chord and bears the rope; others hang on it.
-    """
+    """How pieces of spans hang at rest, in order; a guided carriage on the chord bears them, others hang."""
     drive, g = network.drive, gravity(network.drive)
     found: list[Hanging] = []
     run: list[Hanging] = []

@@ -27,11 +27,7 @@ AT_REST = 1e-9
 
 
 def condition(drive: RoutedDrive, motor: str | None = None) -> str:
-    """How the rotors are held, as `cabledrive.mechanics.holding.motor_condition`.
-
-    ``motor``, {"free", "held", "holding"} or None for the file's own.
-    Raises `InputRefused` if the file has no holding stiffness.
-    """
+    """How the rotors are held, as `motor_condition`; refused if the file has no holding stiffness."""
     sprung = any(own.holding_stiffness is not None for own in drive.motor)
     if motor is None:
         return HOLDING if sprung else FREE

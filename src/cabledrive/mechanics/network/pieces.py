@@ -30,10 +30,7 @@ class Piece:
 
 
 def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
-    """Pieces of all free spans, in order.
-
-    Raises `InputRefused` if two carriages share a place, or a piece is slack.
-    """
+    """Pieces of all free spans in order; refused: two carriages at one place, a slack piece."""
     drive = motion.drive
     g = gravity(drive)
     found = []

@@ -127,10 +127,7 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
 
 
 def _askew(drive: RoutedDrive) -> Iterator[str]:
-    """Spans that are not quite parallel to the slide that one of their ends rides on.
-
-    A body that moves along x and y has no slide to be parallel to.
-    """
+    """Spans not quite parallel to the slide, if it is one and no plane, that one of their ends rides on."""
     motion = Motion(drive)
     both_ways = {body.name for body in drive.body if set(body.moves) == {"x", "y"}}
     for span in drive.free_spans:

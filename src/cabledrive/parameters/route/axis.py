@@ -12,8 +12,7 @@ from cabledrive.parameters.route.drive import RoutedDrive
 class AxisDrive(Drive):
     """The chain that a motor of a machine with routes drives, for control: it has no spans of its own.
 
-    Its cable has the chain's stiffness and no mass; its pretension is that of a loop which goes slack at the
-    same torque.
+    Its cable has the chain's stiffness, no mass, and the pretension of a loop slack at the same torque.
     """
 
     machine: RoutedDrive  # where it comes from

@@ -30,11 +30,7 @@ ONLY_TWO_PULLEYS = frozenset(
 
 
 def refuse_route(what: str = "this calculation") -> NoReturn:
-    """Refuse a machine of kind "route" where only two pulleys are known.
-
-    ``what``: what was asked for.
-    Raises `InputRefused` always.
-    """
+    """Refuse a machine of kind "route" where only two pulleys are known."""
     raise InputRefused(
         f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, '
         "resonance, report, simulate, response, track, compare, study and export take routes"

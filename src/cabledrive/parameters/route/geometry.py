@@ -96,12 +96,7 @@ class FreeSpan:
 
 
 def tangent(start: Place, end: Place, route: str) -> tuple[Point, float]:
-    """Direction and length of the free span between two places, Eq. (N.1).
-
-    ``route``: its name, for a refusal.
-    Returns unit vector and length [m].
-    Raises `InputRefused` if there is no such tangent, or it has no length.
-    """
+    """Unit vector and length [m] of the free span between two places, Eq. (N.1); refused if none."""
     dx, dy = end.centre[0] - start.centre[0], end.centre[1] - start.centre[1]
     distance = hypot(dx, dy)
     offset = end.sense * end.radius - start.sense * start.radius
@@ -122,11 +117,7 @@ def tangent(start: Place, end: Place, route: str) -> tuple[Point, float]:
 def spans_of_route(
     number: int, name: str, places: list[Place], closed: bool, crossed: bool
 ) -> list[FreeSpan]:
-    """Free spans of one route, in order of travel.
-
-    ``number``: of the route in the file; ``crossed``: whether its spans may cross.
-    Raises `InputRefused` where the cable cannot run so.
-    """
+    """Free spans of one route in order of travel; refused where they do not run, or cross and may not."""
     following = places[1:] + places[:1] if closed else places[1:]
     pairs = list(zip(places, following, strict=False))
     lines = [tangent(start, end, name) for start, end in pairs]

@@ -119,10 +119,7 @@ class Route(Rope):
 
 
 def rope_of(common: Rope | None, route: Route) -> Rope:
-    """The rope of one route: its own keys, else those of ``[cable]``.
-
-    Raises `InputRefused` if its rigidity or mass is not known.
-    """
+    """The rope of a route: its own keys, else those of ``[cable]``; refused without rigidity or mass."""
     names = [field.name for field in dataclasses.fields(Rope)]
     own = {name: getattr(route, name) for name in names if _given(route, name)}
     if any(name in own for name in _RIGIDITY) and common is not None:

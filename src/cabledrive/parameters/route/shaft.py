@@ -14,10 +14,7 @@ _PLACES = {"body": ("at", "pivot", "travel"), "pulley": ("at",), "anchor": ("at"
 
 
 def with_shaft(data: dict[str, Any]) -> dict[str, Any]:
-    """Plain data of a file with its relative places in metres; without the key as it is.
-
-    Raises `InputRefused` for a shaft that is no length, and for relative places without one.
-    """
+    """Plain data of a file, its relative places in metres; refused without a shaft of a length above 0."""
     given = data.get(KEY)
     length = None
     if given is not None:

@@ -42,11 +42,7 @@ TURNING = {"stiffness": "N m/rad", "damping": "N m s/rad", "coulomb_friction": "
 
 
 def routed_from_tables(data: dict[str, Any]) -> RoutedDrive:
-    """Build a machine from the plain data of its file.
-
-    ``data``: of kind "route", its version checked.
-    Raises `InputRefused` for what does not fit.
-    """
+    """Build a machine of kind "route" from its file's plain data; refused where something does not fit."""
     data = with_shaft(data)
     check_keys(data, RoutedDrive, "")
     content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
@@ -69,7 +65,7 @@ def routed_from_tables(data: dict[str, Any]) -> RoutedDrive:
 def tables_from_routed(drive: RoutedDrive, *, words: bool = True) -> dict[str, Any]:
     """Write a machine as the plain data of a file: SI, each quantity with its unit, defaults left out.
 
-    ``words``: whether with names and other text; without them parts are called by their numbers.
+    Without ``words``, names and other text, parts are called by their numbers.
     """
     data = {
         key: getattr(drive, key)

@@ -46,10 +46,7 @@ def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture
 
 
 def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None) -> Picture:
-    """Share of the runs below an error, all the way and at rest, with the goal.
-
-    ``name``: unique on the page; ``goal`` [m].
-    """
+    """Share of the runs below an error, all the way and at rest, with the goal [m]."""
     looks = ((runs.peaks, "all the way", BLUE, "-"), (runs.rests, "at rest", ORANGE, "--"))
 
     def _draw(figure: "Figure", narrow: bool) -> None:

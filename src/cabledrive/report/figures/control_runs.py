@@ -19,10 +19,7 @@ STYLES = ("-", "--", "-.", ":")
 
 
 def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture:
-    """Magnitude from motor torque to load angle: the distributed cable and the models.
-
-    ``name``: unique on the page.
-    """
+    """Magnitude from motor torque to load angle: the distributed cable and the models."""
     hertz = np.geomspace(0.5, 500.0, 700)
     omega = 2.0 * np.pi * hertz
 
@@ -45,11 +42,7 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
 
 
 def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """Amplitude spectrum of an angle's deviation from the reference in the last dwell.
-
-    ``inertia``: number of the inertia, from the motor; ``lowest`` [Hz].
-    Returns ``frequency``, shape (p,) [Hz]; ``amplitude``, shape (p,) [deg].
-    """
+    """Frequency [Hz] and amplitude [deg] of an angle's deviation from the reference in the last dwell."""
     interval = run.time[1] - run.time[0]
     still = run.time > run.time[-1] - run.summary["motion"]["dwell"]
     signal = np.degrees(run.angles[still, inertia] - run.reference[still])

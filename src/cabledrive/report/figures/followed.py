@@ -32,10 +32,8 @@ def followed_picture(
 ) -> Picture:
     """Draw the curves of `cabledrive.studies.frequency_against`, named where they end, crossings marked.
 
-    ``name``: unique on the page; ``data``: what `frequency_against` returns; ``quantity``: name of the
-    horizontal axis; ``unit``: unit of the horizontal axis; ``scale``: SI units in one unit of the axis;
-    ``here``: value of the drive itself [SI], marked; ``logarithmic``: scale of the horizontal axis;
-    ``across``: whether the lowest transverse mode is drawn as well.
+    The horizontal axis is ``quantity`` in ``unit``, ``scale`` SI units in one; ``here``: value of the drive
+    itself [SI], marked; ``across``: whether the lowest transverse mode is drawn as well.
     """
     values = data["value"].to_numpy() / scale
 

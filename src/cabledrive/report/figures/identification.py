@@ -18,10 +18,7 @@ def measured_picture(
     model: tuple[np.ndarray, np.ndarray] | None,
     unit: str,
 ) -> Picture:
-    """A measured response with its 95 % band, and a model's where there is one.
-
-    ``name``: unique on the page; ``model``: frequencies [Hz] and response; ``unit``: of the response.
-    """
+    """A measured response with its 95 % band, and a model's, at frequencies [Hz], where there is one."""
     low = np.maximum(measured.magnitude - 2 * measured.deviation, 0.3 * measured.magnitude)
     high = measured.magnitude + 2 * measured.deviation
 

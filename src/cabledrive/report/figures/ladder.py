@@ -68,10 +68,7 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
 
 
 def ladder_picture(name: str, drive: Drive, modes: Modes) -> Picture:
-    """Draw the staircase of the count with the listed modes on it, and every mode of both kinds as a rung.
-
-    ``name``: unique on the page; ``modes``: modes of this drive, with at least one longitudinal one.
-    """
+    """Draw the staircase of the count with the listed modes on it, and every mode of both kinds as a rung."""
     steps = staircase(drive, modes)
     stairs, lanes = max(int(steps.count[-1]), 4) + 1.2, 1 + len(drive.spans)
 

@@ -36,26 +36,16 @@ class MachineLayout:
         return abs(self.slope) < pi / 4
 
     def rightwards(self, across: float) -> float:
-        """Whether a side of the machine lies to the right on the sheet.
-
-        ``across``: 1 for the side of the upper span, -1 for the other.
-        Returns 1 where it does, else -1.
-        """
+        """1 where a side, 1 that of the upper span, -1 the other, lies to the right on the sheet, else -1."""
         return 1.0 if self.off((0.0, 0.0), 0.0, across)[0] > 0.0 else -1.0
 
     def off(self, point: Point, along: float, across: float) -> Point:
-        """A point moved along the machine and across it.
-
-        ``along``: towards the load pulley [px]; ``across``: to the side of the upper span [px].
-        """
+        """A point moved towards the load pulley and to the side of the upper span [px]."""
         c, s = cos(self.slope), sin(self.slope)
         return point[0] + along * c - across * s, point[1] - along * s - across * c
 
     def tangent(self, span: str) -> tuple[Point, Point]:
-        """Where a span leaves the drive pulley and where it leaves the load pulley.
-
-        ``span``, {"upper", "lower"}.
-        """
+        """Where a span leaves the drive pulley and where it leaves the load pulley."""
         side = 1.0 if span == "upper" else -1.0
         distance = sqrt((self.load[0] - self.drive[0]) ** 2 + (self.load[1] - self.drive[1]) ** 2)
         tilt = asin(max(-1.0, min(1.0, (self.radii[0] - self.radii[1]) / distance)))
@@ -66,10 +56,7 @@ class MachineLayout:
         return first, second
 
     def on_span(self, span: str, share: float) -> Point:
-        """A point of a span.
-
-        ``span``, {"upper", "lower"}; ``share``: share of its length, from the pulley where it starts.
-        """
+        """A point at a share of a span's length, from the pulley where it starts."""
         a, b = self.tangent(span)
         fallen = float(np.interp(share, *self.sags[span])) if span in self.sags else 0.0
         share = share if span == "upper" else 1.0 - share
@@ -82,10 +69,7 @@ class MachineLayout:
 
 
 def machine_layout(drive: Drive, width: float, narrow: bool) -> MachineLayout:
-    """Lay out a machine on a sheet of given width.
-
-    ``width``: of the sheet [px]; ``narrow``: whether margins are small.
-    """
+    """Lay out a machine on a sheet of given width [px], with small margins on a narrow one."""
     slope = drive.layout.inclination
     c, s = abs(cos(slope)), abs(sin(slope))
     ends = (MOTOR_ROOM[narrow] if drive.motor else 36.0, 36.0)

@@ -16,10 +16,7 @@ _ROW, _FOOT = 27.0, 72.0  # heights [px]
 
 
 def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Modes]) -> Picture:
-    """Draw the lowest frequency of each kind for every machine, machines in order of the first.
-
-    ``name``: unique on the page; ``machines``: names; ``all_modes``: of each machine, both kinds present.
-    """
+    """Draw the lowest frequency of each kind for every machine, machines in order of the first."""
     rows = [(machine, lowest(modes)) for machine, modes in zip(machines, all_modes, strict=True)]
     rows.sort(key=lambda row: row[1])
 

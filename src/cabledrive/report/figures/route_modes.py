@@ -46,10 +46,7 @@ def draw_route_modes(figure: "Figure", drive: RoutedDrive, modes: Sequence[Mode]
 
 
 def draw_mode(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
-    """One mode on the machine at rest.
-
-    A span is displaced across its line, by its motion along the line in a longitudinal mode.
-    """
+    """One mode on the machine at rest; a longitudinal one displaces a span across by its motion along."""
     across = mode.kind == TRANSVERSE
     colour = ORANGE if across else BLUE
     shapes = [_shape(mode, span) for span in drive.free_spans]

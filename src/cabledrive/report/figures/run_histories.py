@@ -29,11 +29,9 @@ LONGEST_TITLE = 88
 
 
 def spectrum_marks(drive: Drive | RoutedDrive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
-    """Certified natural frequencies to mark in a spectrum.
+    """Frequency [Hz] and kind of certified modes up to some octaves over the lowest longitudinal one.
 
-    ``octaves``: highest frequency over the lowest longitudinal one [-].
-    Returns frequency [Hz], "longitudinal" or "transverse"; the transverse ones only of a loop or a line and
-    where they are few.
+    Transverse ones only of a loop or a line and where they are few.
     """
     top = octaves * float(natural_frequencies(drive, count=1)[0])
     marks = [(float(frequency), "longitudinal") for frequency in natural_frequencies(drive, below=top)]
@@ -47,10 +45,7 @@ def spectrum_marks(drive: Drive | RoutedDrive, octaves: float = 3.0) -> tuple[tu
 
 
 def draw_histories(panels: "Sequence[Axes]", result: SimulationResult | NetworkResult) -> None:
-    """The curves of a run over time, one above the other.
-
-    ``panels``: one for each of `cabledrive.report.figures.run_curves.curves_of`.
-    """
+    """The curves of a run over time, one above the other, a panel for each of `curves_of`."""
     time, curves, _ = curves_of(result)
     for axes, curve in zip(panels, curves, strict=True):
         _curve(axes, time, curve.values, curve.colour)
@@ -72,11 +67,7 @@ def draw_spectrum(
     marks: Sequence[tuple[float, str]],
     highest: float | None = None,
 ) -> None:
-    """Amplitude spectrum of a run, Hann window, with natural frequencies marked.
-
-    ``marks``: frequency [Hz] and kind of mode, as `spectrum_marks` gives them; ``highest``: frequency up to
-    which it is drawn without them [Hz].
-    """
+    """Amplitude spectrum of a run, Hann window, with `spectrum_marks`, or up to ``highest`` [Hz]."""
     time, _, curve = curves_of(result)
     spectrum = amplitude_spectrum(time, curve.values)
     top = 1.05 * max((frequency for frequency, _ in marks), default=highest or spectrum.frequency[-1])
@@ -114,10 +105,9 @@ def draw_spectrum(
 
 
 def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResult, form: str) -> bytes:
-    """Histories and spectrum of a run as the content of a file, the same for the same run.
+    """Histories and spectrum of a run as a "svg", "png" or "pdf", the same for the same run.
 
-    ``drive``: the one of the run; ``form``, {"svg", "png", "pdf"}.
-    Raises `InputRefused` if the run has too few records for a spectrum.
+    Refused with too few records for a spectrum.
     """
     from matplotlib.figure import Figure
 

@@ -21,12 +21,11 @@ _PANEL, _FOOT = 96.0, 24.0  # heights [px]
 
 
 def unrolled(mode: Mode, drive: Drive, shape: int = 0) -> dict[str, tuple[Array, Array]]:
-    """A mode shape along both spans, its largest displacement scaled to one.
+    """A mode shape along both spans, its largest displacement scaled to one; which of a multiple mode.
 
-    ``drive``: the drive it belongs to; ``shape``: which of the shapes of a multiple mode.
-    Returns for each span: unstretched distance from the drive pulley along the unrolled cable, in spans (0 to
-    1 on the upper, 1 to 2 on the lower one), and displacement, positive in the direction of the span; shape
-    (p,) each.
+    For each span: unstretched distance from the drive pulley along the unrolled cable, in spans (0 to 1 on
+    the upper, 1 to 2 on the lower one), and displacement, positive in the direction of the span; shape (p,)
+    each.
     """
     positions = {span: _positions(drive, span) for span in drive.spans}
     shapes = {span: mode.shape(span, at)[shape] for span, at in positions.items()}
@@ -46,10 +45,7 @@ def _positions(drive: Drive, span: str) -> Array:
 
 
 def shapes_picture(name: str, drive: Drive, modes: Sequence[Mode]) -> Picture:
-    """Draw mode shapes, one panel each, with the pulleys' rims and the carriages marked on them.
-
-    ``name``: unique on the page; ``modes``: which ones, in reading order.
-    """
+    """Draw mode shapes, one panel each, with the pulleys' rims and the carriages marked on them."""
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         columns = 1 if narrow else 2

@@ -15,22 +15,14 @@ class Sheet:
     wordless: bool = False  # whether words are left out
 
     def line(self, *points: Point, colour: str = "ink", width: float = 1.2, dashes: str = "") -> None:
-        """A line through points.
-
-        ``colour``: name of a colour of the page; ``width``: of the line [px]; ``dashes``: lengths of dashes
-        and gaps [px].
-        """
+        """A line through points; width and dashes with gaps [px]."""
         path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in points)
         self.path(path, colour=colour, width=width, dashes=dashes)
 
     def path(
         self, path: str, *, colour: str = "ink", width: float = 1.2, fill: str = "none", dashes: str = ""
     ) -> None:
-        """A path in the language of SVG.
-
-        ``colour``: name of a colour of the page; ``width``: of the line [px]; ``fill``: name of the colour
-        inside; ``dashes``: lengths of dashes and gaps [px].
-        """
+        """A path in the language of SVG; width and dashes with gaps [px]."""
         inside = fill if fill == "none" else f"var(--{fill})"
         dashed = f"; stroke-dasharray: {dashes}" if dashes else ""
         self.elements.append(
@@ -41,11 +33,7 @@ class Sheet:
     def circle(
         self, centre: Point, radius: float, *, colour: str = "ink", width: float = 1.2, fill: str = "none"
     ) -> None:
-        """A circle.
-
-        ``radius``: in pixels; ``colour``: name of a colour of the page; ``width``: of the line [px];
-        ``fill``: name of the colour inside.
-        """
+        """A circle; radius and width of its line [px]."""
         inside = fill if fill == "none" else f"var(--{fill})"
         self.elements.append(
             f'<circle cx="{centre[0]:.1f}" cy="{centre[1]:.1f}" r="{radius:.1f}" '
@@ -53,11 +41,7 @@ class Sheet:
         )
 
     def box(self, centre: Point, size: Point, *, colour: str = "ink", fill: str = "card") -> None:
-        """An upright box with rounded corners.
-
-        ``size``: width and height [px]; ``colour``: name of the colour of its edge; ``fill``: name of the
-        colour inside.
-        """
+        """An upright box with rounded corners, width and height [px]."""
         x, y = centre[0] - size[0] / 2, centre[1] - size[1] / 2
         self.elements.append(
             f'<rect x="{x:.1f}" y="{y:.1f}" width="{size[0]:.1f}" height="{size[1]:.1f}" rx="2" '
@@ -67,11 +51,7 @@ class Sheet:
     def words(
         self, text: str, at: Point, *, anchor: str = "middle", colour: str = "ink", size: float = 12.0
     ) -> None:
-        """Words, one line.
-
-        ``at``: where the base line begins, is centred or ends; ``anchor``, {"start", "middle", "end"};
-        ``colour``: name of a colour of the page; ``size``: of the letters [px].
-        """
+        """Words, one line, that start, are centred ("middle") or end at a point; size of the letters [px]."""
         if self.wordless:
             return
         self.elements.append(

@@ -23,10 +23,7 @@ WIDEST = 2.0
 
 
 def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[str, Quantity]) -> Picture:
-    """Every number over its data sheet value, beside what the data sheet leaves open.
-
-    ``name``: unique on the page.
-    """
+    """Every number over its data sheet value, beside what the data sheet leaves open."""
     shown = [key for key in known if sheet[key].value > 0.0 and key != "offset_torque"]
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -99,11 +96,7 @@ def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]
 def peaks_picture(
     name: str, runs: Sequence[AcceptanceResult], bound: float | None, error: float | None
 ) -> Picture:
-    """Share of the runs below an error, with bound and goal.
-
-    ``name``: unique on the page; ``runs``: in each of which at least one run lasted; ``bound``, ``error``:
-    stated for the law, asked for [rad].
-    """
+    """Share of the runs below an error, of laws with lasting runs, with bound and wanted error [rad]."""
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         axes = figure.subplots()
@@ -132,10 +125,7 @@ def peaks_picture(
 
 
 def shares_below(one: AcceptanceResult) -> tuple[Array, Array]:
-    """Curve of the runs below an error; it ends below 100 % where runs ended early.
-
-    Returns ``error, share``, shape (lasting runs + 1,) [deg], [% of all runs].
-    """
+    """Error [deg] and share of all runs below it [%]; it ends below 100 % where runs ended early."""
     errors = np.degrees(np.append(0.0, one.peaks))
     return errors, 100.0 * np.arange(len(errors)) / one.draws
 

@@ -21,10 +21,7 @@ say = texts("study_carriage")
 
 
 def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
-    """The scheduled law and its bandwidth, after the model that it is made for.
-
-    Returns none: the drive has no carriage that the law covers.
-    """
+    """The scheduled law and its bandwidth; None: the drive has no carriage that the law covers."""
     found, model = result.controller, result.model
     if not isinstance(model, CarriageModel):
         return None

@@ -9,10 +9,7 @@ from cabledrive.studies.study.candidates import LawScore
 
 
 def laws_table(scores: Sequence[LawScore], unit: str, size: float) -> Table:
-    """Every law with its errors and the share of the plants that it holds within the goal.
-
-    ``scores``: simplest law first; ``size``: of the unit, in SI.
-    """
+    """Every law, simplest first, with its errors and the share of the plants it holds within the goal."""
     rows: tuple[tuple[Cell, ...], ...] = tuple(_row(one, size) for one in scores)
     return Table(
         caption="Laws tried, simplest first.",

@@ -18,10 +18,7 @@ MOST_STEPS = 2e6
 
 
 def loop_in_motion(result: StudyResult) -> Block:
-    """The nonlinear loop under the torque that the motion needs, without feedback.
-
-    Returns a paragraph where the run would be too long or is refused, with the reason.
-    """
+    """The nonlinear loop under the torque of the motion, without feedback; or the reason why not."""
     if isinstance(result.known, AxisDrive):
         return Paragraph(text=say("axis", load=result.known.load))
     machine, motion = with_measured_stiffness(result.known), result.goals.motion

@@ -8,10 +8,7 @@ from cabledrive.studies.study.machine import UNITS, WORDS
 
 
 def shares_table(caption: str, shares: Mapping[str, float], unit: str, size: float) -> Table:
-    """Largest share first.
-
-    ``shares``: of each quantity, in SI; ``unit``: in which they are shown; ``size``: of the unit, in SI.
-    """
+    """Shares of each quantity, largest first, in a unit of a size in SI."""
     ordered = sorted(shares.items(), key=lambda item: -item[1])
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (named(name), number(share / size, 3)) for name, share in ordered
@@ -26,10 +23,7 @@ def shares_table(caption: str, shares: Mapping[str, float], unit: str, size: flo
 def worst_plant_table(
     values: Mapping[str, float], best: Mapping[str, float], phases: Sequence[float]
 ) -> Table:
-    """The plant of the worst run beside the best values.
-
-    ``values``, ``best``: SI; ``phases``: of the encoders, in counts.
-    """
+    """The plant of the worst run beside the best values, in SI; ``phases``: of the encoders, in counts."""
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
             named(name),
