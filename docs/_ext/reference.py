@@ -17,35 +17,25 @@ def rooms() -> list[str]:
     return [room for room in order if (ROOT / "src" / "cabledrive" / room / "__init__.py").exists()]
 
 
-def page(room: str) -> str:
-    """Markdown of one page: the room's own docstring, then every module that is public, folders included."""
-    folder = ROOT / "src" / "cabledrive" / room
-    parts = [f"# {room}\n", _directive("automodule", f"cabledrive.{room}"), *_exported(room)]
-    for path in sorted(folder.rglob("*.py")):
-        module = ".".join(path.relative_to(folder).with_suffix("").parts)
-        has_code = any(
-            isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
-            for node in ast.parse(path.read_text()).body
-        )
-        if has_code and not path.stem.startswith("_"):
-            parts += [f"## {module}\n", _directive("automodule", f"cabledrive.{room}.{module}", ":members:")]
-    return "\n".join(parts)
+def page(room: str, told: set[str]) -> str:
+    """Markdown of one page: a module's own docstring, then every name that it exports.
 
-
-def _exported(room: str) -> list[str]:
-    """What the ``__init__`` of a room exports, each name with a link and its first sentence."""
-    found = importlib.import_module(f"cabledrive.{room}")
-    names = sorted(getattr(found, "__all__", ()), key=str.lower)
-    lines = []
-    for name in names:
+    ``room``: "" is the package; ``told``: names of the pages before, which are linked; those here are added.
+    """
+    module = f"cabledrive.{room}".rstrip(".")
+    found = importlib.import_module(module)
+    linked, parts = [f"# {room or 'cabledrive'}\n", _directive("automodule", module)], []
+    for name in sorted(getattr(found, "__all__", ()), key=str.lower):
         value = getattr(found, name)
-        home = getattr(value, "__module__", None)
+        home = f"{getattr(value, '__module__', None) or module}.{name}"
         summary = (inspect.getdoc(value) or "").partition("\n\n")[0].replace("\n", " ")
-        if home is not None and home.startswith("cabledrive.") and callable(value):
-            lines.append(f"- {{py:obj}}`{name} <{home}.{name}>`: {summary}")
-        else:
-            lines.append(f"- `{name}`")
-    return ["## What it exports\n", *lines, ""] if lines else []
+        if home in told:
+            linked.append(f"- {{py:obj}}`{name} <{home}>`: {summary}")
+        elif callable(value):
+            kind = ("autoclass", ":members:") if inspect.isclass(value) else ("autofunction",)
+            parts.append(f"## {name}\n\n{_directive(kind[0], home, *kind[1:])}")
+        told.add(home)
+    return "\n".join([*linked, "", *parts])
 
 
 def _directive(name: str, argument: str, *options: str) -> str:
@@ -68,11 +58,12 @@ def write(app: Any) -> None:
     """Write what has changed, and remove the page of a room that is gone."""
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
-    pages = {f"{room}.md": page(room) for room in rooms()} | {"examples.md": examples()}
+    told: set[str] = set()
+    pages = {f"{room}.md": page(room, told) for room in rooms()}
+    pages = {"cabledrive.md": page("", told), **pages, "examples.md": examples()}
     listing = "\n".join(["```{toctree}", *(name.removesuffix(".md") for name in pages), "```"])
-    pages["index.md"] = (
-        f"# Reference\n\nThe rooms of the package, in import order, and examples.\n\n{listing}\n"
-    )
+    words = "The names at the door, the rooms of the package in import order, and examples."
+    pages["index.md"] = f"# Reference\n\n{words}\n\n{listing}\n"
     for old in folder.glob("*.md"):
         if old.name not in pages:
             old.unlink()
