@@ -31,12 +31,10 @@ def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
     height = HEIGHT * len(panels) + EXTRA
     drawn = picture(name, _draw, wide=height, narrow=height)
     titles = "; ".join(dict.fromkeys(panel.title for panel in panels))
-    return Figure(
+    return drawn.figure(
         name=name,
         alt=". ".join(_seen(panel) for panel in panels),
         caption=f"{panels[0].figure}: {titles}.",
-        wide=drawn.wide,
-        narrow=drawn.narrow,
     )
 
 

@@ -26,7 +26,8 @@ def run_to_its_end(run: Callable[[], int], interrupted: Callable[[], int]) -> in
     Where the process is not the command `cabledrive` itself, signals are left as they are. Both functions
     return the exit status.
     """
-    ours = _main_thread() and signal.getsignal(signal.SIGINT) is leave_at_once
+    here = threading.current_thread() is threading.main_thread()
+    ours = here and signal.getsignal(signal.SIGINT) is leave_at_once
     if ours:
         _hold_the_standard_files()
         sys.unraisablehook = _unraisable
@@ -45,10 +46,6 @@ def run_to_its_end(run: Callable[[], int], interrupted: Callable[[], int]) -> in
                 )  # the status is known: nothing is left to interrupt
     except KeyboardInterrupt:
         return interrupted()
-
-
-def _main_thread() -> bool:
-    return threading.current_thread() is threading.main_thread()
 
 
 def _unraisable(unraisable: Any) -> None:

@@ -244,7 +244,8 @@ def answering(function: Function) -> Function:
         try:
             answer = function(**options)
         except NotComputed as failure:
-            answer = _nothing_found(failure, meta.get(_ABOUT))
+            about = provenance(meta.get(_ABOUT))
+            answer = Answer(data={}, text="", provenance=about, incomplete=str(failure))
         except (InputRefused, click.ClickException, MemoryError, OSError):
             raise
         except Exception:
@@ -257,7 +258,3 @@ def answering(function: Function) -> Function:
             raise NotComputed(answer.incomplete)
 
     return _answered
-
-
-def _nothing_found(failure: NotComputed, drive: Drive | None) -> Answer:
-    return Answer(data={}, text="", provenance=provenance(drive), incomplete=str(failure))

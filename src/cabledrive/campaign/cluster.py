@@ -1,6 +1,7 @@
 """Chunks on the workers of dask.distributed: local processes, or a cluster that is there already."""
 
 import os
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -65,15 +66,9 @@ def _started(count: int) -> Any:
                 processes=True,
                 host="127.0.0.1",
                 dashboard_address="127.0.0.1:0",
-                local_directory=_scratch(),
+                local_directory=os.environ.get("DASK_TEMPORARY_DIRECTORY") or tempfile.gettempdir(),
             )
     raise NotComputed(f"workers end before they are up, {STARTS} times: take fewer, or --workers 1")
-
-
-def _scratch() -> str:
-    import tempfile
-
-    return os.environ.get("DASK_TEMPORARY_DIRECTORY") or tempfile.gettempdir()
 
 
 @contextmanager

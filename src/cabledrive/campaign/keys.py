@@ -120,16 +120,12 @@ def drive_with(
         return drive
     if isinstance(drive, RoutedDrive):
         return varied_together(drive, settings)
-    data = {head: _copied(tables[head]) for head in _heads(settings) if head in tables}
+    heads = {key.partition(".")[0] for key in settings}
+    data = {head: _copied(tables[head]) for head in heads if head in tables}
     for key, value in settings.items():
         *path, last = key.split(".")
         _table(data, path, key)[last] = value
     return drive_with_tables(drive, data)
-
-
-def _heads(settings: Mapping[str, Any]) -> set[str]:
-    """Tables and words of a file that some keys change."""
-    return {key.partition(".")[0] for key in settings}
 
 
 def _copied(value: Any) -> Any:

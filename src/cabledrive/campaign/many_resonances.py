@@ -15,12 +15,10 @@ def fits(spec: CampaignSpec) -> bool:
     """Whether the rows of a campaign can be computed at once."""
     options = spec.computation.options  # type: ignore[attr-defined]
     wanted = set(options["outputs"]) <= IN_CLOSED_FORM and not options.get("load_torque", 0.0)
-    return wanted and are_plain_loops(spec) and _level(next(iter(spec.drives.values())))
-
-
-def _level(drive: Any) -> bool:
-    """Whether the span length of a plain loop is given, and its pulleys are on one level."""
-    return drive.layout.span_length is not None and drive.layout.gravity_along == 0.0
+    if not (wanted and are_plain_loops(spec)):
+        return False
+    layout: Any = next(iter(spec.drives.values())).layout
+    return layout.span_length is not None and layout.gravity_along == 0.0
 
 
 def many_resonances(

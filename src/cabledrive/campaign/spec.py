@@ -20,7 +20,7 @@ from cabledrive.campaign.computation import (
 from cabledrive.campaign.design import Design
 from cabledrive.campaign.design_table import design_of
 from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, si_tables, unit_of
-from cabledrive.campaign.vary import Varied, axes_of, varied_keys
+from cabledrive.campaign.vary import axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
@@ -151,7 +151,7 @@ def spec_of(
     motion = _quantities(content, "motion", MOTION_UNITS)
     goals = _quantities(content, "goals", goal_units() if "goals" in content else {})
     identity: dict[str, Any] = {f"drive.{name}": content_hash(drive) for name, drive in drives.items()}
-    identity |= _identity_of_keys(varied)
+    identity |= {f"vary.{key}.{word}": v for key, one in varied.items() for word, v in one.said.items()}
     identity |= {"design.kind": laid_out.identity, "design.rows": laid_out.rows, "design.seed": seed}
     identity |= {"compute.what": made.identity}
     if isinstance(made, NamedComputation):
@@ -169,10 +169,6 @@ def spec_of(
         chunk=_chunk(compute.get("chunk", AUTO), made),
         identity=identity,
     )
-
-
-def _identity_of_keys(varied: Mapping[str, Varied]) -> dict[str, Any]:
-    return {f"vary.{key}.{word}": value for key, one in varied.items() for word, value in one.said.items()}
 
 
 def _drives(given: Any, folder: Path) -> dict[str, Drive | RoutedDrive]:

@@ -24,7 +24,7 @@ from cabledrive.campaign.on_disk import sync_chunk, sync_tree
 from cabledrive.campaign.rows import NOT_YET, UNKNOWN, Chunk, counts
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, drive_text
-from cabledrive.parameters.files import sync_folder
+from cabledrive.parameters.files import sync_folder, umask
 from cabledrive.parameters.version import __version__
 
 FORMAT = 1
@@ -62,18 +62,12 @@ def create(path: Path, spec: CampaignSpec, chunk: int) -> None:
     try:
         _fill(folder, spec, chunk)
         sync_tree(folder)
-        os.chmod(folder, 0o777 & ~_umask())
+        os.chmod(folder, 0o777 & ~umask())
         with suppress(OSError):  # it is there by now: the caller looks whose it is
             os.rename(folder, path)
             sync_folder(path.parent)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:

@@ -19,6 +19,7 @@ from cabledrive.export.single_precision import single_precision
 from cabledrive.export.source import ExportSource, read_source
 from cabledrive.export.system_package import system_package
 from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters.files import umask
 from cabledrive.reduction.network_axis import axis_notes
 
 FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper")
@@ -174,7 +175,7 @@ def write_folder(place: Path, files: Mapping[str, str | bytes]) -> None:
     """Write all files or none: beside the folder first, then under its name."""
     part = Path(tempfile.mkdtemp(prefix=f"{place.name}.part", dir=place.parent))
     try:
-        part.chmod(0o777 & ~_umask())
+        part.chmod(0o777 & ~umask())
         for name, content in files.items():
             path = part / name
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -185,9 +186,3 @@ def write_folder(place: Path, files: Mapping[str, str | bytes]) -> None:
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)
         raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -56,26 +56,17 @@ def _links(root: Tree.Element, drive: Drive, chain: LumpedChain) -> None:
     tendons = Tree.SubElement(root, "tendon")
     for j in range(len(chain.ratios)):
         name = f"{chain.names[j]}_{chain.names[j + 1]}"
-        k, d, cable = chain.stiffness[j], chain.damping[j], _is_cable(chain, j)
-        if not cable or drive.cable.pretension <= 0.0:
+        k, d = chain.stiffness[j], chain.damping[j]
+        last = j == len(chain.ratios) - 1 and chain.names[j + 1] == "load"
+        if not last or drive.cable.pretension <= 0.0:
             _tendon(tendons, chain, j, name, (k, d, "0"), 1.0)
             continue
         # The spans pull against each other; each is slack where its stretch has gone back by that at rest.
         spans, signs = len(drive.spans), (1.0, -1.0)
-        rest = spans * drive.cable.pretension * _arm(drive, chain, j) / k
+        rest = spans * drive.cable.pretension * drive.drive_pulley.radius / chain.ratios[j][0] / k
         for span in range(spans):
             each = (k / spans, d / spans, f"{NO_PUSH} {-rest!r}")
             _tendon(tendons, chain, j, f"{name}_span_{span}", each, signs[span])
-
-
-def _is_cable(chain: LumpedChain, j: int) -> bool:
-    """Whether a link is the cable: the last one, whatever lies before it."""
-    return j == len(chain.ratios) - 1 and chain.names[j + 1] == "load"
-
-
-def _arm(drive: Drive, chain: LumpedChain, j: int) -> float:
-    """Stretch of a span [m] per stretch of its link, whose coordinates are the shafts' own angles."""
-    return drive.drive_pulley.radius / chain.ratios[j][0]
 
 
 def _tendon(

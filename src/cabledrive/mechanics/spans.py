@@ -247,7 +247,8 @@ def _with_motor(
 
 
 def _transverse(rigidity: float, drive: Drive, joints: list[_Joint]) -> LabelledChain:
-    stretches = _stretches(joints)
+    pairs = pairwise(joints)
+    stretches = tuple(Stretch(span=a.span, start=a.position, end=b.position) for a, b in pairs)
     chain = Chain(
         rigidity=rigidity,
         density=drive.cable.mass_per_length,
@@ -256,8 +257,3 @@ def _transverse(rigidity: float, drive: Drive, joints: list[_Joint]) -> Labelled
         fixed=(True, True),
     )
     return LabelledChain(chain=chain, joints=tuple(joint.name for joint in joints), stretches=stretches)
-
-
-def _stretches(joints: list[_Joint]) -> tuple[Stretch, ...]:
-    pairs = pairwise(joints)
-    return tuple(Stretch(span=a.span, start=a.position, end=b.position) for a, b in pairs)

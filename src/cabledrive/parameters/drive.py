@@ -65,7 +65,8 @@ class Drive:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _check_words(self)
+        for key in WORDS:
+            check_text(key, getattr(self, key))
         object.__setattr__(self, "pulley", tuple(self.pulley))
         object.__setattr__(self, "carriage", tuple(self.carriage))
         _check_pulleys(self)
@@ -183,11 +184,6 @@ def check_excitation(excitation: StatedExcitation | None, motor: Motor | None) -
         return
     if motor is None or motor.torque_limit is None:
         raise InputRefused("excitation.torque_ripple is a share of motor.torque_limit: add that")
-
-
-def _check_words(drive: Drive) -> None:
-    for key in WORDS:
-        check_text(key, getattr(drive, key))
 
 
 def check_count(carriages: int) -> None:

@@ -107,7 +107,7 @@ def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) 
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        os.chmod(temporary, 0o666 & ~_umask())
+        os.chmod(temporary, 0o666 & ~umask())
         put_in_place(Path(temporary), path, force=force)
     except OSError as error:
         raise not_written(path, error) from error
@@ -164,7 +164,8 @@ def sync_folder(folder: Path) -> None:
             os.close(descriptor)
 
 
-def _umask() -> int:
+def umask() -> int:
+    """What the process takes away from the permissions of files it makes."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

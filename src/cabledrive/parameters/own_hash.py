@@ -11,7 +11,8 @@ OWN_HASH = "sha256"
 def with_own_hash(data: dict[str, Any]) -> dict[str, Any]:
     """An object of JSON, numbers finite, with the hash of its content under `OWN_HASH` at the end."""
     content = {key: value for key, value in data.items() if key != OWN_HASH}
-    return content | {OWN_HASH: _hash_of(content)}
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return content | {OWN_HASH: hashlib.sha256(canonical.encode()).hexdigest()}
 
 
 def intact_object(path: Path) -> dict[str, Any] | None:
@@ -23,8 +24,3 @@ def intact_object(path: Path) -> dict[str, Any] | None:
     if not isinstance(data, dict) or OWN_HASH not in data:
         return None
     return data if with_own_hash(data)[OWN_HASH] == data[OWN_HASH] else None
-
-
-def _hash_of(content: dict[str, Any]) -> str:
-    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(canonical.encode()).hexdigest()

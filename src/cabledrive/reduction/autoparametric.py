@@ -163,7 +163,9 @@ def at_pretension(model: AutoparametricModel, pretension: Array | float) -> Auto
     old = frequency_shift(model.pretension + model.tension_offset, model.pretension, rigidity)
     new = frequency_shift(tension + offset, tension, rigidity)
     force = tension / model.pretension / stretch
-    own = _own(model)[(..., *lanes[1:])]
+    n, planes = model.sections, model.uneven.size // model.sections
+    own = np.tile(np.diag(model.uneven[:n]), (planes, planes))  # uneven part of N: planes share it
+    own = own[(..., *lanes[1:])]
     shared = model.stiffening[(..., *lanes[1:])] - own
     changes: dict[str, Any] = dict(
         transverse=(model.transverse / old)[lanes] * np.sqrt(force) * new,
@@ -174,9 +176,3 @@ def at_pretension(model: AutoparametricModel, pretension: Array | float) -> Auto
         pretension=tension if tension.ndim else float(tension),
     )
     return replace(model, **changes)
-
-
-def _own(model: AutoparametricModel) -> Array:
-    """The uneven part of N: planes of one section share it."""
-    n, planes = model.sections, model.uneven.size // model.sections
-    return np.tile(np.diag(model.uneven[:n]), (planes, planes))

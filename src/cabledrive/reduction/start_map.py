@@ -35,7 +35,7 @@ def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second:
     q, z, q_rate, z_rate = state[0], state[1:], rates[0], rates[1:]
     nu = 0.5 * c.forcing
     turn = np.exp(1j * nu * time)
-    third = _third(c) if second else 0.0 * c.pump
+    third = c.pump / (2.0 * c.forcing) * second  # G / (8 nu^2 m), third harmonic per Q z
     wave = z + third * q * z * turn**2
     wave_rate = z_rate + 1j * nu * z + third * turn**2 * (q_rate * z + q * z_rate + 3j * nu * q * z)
     static, static_rate = _static(c, z, z_rate, time)
@@ -64,11 +64,6 @@ def plucked(c: AveragedCoefficients, plucks: ArrayLike, *, second: bool = True) 
     a = np.asarray(plucks, dtype=float)
     zero = np.zeros(a.shape[1:])
     return start_of(c, Motion(q=zero, q_rate=zero, a=a, a_rate=np.zeros_like(a)), second=second)
-
-
-def _third(c: AveragedCoefficients) -> Array:
-    """G / (8 nu^2 m), the third harmonic per Q z."""
-    return c.pump / (2.0 * c.forcing)
 
 
 def _static(c: AveragedCoefficients, z: Complex, z_rate: Complex, time: float) -> tuple[Array, Array]:

@@ -19,7 +19,6 @@ from cabledrive.report.blocks import Block, Chapter, Column, Figure, Note, Parag
 from cabledrive.report.figures.identification import measured_picture
 from cabledrive.report.numbers import number, unit_name
 from cabledrive.report.page import Page, render
-from cabledrive.report.picture import Picture
 from cabledrive.report.provenance import Provenance, versions
 from cabledrive.report.time_plots import regressors_plot
 
@@ -140,14 +139,10 @@ def _response(
         model = (fine, 1.0 / (2j * np.pi * fine * inertia + viscous))
     measured = response_by_segments(torque, speed, log.interval, segment=window, overlap=0.5 * window)
     unit = "m/(N s)" if linear else "rad/(N m s)"
-    return _figure(
-        "log-response",
-        measured_picture("log-response", measured.between(0.0, 0.4 * log.sample_rate), model, unit),
-        "Magnitude and phase from torque to speed with their band, and the identified model.",
-        f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. Valid only at the "
+    drawn = measured_picture("log-response", measured.between(0.0, 0.4 * log.sample_rate), model, unit)
+    return drawn.figure(
+        name="log-response",
+        alt="Magnitude and phase from torque to speed with their band, and the identified model.",
+        caption=f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. Valid only at the "
         "frequencies excited in the log, where the band is narrow.",
     )
-
-
-def _figure(name: str, drawn: Picture, alt: str, caption: str) -> Figure:
-    return Figure(name=name, alt=alt, caption=caption, wide=drawn.wide, narrow=drawn.narrow)

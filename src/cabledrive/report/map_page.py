@@ -68,14 +68,12 @@ def _field(found: "xr.Dataset") -> Figure:
         wide=330.0 * -(-rows // 2),
         narrow=330.0 * rows,
     )
-    return Figure(
+    return drawn.figure(
         name="map-field",
         alt="Fields of natural frequency over two figures of the machine.",
         caption="Frequency of the mode in which each coordinate has most of its energy."
         if "coordinate_hz" in found
         else "The lowest longitudinal modes.",
-        wide=drawn.wide,
-        narrow=drawn.narrow,
     )
 
 
@@ -133,13 +131,11 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
     """Campbell picture, its modes over the first key to be read off, and the table of zones."""
     unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
     drawn = picture("campbell", lambda figure, narrow: draw_campbell(figure, found), wide=520.0, narrow=420.0)
-    shown = Figure(
+    shown = drawn.figure(
         name="campbell",
         alt="Frequencies of the modes over speed with the orders of excitation as lines.",
         caption="Each mode is the band of its frequencies over all places; shaded speeds are to be avoided. "
         f"Every mode up to {number(found.covered, 4)} Hz was searched.",
-        wide=drawn.wide,
-        narrow=drawn.narrow,
     )
     places, first = np.unique(found.places, return_index=True)
     series = [

@@ -61,10 +61,8 @@ def factors(motion: Motion) -> tuple[float, float]:
     """How many pixels a metre of deflection has, and how many times too far the pulleys turn."""
     deflection = max(float(np.max(np.abs(field))) for field in motion.across.values())
     turn = float(np.max(np.abs(motion.angles - motion.angles[:1])))
-    return (
-        _DEFLECTION / deflection if deflection > 0.0 else 0.0,
-        _two_digits(min(_TURN / turn, _LARGEST_FACTOR)) if turn > _TURN / _LARGEST_FACTOR else 1.0,
-    )
+    larger = min(_TURN / turn, _LARGEST_FACTOR) if turn > _TURN / _LARGEST_FACTOR else 1.0
+    return _DEFLECTION / deflection if deflection > 0.0 else 0.0, float(f"{larger:.1e}")
 
 
 def motion_words(layout: MachineLayout, drive: Drive, motion: Motion) -> str:
@@ -95,7 +93,3 @@ def spokes(layout: MachineLayout, motion: Motion, frame: int) -> list[tuple[Poin
         along, across = radius * sin(angle), radius * cos(angle)
         ends.append((layout.off(axle, along, across), layout.off(axle, -along, -across)))
     return ends
-
-
-def _two_digits(value: float) -> float:
-    return float(f"{value:.1e}")

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from cabledrive.report import blocks
 from cabledrive.report.style import COLOURS, NARROW, WIDE, house_style
 from cabledrive.report.typesetting import typeset_words
 
@@ -33,6 +34,10 @@ class Picture:
 
     wide: Markup  # inline SVG
     narrow: Markup  # inline SVG
+
+    def figure(self, *, name: str, alt: str, caption: blocks.Text) -> blocks.Figure:
+        """The picture on a page, with its words."""
+        return blocks.Figure(name=name, alt=alt, caption=caption, wide=self.wide, narrow=self.narrow)
 
 
 def picture(

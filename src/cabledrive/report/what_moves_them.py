@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cabledrive.parameters import Drive, NotComputed, content_hash, load_drive
-from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph
+from cabledrive.report.blocks import Block, Chapter, Note, Paragraph
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.followed import followed_picture
 from cabledrive.report.numbers import number, quantity
@@ -73,14 +73,12 @@ def _pretension(drive: Drive) -> Iterator[Block]:
         "several frequency ratios; at half the lowest longitudinal frequency, the motion of the "
         "pulleys can excite it parametrically."
     )
-    yield Figure(
+    yield picture.figure(
         name="against-pretension",
         alt="Frequencies against pretension: the longitudinal modes are horizontal lines, the lowest "
         "transverse one rises.",
         caption=f"{drive.name}: frequencies against pretension, from a tenth to ten times its "
         f"{quantity(tension, 'N')}.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 
@@ -91,14 +89,12 @@ def _inertia(drive: Drive) -> Iterator[Block]:
     label = "inertia of the load pulley, relative to this drive's"
     picture = followed_picture("against-inertia", data, label, scale=inertia, here=inertia, across=False)
     ends = data["frequency"].to_numpy()[0]
-    yield Figure(
+    yield picture.figure(
         name="against-inertia",
         alt=f"Frequencies of {data.sizes['mode']} modes against the inertia of the load pulley; the lowest "
         f"goes from {number(ends[0], 3)} Hz to {number(ends[-1], 3)} Hz.",
         caption=f"{drive.name}: {data.sizes['mode']} modes tracked by their shapes while the load pulley "
         "grows from a hundredth to a hundred times its inertia.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 
@@ -120,12 +116,10 @@ def _travel(drive: Drive) -> Iterator[Block]:
         "each other they veer: they exchange their shapes without touching. Without a symmetry they do "
         "not cross."
     )
-    yield Figure(
+    yield picture.figure(
         name="against-position",
         alt=f"Frequencies of {data.sizes['mode']} modes against the position of the carriage, with "
         f"{data.sizes['crossing']} near-crossings marked.",
         caption=f"{drive.name}: modes tracked by their shapes while the carriage goes from one pulley to "
         "the other. Colours: parts that move; rings: veerings.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )

@@ -104,11 +104,13 @@ def report_html(
     machines = tuple(machine_view(context, place) for place in range(len(context.drives)))
     routes = tuple(route_view(context, place) for place in range(len(context.routes)))
     views = (*routes, *machines, *_effects(context))
+    about_all = "Natural frequencies, internal resonance, tensions and tracking errors"
+    one = len(drives) == 1
     methods = tuple(method for view in views for method in view.methods)
     return render(
         Page(
-            title=_title(drives),
-            subtitle=_subtitle(drives),
+            title=drives[0].name if one else f"{len(drives)} cable drives",
+            subtitle=drives[0].title if one else about_all,
             views=views,
             overview=overview_figure(context) if len(drives) > 1 else None,
             links=links,
@@ -145,13 +147,3 @@ def linked_page(page: str | Path, folder: Path) -> tuple[str, str]:
     if found is None:
         raise InputRefused("has no title: link a page of HTML").at(str(page))
     return unescape(found[1]).strip(), Path(os.path.relpath(page, folder)).as_posix()
-
-
-def _title(drives: Sequence[Drive | RoutedDrive]) -> str:
-    return drives[0].name if len(drives) == 1 else f"{len(drives)} cable drives"
-
-
-def _subtitle(drives: Sequence[Drive | RoutedDrive]) -> str:
-    if len(drives) == 1:
-        return drives[0].title
-    return "Natural frequencies, internal resonance, tensions and tracking errors"

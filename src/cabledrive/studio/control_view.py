@@ -115,7 +115,7 @@ def _setting(request: Request) -> tuple[Motion, RigOptions, list[str]]:
         rise=to_si(given.get("rise") or "0.5 s", "s"),
         dwell=to_si(given.get("dwell") or "0.5 s", "s"),
     )
-    on = {name: _value(option) for name, (_, option) in DISTURBANCES.items() if given.get(name)}
+    on = {name: option.partition("=")[2] for name, (_, option) in DISTURBANCES.items() if given.get(name)}
     options = RigOptions(
         ideal_sensors="ideal" in on,
         smooth_friction="smooth" in on,
@@ -126,11 +126,6 @@ def _setting(request: Request) -> tuple[Motion, RigOptions, list[str]]:
     words = [f"--plant={given['plant']}"] if given.get("plant") else []
     words += [f"--angle={motion.angle:g}", f"--rise={motion.rise:g}", f"--dwell={motion.dwell:g}"]
     return motion, options, words + disturbed(given)
-
-
-def _value(option: str) -> str:
-    """What an option is given."""
-    return option.partition("=")[2]
 
 
 def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:

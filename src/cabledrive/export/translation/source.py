@@ -87,8 +87,9 @@ def interpreted(function: Any) -> Any:
     made: dict[Any, Any] = {}
 
     def is_kernel(value: Any, caller: Any) -> bool:
-        ours = isinstance(value, FunctionType) and (_is_ours(value) or value.__module__ == caller.__module__)
-        return hasattr(value, "py_func") or ours
+        if not isinstance(value, FunctionType):
+            return hasattr(value, "py_func")
+        return value.__module__.startswith("cabledrive.") or value.__module__ == caller.__module__
 
     def copy(one: Any) -> Any:
         one = plain(one)
@@ -105,7 +106,3 @@ def interpreted(function: Any) -> Any:
         return made[one]
 
     return copy(function)
-
-
-def _is_ours(function: FunctionType) -> bool:
-    return function.__module__.startswith("cabledrive.")

@@ -72,7 +72,8 @@ def _drawn(drive: Drive | RoutedDrive, mode: Mode | None, width: float) -> Marku
         size, spans, pulleys = _route(sheet, drive, width)
     else:
         size, spans, pulleys = _loop(sheet, drive, width)
-    low, high = (float(end) for end in _range([span.tension for span in spans]))
+    tensions = np.concatenate([span.tension for span in spans])
+    low, high = float(tensions.min()), float(tensions.max())
     for span in spans:
         _coloured(sheet, span, low, high)
     _key(sheet, low, high, size)
@@ -142,11 +143,6 @@ def _route(
         if not pulley.fixed
     ]
     return size, spans, pulleys
-
-
-def _range(tensions: Sequence[Array]) -> tuple[float, float]:
-    values = np.concatenate(tensions)
-    return float(values.min()), float(values.max())
 
 
 def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:

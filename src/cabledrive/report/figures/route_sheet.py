@@ -62,7 +62,7 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
         share = along / real.free_spans[span].length
         first, last = drive.free_spans[span].contacts
         at = place((first[0] + share * (last[0] - first[0]), first[1] + share * (last[1] - first[1])))
-        sheet.box(at if carriage.guided else _beside(at, (0.0, 9.0)), (14.0, 12.0), colour="green")
+        sheet.box(at if carriage.guided else (at[0], at[1] + 9.0), (14.0, 12.0), colour="green")
     spans = [(place(first), place(last)) for first, last in (span.contacts for span in drive.free_spans)]
     _write(sheet, words, spans, size)
     return size, place, drive
@@ -216,7 +216,3 @@ def _arc(sheet: Sheet, here: FreeSpan, after: FreeSpan, place: Placer, scale: fl
         colour="quiet",
         width=2.4,
     )
-
-
-def _beside(at: Point, step: Point) -> Point:
-    return at[0] + step[0], at[1] + step[1]

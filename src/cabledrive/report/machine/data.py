@@ -26,13 +26,11 @@ def source_paragraphs(source: str) -> tuple[str, ...]:
 def drawing(drive: Drive, name: str) -> Figure:
     """The machine, spans and positions of carriages to scale."""
     picture = machine_picture(drive)
-    return Figure(
+    return picture.figure(
         name=f"drawing-{name}",
         alt=_seen(drive),
         caption="Spans, positions of carriages and sag are to scale; motor, rails and boxes are symbols. "
         "Arrows show the positive direction of displacements.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 

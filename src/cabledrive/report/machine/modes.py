@@ -22,14 +22,12 @@ def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
     bound = modes.certificate.below
     steps = ", ".join(f"{number(mode.frequency)} Hz" for mode in modes.longitudinal if mode.frequency < bound)
     below = f"{number(bound)} Hz"
-    return Figure(
+    return picture.figure(
         name=f"ladder-{name}",
         alt=f"Staircase of the number of longitudinal modes below a frequency, up to {below}; it rises at "
         f"{steps}. Under it each mode as a rung, {len(modes.transverse)} of them transverse.",
         caption=f"Longitudinal modes, counted up to {below} (line) and listed (dots); under "
         "it, each mode of both kinds as a rung.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 
@@ -102,11 +100,9 @@ def shapes(drive: Drive, name: str, modes: Modes) -> Figure:
     picture = shapes_picture(f"shapes-{name}", drive, shown)
     seen = "; ".join(f"{number(m.frequency)} Hz, {m.family}" for m in shown)
     what = "drive to load" if drive.kind == "line" else "drive, load and back to the drive"
-    return Figure(
+    return picture.figure(
         name=f"shapes-{name}",
         alt=f"Displacement along the unrolled cable in {len(shown)} modes: {seen}.",
         caption=f"Shapes of the lowest longitudinal and transverse modes along the unrolled cable ({what}). "
         "Dots are the rims of the pulleys, squares the carriages; the largest displacement is scaled to one.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )

@@ -72,7 +72,10 @@ def rest_plot(drive: Drive, name: str) -> Plot | None:
             Panel(
                 title="Height over the line of the pulleys",
                 unit="m",
-                series=tuple(_sag(drive, span, at) for span in drive.spans),
+                series=tuple(
+                    Series(name=f"{s} span", values=-np.interp(at, *sag_of(drive, s)), colour=COLOURS[s])
+                    for s in drive.spans
+                ),
             )
         )
     low = quantity(rest.lowest_tension, "N", 3)
@@ -104,10 +107,6 @@ def _tension(rest: RestState, span: str, at: Array) -> Series:
             on = (at >= stretch.start) & (at <= stretch.end)
             values[on] = stretch.tension_at(at[on])
     return Series(name=f"{span} span", values=values, colour=COLOURS[span])
-
-
-def _sag(drive: Drive, span: str, at: Array) -> Series:
-    return Series(name=f"{span} span", values=-np.interp(at, *sag_of(drive, span)), colour=COLOURS[span])
 
 
 def rest_table(drive: Drive) -> Table | None:

@@ -133,13 +133,11 @@ def _shapes(drive: RoutedDrive, name: str, modes: Modes) -> Figure:
     across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
     shown = [*modes.longitudinal[:SHOWN_MODES], *across[:1]]
     picture = route_modes_picture(f"shapes-{name}", drive, shown)
-    return Figure(
+    return picture.figure(
         name=f"shapes-{name}",
         alt=f"{len(shown)} modes drawn on the machine: {'; '.join(map(mode_title, shown))}.",
         caption="The lowest modes on the machine. Blue: displacement along a span, drawn across it; orange: "
         "across. Arrows: bodies that slide; rings: bodies that turn; radii: pulleys at rest and turned.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 

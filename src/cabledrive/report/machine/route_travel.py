@@ -42,10 +42,8 @@ def _figure(name: str, keys: tuple[str, ...], found: "xr.Dataset") -> Figure:
     lost = int((found["reason"] != "").sum())
     said = f"The lists of {certified} of {points} places are certified"
     said += f"; at {lost} the machine cannot be" if lost else ""
-    return Figure(
+    return drawn.figure(
         name=name,
         alt=f"Natural frequencies of the first {COUNT} modes of each kind over {along}.",
         caption=f"Natural frequencies over {along}, from end to end of the machine's drawing. {said}.",
-        wide=drawn.wide,
-        narrow=drawn.narrow,
     )

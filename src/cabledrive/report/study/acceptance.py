@@ -84,21 +84,17 @@ def _peaks(result: StudyResult, runs: list[AcceptanceResult]) -> Figure:
     control, stated = result.controller, runs[0].inside is not None
     bound = control.bound if stated and isinstance(control, ControllerResult) else None
     picture = peaks_picture("peaks", runs, bound, result.goals.error)
-    return Figure(
+    return picture.figure(
         name="peaks",
         alt=say("peaks_seen", runs=runs, bound=bound),
         caption=say("peaks"),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 
 def _worst(result: StudyResult, worst: WorstCase) -> Figure:
     picture = worst_picture("worst", worst)
-    return Figure(
+    return picture.figure(
         name="worst",
         alt=say("worst_seen", worst=worst),
         caption=say("worst", draw=worst.draw),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )

@@ -40,7 +40,7 @@ def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
     if found is not None and sum(one.estimate is not None for one in found.candidates) > 1:
         blocks.append(_bandwidths(found))
     if found is not None and found.shares:
-        blocks.append(_shares(found))
+        blocks.append(shares_table(say("shares"), found.shares, "mm", 1e-3))
     return Chapter(
         title="Controller",
         anchor="controller",
@@ -97,17 +97,11 @@ def _row(one: CarriageCandidate, chosen: CarriageCandidate | None) -> tuple[Cell
 
 def _bandwidths(found: CarriageController) -> Figure:
     picture = carriage_bandwidths_picture("bandwidths", found)
-    return Figure(
+    return picture.figure(
         name="bandwidths",
         alt=say("bandwidths_seen", candidates=found.candidates),
         caption=say("bandwidths"),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
-
-
-def _shares(found: CarriageController) -> Table:
-    return shares_table(say("shares"), found.shares, "mm", 1e-3)
 
 
 def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
@@ -163,21 +157,17 @@ def _runs(runs: AcceptanceResult) -> Table:
 def _peaks(result: StudyResult, runs: AcceptanceResult) -> Figure:
     goal = result.goals.carriage_error
     picture = carriage_peaks_picture("peaks", runs, goal)
-    return Figure(
+    return picture.figure(
         name="peaks",
         alt=say("peaks_seen", peaks=runs.peaks, goal=goal),
         caption=say("peaks"),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 
 def _worst(worst: WorstCase) -> Figure:
     picture = carriage_worst_picture("worst", worst)
-    return Figure(
+    return picture.figure(
         name="worst",
         alt=say("worst_seen", worst=worst),
         caption=say("worst", draw=worst.draw),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )

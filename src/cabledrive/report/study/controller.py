@@ -20,7 +20,6 @@ from cabledrive.report.study.verdict import listed
 from cabledrive.report.wording import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
-from cabledrive.studies.study.bandwidth_cost import Candidate
 from cabledrive.studies.study.controller_stage import ControllerResult
 
 ESTIMATES = ("Inertia at the motor", "Viscous friction", "Coulomb friction", "Offset torque")
@@ -40,10 +39,10 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
         blocks += [Paragraph(text=say("law", found=found)), _equation(), _bounds(found)]
     if found.candidates:
         blocks.append(_candidates(found))
-    if sum(one.bound is not None for one in _of_the_law(found)) > 1:
+    if sum(one.bound is not None for one in found.candidates if one.model == found.model) > 1:
         blocks.append(_picture(found))
     if found.shares:
-        blocks.append(_shares(found))
+        blocks.append(shares_table(say("shares"), found.shares, "deg", DEGREE))
     if found.broken:
         blocks.append(Note(text=listed(say("broken"), found.broken)))
     return Chapter(
@@ -109,10 +108,6 @@ def _candidates(found: ControllerResult) -> Table:
     )
 
 
-def _of_the_law(found: ControllerResult) -> list[Candidate]:
-    return [one for one in found.candidates if one.model == found.model]
-
-
 def _refusals(found: ControllerResult) -> dict[str, str]:
     """Bandwidths by why they were refused."""
     reasons: dict[str, str] = {}
@@ -125,14 +120,8 @@ def _refusals(found: ControllerResult) -> dict[str, str]:
 
 def _picture(found: ControllerResult) -> Figure:
     picture = bandwidths_picture("bandwidths", found)
-    return Figure(
+    return picture.figure(
         name="bandwidths",
         alt=say("bandwidths_seen", candidates=found.candidates),
         caption=say("bandwidths"),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
-
-
-def _shares(found: ControllerResult) -> Table:
-    return shares_table(say("shares"), found.shares, "deg", DEGREE)

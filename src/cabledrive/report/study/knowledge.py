@@ -78,10 +78,8 @@ def _picture(result: StudyResult) -> Figure:
     picture = intervals_picture("intervals", result.knowledge.quantities, sheet)
     known = result.knowledge.quantities
     widths = {WORDS[name]: q.half_width / abs(q.value) for name, q in known.items() if q.value}
-    return Figure(
+    return picture.figure(
         name="intervals",
         alt=say("intervals_seen", widths=widths),
         caption=say("intervals"),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )

@@ -91,12 +91,10 @@ def _models(result: StudyResult) -> Table:
 def _responses(result: StudyResult) -> Figure:
     numbers = [q.model for q in result.modes.models]
     picture = responses_picture("responses", result.known, numbers)
-    return Figure(
+    return picture.figure(
         name="responses",
         alt=say("responses_seen", models=result.modes.models),
         caption=say("responses"),
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 
