@@ -1,18 +1,22 @@
 """What the pages of the documentation show is what commands and Python print."""
 
 import contextlib
+import importlib
 import io
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 from math import pi, sin
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click import Context
+from click.testing import CliRunner
 
+import cabledrive as cd
 from cabledrive.app.main import main
 from cabledrive.parameters import InputRefused
 from cabledrive.studies.study.goals import COUNTS, QUANTITIES, SPREADS
@@ -20,7 +24,10 @@ from command import call
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-PAGES = {path.stem: path.read_text(encoding="utf-8") for path in sorted(DOCS.glob("*.md"))}
+PAGES = {
+    path.stem: path.read_text(encoding="utf-8") for path in [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+}
+PICTURE = DOCS / "_static" / "elevator-modes.svg"
 STEP = re.compile(
     r"^```\{code-block\} toml\n:caption: (?P<file>\S+)\n\n(?P<content>.*?)^```"
     r"|^\$ (?P<line>[^\n]+)\n(?P<said>(?:(?!\$ |```)[^\n]*\n)*)"
@@ -165,3 +172,39 @@ def test_the_reference_shows_every_example_under_its_question(monkeypatch):
     assert re.findall(r"literalinclude\} ../../examples/(\S+)", shown) == scripts
     headings = re.findall(r"^## (.+)$", shown, re.M)
     assert len(set(headings)) == len(scripts), headings
+
+
+def words_of(picture):
+    """The texts of a drawing; matplotlib writes each as a comment above its outlines."""
+    return re.findall(r"<!-- (.*?) -->", picture.read_text(encoding="utf-8"))
+
+
+def test_the_picture_of_modes_is_what_the_code_draws(tmp_path):
+    again = tmp_path / "again.svg"
+    script = [sys.executable, DOCS / "readme_picture.py", again]
+    drawn = subprocess.run(script, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert drawn.returncode == 0, drawn.stderr
+    assert words_of(again) == words_of(PICTURE), f"draw it again: docs/readme_picture.py {PICTURE.name}"
+    assert "3.51452 Hz" in words_of(PICTURE)
+
+
+def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, monkeypatch):
+    """Its snippets run, with the names of the modules that they are written for."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    names = {"np": np}
+    for module in ("rig.laws.baselines", "rig.laws.registry", "identification.logs.quantities"):
+        names |= vars(importlib.import_module(f"cabledrive.{module}"))
+    for module in ("identification.logs.table", "identification.logs.opening", "app.commands.track"):
+        names |= vars(importlib.import_module(f"cabledrive.{module}"))
+    names |= vars(importlib.import_module("cabledrive.app.options"))
+    monkeypatch.setitem(names["CONTROLLERS"], "stiff-pd", None)
+    monkeypatch.setitem(names["FORMATS"], ".num", lambda path, reading: names["open_numbers"](path, reading))
+    for word in ("def stiff_pd", "def open_numbers", "def command"):
+        (code,) = (one for one in re.findall(r"^```python\n(.*?)^```", text, re.S | re.M) if word in one)
+        exec(code, names)
+    run = cd.track(cd.load_drive("dissertation-3"), controller="stiff-pd", bandwidth=10.0)
+    assert run.summary["peak_error_deg"] < 0.2
+    rows = "".join(f"{k / 100} {sin(k / 9)} {k / 50}\n" for k in range(100))
+    (tmp_path / "log.num").write_text(f"time[s] torque[N*m] angle[rad]\n{rows}")
+    assert cd.read_log(tmp_path / "log.num").channel("angle")[-1] == pytest.approx(1.98)
+    assert CliRunner().invoke(names["command"], ["elevator"]).output == "1.003e+04 N m\n"
