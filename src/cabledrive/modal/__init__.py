@@ -8,12 +8,6 @@ from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequenc
 from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from cabledrive.modal.hanging_equilibrium import (
-        HangingEquilibrium,
-        elastic_equilibrium,
-        linear_equilibrium,
-    )
-    from cabledrive.modal.hanging_mass import DrivenMass, driven_mass
     from cabledrive.modal.lateral import LateralMode, lateral_mode
     from cabledrive.modal.lumped import against_lumped_springs
     from cabledrive.modal.rigid_supports import Comparison, against_rigid_supports
@@ -22,32 +16,22 @@ __getattr__ = on_demand(
     __name__,
     {
         "Comparison": "rigid_supports",
-        "DrivenMass": "hanging_mass",
-        "HangingEquilibrium": "hanging_equilibrium",
         "LateralMode": "lateral",
         "against_lumped_springs": "lumped",
         "against_rigid_supports": "rigid_supports",
-        "driven_mass": "hanging_mass",
-        "elastic_equilibrium": "hanging_equilibrium",
         "lateral_mode": "lateral",
-        "linear_equilibrium": "hanging_equilibrium",
     },
 )
 
 __all__ = [
     "Certificate",
     "Comparison",
-    "DrivenMass",
-    "HangingEquilibrium",
     "LateralMode",
     "Mode",
     "Modes",
     "against_lumped_springs",
     "against_rigid_supports",
-    "driven_mass",
-    "elastic_equilibrium",
     "lateral_mode",
-    "linear_equilibrium",
     "longitudinal_modes",
     "modes",
     "natural_frequencies",

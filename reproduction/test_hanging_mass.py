@@ -13,10 +13,10 @@ from cabledrive.mechanics.cable_laws import ExactLaw
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.modal import longitudinal_modes, modes
-from cabledrive.modal.hanging_equilibrium import elastic_equilibrium, linear_equilibrium
-from cabledrive.modal.hanging_mass import driven_mass, largest_displacement
 from cabledrive.modal.lateral import lateral_mode
 from cabledrive.parameters import Carriage, InputRefused, NotComputed, load_drive
+from reproduction.hanging_equilibrium import elastic_equilibrium, linear_equilibrium
+from reproduction.hanging_mass import driven_mass, largest_displacement
 
 LOOP = load_drive("dissertation-1")
 
