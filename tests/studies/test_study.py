@@ -153,7 +153,7 @@ def test_a_coarser_encoder_redoes_what_depends_on_it_and_leaves_the_mechanics_al
     measured(f"done again: {', '.join(sorted(fresh))}")
     assert found.laws is not None
     laws = [score.controller for score in found.laws.scores]
-    assert {"pd", "shaper", "pid", "lqg", "darc-3-damped"} <= set(laws)
+    assert laws == ["pd", "pid", "lqg", "lqi", "darc-3-damped", "lqi-learning"]
     runs = {f"acceptance-lumped-{law}-{part}" for law in laws for part in ("00000", "worst")}
     assert fresh == {"check", "knowledge", "demand", "model", "controller", "laws"} | runs
     before = studies(case).knowledge.quantities["eccentricity"].high

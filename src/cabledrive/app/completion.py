@@ -23,3 +23,10 @@ def control_laws() -> tuple[str, ...]:
     from cabledrive.rig.laws.registry import CONTROLLERS
 
     return tuple(CONTROLLERS)
+
+
+def listed_laws() -> tuple[str, ...]:
+    """The laws that help lists, and where the others stand."""
+    from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS
+
+    return (*MAIN_LAWS, "best", f"and {len(CONTROLLERS) - len(MAIN_LAWS)} more in docs/control")

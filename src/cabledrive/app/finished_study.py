@@ -16,12 +16,14 @@ from cabledrive.parameters.version import __version__
 RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
 
 
-def asked_hash(drive: Drive | RoutedDrive, files: Sequence[str | None], quick: bool) -> str:
+def asked_hash(
+    drive: Drive | RoutedDrive, files: Sequence[str | None], switches: tuple[bool, ...] = ()
+) -> str:
     """Hash of this version, the drive with its words and the bytes of every file: goals, then logs.
 
     A file that cannot be read is refused.
     """
-    words = [__version__, content_hash(drive), drive.name, drive.title, str(quick)]
+    words = [__version__, content_hash(drive), drive.name, drive.title, str(switches)]
     words += ["" if file is None else _bytes_hash(file) for file in files]
     words += [Path(file).name for file in files[1:] if file is not None]
     return hashlib.sha256(json.dumps(words).encode()).hexdigest()

@@ -26,7 +26,8 @@ METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning proce
 )
 @answering
 @axis_argument
-@click.option("--controllers", metavar="A,B,...", help="Laws to compare; default: those that fit the drive.")
+@click.option("--controllers", metavar="A,B,...", help="Laws to compare; default: six; see docs/control.")
+@click.option("--all", "every_law", is_flag=True, help="Compare every law.")
 @click.option(
     "--disturbances",
     type=click.Path(),
@@ -70,11 +71,14 @@ def command(
         raise InputRefused(f"{folder}: holds other results: choose another folder, or add --force")
     motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses")})
     check_run(drive, motion, RigOptions(), draws=spec["draws"])
+    if controllers is not None and spec["every_law"]:
+        raise InputRefused("--all compares every law: leave --controllers out")
     names = None if controllers is None else [one.strip() for one in controllers.split(",") if one.strip()]
     try:
         found = compare(
             drive,
             controllers=names,
+            every_law=spec["every_law"],
             disturbances=disturbances,
             draws=spec["draws"],
             seed=spec["seed"],
@@ -95,7 +99,7 @@ def command(
 
 
 def _asked(drive: Drive, controllers: str | None, disturbances: str | None, spec: dict[str, Any]) -> str:
-    words = [asked_hash(drive, [disturbances], False), controllers, spec]
+    words = [asked_hash(drive, [disturbances]), controllers, spec]
     return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
 
 

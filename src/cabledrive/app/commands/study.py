@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,9 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent
 from cabledrive.parameters.one_process import one_process
 from cabledrive.parameters.route import RoutedDrive
+
+if TYPE_CHECKING:
+    from cabledrive.studies.study import Goals
 
 QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
 SERVED = "no input has changed: results of the finished study"
@@ -40,6 +43,7 @@ SERVED = "no input has changed: results of the finished study"
     is_flag=True,
     help="Fewer samples: 400 lumped plants or plants with a carriage, none on the distributed cable.",
 )
+@click.option("--all", "every_law", is_flag=True, help="Try every law, not six; see docs/study.")
 @click.option("--resume", is_flag=True, help="Resume an interrupted study (also without this option).")
 @click.option("--force", is_flag=True, help="Replace the report of another study.")
 @click.option(
@@ -51,6 +55,7 @@ def command(
     logs: tuple[str, ...],
     goals: str | None,
     quick: bool,
+    every_law: bool,
     resume: bool,
     force: bool,
     output: str,
@@ -66,7 +71,7 @@ def command(
     if not output:
         raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
-    asked = asked_hash(drive, [goals, *logs], quick)
+    asked = asked_hash(drive, [goals, *logs], (quick, every_law))
     before = None if force else _finished_before(folder, asked)
     if before is not None:
         return _answer(before, folder)
@@ -79,7 +84,7 @@ def command(
             elif isinstance(drive, RoutedDrive):
                 data = _without_chain(drive, no_chain or "", len(logs), folder, asked)
             else:
-                data = _studied(drive, logs, goals, quick, folder, asked)
+                data = _studied(drive, logs, _goals(goals, quick, every_law), folder, asked)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
@@ -118,18 +123,24 @@ def _without_chain(drive: RoutedDrive, why: str, logs: int, folder: Path, asked:
     return finish(folder, written, results, asked=asked, code=code_hash())
 
 
+def _goals(file: str | None, quick: bool, every_law: bool) -> "Goals":
+    from cabledrive.studies.study import Goals, load_goals
+
+    wanted = replace(Goals() if file is None else load_goals(file), every_law=every_law)
+    fewer = {name: min(most, getattr(wanted, name)) for name, most in QUICK.items()}
+    return replace(wanted, **fewer) if quick else wanted
+
+
 def _studied(
-    drive: Drive, logs: tuple[str, ...], goals: str | None, quick: bool, folder: Path, asked: str
+    drive: Drive, logs: tuple[str, ...], wanted: "Goals", folder: Path, asked: str
 ) -> dict[str, Any]:
     from cabledrive.app.run_limits import check_record
     from cabledrive.report.study_page import study_html
-    from cabledrive.studies.study import Goals, load_goals, run_study
+    from cabledrive.studies.study import run_study
     from cabledrive.studies.study.assumed_motion import goals_for
     from cabledrive.studies.study.results_file import write_files
     from cabledrive.studies.study.stage_cache import sweep
 
-    wanted = Goals() if goals is None else load_goals(goals)
-    wanted = replace(wanted, **{k: min(v, getattr(wanted, k)) for k, v in QUICK.items()}) if quick else wanted
     if drive.sensors is not None and drive.sensors.sample_rate is not None:
         duration = goals_for(drive, wanted).motion.trajectory.duration
         check_record(duration, duration * drive.sensors.sample_rate)

@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
-from cabledrive.app.completion import complete_controller, control_laws
+from cabledrive.app.completion import complete_controller, listed_laws
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import (
     FREQUENCY,
@@ -30,7 +30,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     cls=Subcommand,
     example="cabledrive track dissertation-3 --controller darc-4 --seed 7",
     short_help="Follow pulses with a control law on the virtual rig.",
-    names=lambda: {"Control laws": (*control_laws(), "best")},
+    names=lambda: {"Control laws": listed_laws()},
 )
 @answering
 @saves_answer
@@ -48,7 +48,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     default="best",
     show_default=True,
     metavar="best|dissertation",
-    help="best: the bandwidth that trial runs accept on this drive; printed is another name of the second.",
+    help="best: the tuning that compare lists for this drive; printed is another name of the second.",
 )
 @click.option(
     "--feedforward",

@@ -5,17 +5,16 @@ from functools import lru_cache
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
-from cabledrive.reduction.models import highest_model
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.fitting import load_count, load_gear
 from cabledrive.rig.laws.indirect import NAME as INDIRECT
 from cabledrive.rig.laws.load_learning import CHANGING
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
-from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.registry import CONTROLLERS, main_laws
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.ranking.scores import Scores, rank, scored
-from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.setting import RigOptions
 from cabledrive.rig.tuning import TunedLaw, law_as_tuned, tuned
 
 BEST = "best"
@@ -26,12 +25,11 @@ COMPARED = RigOptions(forbid_slack=False)
 """Options of a comparison: random encoder phases, Kalman filter, spans that may go slack and go on."""
 
 
-def offered(drive: Drive, motion: Motion, disturbances: Disturbances) -> tuple[str, ...]:
-    """Laws that are compared where none are named, simplest first."""
-    chain = "darc-4-damped" if highest_model(drive) == 4 else "darc-3-damped"
-    learning = (LOAD_LEARNING, INDIRECT) if motion.pulses > 1 else (LOAD_LEARNING,)
+def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
+    """Laws that are compared where none are named, simplest first; two more where the load changes."""
+    *fixed, learning = main_laws(drive)
     changing = (SCHEDULED, CHANGING) if disturbances.changes_load else ()
-    return ("pd", "pid", "dob", "lqg", "lqi", "hinf", chain, *changing, *learning)
+    return (*fixed, *changing, learning)
 
 
 def checked_names(names: Sequence[str]) -> tuple[str, ...]:
@@ -74,7 +72,7 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None
     several = spec.motion.pulses > 1
     found: list[tuple[tuple[float, float], TunedLaw]] = []
     reached: list[tuple[str, Scores | None]] = []
-    for name in offered(spec.drive, spec.motion, disturbances):
+    for name in offered(spec.drive, disturbances):
         try:
             one = tuned(name, spec, disturbances)
             law = law_as_tuned(name, one.bandwidth, one.filter, spec)

@@ -17,7 +17,7 @@ from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.registry import needed_order
+from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.ranking.ranked import COMPARED, LEARNS, checked_names, goal_of, offered
 from cabledrive.rig.ranking.scores import Scores, scored
 from cabledrive.rig.setting import DEGREE, Motion
@@ -47,6 +47,7 @@ def compare(
     *,
     axis: str | None = None,
     controllers: Sequence[str] | None = None,
+    every_law: bool = False,
     disturbances: Disturbances | str | Path | None = None,
     draws: int = DRAWS,
     seed: int = 0,
@@ -64,7 +65,9 @@ def compare(
     axis : str, optional
         Of a machine with routes: its load, such as "head.x".
     controllers : sequence of str, optional
-        Names of laws, as `track` knows them; default: those that fit the drive.
+        Names of laws, as `track` knows them; default: PD, PID, LQG, LQI, the damped DARC and `lqi-learning`.
+    every_law : bool, default False
+        Every law that `track` knows, where none are named.
     disturbances : Disturbances or path, optional
         Ranges from which each plant draws, or a TOML file with them; default: Coulomb friction of the load up
         to half that of the motor.
@@ -92,7 +95,9 @@ def compare(
     drive = as_axis(drive, axis)
     motion = motion or Motion(pulses=PULSES)
     asked = _disturbances(drive, disturbances)
-    names = offered(drive, motion, asked) if controllers is None else checked_names(controllers)
+    if every_law and controllers is None:
+        controllers = tuple(CONTROLLERS)
+    names = offered(drive, asked) if controllers is None else checked_names(controllers)
     if asked.changes_load:
         (low, high), (least, most) = asked.announced, motion.payload_range
         motion = replace(motion, payload_range=(min(low, least), max(high, most)))

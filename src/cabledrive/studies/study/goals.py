@@ -67,6 +67,8 @@ class Goals:
     draws, cable_draws, carriage_draws : int
         Plants of the acceptance: lumped, on the cable, with a carriage.
     seed : int
+    every_law : bool
+        Try every law, not PD, PID, LQG, LQI, the law of the chain and `lqi-learning` alone.
     spreads : mapping of str to float
         Relative half widths of datasheet values, by kind, see `SPREADS`.
     backlash : float or None
@@ -98,6 +100,7 @@ class Goals:
     cable_draws: int = 73
     carriage_draws: int = 1000
     seed: int = 0
+    every_law: bool = False
     spreads: Mapping[str, float] = field(default_factory=lambda: dict(SPREADS))
     backlash: float | None = None
     columns: ColumnMap = field(default_factory=ColumnMap)

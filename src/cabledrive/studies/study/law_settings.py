@@ -17,7 +17,7 @@ from cabledrive.rig.laws.baselines import lqg
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.laws.load_learning import KINDS
-from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.trial import spec_for
 from cabledrive.studies.study.bandwidth_search import SAMPLES_PER_PERIOD
@@ -90,9 +90,15 @@ class LawSettings:
 
 
 def tuned_laws(
-    drive: Drive, motion: Motion, known: Knowledge, chain_law: ControllerResult, torque: float | None
+    drive: Drive,
+    motion: Motion,
+    known: Knowledge,
+    chain_law: ControllerResult,
+    torque: float | None,
+    *,
+    every_law: bool = False,
 ) -> LawSettings:
-    """Each law at its best setting.
+    """Each law at its best setting: those that a comparison offers, or every one.
 
     ``drive``: with the best values; ``chain_law``: the damped law of the chain, whose bandwidth its bound has
     chosen; ``torque``: largest torque of the goals [N m].
@@ -106,7 +112,11 @@ def tuned_laws(
         reason="" if usable else chain_law.reason,
     )
     fixed, learning = (
-        [_tuned(name, offered, drive, motion, known, spec, torque) for name, offered in table.items()]
+        [
+            _tuned(name, offered, drive, motion, known, spec, torque)
+            for name, offered in table.items()
+            if every_law or name in MAIN_LAWS
+        ]
         for table in (SETTINGS, LEARNING)
     )
     return LawSettings(settings=(*fixed, chain, *learning))

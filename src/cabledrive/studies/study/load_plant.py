@@ -95,7 +95,16 @@ class LoadPlant:
         controller = staged(
             "controller", design_controller, drive, motion, self.known.quantities, models, goals.torque
         )
-        laws = staged("laws", tuned_laws, drive, motion, self.known, controller, goals.torque)
+        laws = staged(
+            "laws",
+            tuned_laws,
+            drive,
+            motion,
+            self.known,
+            controller,
+            goals.torque,
+            every_law=goals.every_law,
+        )
         return Candidates(model=model, controller=controller, laws=laws.settings, bound=controller.bound)
 
     def closed_loop(self, law: LawSetting, *, cable: bool) -> Made[ClosedLoop]:
