@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.control.innovations_of_load import missed_by_filter, whitening
 from cabledrive.control.kalman import KalmanTuning, Sampling
-from cabledrive.control.linear_laws import feedforward_generator, lq_law, lqi_law
+from cabledrive.control.linear_laws import feedforward_generator, lq_law
 from cabledrive.control.load_row import load_row_numbers
 from cabledrive.control.load_torque import carried, load_regressors
 from cabledrive.control.numbers import LEARNING, LawNumbers, learning_table, start_estimates
@@ -17,7 +17,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.disturbances import control_delay, current_rate
-from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
+from cabledrive.rig.laws.baselines import feedforward_table, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.laws.fitting import fit_observer
@@ -38,8 +38,6 @@ class Learning:
     Attributes
     ----------
     name : str
-    integral : bool
-        Whether the feedback sums the load's error; the sum goes unstable first where the load changes.
     unlearnt : float
         Share of the filter's noise at the load that learning leaves; the more, the less it trusts the load's
         inertia.
@@ -55,7 +53,6 @@ class Learning:
     """
 
     name: str
-    integral: bool
     unlearnt: float
     inertia_spread: float
     noise: float
@@ -64,11 +61,9 @@ class Learning:
 
 
 KINDS = {
-    NAME: Learning(
-        name=NAME, integral=True, unlearnt=0.1, inertia_spread=0.2, noise=4.7, memory=2.0, renewal=0.01
-    ),
+    NAME: Learning(name=NAME, unlearnt=0.1, inertia_spread=0.2, noise=5.5, memory=2.0, renewal=0.01),
     CHANGING: Learning(
-        name=CHANGING, integral=False, unlearnt=1.0, inertia_spread=1.0, noise=1.0, memory=0.03, renewal=0.006
+        name=CHANGING, unlearnt=1.0, inertia_spread=1.0, noise=1.0, memory=0.03, renewal=0.006
     ),
 }
 """The first for a load that stays, the second for one that changes while the machine runs."""
@@ -110,14 +105,8 @@ def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = No
     turning = turning or TURNING * (spec.motion.rise if spec.motion is not None else 0.5)
     tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name, turning)
     count, torque, settings = weights(spec)
-    if kind.integral:
-        time = integral_time(chain, count, torque)
-        base, settings = (
-            lqi_law(chain, count, torque, time, spec.interval),
-            settings | {"integral_time": time},
-        )
-    else:
-        base = lq_law(chain, count, torque, spec.interval)
+    # What lasts at the load is learnt: an integral would add the unknown zero of the load's encoder.
+    base = lq_law(chain, count, torque, spec.interval)
     reference = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
     generator = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
     m = len(tables.white)
