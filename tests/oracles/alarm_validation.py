@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
-from cabledrive.simulation.method import DONE
-from cabledrive.simulation.state import State, copy_state
-from cabledrive.simulation.workspace import new_workspace
+from cabledrive.simulation.kernels import DONE
+from cabledrive.simulation.plan import State, copy_state, new_workspace
 from cabledrive.studies.planned_motion import PlannedMotion
 
 Array = NDArray[np.float64]

@@ -9,9 +9,8 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation.channels import WIDTH
-from cabledrive.simulation.plan import plan_of
-from cabledrive.simulation.state import copy_state, new_state
-from cabledrive.simulation.workspace import new_workspace
+from cabledrive.simulation.methods import method_named
+from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of
 
 SEGMENTS, STEPS, EVERY = 7, 36, 6
 LOOP = load_drive("dissertation-2")
@@ -89,3 +88,8 @@ def taken(function, plan, start, torque, forces):
     fields = np.zeros((STEPS // EVERY, *state.x.shape))
     code = function(plan, state, new_workspace(plan), torque, forces, EVERY, rows, fields)
     return code, state, rows, fields
+
+
+VERLET, NODE_CENTRED, ENERGY = (
+    method_named(name).integrate for name in ("verlet", "node-centred", "energy-conserving")
+)

@@ -10,7 +10,7 @@ from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.case import case_of
-from cabledrive.simulation.workspace import new_workspace
+from cabledrive.simulation.plan import new_workspace
 
 LOOP = load_drive("dissertation-2")
 MOTORED = load_drive("dissertation-3")

@@ -1,23 +1,17 @@
-"""The compiled energy-conserving integration equals its readable twin.
-
-Compiled here: `cabledrive.simulation.kernels.energy_conserving`,
-`cabledrive.simulation.kernels.energy_equal_segments`, `cabledrive.simulation.kernels.stored_energy`,
-`cabledrive.simulation.kernels.nonlinear_energy`, and what every node has of its own,
-`cabledrive.simulation.kernels.nodes`.
-"""
+"""The compiled step of `cabledrive.simulation.energy_step` equals its readable twin."""
 
 import numpy as np
 import pytest
 from kernel_cases import CASES, setting, taken
+from kernel_cases import ENERGY as integrate
 
 from cabledrive.simulation.channels import CHANNELS, WIDTH
-from cabledrive.simulation.energy_conserving import EnergyConserving
-from cabledrive.simulation.kernels.energy_conserving import integrate
+from cabledrive.simulation.methods import method_named
 from oracles.readable_chain.energy_conserving import SHIFT, integrate_reference
 
 pytestmark = pytest.mark.kernel
 
-METHOD = EnergyConserving()
+METHOD = method_named("energy-conserving")
 KNOWN = [case for case in CASES if case != "weak" and not case.startswith("slack")]
 
 

@@ -1,6 +1,6 @@
 """Cable laws of one's own: run as they are, compiled where that is possible, and never as another law.
 
-`cabledrive.simulation.own_law` compiles the formula, `cabledrive.simulation.kernels.own_law` takes the steps.
+`cabledrive.simulation.own_law` compiles the formula, `cabledrive.simulation.kernels` takes the steps.
 """
 
 import json
@@ -25,12 +25,12 @@ from cabledrive.simulation import (
     Start,
 )
 from cabledrive.simulation.case import case_of
-from cabledrive.simulation.kernels import energy_conserving, node_centred, verlet
-from cabledrive.simulation.kernels.own_law import components_under, keep_instant, steps_under
+from cabledrive.simulation.kernels import integrate
+from cabledrive.simulation.methods import DONE, NAMES, SLACK, Method
 from cabledrive.simulation.own_law import compiled_law
-from cabledrive.simulation.plan import INVERSE_SPACING
+from cabledrive.simulation.plan import INVERSE_SPACING, STEPS, new_workspace
+from cabledrive.simulation.segment_laws import law_components
 from cabledrive.simulation.step_size import largest_stable_step
-from cabledrive.simulation.workspace import new_workspace
 from oracles.readable_chain.verlet import integrate_reference
 
 DRIVE = cd.load_drive("dissertation-2")
@@ -157,19 +157,20 @@ def test_the_compiled_steps_under_a_law_equal_the_readable_ones():
     compiled = compiled_law(case.plan, case.law)
     formula, numbers = (by_python, np.zeros(1)) if isinstance(compiled, str) else compiled
     work = new_workspace(case.plan)
-    components_under(formula, numbers, ours.x, case.plan.segment[INVERSE_SPACING], work.p)
+    law_components(formula, numbers, ours.x, case.plan.segment[INVERSE_SPACING], work.p)
     expected = case.law.excess_components(*np.diff(ours.x, axis=1) * case.plan.segment[INVERSE_SPACING])
     np.testing.assert_allclose(work.p, np.stack(np.broadcast_arrays(*expected)), rtol=1e-10, atol=1e-12)
-    keep_instant(case.plan, ours, work)
-    np.testing.assert_array_equal(work.before, np.stack((ours.x, ours.x_t)))
-    assert steps_under(formula, numbers, case.plan, ours, work, torque, forces) == 40
-    rows = np.zeros((1, case.width))
-    integrate_reference(case.plan, theirs, work, torque, forces, 40, rows, np.zeros((0, 3, 25)), case.law)
+    rows, fields = np.zeros((1, case.width)), np.zeros((0, 3, 25))
+    law, inputs = (formula, numbers, None, None, False), (work, torque, forces, 0, rows, fields)
+    assert integrate(*law, case.plan, ours, *inputs) == DONE
+    assert ours.counts[STEPS] == 40
+    integrate_reference(case.plan, theirs, work, torque, forces, 40, rows, fields, case.law)
     for name in ("x", "x_t", "motor", "extremes"):
         a, b = getattr(ours, name), getattr(theirs, name)
         np.testing.assert_allclose(a, b, atol=1e-11 * np.max(np.abs(b), initial=1e-300), err_msg=name)
     slack.x[0, 3] += 0.1
-    assert steps_under(formula, numbers, case.plan, slack, work, torque, forces) == 0
+    assert integrate(*law, case.plan, slack, *inputs) == SLACK
+    assert slack.counts[STEPS] == 0
 
 
 def by_python(numbers, x, inverse_spacing, p):
@@ -181,14 +182,14 @@ def by_python(numbers, x, inverse_spacing, p):
 
 
 @pytest.mark.kernel
-@pytest.mark.parametrize("integrate", [verlet.integrate, node_centred.integrate, energy_conserving.integrate])
+@pytest.mark.parametrize("method", [Method(name=name) for name in NAMES], ids=NAMES)
 @pytest.mark.parametrize("number", [-1, 4])
-def test_kernels_refuse_a_law_that_they_do_not_know(integrate, number):
+def test_kernels_refuse_a_law_that_they_do_not_know(method, number):
     case = case_of(DRIVE, 0.001, scheme=Scheme(segments=12))
     plan, state = case.plan._replace(law=number), case.first_state()
     inputs = np.zeros(1), np.zeros((1, 0)), 1, np.zeros((1, case.width)), np.zeros((0, 3, 25))
     with pytest.raises(ValueError, match="no kernel knows"):
-        integrate(plan, state, new_workspace(plan), *inputs)
+        method.integrate(plan, state, new_workspace(plan), *inputs)
 
 
 def test_what_is_interpreted_says_so_everywhere(tmp_path):

@@ -1,25 +1,19 @@
-"""The pass over taut segments, `cabledrive.simulation.kernels.taut_steps`, equals the readable integration.
-
-With the nodes that have a mass of their own, `cabledrive.simulation.kernels.stops`.
-"""
+"""The pass over taut segments, `cabledrive.simulation.taut`, equals the readable integration."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from kernel_cases import VERLET as integrate
 
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.compiled import njit, njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation.channels import WIDTH
-from cabledrive.simulation.kernels.observe import least_of
-from cabledrive.simulation.kernels.taut_steps import rows_of, step_taut
-from cabledrive.simulation.kernels.verlet import integrate
-from cabledrive.simulation.plan import plan_of
-from cabledrive.simulation.state import EVENTS, copy_state, new_state
-from cabledrive.simulation.workspace import new_workspace
+from cabledrive.simulation.plan import EVENTS, copy_state, new_state, new_workspace, plan_of
+from cabledrive.simulation.taut import rows_of, step_taut
 from oracles.readable_chain.verlet import integrate_reference
 
 pytestmark = pytest.mark.kernel
@@ -91,11 +85,6 @@ def steps(*arguments):
     return step_taut(*arguments)
 
 
-@njit
-def least(values):
-    return least_of(values)
-
-
 @pytest.mark.parametrize("planar", [True, False])
 def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
     for speed, expected in ((0.1, True), (6.0, False)):
@@ -110,9 +99,3 @@ def test_a_drive_of_equal_segments_is_one_run_and_stops_divide_it():
     assert setting("loop", planar=True, speed=0.1)[0].runs.tolist() == [[0, 2 * SEGMENTS]]
     plan = setting("carriage", planar=True, speed=0.1)[0]
     assert plan.runs[1:, 0].tolist() == [plan.stop[0], SEGMENTS]
-
-
-@pytest.mark.parametrize("size", range(1, 12))
-def test_the_least_of_any_number_of_values_is_found(size):
-    values = np.random.default_rng(size).uniform(-1.0, 1.0, size)
-    assert least(values) == values.min()

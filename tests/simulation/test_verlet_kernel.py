@@ -1,25 +1,22 @@
-"""The compiled integrator (`cabledrive.simulation.kernels.verlet` and its calls) equals its readable twin.
+"""The compiled integrator, `cabledrive.simulation.kernels`, equals its readable twin.
 
-What it calls, and is tested with it: `cabledrive.simulation.kernels.segments`,
-`cabledrive.simulation.kernels.shafts`, `cabledrive.simulation.kernels.steps`,
-`cabledrive.simulation.kernels.axial_damping`, `cabledrive.simulation.kernels.observe`, all compiled by
-`cabledrive.mechanics.compiled`. The node-centred scheme, `cabledrive.simulation.kernels.node_centred`, shares
-all but the equations at the nodes.
+What it calls is tested with it: `cabledrive.simulation.segment_laws`, `cabledrive.simulation.node_motion`,
+`cabledrive.simulation.observe`, all compiled by `cabledrive.mechanics.compiled`; and the node-centred scheme,
+which shares all but the equations at the nodes.
 """
 
 import numpy as np
 import pytest
 from kernel_cases import CASES, LOOP, setting, taken
+from kernel_cases import NODE_CENTRED as node_centred
+from kernel_cases import VERLET as integrate
 
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.compiled import njit
 from cabledrive.simulation.channels import CHANNELS, WIDTH
-from cabledrive.simulation.kernels import node_centred
-from cabledrive.simulation.kernels.segments import LARGEST_Z, segment_tensions
-from cabledrive.simulation.kernels.shafts import solve_shafts
-from cabledrive.simulation.kernels.verlet import integrate
-from cabledrive.simulation.plan import COULOMB, SMOOTH, TURNS
-from cabledrive.simulation.workspace import FRICTION, NEW, OLD, RIGHT
+from cabledrive.simulation.node_motion import solve_shafts
+from cabledrive.simulation.plan import COULOMB, FRICTION, NEW, OLD, RIGHT, SMOOTH, TURNS
+from cabledrive.simulation.segment_laws import LARGEST_Z, segment_tensions
 from oracles.readable_chain import node_centred as readable_node_centred
 from oracles.readable_chain.shafts import solve_shafts_reference
 from oracles.readable_chain.verlet import integrate_reference
@@ -32,7 +29,7 @@ NODE_CENTRED = [*LAWS, "line", "damped", "sloped", "held load", "stick-slip", "s
 @pytest.mark.parametrize(
     ("case", "compiled", "readable"),
     [(case, integrate, integrate_reference) for case in CASES]
-    + [(case, node_centred.integrate, readable_node_centred.integrate_reference) for case in NODE_CENTRED],
+    + [(case, node_centred, readable_node_centred.integrate_reference) for case in NODE_CENTRED],
 )
 def test_the_compiled_integration_equals_the_readable_one(case, compiled, readable):
     """Displacements, velocities, tallies, extremes, events, records, fields after 36 steps, to round-off."""

@@ -253,7 +253,7 @@ KINDS = {
         outputs=_simulate_outputs,
         default=tuple(SIMULATION),
         one=_simulate,
-        modules=("cabledrive.simulation.kernels.verlet",),
+        modules=("cabledrive.simulation.kernels",),
         options={
             "duration": "s",
             "torque_amplitude": "N m",

@@ -15,7 +15,7 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.simulation.case import Case
 from cabledrive.simulation.channels import AXIAL, COLUMN, WEIGHT_ENERGY
-from cabledrive.simulation.state import EVENTS, MOST_EVENTS, State
+from cabledrive.simulation.plan import EVENTS, MOST_EVENTS, State
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

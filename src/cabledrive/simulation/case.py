@@ -21,12 +21,10 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.version import __version__
-from cabledrive.simulation.beginning import half_step_before
 from cabledrive.simulation.channels import WIDTH
-from cabledrive.simulation.method import Method
-from cabledrive.simulation.methods import method_named
+from cabledrive.simulation.methods import Method, method_named
 from cabledrive.simulation.own_law import law_fingerprint, why_interpreted
-from cabledrive.simulation.plan import OWN, Plan, plan_of
+from cabledrive.simulation.plan import OWN, Plan, State, half_step_before, new_state, plan_of
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
 from cabledrive.simulation.start import (
@@ -35,8 +33,7 @@ from cabledrive.simulation.start import (
     place_at_start,
     velocity_at_start,
 )
-from cabledrive.simulation.state import State, new_state
-from cabledrive.simulation.step_size import TimeGrid, check_resolved, time_grid
+from cabledrive.simulation.step_size import TimeGrid, check_resolved, largest_stable_step, time_grid
 
 if TYPE_CHECKING:
     from cabledrive.simulation.loop_steps import LoopStepper
@@ -171,8 +168,7 @@ class Case:
             self.plan, self.displacement, self.velocity, (rotor, speed), float(torque[0]), forces[0], self.law
         )
         state = new_state(self.displacement, before, (rotor, motor_speed))
-        extra = self.method.extra(self.plan, state)
-        return state if extra is None else state._replace(extra=extra)
+        return state._replace(extra=self.method.extra(self.plan, state))
 
     def stepper(self) -> "LoopStepper":
         """What takes the steps."""
@@ -201,7 +197,7 @@ def case_of(
     mesh = mesh_of(drive, scheme.segments)
     law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
     method = replace(method_named(scheme.method), law=law)
-    largest = method.largest_step(mesh, law)
+    largest = largest_stable_step(mesh, law)
     grid = time_grid(
         duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=mesh.nodes
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.simulation.state import STEPS
+from cabledrive.simulation.plan import STEPS
 
 _DIGEST = 64  # hexadecimal digits at the start of the file
 

@@ -5,10 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from cabledrive.simulation.plan import copy_state
 from cabledrive.simulation.prepared_run import PreparedRun
 from cabledrive.simulation.progress import Progress
 from cabledrive.simulation.records import Records
-from cabledrive.simulation.state import copy_state
 
 NODE_STEPS_PER_CHUNK = 20_000_000
 SECONDS_PER_COMMIT = 5.0

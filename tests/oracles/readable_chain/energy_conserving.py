@@ -24,9 +24,18 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import LinearLaw
 from cabledrive.simulation.channels import BALANCE
-from cabledrive.simulation.plan import INVERSE_SPACING, KICK_T, KICK_U, SPACING, Plan, law_of
-from cabledrive.simulation.state import State, copy_state, set_state
-from cabledrive.simulation.workspace import Workspace
+from cabledrive.simulation.plan import (
+    INVERSE_SPACING,
+    KICK_T,
+    KICK_U,
+    SPACING,
+    Plan,
+    State,
+    Workspace,
+    copy_state,
+    law_of,
+    set_state,
+)
 from oracles.readable_chain.observe import observe_reference
 from oracles.readable_chain.verlet import (
     keep_extremes_reference,
@@ -64,7 +73,7 @@ def integrate_reference(
     rows: Array,
     fields: Array,
 ) -> int:
-    """Twin of `cabledrive.simulation.kernels.energy_conserving.integrate`; needs no work space."""
+    """Twin of `cabledrive.simulation.kernels.integrate` with energy; needs no work space."""
     law = law_of(plan)
     for j in range(torque.size):
         keep_extremes_reference(plan, state)

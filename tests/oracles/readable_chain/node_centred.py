@@ -11,9 +11,20 @@ from reproduction.expanded_equations import accelerations
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.simulation.channels import BALANCE
-from cabledrive.simulation.plan import FALL_U, FALL_W, INVERSE_SPACING, KEEP_T, KICK_T, KICK_U, Plan, law_of
-from cabledrive.simulation.state import STEPS, State, copy_state
-from cabledrive.simulation.workspace import Workspace
+from cabledrive.simulation.plan import (
+    FALL_U,
+    FALL_W,
+    INVERSE_SPACING,
+    KEEP_T,
+    KICK_T,
+    KICK_U,
+    STEPS,
+    Plan,
+    State,
+    Workspace,
+    copy_state,
+    law_of,
+)
 from oracles.readable_chain.observe import observe_reference
 from oracles.readable_chain.shafts import solve_shafts_reference
 from oracles.readable_chain.verlet import (
@@ -37,7 +48,7 @@ def integrate_reference(
     rows: Array,
     fields: Array,
 ) -> int:
-    """Twin of `cabledrive.simulation.kernels.node_centred.integrate`; needs no work space."""
+    """Twin of `cabledrive.simulation.kernels.integrate`, node-centred; needs no work space."""
     law = law_of(plan)
     for j in range(torque.size):
         keep_extremes_reference(plan, state)

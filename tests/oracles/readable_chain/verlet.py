@@ -26,6 +26,7 @@ from cabledrive.simulation.channels import (
 from cabledrive.simulation.plan import (
     COMPLIANCE,
     DRAG,
+    EVENTS,
     FALL_U,
     FALL_W,
     HOLDING,
@@ -33,22 +34,19 @@ from cabledrive.simulation.plan import (
     KEEP_T,
     KICK_T,
     KICK_U,
+    LOWER_SLACK,
+    MOST_EVENTS,
     RADIUS,
+    STEPS,
+    UPPER_SLACK,
     VISCOUS,
     WEIGHT_U,
     Plan,
+    State,
+    Workspace,
+    copy_state,
     law_of,
 )
-from cabledrive.simulation.state import (
-    EVENTS,
-    LOWER_SLACK,
-    MOST_EVENTS,
-    STEPS,
-    UPPER_SLACK,
-    State,
-    copy_state,
-)
-from cabledrive.simulation.workspace import Workspace
 from oracles.readable_chain.axial_damping import damped_span_reference, damper_directions
 from oracles.readable_chain.observe import observe_reference
 from oracles.readable_chain.shafts import solve_shafts_reference
@@ -67,7 +65,7 @@ def integrate_reference(
     fields: Array,
     law: CableLaw | None = None,
 ) -> int:
-    """Twin of `cabledrive.simulation.kernels.verlet.integrate`, for any law; needs no work space."""
+    """Twin of `cabledrive.simulation.kernels.integrate`, for any law; needs no work space."""
     law = law or law_of(plan)
     for j in range(torque.size):
         keep_extremes_reference(plan, state)

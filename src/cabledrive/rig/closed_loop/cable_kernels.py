@@ -10,10 +10,8 @@ from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
 from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
 from cabledrive.simulation.channels import MEAN_TENSION
-from cabledrive.simulation.kernels.verlet import integrate_any
-from cabledrive.simulation.plan import WEIGHT_U, Plan
-from cabledrive.simulation.state import State
-from cabledrive.simulation.workspace import Workspace
+from cabledrive.simulation.kernels import integrate
+from cabledrive.simulation.plan import WEIGHT_U, Plan, State, Workspace
 
 HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
 
@@ -141,7 +139,8 @@ def move_cable(
     push = numbers.offset + rig.forces[k, 0]
     x[2 * n] = acting_torques(numbers, rig, commands[0], commands[1], x[2 * n], push, torques)
     plan.node[WEIGHT_U, plan.segments] = numbers.weight + rig.forces[k, 1] / numbers.radius
-    code = integrate_any(plan, cable, work, torques, forces, numbers.steps, row, fields)
+    given = plan, cable, work, torques, forces, numbers.steps, row, fields
+    code = integrate(None, numbers.zeros, None, None, False, *given)
     plan.node[WEIGHT_U, plan.segments] = numbers.weight
     if tensions.shape[0] > 0:
         tensions[k, 0], tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]

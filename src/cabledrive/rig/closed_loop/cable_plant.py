@@ -19,8 +19,7 @@ from cabledrive.rig.disturbances import current_rate
 from cabledrive.rig.setting import RigOptions
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
-from cabledrive.simulation.state import State, new_state
-from cabledrive.simulation.workspace import Workspace, new_workspace
+from cabledrive.simulation.plan import State, Workspace, new_state, new_workspace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

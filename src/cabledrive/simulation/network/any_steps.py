@@ -2,20 +2,24 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.kernels.segments import segment_strain, segment_tensions
-from cabledrive.simulation.kernels.shafts import add_to
 from cabledrive.simulation.network.coordinates import keep_network_extremes, move_coordinates, place_ends
 from cabledrive.simulation.network.plan import (
     AXIAL_LOSS,
+    KEPT,
+    LOSS,
     PRETENSION,
     RIGIDITY,
     ROPES,
     SLACK_STRAIN,
+    SPEED_T,
+    SPEED_U,
     TRANSVERSE_LOSS,
+    H,
     NetworkPlan,
 )
 from cabledrive.simulation.network.state import EVENTS, MOST_EVENTS, STEPS, NetworkState, NetworkWorkspace
-from cabledrive.simulation.runs import KEPT, LOSS, SPEED_T, SPEED_U, H
+from cabledrive.simulation.observe import add_to
+from cabledrive.simulation.segment_laws import segment_strain, segment_tensions
 
 
 @njit_in_place
@@ -28,13 +32,19 @@ def step_any_network(plan: NetworkPlan, state: NetworkState, work: NetworkWorksp
     for piece in range(plan.nodes.shape[0]):
         first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
         slack += segment_tensions(
-            plan.law, plan.tension_only, plan.piece[piece, PRETENSION], plan.piece[piece, RIGIDITY],
-            x[:, first : last + 1], plan.inverse_spacing[first:last], p[:, first:last],
-        )  # fmt: skip
+            plan.law,
+            plan.tension_only,
+            plan.piece[piece, PRETENSION],
+            plan.piece[piece, RIGIDITY],
+            x[:, first : last + 1],
+            plan.inverse_spacing[first:last],
+            p[:, first:last],
+        )
         for axis in range(3):
             work.pull[piece, 0, axis] = p[axis, first]
             work.pull[piece, 1, axis] = p[axis, last - 1]
-    note_slack_pieces(plan, state)
+    if slack > 0 or state.slack.any():
+        note_slack_pieces(plan, state)
     if slack > 0 and plan.stop_when_slack:
         return False
     loss, damped = 0.0, 0.0

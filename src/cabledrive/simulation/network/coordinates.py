@@ -13,7 +13,6 @@ from typing import Any
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
-from cabledrive.simulation.kernels.shafts import add_to
 from cabledrive.simulation.network.plan import (
     COULOMB_LOSS,
     PRETENSION,
@@ -23,6 +22,7 @@ from cabledrive.simulation.network.plan import (
     NetworkPlan,
 )
 from cabledrive.simulation.network.state import NetworkState, NetworkWorkspace
+from cabledrive.simulation.observe import add_to
 
 MOST_SWEEPS = 200
 

@@ -2,7 +2,6 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.kernels.segments import LINEAR, segment_tensions, transverse_stretch
 from cabledrive.simulation.network.plan import (
     DENSITY,
     PRETENSION,
@@ -10,10 +9,11 @@ from cabledrive.simulation.network.plan import (
     ROPES,
     TALLIES,
     TORQUE_WORK,
+    H,
     NetworkPlan,
 )
 from cabledrive.simulation.network.state import NetworkState, NetworkWorkspace
-from cabledrive.simulation.runs import H
+from cabledrive.simulation.segment_laws import segment_energy, segment_tensions
 
 
 @njit_in_place
@@ -34,9 +34,14 @@ def record_network(
         first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
         x = work.before[0]
         segment_tensions(
-            plan.law, plan.tension_only, plan.piece[piece, PRETENSION], plan.piece[piece, RIGIDITY],
-            x[:, first : last + 1], plan.inverse_spacing[first:last], work.p[:, first:last],
-        )  # fmt: skip
+            plan.law,
+            plan.tension_only,
+            plan.piece[piece, PRETENSION],
+            plan.piece[piece, RIGIDITY],
+            x[:, first : last + 1],
+            plan.inverse_spacing[first:last],
+            work.p[:, first:last],
+        )
         kinetic, changed = rope_motion(plan, piece, work, state.x_t)
         mean, least, stored = rope_strain(plan, piece, work)
         ropes_energy += kinetic
@@ -93,14 +98,9 @@ def rope_strain(plan: NetworkPlan, piece: int, work: NetworkWorkspace) -> tuple[
     first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
     mean, least, stored = 0.0, 1e300, 0.0
     for i in range(first, last):
-        u_x, v_x, w_x = (x[0, i + 1] - x[0, i]) / h, (x[1, i + 1] - x[1, i]) / h, (x[2, i + 1] - x[2, i]) / h
-        slopes = transverse_stretch(plan.law, u_x, v_x, w_x)
-        strain = u_x if plan.law == LINEAR else u_x + slopes
-        pull = pretension + stiffness * strain
-        density = pretension * slopes + 0.5 * stiffness * strain * strain
-        if plan.tension_only and pull < 0.0:
-            pull = 0.0
-            density = -pretension * (0.5 * pretension / stiffness + u_x)
+        pull, density = segment_energy(
+            plan.law, plan.tension_only, pretension, stiffness, x, plan.inverse_spacing, i
+        )
         mean += pull
         least = min(least, pull)
         stored += density * h

@@ -10,22 +10,11 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.network.axial_damping import axial_dampers
 from cabledrive.simulation.network.mesh import NetworkMesh
 from cabledrive.simulation.network.rubbing import Rubbing
-from cabledrive.simulation.plan import KERNEL_LAWS
-from cabledrive.simulation.runs import (
-    CENTRE,
-    COLUMNS,
-    GAIN,
-    KEPT,
-    LARGEST_Z,
-    LOSS,
-    REACH,
-    SERIES,
-    SPEED_T,
-    SPEED_U,
-    H,
-    Integers,
-)
+from cabledrive.simulation.plan import KERNEL_LAWS, Integers
 
+# Columns of NetworkPlan.run: spacing [m]; velocity gained per pull h p along u, and across; share of the
+# velocity across that a step keeps; transverse loss per square of twice the mean velocity.
+H, SPEED_U, SPEED_T, KEPT, LOSS = range(5)
 # Columns of NetworkPlan.piece.
 PRETENSION, RIGIDITY, SLACK_STRAIN, ROPES, DENSITY = range(5)
 
@@ -48,7 +37,7 @@ class NetworkPlan(NamedTuple):
     nodes: Integers  # (pieces, 2): first and last node of each piece
     piece: Array  # (pieces, 5): T0 [N], EA [N], slack strain, parallel ropes, mass per length [kg/m]
     inverse_spacing: Array  # (nodes - 1,): 1 / h [1/m], 0 between pieces
-    run: Array  # (pieces, columns): see `cabledrive.simulation.runs`
+    run: Array  # (pieces, 5)
     row_start: Integers  # (6 pieces + 1,): where the entries of each row begin
     row_column: Integers  # (entries,)
     row_value: Array  # (entries,)
@@ -91,7 +80,7 @@ def network_plan(
             ]
         ),
         inverse_spacing=mesh.inverse_spacing,
-        run=_runs(mesh, laws, step),
+        run=_runs(mesh, step),
         row_start=start,
         row_column=column,
         row_value=value,
@@ -124,23 +113,15 @@ def _number(law: CableLaw) -> int:
     return KERNEL_LAWS.index(kind)
 
 
-def _runs(mesh: NetworkMesh, laws: list[CableLaw], step: float) -> Array:
+def _runs(mesh: NetworkMesh, step: float) -> Array:
     """Table of the pieces' numbers; of one rope."""
-    table = np.zeros((len(laws), COLUMNS))
-    h, density = mesh.spacing, mesh.density
-    damped = 0.5 * step * mesh.transverse_damping
-    table[:, H] = h
-    table[:, SPEED_U] = step / (density * h) / h
-    table[:, SPEED_T] = step / (density * h) / (1.0 + damped) / h
-    table[:, KEPT] = (1.0 - damped) / (1.0 + damped)
-    table[:, LOSS] = 0.25 * step * mesh.transverse_damping * density * h * mesh.ropes
-    for row, law in zip(table, laws, strict=True):
-        lowest = max((1.0 + law.slack_strain) ** 2 - 1.0, -LARGEST_Z)
-        row[CENTRE] = 0.5 * (LARGEST_Z + lowest) * row[H] ** 2
-        row[REACH] = 0.5 * (LARGEST_Z - lowest) * row[H] ** 2
-        for power, coefficient in enumerate(SERIES, start=1):
-            row[GAIN + power - 1] = law.axial_rigidity * coefficient / row[H] ** (2 * power)
-    return table
+    h, kick, damped = (
+        mesh.spacing,
+        step / (mesh.density * mesh.spacing**2),
+        0.5 * step * mesh.transverse_damping,
+    )
+    kept, loss = (1.0 - damped) / (1.0 + damped), 0.25 * step * mesh.transverse_damping * mesh.density * h
+    return np.stack([h, kick, kick / (1.0 + damped), kept, loss * mesh.ropes], axis=1)
 
 
 def _rows(mesh: NetworkMesh) -> tuple[Integers, Integers, Array]:

@@ -28,8 +28,11 @@ def wraps_of(network: Network) -> list[Wrap]:
         pulley = drive.pulley[span.end.pulley]
         if pulley.capstan_friction is None:
             continue
-        after = next(i for i, other in enumerate(drive.free_spans)
-                     if other.route == span.route and follows(drive, number, i))  # fmt: skip
+        after = next(
+            i
+            for i, other in enumerate(drive.free_spans)
+            if other.route == span.route and follows(drive, number, i)
+        )
         found.append(
             Wrap(
                 name=pulley.name,

@@ -1,7 +1,7 @@
 """Compiled forces and speeds of the cells of rope in their spans: elastic, damped, heavy."""
 
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.kernels.shafts import add_to
+from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.travel.plan import (
     AXIAL_LOSS,
     DAMPING,

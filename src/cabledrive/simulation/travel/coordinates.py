@@ -2,8 +2,8 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.kernels.shafts import add_to
 from cabledrive.simulation.network.coordinates import rub
+from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.travel.plan import (
     COULOMB_LOSS,
     DENSITY,

@@ -15,7 +15,7 @@ from math import atan2, log, sqrt
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.kernels.shafts import add_to
+from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.travel.cells import damp_spans, kick_cells, pull_spans
 from cabledrive.simulation.travel.coordinates import fill_inverse, turn_coordinates
 from cabledrive.simulation.travel.observing import note_places, note_speeds

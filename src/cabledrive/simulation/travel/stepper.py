@@ -5,7 +5,7 @@ from math import degrees
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.simulation.state import copy_state
+from cabledrive.simulation.plan import copy_state
 from cabledrive.simulation.travel.case import TravelCase
 from cabledrive.simulation.travel.plan import TALLIES, TravelState, TravelWorkspace
 

@@ -14,28 +14,90 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
-from cabledrive.simulation.kernels.observe import record
-from cabledrive.simulation.kernels.shafts import add_to
-from cabledrive.simulation.kernels.steps import (
-    copy_rows,
-    keep_before,
-    keep_extremes,
-    move_rims,
-    shaft_forces,
-    tally_shafts,
-    turn_freely,
-    turn_shafts,
-)
-from cabledrive.simulation.kernels.stops import kick_stops, move_stops, pulls_beside
+from cabledrive.simulation.channels import BALANCE, FORCE_WORK, TRANSVERSE_LOSS
+from cabledrive.simulation.node_motion import move_rims, shaft_forces, speed_shafts
+from cabledrive.simulation.observe import add_to, copy_rows, keep_before, keep_extremes, observe, tally_shafts
 from cabledrive.simulation.plan import (
+    DRAG,
+    ENERGY,
+    FALL_U,
     FALL_W,
+    INVERSE_SPACING,
+    KEEP_T,
+    KICK_T,
+    KICK_U,
+    LOWER_SLACK,
+    NEW,
     RADIUS,
+    STEPS,
+    TENSION,
+    UPPER_SLACK,
     Plan,
+    State,
+    Workspace,
 )
 from cabledrive.simulation.runs import CENTRE, GAIN, KEPT, LOSS, REACH, RUN_FALL_U, SPEED_T, SPEED_U, H
-from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
-from cabledrive.simulation.workspace import FORCE, NEW, OLD, Workspace
+from cabledrive.simulation.segment_laws import EXACT, segment_tensions, strains
+
+BEFORE, AFTER, PLACE = range(3)
+
+
+@njit_in_place
+@for_kernels
+def pulls_beside(plan: Plan, x: Array, p: Array) -> None:
+    """Components of the segments beside rims and stops, into their places in p."""
+    for k in range(plan.beside.size):
+        i = plan.beside[k]
+        one = slice(i, i + 1)
+        segment_tensions(
+            EXACT,
+            False,
+            plan.pretension,
+            plan.rigidity,
+            x[:, i : i + 2],
+            plan.segment[INVERSE_SPACING, one],
+            p[:, one],
+        )
+
+
+@njit_in_place
+@for_kernels
+def kick_stops(plan: Plan, x: Array, x_t: Array, p: Array, forces: Array, j: int, stop: Array) -> None:
+    """Speeds of the stops after step ``j``, from the components beside them; kept until the pass is over."""
+    node = plan.node
+    for k in range(plan.stop.size):
+        i = plan.stop[k]
+        for axis in range(3):
+            stop[BEFORE, axis, k] = x_t[axis, i]
+            stop[PLACE, axis, k] = x[axis, i]
+            kick = node[KICK_U, i] if axis == 0 else node[KICK_T, i]
+            kept = 1.0 if axis == 0 else node[KEEP_T, i]
+            stop[AFTER, axis, k] = kept * x_t[axis, i] + kick * (p[axis, i] - p[axis, i - 1])
+            for number in range(plan.force.shape[0]):
+                if plan.force[number, 0] == i and plan.force[number, 1] == axis:
+                    stop[AFTER, axis, k] += kick * forces[j, number]
+        stop[AFTER, 0, k] += node[FALL_U, i]
+        stop[AFTER, 2, k] += node[FALL_W, i]
+
+
+@njit_in_place
+@for_kernels
+def move_stops(plan: Plan, x: Array, x_t: Array, forces: Array, j: int, stop: Array, tallies: Array) -> None:
+    """Write the stops' speeds and places over what the pass left there; work of forces, transverse loss."""
+    squares = 0.0
+    for k in range(plan.stop.size):
+        i = plan.stop[k]
+        for axis in range(3):
+            speed = stop[AFTER, axis, k]
+            x_t[axis, i] = speed
+            x[axis, i] = stop[PLACE, axis, k] + plan.step * speed
+            twice = stop[BEFORE, axis, k] + speed
+            if axis > 0:
+                squares += plan.node[DRAG, i] * twice * twice
+            for number in range(plan.force.shape[0]):
+                if plan.force[number, 0] == i and plan.force[number, 1] == axis:
+                    add_to(tallies, int(FORCE_WORK), 0.5 * plan.step * forces[j, number] * twice)
+    add_to(tallies, int(TRANSVERSE_LOSS), 0.25 * plan.step * squares)
 
 
 def rows_of(state: State) -> tuple[Array, Array | None, Array, Array, Array | None, Array]:
@@ -142,23 +204,14 @@ def step_taut(
     n, step, closed, pretension = plan.segments, plan.step, plan.closed, plan.pretension
     end = p.shape[1]
     fall_w = plan.node[FALL_W]
-    matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]
     per_radius = 1.0 / plan.shaft[RADIUS, 0]
-    of_drive, of_load, of_motor = turn_freely(matrix, plan.shaft, shaft)
     for j in range(torque.size):
-        keep_extremes(n, plan.spans, plan.probe, x, motor, state.extremes)
+        keep_extremes(plan, x, motor, state.extremes)
         pulls_beside(plan, x, p)
         push = torque[j] * per_radius
-        shaft_forces(
-            closed, n, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, p, plan.driven, push, shaft
-        )
-        if of_drive >= 0.0:
-            shaft[NEW, 0] = of_drive * (shaft[FORCE, 0] + back[0, 0] * shaft[OLD, 0])
-            shaft[NEW, 1] = of_load * (shaft[FORCE, 1] + back[1, 1] * shaft[OLD, 1])
-            shaft[NEW, 2] = of_motor * (shaft[FORCE, 2] + back[2, 2] * shaft[OLD, 2])
-            move_rims(step, closed, n, motor, x_t, shaft)
-        else:
-            turn_shafts(step, closed, n, matrix, back, plan.shaft, motor, x_t, shaft)
+        shaft_forces(plan, x, x_t, motor, p, push, shaft)
+        speed_shafts(plan, plan.shaft_matrices[0], shaft)
+        move_rims(plan, motor, x_t, shaft)
         drive, load = u[0] + step * shaft[NEW, 0], u[n] + step * shaft[NEW, 1]
         if plan.stop.size > 0:
             kick_stops(plan, x, x_t, p, forces, j, work.stop)
@@ -170,9 +223,22 @@ def step_taut(
             old_v, old_w = x_t[1, first], x_t[2, first]
             # The first node of a run is a rim or a stop: as if the first segment pulled from before as well.
             beyond, squares = move_run(
-                first, last, plan.run[k], pretension, step, h * p[0, first], h * p[1, first], h * p[2, first],
-                fall_w, u, v, w, u_t, v_t, w_t,
-            )  # fmt: skip
+                first,
+                last,
+                plan.run[k],
+                pretension,
+                step,
+                h * p[0, first],
+                h * p[1, first],
+                h * p[2, first],
+                fall_w,
+                u,
+                v,
+                w,
+                u_t,
+                v_t,
+                w_t,
+            )
             outside += beyond
             # What the pass counted at its first node and at a rim inside the run is no motion of the cable.
             squares -= (x_t[1, first] + old_v) ** 2 + (x_t[2, first] + old_w) ** 2
@@ -191,7 +257,7 @@ def step_taut(
             move_stops(plan, x, x_t, forces, j, work.stop, tallies)
         if loss > 0.0:
             add_to(tallies, int(TRANSVERSE_LOSS), loss)
-        tally_shafts(step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
+        tally_shafts(plan, push, shaft, tallies)
     return True
 
 
@@ -221,7 +287,7 @@ def integrate_taut(
     x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
     while first < torque.size:
         last = min(first + every, torque.size)
-        keep_before(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
+        keep_before(state, work)
         row = rows[first // every]
         taken = False
         for part in range(2):
@@ -231,7 +297,17 @@ def integrate_taut(
             if not taken:
                 break
             if part == 0:
-                record(plan, work, x_t, motor, tallies, torque[first], row)
+                strains(plan, work.before[0], work.q[TENSION], work.q[ENERGY])
+                segment_tensions(
+                    EXACT,
+                    plan.tension_only,
+                    plan.pretension,
+                    plan.rigidity,
+                    work.before[0],
+                    plan.segment[INVERSE_SPACING],
+                    work.p,
+                )
+                observe(plan, work, x_t, motor, tallies, torque[first], row)
         if not taken:
             copy_rows(work.before[0], x)
             copy_rows(work.before[1], x_t)

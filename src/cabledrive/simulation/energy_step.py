@@ -1,0 +1,172 @@
+r"""The step of the energy-conserving scheme, compiled: components scaled so that energy is conserved.
+
+.. math:: c_j = \frac{\psi_{j+1/2} + \psi_{j-1/2}}{2\sqrt{2(V(x_j) + C)}}, \qquad
+          E_{j+1/2} - E_{j-1/2} = -c_j F(x_j)\cdot\frac{x_{j+1} - x_{j-1}}{2}, \qquad \psi = \sqrt{2(E + C)}
+
+for the energy V beyond the linear one and its forces F (L.1)-(L.3).
+"""
+
+from math import sqrt
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.simulation.channels import (
+    AXIAL_LOSS,
+)
+from cabledrive.simulation.node_motion import finish, kick_nodes, move_rims, shaft_forces, turn
+from cabledrive.simulation.observe import add_to, copy_rows
+from cabledrive.simulation.plan import (
+    DRIVE_LOST,
+    FORCE,
+    INVERSE_SPACING,
+    KICK_T,
+    KICK_U,
+    LOAD_LOST,
+    MOTOR_LOST,
+    NEW,
+    OLD,
+    SHIFT,
+    SPACING,
+    STORED,
+    STORED_LOST,
+    Plan,
+    State,
+    Workspace,
+)
+from cabledrive.simulation.segment_laws import EXACT, LINEAR, gradients, transverse_stretch
+
+MOST_TRIALS, SETTLED = 20, 1e-12
+
+
+@njit_in_place
+@for_kernels
+def step_with_energy(
+    plan: Plan, state: State, extra: Array, work: Workspace, push: float, forces: Array
+) -> None:
+    """One step of (L.1)-(L.3): the nodes answer linearly to the force scale, shafts and dampers are tried."""
+    x, x_t, motor, rest, shaft = state.x, state.x_t, state.motor, work.rest, work.shaft
+    n, last, free, old = plan.segments, x.shape[1] - 1, work.free, work.old
+    add_linear(plan, x, work.p, rest, -1.0)
+    energy = nonlinear_energy(plan, x)
+    while min(energy, extra[STORED]) + extra[SHIFT] < 0.5 * extra[SHIFT]:
+        extra[SHIFT] *= 2.0
+    root, psi = sqrt(2.0 * (energy + extra[SHIFT])), sqrt(2.0 * (extra[STORED] + extra[SHIFT]))
+    scale = 0.5 * plan.step / root
+    for axis in range(3):
+        for i in range(last):
+            work.p[axis, i] -= rest[axis, i]
+    shaft_forces(plan, x, x_t, motor, work.p, push, shaft)
+    kick_nodes(plan, x_t, old, work.p, forces)
+    met, answer, damped = 0.0, 0.0, plan.axial_damping > 0.0
+    for axis in range(3):
+        for i in range(1, last):
+            kick = plan.node[KICK_U if axis == 0 else KICK_T, i]
+            force = rest[axis, i] - rest[axis, i - 1] if kick > 0.0 else 0.0
+            met += force * (old[axis, i] + x_t[axis, i])
+            answer += kick * force * force
+    if damped:
+        copy_rows(x_t, free)
+    on_drive, on_load, drive_force, load_force = rest[0, 0], -rest[0, n - 1], shaft[FORCE, 0], shaft[FORCE, 1]
+    if plan.closed:
+        on_drive -= rest[0, last - 1]
+        on_load += rest[0, n]
+    change, result, c = 0.0, 0.0, 1.0
+    for trial in range(MOST_TRIALS):
+        c = (psi + 0.5 * change) / root
+        shaft[FORCE, 0], shaft[FORCE, 1] = drive_force + c * on_drive, load_force + c * on_load
+        work.lost[:] = 0.0
+        if damped:
+            scaled_kick(plan, free, x_t, rest, c)
+        turn(plan, x_t, work.lost, work)
+        rims = on_drive * (shaft[OLD, 0] + shaft[NEW, 0]) + on_load * (shaft[OLD, 1] + shaft[NEW, 1])
+        if damped:
+            x_t[0, 0], x_t[0, n] = shaft[NEW, 0], shaft[NEW, 1]
+            if plan.closed:
+                x_t[0, last] = shaft[NEW, 0]
+            result = scale * (power(rest, old) + power(rest, x_t))
+        else:
+            result = -scale * (met + c * answer + rims)
+        if abs(result - change) <= SETTLED * abs(result) or trial == MOST_TRIALS - 1:
+            break
+        change += (result - change) / (1.0 + 0.5 * scale / root * answer)
+    if not damped:
+        scaled_kick(plan, x_t, x_t, rest, c)
+    if work.lost[0, int(AXIAL_LOSS)] != 0.0:
+        add_to(state.tallies, int(AXIAL_LOSS), work.lost[0, int(AXIAL_LOSS)])
+    # A rim turns far while forces on it are large: what rounding takes there would be work nobody does.
+    place = motor[0]
+    move_rims(plan, motor, x_t, shaft)
+    extra[STORED] = sum_with_loss(extra, STORED_LOST, extra[STORED], result * (psi + 0.5 * change))
+    drive = sum_with_loss(extra, DRIVE_LOST, x[0, 0], plan.step * x_t[0, 0])
+    load = sum_with_loss(extra, LOAD_LOST, x[0, n], plan.step * x_t[0, n])
+    motor[0] = sum_with_loss(extra, MOTOR_LOST, place, plan.step * motor[1])
+    finish(plan, x, x_t, old, state.tallies, forces)
+    x[0, 0], x[0, n] = drive, load
+    if plan.closed:
+        x[0, last] = drive
+
+
+@njit_in_place
+@for_kernels
+def scaled_kick(plan: Plan, free: Array, x_t: Array, rest: Array, c: float) -> None:
+    """Velocities after the kick of the components beyond the linear law, scaled by ``c``."""
+    for axis in range(3):
+        kick = plan.node[KICK_U if axis == 0 else KICK_T]
+        for i in range(1, rest.shape[1]):
+            x_t[axis, i] = free[axis, i] + c * kick[i] * (rest[axis, i] - rest[axis, i - 1])
+
+
+@njit_strict
+@for_kernels
+def sum_with_loss(extra: Array, number: int, value: float, amount: float) -> float:
+    """Value plus amount, and what rounding took away last time; keeps what it takes away now."""
+    amount -= extra[number]
+    total = value + amount
+    extra[number] = (total - value) - amount
+    return total
+
+
+@njit_in_place
+@for_kernels
+def add_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
+    """Components plus or minus those of the linear law."""
+    for axis in range(3):
+        stiffness = sign * (plan.pretension + (plan.rigidity if axis == 0 else 0.0))
+        for i in range(p.shape[1]):
+            slope = (x[axis, i + 1] - x[axis, i]) * plan.segment[INVERSE_SPACING, i]
+            out[axis, i] = p[axis, i] + stiffness * slope
+
+
+@njit_in_place
+@for_kernels
+def power(rest: Array, x_t: Array) -> float:
+    """Power of components on the differences of velocities."""
+    total = 0.0
+    for axis in range(3):
+        for i in range(rest.shape[1]):
+            total += rest[axis, i] * (x_t[axis, i + 1] - x_t[axis, i])
+    return total
+
+
+@njit_in_place
+@for_kernels
+def nonlinear_energy(plan: Plan, x: Array) -> float:
+    """Elastic energy beyond that of the linear law."""
+    total, rigidity = 0.0, plan.rigidity + (0.0 if plan.law == EXACT else plan.pretension)
+    if plan.law == LINEAR:
+        return 0.0
+    for i in range(x.shape[1] - 1):
+        u_x, v_x, w_x = gradients(x, plan.segment[INVERSE_SPACING], i)
+        slopes = transverse_stretch(plan.law, u_x, v_x, w_x)
+        total += plan.segment[SPACING, i] * slopes * (2.0 * u_x + slopes)
+    return 0.5 * rigidity * total
+
+
+@njit_in_place
+@for_kernels
+def own_balance(plan: Plan, work: Workspace, after: Array, stored: float) -> float:
+    """What the balance of this scheme has beyond that of Stoermer-Verlet; ``work.p`` holds the components."""
+    x = work.before[0]
+    add_linear(plan, x, work.p, work.p, -1.0)
+    changed = 0.5 * (power(work.p, after) - power(work.p, work.before[1]))
+    return stored - nonlinear_energy(plan, x) - 0.5 * plan.step * changed

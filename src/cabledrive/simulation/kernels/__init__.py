@@ -1,1 +1,0 @@
-"""Compiled kernels. Importing one of these modules imports numba."""

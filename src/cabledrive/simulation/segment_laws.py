@@ -1,0 +1,197 @@
+"""Components, tension and energy of segments under the packaged cable laws; where spans go slack."""
+
+from math import sqrt
+from typing import Any
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.simulation.plan import (
+    EVENTS,
+    INVERSE_SPACING,
+    MOST_EVENTS,
+    STEPS,
+    UPPER_SLACK,
+    Plan,
+    State,
+)
+
+EXACT, WEAK, WEAK_CONSISTENT, LINEAR = range(4)
+
+# s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
+LARGEST_Z = 0.02
+C0, C1, C2, C3 = 0.49999999999999994, -0.37499999999999994, 0.3125000000029696, -0.2734375000028212
+C4, C5, C6, C7 = 0.24609371288165302, -0.22558590223736838, 0.2096211067498548, -0.1965216438263875
+
+
+@njit_in_place
+@for_kernels
+def components(law: Any, numbers: Array, plan: Plan, x: Array, p: Array) -> int:
+    """Components above the pretension of all segments, into ``p``; the number of slack ones."""
+    if law is None:
+        return segment_tensions(
+            plan.law, plan.tension_only, plan.pretension, plan.rigidity, x, plan.segment[INVERSE_SPACING], p
+        )
+    return law(numbers, x, plan.segment[INVERSE_SPACING], p)
+
+
+@njit_in_place
+def law_components(law: Any, numbers: Array, x: Array, inverse: Array, p: Array) -> int:
+    """Components of all segments under a law of one's own, from Python."""
+    return law(numbers, x, inverse, p)
+
+
+@njit_in_place
+@for_kernels
+def segment_tensions(
+    law: int, tension_only: bool, pretension: float, rigidity: float, x: Array, inverse: Array, p: Array
+) -> int:
+    """Components above the pretension of all segments of a packaged law; the number of slack ones."""
+    slack_strain = -pretension / (rigidity + pretension)
+    if law == EXACT:
+        slack_z = (1.0 + slack_strain) ** 2 - 1.0
+        slack = _exact(True, pretension, rigidity, slack_z, x, inverse, p)
+        if slack > 0:  # or out of the range of the series
+            slack = _exact(False, pretension, rigidity, slack_z, x, inverse, p)
+    else:
+        slack = _truncated(law, pretension, rigidity, slack_strain, x, inverse, p)
+    if slack > 0 and tension_only:
+        for i in range(p.shape[1]):
+            if segment_strain(law, x, inverse, i) < slack_strain:
+                p[0, i], p[1, i], p[2, i] = -pretension, 0.0, 0.0
+    return slack
+
+
+@njit_in_place
+def _exact(
+    by_series: bool, pretension: float, rigidity: float, slack_z: float, x: Array, inverse: Array, p: Array
+) -> int:
+    """Exact law, without root and division where ``by_series``; how many are slack or out of its range."""
+    lowest = max(slack_z, -LARGEST_Z)
+    centre, reach = 0.5 * (LARGEST_Z + lowest), 0.5 * (LARGEST_Z - lowest)
+    outside = 0
+    for i in range(p.shape[1]):
+        h = inverse[i]
+        u_x, v_x, w_x = (x[0, i + 1] - x[0, i]) * h, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h
+        z = u_x * (2.0 + u_x) + v_x * v_x + w_x * w_x
+        if by_series:
+            gain = (
+                rigidity * z * (C0 + z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * (C6 + z * C7)))))))
+            )
+            outside += abs(z - centre) > reach
+        else:
+            gain = rigidity * z / (1.0 + z + sqrt(1.0 + z))
+            outside += z < slack_z
+        across = pretension + gain
+        p[0, i], p[1, i], p[2, i] = pretension * u_x + gain * (1.0 + u_x), across * v_x, across * w_x
+    return outside
+
+
+@njit_in_place
+def _truncated(
+    law: int, pretension: float, rigidity: float, slack_strain: float, x: Array, inverse: Array, p: Array
+) -> int:
+    """Weak, consistently weak and linear law."""
+    stiffness, slack = rigidity + pretension, 0
+    for i in range(p.shape[1]):
+        h = inverse[i]
+        u_x, v_x, w_x = (x[0, i + 1] - x[0, i]) * h, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h
+        strain = u_x + 0.5 * (v_x * v_x + w_x * w_x)
+        if law == WEAK:
+            gain = rigidity * strain / (1.0 + strain)
+            along, across = pretension * u_x + gain * (1.0 + u_x), pretension + gain
+        elif law == WEAK_CONSISTENT:
+            along = stiffness * strain
+            across = pretension + along
+        else:
+            strain = u_x
+            along, across = stiffness * u_x, pretension
+        p[0, i], p[1, i], p[2, i] = along, across * v_x, across * w_x
+        slack += strain < slack_strain
+    return slack
+
+
+@njit_in_place
+@for_kernels
+def transverse_stretch(law: int, u_x: float, v_x: float, w_x: float) -> float:
+    """What the slopes add to the stretch of one segment."""
+    slopes = v_x * v_x + w_x * w_x
+    if law == EXACT:
+        return slopes / (sqrt((1.0 + u_x) ** 2 + slopes) + 1.0 + u_x)
+    return 0.5 * slopes
+
+
+@njit_in_place
+@for_kernels
+def gradients(x: Array, inverse: Array, i: int) -> tuple[float, float, float]:
+    """Slopes of one segment."""
+    h = inverse[i]
+    return (x[0, i + 1] - x[0, i]) * h, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h
+
+
+@njit_in_place
+@for_kernels
+def segment_strain(law: int, x: Array, inverse: Array, i: int) -> float:
+    """Apparent strain of one segment."""
+    u_x, v_x, w_x = gradients(x, inverse, i)
+    return u_x if law == LINEAR else u_x + transverse_stretch(law, u_x, v_x, w_x)
+
+
+@njit_in_place
+@for_kernels
+def segment_energy(
+    law: int, tension_only: bool, pretension: float, stiffness: float, x: Array, inverse: Array, i: int
+) -> tuple[float, float]:
+    """Tension and energy per length of one segment under a packaged law."""
+    u_x, v_x, w_x = gradients(x, inverse, i)
+    slopes = transverse_stretch(law, u_x, v_x, w_x)
+    strain = u_x if law == LINEAR else u_x + slopes
+    pull = pretension + stiffness * strain
+    if tension_only and pull < 0.0:
+        return 0.0, -pretension * (0.5 * pretension / stiffness + u_x)
+    return pull, pretension * slopes + 0.5 * stiffness * strain * strain
+
+
+@njit_in_place
+@for_kernels
+def strains(plan: Plan, x: Array, tension: Array, stored: Array) -> None:
+    """Tension and energy per length of all segments."""
+    stiffness, inverse = plan.pretension + plan.rigidity, plan.segment[INVERSE_SPACING]
+    for i in range(tension.size):
+        tension[i], stored[i] = segment_energy(
+            plan.law, plan.tension_only, plan.pretension, stiffness, x, inverse, i
+        )
+
+
+@njit_in_place
+@for_kernels
+def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
+    """Derivative of the strain of each segment, along which it is damped; zero where it is slack."""
+    inverse = plan.segment[INVERSE_SPACING]
+    for i in range(inverse.size):
+        u_x, v_x, w_x = gradients(x, inverse, i)
+        along, sideways = 1.0, 0.0 if plan.law == LINEAR else 1.0
+        if plan.law == EXACT:
+            sideways = 1.0 / sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
+            along = (1.0 + u_x) * sideways
+        if plan.tension_only and segment_strain(plan.law, x, inverse, i) < plan.slack_strain:
+            along, sideways = 0.0, 0.0
+        direction[0, i], direction[1, i], direction[2, i] = along, sideways * v_x, sideways * w_x
+
+
+@njit_in_place
+@for_kernels
+def note_slack(plan: Plan, state: State) -> None:
+    """Note where and when a span goes slack that was taut at the step before."""
+    for span in range(plan.spans):
+        least, place = 0.0, -1
+        for i in range(span * plan.segments, (span + 1) * plan.segments):
+            above = segment_strain(plan.law, state.x, plan.segment[INVERSE_SPACING], i) - plan.slack_strain
+            if above < least:
+                least, place = above, i - span * plan.segments
+        if place >= 0 and state.counts[UPPER_SLACK + span] == 0:
+            if state.counts[EVENTS] < MOST_EVENTS:
+                event = state.events[state.counts[EVENTS]]
+                event[0], event[1], event[2] = state.counts[STEPS], span, place
+                event[3] = (plan.rigidity + plan.pretension) * least
+            state.counts[EVENTS] += 1
+        state.counts[UPPER_SLACK + span] = 1 if place >= 0 else 0
