@@ -3,7 +3,7 @@ r"""The step of the energy-conserving scheme, compiled: components scaled so tha
 .. math:: c_j = \frac{\psi_{j+1/2} + \psi_{j-1/2}}{2\sqrt{2(V(x_j) + C)}}, \qquad
           E_{j+1/2} - E_{j-1/2} = -c_j F(x_j)\cdot\frac{x_{j+1} - x_{j-1}}{2}, \qquad \psi = \sqrt{2(E + C)}
 
-for the energy V beyond the linear one and its forces F (L.1)-(L.3).
+for the energy V beyond the linear one and its forces F, Eqs. (L.1)-(L.3).
 """
 
 from math import sqrt
@@ -43,7 +43,7 @@ MOST_TRIALS, SETTLED = 20, 1e-12
 def step_with_energy(
     plan: Plan, state: State, extra: Array, work: Workspace, push: float, forces: Array
 ) -> None:
-    """One step of (L.1)-(L.3): the nodes answer linearly to the force scale, shafts and dampers are tried."""
+    """One step: the nodes answer linearly to the force scale, shafts and dampers are tried."""
     x, x_t, motor, rest, shaft = state.x, state.x_t, state.motor, work.rest, work.shaft
     n, last, free, old = plan.segments, x.shape[1] - 1, work.free, work.old
     add_linear(plan, x, work.p, rest, -1.0)
