@@ -52,7 +52,7 @@ class Method:
         Raises `InputRefused` with what to take instead.
         """
         law = KERNEL_LAWS[plan.law] if plan.law != OWN else None
-        refused = {
+        table: dict[str, dict[str, object]] = {
             "node-centred": {
                 "carriages or unequal segments": not plan.uniform and plan.axial_damping == 0.0,
                 "axial damping": plan.axial_damping > 0.0,
@@ -62,7 +62,8 @@ class Method:
                 f'model = "{law and law.name}", which has no potential energy': law and not law.has_potential,
                 'slack = "tension-only", whose energy has no lower bound': plan.tension_only,
             },
-        }.get(self.name, {})
+        }
+        refused = table.get(self.name, {})
         if law is None and refused:
             raise InputRefused(f'method = "{self.name}" does not know laws of one\'s own: use "verlet"')
         for what, asked in refused.items():

@@ -70,26 +70,24 @@ def move(
 @for_kernels
 def kick_nodes(plan: Plan, x_t: Array, old: Array, p: Array, forces: Array) -> None:
     """New speeds of all nodes but the rims, without axial damping; the old ones are kept."""
-    node, one = (
-        plan.node,
-        np.uintp(1),
-    )  # unsigned: an index that might be negative would keep from taking many
+    node = plan.node
+    one = np.uintp(1)  # an index that might be negative would keep from taking many nodes at once
     for axis in range(3):
         speed, kept, pull, kick, keep = x_t[axis], old[axis], p[axis], node[KICK_U], node[KEEP_T]
         kept[0], kept[pull.size] = speed[0], speed[pull.size]
         if axis > 0:
             kick = node[KICK_T]
-        for k in range(np.uintp(pull.size) - one):
-            i = k + one
+        for before in range(np.uintp(pull.size) - one):
+            i = before + one
             kept[i] = speed[i]
-            speed[i] = (keep[i] if axis > 0 else 1.0) * speed[i] + kick[i] * (pull[i] - pull[k])
+            speed[i] = (keep[i] if axis > 0 else 1.0) * speed[i] + kick[i] * (pull[i] - pull[before])
     along, across, fall_u, fall_w = x_t[0], x_t[2], node[FALL_U], node[FALL_W]
-    for i in range(along.size):
-        along[i] += fall_u[i]
-        across[i] += fall_w[i]
+    for node_number in range(along.size):
+        along[node_number] += fall_u[node_number]
+        across[node_number] += fall_w[node_number]
     for k in range(plan.force.shape[0]):
-        i, axis = plan.force[k, 0], plan.force[k, 1]
-        x_t[axis, i] += node[KICK_U if axis == 0 else KICK_T, i] * forces[k]
+        at, axis = plan.force[k, 0], plan.force[k, 1]
+        x_t[axis, at] += node[KICK_U if axis == 0 else KICK_T, at] * forces[k]
 
 
 @njit_in_place
