@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.network.axial_damping import axial_dampers
 from cabledrive.simulation.network.mesh import NetworkMesh
 from cabledrive.simulation.network.rubbing import Rubbing
-from cabledrive.simulation.plan import KERNEL_LAWS, Integers
+from cabledrive.simulation.plan import KERNEL_LAWS
 
 # Columns of NetworkPlan.run: spacing [m]; velocity gained per pull h p along u, and across; share of the
 # velocity across that a step keeps; transverse loss per square of twice the mean velocity.
