@@ -1,7 +1,6 @@
 """The methods by name: what each refuses, what it starts with, and the steps it takes."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -111,8 +110,9 @@ class Method:
         given = plan, state, work
         if plan.law != OWN or self.law is None:
             law_of(plan)
-            if self.name == "verlet" and plan.law == 0 and plan.axial_damping == 0.0:
-                return _taut_or_any(integrate, given, torque, forces, every, rows, fields)
+            quick = {"verlet": plan.axial_damping == 0.0, "energy-conserving": plan.uniform}
+            if plan.law == 0 and quick.get(self.name):
+                return _taut_or_any(extra, given, torque, forces, every, rows, fields)
             return int(
                 integrate(None, NONE, centred, extra, False, *given, torque, forces, every, rows, fields)
             )
@@ -135,7 +135,7 @@ class Method:
 
 
 def _taut_or_any(
-    integrate: Any,
+    extra: Array | None,
     given: tuple[Plan, State, Workspace],
     torque: Array,
     forces: Array,
@@ -144,18 +144,24 @@ def _taut_or_any(
     fields: Array,
 ) -> int:
     """Steps of the exact law: one pass while all is taut, else one record's worth of the long loop."""
+    from cabledrive.simulation.energy_equal_segments import integrate_equal_segments
+    from cabledrive.simulation.kernels import integrate
     from cabledrive.simulation.taut import integrate_taut, rows_of
 
     lines, j = rows_of(given[1]), 0
     while j < torque.size:
-        j, finite = integrate_taut(*given, torque, forces, every, rows, fields, j, *lines)
+        if extra is None:
+            j, finite = integrate_taut(*given, torque, forces, every, rows, fields, j, *lines)
+        else:
+            j, finite = integrate_equal_segments(*given, torque, every, rows, fields, j, *lines)
         if j >= torque.size or not finite:
             return DONE if finite else NOT_FINITE
-        here, row = slice(j, j + every), slice(j // every, j // every + 1)
-        inputs = torque[here], forces[here], every, rows[row], fields[row]
-        if code := int(integrate(None, NONE, None, None, False, *given, *inputs)):
+        stop = min(torque.size, j - j % every + every)
+        here, row = slice(j, stop), slice(j // every, j // every + 1)
+        inputs = torque[here], forces[here], every if j % every == 0 else 0, rows[row], fields[row]
+        if code := int(integrate(None, NONE, None, extra, False, *given, *inputs)):
             return code
-        j += every
+        j = stop
     return DONE
 
 
