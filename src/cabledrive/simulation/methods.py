@@ -158,8 +158,8 @@ def _taut_or_any(
             return DONE if finite else NOT_FINITE
         stop = min(torque.size, j - j % every + every)
         here, row = slice(j, stop), slice(j // every, j // every + 1)
-        inputs = torque[here], forces[here], every if j % every == 0 else 0, rows[row], fields[row]
-        if code := int(integrate(None, NONE, None, extra, False, *given, *inputs)):
+        inputs = torque[here], forces[here], every if j % every == 0 else 0
+        if code := int(integrate(None, NONE, None, extra, False, *given, *inputs, rows[row], fields[row])):
             return code
         j = stop
     return DONE
