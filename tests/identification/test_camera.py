@@ -5,12 +5,7 @@ import pytest
 
 from cabledrive.identification.camera import clip_of, marker_log, open_clip, track_marker
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.tension.partials import (
-    amplitude_spectrum,
-    fundamental,
-    noise_level,
-    partial_at,
-)
+from cabledrive.identification.tension.decaying_tones import Tones, fit_tones
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
 from cabledrive.rig.log_table import log_csv
@@ -48,12 +43,16 @@ def frequencies_of(rows):
     frames = np.arange(rows.size)
     seen = np.isfinite(rows)
     whole = np.interp(frames, frames[seen], rows[seen])
-    frequency, amplitude = amplitude_spectrum(whole, 1 / RATE)
-    found = []
-    for wanted in TONES:
-        near = fundamental(frequency, amplitude, np.ones(1), wanted - 3.0, wanted + 3.0)
-        found.append(partial_at(whole, 1 / RATE, 1, near, 4.0, 2, noise_level(amplitude)).frequency)
-    return np.array(found)
+    tones = np.arange(len(TONES))
+    start = Tones(
+        family=tones,
+        tooth=np.array(TONES),
+        number=tones + 1,
+        scale=np.ones(tones.size),
+        decay=np.ones(tones.size),
+        rise=np.zeros(tones.size),
+    )
+    return fit_tones(whole, 1 / RATE, start, 2).tones.frequency
 
 
 def test_the_track_is_right_to_a_twentieth_of_a_pixel_and_its_frequencies_to_a_tenth_of_a_hertz(clip):

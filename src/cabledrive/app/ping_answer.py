@@ -55,7 +55,7 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
         "data": [report for part in parts for report in part["data"]],
         "residual": max((part["residual"] for part in parts), key=lambda own: own["relative"]),
     }
-    lines = [*parameter_rows(data)]
+    lines = [*parameter_rows(data), *_length_and_mass(data)]
     if len(found) > 1:
         both = compared({name: own for one in found for name, own in one.spans.items()})
         data["comparison"] = both.as_dict()
@@ -82,7 +82,7 @@ def _ping(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], co
     ]
     return Answer(
         data=data,
-        text="\n".join([*parameter_rows(data), *formula, *finding_lines(data)]),
+        text="\n".join([*parameter_rows(data), *_length_and_mass(data), *formula, *finding_lines(data)]),
         provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
     )
 
@@ -95,10 +95,22 @@ def _ping_of_both(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, 
     data = found.as_dict()
     return Answer(
         data=data,
-        text="\n".join([*parameter_rows(data), *finding_lines(data)]),
+        text="\n".join([*parameter_rows(data), *_length_and_mass(data), *finding_lines(data)]),
         provenance=provenance(drive, method="two families of decaying tones against certified modes"),
         incomplete=None if found.identifiable else found.unidentifiable[0],
     )
+
+
+def _length_and_mass(data: dict[str, Any]) -> list[str]:
+    """What is not in the intervals: errors of the file's length and mass per length."""
+    lines = []
+    for name, one in data["spans"].items():
+        length, mass = one["of_length_and_mass"].values()
+        lines.append(
+            f"not in the interval of {name}: 1 % of the length moves it by {length:.2g} N, 1 % of the mass "
+            f"per length by {mass:.2g} N"
+        )
+    return lines
 
 
 def _only(logs: tuple[str, ...]) -> str:

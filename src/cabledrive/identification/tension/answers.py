@@ -26,6 +26,9 @@ class SpanTension:
         That minus the tension, over the tension.
     spread : float
         Largest difference of the tensions that the partials say, over the tension; 0 with one partial.
+    of_mass : float
+        Relative change of the tension with one of the file's mass per length; of its length, twice that.
+        Neither is in the interval, unless errors of both are given.
     partials : tuple of Partial
     findings : tuple of str
     """
@@ -36,6 +39,7 @@ class SpanTension:
     bare: float
     bias: float
     spread: float
+    of_mass: float
     partials: tuple[Partial, ...]
     findings: tuple[str, ...] = ()
 
@@ -71,6 +75,7 @@ class PingTension:
                 "channel": one.channel,
                 "string_formula": one.bare,
                 "string_formula_bias": one.bias,
+                "of_length_and_mass": of_length_and_mass(one.tension.value, one.of_mass),
                 "partials": [partial.as_dict() for partial in one.partials],
             }
             for span, one in self.spans.items()
@@ -87,3 +92,9 @@ class PingTension:
             "findings": [finding for one in self.spans.values() for finding in one.findings],
             "data": [report_dict(self.report)],
         }
+
+
+def of_length_and_mass(tension: float, of_mass: float) -> dict[str, float]:
+    """By how much one per cent of the file's length and of its mass per length move a tension [N]."""
+    one = 0.01 * of_mass * tension
+    return {"of_1_percent_of_length": 2.0 * one, "of_1_percent_of_mass_per_length": one}

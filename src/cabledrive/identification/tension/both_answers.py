@@ -6,6 +6,7 @@ from typing import Any
 
 from cabledrive.identification.estimates import Estimate, estimate_dict, report_dict
 from cabledrive.identification.logs.log import DataReport
+from cabledrive.identification.tension.answers import of_length_and_mass
 from cabledrive.identification.tension.partials import Partial
 
 
@@ -23,6 +24,8 @@ class FamilyTension:
         Largest difference of the tensions that its partials say, over the tension; 0 with one partial.
     line_width : float
         Width of its strongest partial: half-power width of its decay and of the record [Hz].
+    of_mass : float
+        Relative change of the tension with one of the file's mass per length; of its length, twice that.
     partials : tuple of Partial
     """
 
@@ -30,6 +33,7 @@ class FamilyTension:
     tension: Estimate
     spread: float
     line_width: float
+    of_mass: float
     partials: tuple[Partial, ...]
 
 
@@ -94,15 +98,15 @@ class BothTensions:
                 "relative": max(one.spread for one in self.families.values()),
                 "of": "tensions of partials",
             },
-            "spans": {name: _details(one, self.channel) for name, one in self.families.items()},
+            "spans": {
+                name: {
+                    "channel": self.channel,
+                    "line_width_hz": one.line_width,
+                    "of_length_and_mass": of_length_and_mass(one.tension.value, one.of_mass),
+                    "partials": [partial.as_dict() for partial in one.partials],
+                }
+                for name, one in self.families.items()
+            },
             "findings": list(self.findings),
             "data": [report_dict(self.report)],
         }
-
-
-def _details(one: FamilyTension, channel: str) -> dict[str, Any]:
-    return {
-        "channel": channel,
-        "line_width_hz": one.line_width,
-        "partials": [partial.as_dict() for partial in one.partials],
-    }

@@ -8,12 +8,16 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.both_answers import BothTensions
-from cabledrive.identification.tension.decaying_tones import Tones, TonesFit, fit_tones, with_decays
-from cabledrive.identification.tension.families import Family, Proposal, matched, proposals
+from cabledrive.identification.tension.decaying_tones import Tones, TonesFit
+from cabledrive.identification.tension.families import Family, Proposal, proposals
+from cabledrive.identification.tension.family_fit import MISSING_PRICE, criterion, fit_families
 from cabledrive.identification.tension.family_tensions import of_one_family, of_two_families
-from cabledrive.identification.tension.from_ping import PARTIALS, channels_of
-from cabledrive.identification.tension.pinged_string import NO_TONE, SEARCHED
-from cabledrive.identification.tension.prepared_recording import PreparedRecording, prepared_recording
+from cabledrive.identification.tension.from_ping import channels_of, modes_of
+from cabledrive.identification.tension.prepared_recording import (
+    SEARCHED,
+    PreparedRecording,
+    prepared_recording,
+)
 from cabledrive.identification.tension.span_assignment import (
     LOUDER,
     SPANS,
@@ -27,15 +31,8 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 
 Array = NDArray[np.float64]
 
-AUDIBLE = 8.0
-"""Amplitude of a tone over its standard error from which it is kept."""
-MISSING_PRICE = 10.0
-"""Units of the information criterion for one of the score: the same tones may be read as those of a lower
-family of which every other one is missing."""
 SPLIT_EXCESS = 1.5
 """Density of what is left about the tones, over that elsewhere, from which one family may be two."""
-MOST_OTHERS = 6
-"""Tones of no span that are fitted beside the families."""
 BETTER = 0.8
 """Sum of squares of two families, over that of one, from which two are taken to be there."""
 CLEARLY = 10.0
@@ -90,18 +87,17 @@ def tension_of_both(
     if plucked is not None and plucked not in drive.spans:
         raise InputRefused(f'plucked = "{plucked}": {drive.name} has {", ".join(drive.spans)}: choose one')
     name = channel or channels_of(log)[0]
-    prepared = prepared_recording(log, drive, name, section)
-    single, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
-    if single is None:
-        low, high = prepared.band
-        raise NotComputed(f"{log.source}: {name}: " + NO_TONE.format(low=low, high=high))
+    teeth = {span: modes_of(drive, span, section) for span in drive.spans}
+    prepared = prepared_recording(log, drive, name, teeth, section)
+    singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
+    if not singles:
+        raise prepared.no_tone
     fitted = _two_families(prepared, pairs, plucked)
     errors = (length_error, density_error)
     if fitted is None:
-        one = _fit(prepared, single.families)
+        single, one = singles[0], fit_families(prepared, singles[0].families)
         if one is None:
-            low, high = prepared.band
-            raise NotComputed(f"{log.source}: {name}: " + NO_TONE.format(low=low, high=high))
+            raise prepared.no_tone
         doubtful = excess(fit=one, family=0, prepared=prepared) > SPLIT_EXCESS
         split = _split(prepared, single.families[0], one) if doubtful and prepared.alike else None
         if split is None or not apart(prepared, split, SPANS):
@@ -112,59 +108,13 @@ def tension_of_both(
     return of_two_families(prepared, log, drive, fitted, label(prepared, fitted, plucked), plucked, errors)
 
 
-def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
-    """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
-    rows, explained = [], np.zeros(prepared.peaks.frequency.size, dtype=bool)
-    for place, one in enumerate(families):
-        teeth = prepared.factor * prepared.teeth[one.span]
-        taken = matched(prepared.peaks, one.scale * teeth)
-        taken = taken[:PARTIALS]
-        explained[taken[taken >= 0]] = True
-        rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
-    others = np.flatnonzero(~explained)
-    others = others[np.argsort(prepared.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
-    scale = [one.scale for one in families] + [1.0] * others.size
-    rows += [(len(families) + k, prepared.peaks.frequency[p], 0) for k, p in enumerate(others)]
-    family, tooth, number = zip(*rows, strict=True)
-    return Tones(
-        family=np.array(family, dtype=np.intp),
-        tooth=np.array(tooth, dtype=float),
-        number=np.array(number, dtype=np.intp),
-        scale=np.array(scale, dtype=float),
-        decay=np.zeros(len(rows)),
-        rise=np.zeros(len(rows)),
-    )
-
-
-def _fit(
-    prepared: PreparedRecording, families: tuple[Family, ...], tones: Tones | None = None
-) -> TonesFit | None:
-    """Fit of families, without tones that drown in the noise; None where one of them falls silent."""
-    start = with_decays(
-        prepared.values, prepared.interval, tones or _tones(prepared, families), prepared.power
-    )
-    fit = fit_tones(prepared.values, prepared.interval, start, prepared.power)
-    clear = fit.amplitude > AUDIBLE * fit.amplitude_error
-    if not clear.all():
-        if not all(np.any(clear & (fit.tones.family == k)) for k in range(len(families))):
-            return None
-        fit = fit_tones(prepared.values, prepared.interval, fit.tones.only(clear), prepared.power)
-    return fit if all(_is_a_ping(fit, k) for k in range(len(families))) else None
-
-
-def _is_a_ping(fit: TonesFit, family: int) -> bool:
-    """Whether a family decays, or has several partials: a single tone that stays is hum."""
-    own = fit.tones.family == family
-    return bool(np.sum(own) > 1 or fit.resolved[own].any())
-
-
 def _two_families(
     prepared: PreparedRecording, pairs: tuple[Proposal, ...], plucked: str | None
 ) -> TonesFit | None:
     """The best of some assignments; None where there is none whose families are apart."""
-    tried = [(_fit(prepared, pair.families), pair.score) for pair in pairs]
+    tried = [(fit_families(prepared, pair.families), pair.score) for pair in pairs]
     clear = [
-        (_criterion(fit, prepared.interval) - MISSING_PRICE * score, fit)
+        (criterion(fit, prepared.interval) - MISSING_PRICE * score, fit)
         for fit, score in tried
         if fit is not None and apart(prepared, fit, SPANS) and not has_tone_below(prepared, fit)
     ]
@@ -191,16 +141,6 @@ def _assigned(prepared: PreparedRecording, fit: TonesFit) -> str:
     return f"first modes at {first[0]:.4g} Hz (upper) and {first[1]:.4g} Hz (lower)"
 
 
-def _criterion(fit: TonesFit, interval: float) -> float:
-    """Bayesian information criterion, tones of no span counting as not explained."""
-    tones, samples = fit.tones, fit.left.size
-    free = tones.number == 0
-    lasting = -np.expm1(-2.0 * tones.decay * interval * samples) / (4.0 * tones.decay * interval)
-    unexplained = fit.residual + float(np.sum((fit.amplitude**2 * lasting)[free]))
-    parameters = 4 * int(np.sum(~free)) + 2
-    return float(samples * np.log(unexplained) + parameters * np.log(samples))
-
-
 def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesFit | None:
     """Two families in the place of one, less than the spectrum parts; the best of a few beginnings."""
     own = one.tones.family == 0
@@ -209,7 +149,7 @@ def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesF
     loudest = one.tones.number[own][int(np.argmax(one.amplitude[own]))]
     best: TonesFit | None = None
     for share in (0.25, 1.0):
-        fit = _fit(prepared, (family, family), _doubled(one.tones, own, share * width))
+        fit = fit_families(prepared, (family, family), _doubled(one.tones, own, share * width))
         if fit is None or abs(fit.tones.scale[1] / fit.tones.scale[0] - 1.0) > 4.0 * width:
             continue
         both = all(loudest in fit.tones.number[fit.tones.family == k] for k in (0, 1))

@@ -20,10 +20,14 @@ Array = NDArray[np.float64]
 PASSES = 25
 SHORTEST = 0.02
 """Share of a step below which none is taken."""
-SETTLED = 1e-9
+SETTLED = 1e-7
 """Relative fall of the sum of squares below which a fit has settled."""
 USUAL_RISE = 0.01
 """Rise of the frequency with amplitude that is expected, relative; a soft bound where noise hides it."""
+LEAST_PIVOT = 1e-5
+"""Smallest pivot over the largest, down to which a Gram matrix keeps the digits of its columns."""
+FASTEST = 0.5
+"""Decay over frequency above which there is no tone."""
 DECAYED = 0.7
 """Fall of the envelope (p a T) from which the rise with amplitude can be determined."""
 
@@ -89,6 +93,8 @@ class TonesFit:
         Whether a tone decays enough for the effect of its amplitude.
     left : ndarray, shape (samples,)
         What the tones do not explain.
+    duration : float
+        [s].
     """
 
     tones: Tones
@@ -101,6 +107,7 @@ class TonesFit:
     freedom: int
     resolved: NDArray[np.bool_]
     left: Array
+    duration: float
 
 
 def with_decays(values: Array, interval: float, tones: Tones, power: int) -> Tones:
@@ -153,17 +160,33 @@ def _projected(values: Array, time: Array, tones: Tones, power: int) -> _Project
     """Best amplitudes for given frequencies, decays and rises; a constant beside them."""
     envelope, angle, _ = _angles(time, tones, power)
     columns = np.column_stack([envelope * np.cos(angle), envelope * np.sin(angle), np.ones(time.size)])
-    directions, triangle = np.linalg.qr(columns)
+    directions, triangle = _factored(columns)
     linear = np.linalg.lstsq(triangle, directions.T @ values, rcond=1e-10)[0]
     residual = values - columns @ linear
     return _Projection(
         basis=columns,
-        linear=linear,
+        linear=np.asarray(linear, dtype=float),
         residual=residual,
         squares=float(residual @ residual),
         triangle=triangle,
         directions=directions,
     )
+
+
+def _factored(columns: Array) -> tuple[Array, Array]:
+    """QR factors of a tall matrix by two Cholesky factorizations; Householder's where that loses digits."""
+    upper = np.eye(columns.shape[1])
+    directions = columns
+    for _ in range(2):
+        try:
+            factor = np.linalg.cholesky(directions.T @ directions).T
+        except np.linalg.LinAlgError:
+            return np.linalg.qr(columns)
+        size = np.diag(factor)
+        if size.min() < LEAST_PIVOT * size.max():
+            return np.linalg.qr(columns)
+        directions, upper = directions @ np.linalg.inv(factor), factor @ upper
+    return directions, upper
 
 
 def _judged(tones: Tones, state: _Projection) -> float:
@@ -212,7 +235,8 @@ def _step(time: Array, tones: Tones, state: _Projection, power: int) -> Array:
     rows = np.vstack([columns, soft])
     left = np.concatenate([state.residual, -tones.rise * deviation / USUAL_RISE])
     size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-    return np.asarray(np.linalg.lstsq(rows / size, left, rcond=1e-9)[0] / size)
+    directions, triangle = _factored(rows / size)
+    return np.asarray(np.linalg.lstsq(triangle, directions.T @ left, rcond=1e-9)[0] / size)
 
 
 def _moved(tones: Tones, step: Array, duration: float, power: int) -> Tones:
@@ -221,7 +245,8 @@ def _moved(tones: Tones, step: Array, duration: float, power: int) -> Tones:
     scale = tones.scale + np.clip(step[:families], -narrow, narrow)
     change = step[families : families + count]
     decay = np.clip(tones.decay + change, 0.3 * tones.decay, 3.0 * tones.decay + 0.1 / duration)
-    moved = replace(tones, scale=scale, decay=np.maximum(decay, 0.01 / duration))
+    decay = np.clip(decay, 0.01 / duration, np.maximum(FASTEST * tones.frequency, 0.01 / duration))
+    moved = replace(tones, scale=scale, decay=decay)
     resolved = _resolved(moved, duration, power)
     return replace(moved, rise=np.where(resolved, tones.rise + step[families + count :], 0.0))
 
@@ -253,6 +278,7 @@ def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> Tone
         freedom=freedom,
         resolved=resolved,
         left=state.residual,
+        duration=float(time[-1]),
     )
 
 
@@ -264,7 +290,9 @@ def _clear(wanted: Array, others: Array, soft: Array, state: _Projection) -> Arr
     kept = both[:, wanted.shape[1] :]
     size = np.maximum(np.linalg.norm(kept, axis=0), 1e-300)
     wanted = both[:, : wanted.shape[1]]
-    return np.asarray(wanted - (kept / size) @ np.linalg.lstsq(kept / size, wanted, rcond=1e-9)[0])
+    directions, triangle = _factored(kept / size)
+    linear = np.linalg.lstsq(triangle, directions.T @ wanted, rcond=1e-9)[0]
+    return np.asarray(wanted - (kept / size) @ linear)
 
 
 def _covariance(wanted: Array, others: Array, soft: Array, state: _Projection) -> Array:

@@ -34,7 +34,9 @@ OTHERWISE = 0.004
 """Relative difference of its factor from which a family is another one."""
 NEAR_OCTAVE = 0.02
 """Relative distance of two factors from a whole ratio below which, on like spans, one is not believed."""
-MOST_PAIRS = 6
+STANDING = 0.85
+"""Amplitude of a tone late in a recording over that early, above which it is hum."""
+MOST_SINGLES, MOST_PAIRS = 5, 6
 ALIKE = 1e-9
 """Relative difference up to which modes of both spans are the same."""
 
@@ -58,6 +60,28 @@ class Peaks:
     amplitude: Array
     weight: Array
     reach: Array
+
+    def only(self, kept: NDArray[np.bool_]) -> "Peaks":
+        """Some of the peaks."""
+        return Peaks(
+            frequency=self.frequency[kept],
+            amplitude=self.amplitude[kept],
+            weight=self.weight[kept],
+            reach=self.reach[kept],
+        )
+
+    def joined(self, other: "Peaks") -> "Peaks":
+        """These peaks, and those of another spectrum that are none of them."""
+        if self.frequency.size == 0:
+            return other
+        distance = np.abs(other.frequency[:, None] - self.frequency)
+        nearest = np.argmin(distance, axis=1)
+        new = distance.min(axis=1, initial=np.inf) > self.reach[nearest] + other.reach
+        rows = {name: np.append(getattr(self, name), getattr(other, name)[new]) for name in Peaks.__slots__}
+        for name in ("amplitude", "weight"):
+            np.maximum.at(rows[name], nearest[~new], getattr(other, name)[~new])
+        order = np.argsort(rows["frequency"])
+        return Peaks(**{name: row[order] for name, row in rows.items()})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,6 +142,17 @@ def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], dura
     )
 
 
+def falling(peaks: Peaks, values: Array, interval: float) -> NDArray[np.bool_]:
+    """Whether each peak is lower in the last part of a recording than in the first; else it is hum."""
+    part = max(1, round(0.4 * values.size))
+    window = np.hanning(part)[:, None] * np.exp(
+        -2j * np.pi * interval * np.outer(np.arange(part), peaks.frequency)
+    )
+    first, last = np.abs(values[:part] @ window), np.abs(values[-part:] @ window)
+    found = np.asarray(last < STANDING * first)
+    return found if found.any() else ~found
+
+
 def matched(peaks: Peaks, teeth: Array) -> NDArray[np.intp]:
     """Which peak each mode is taken for.
 
@@ -134,23 +169,22 @@ def matched(peaks: Peaks, teeth: Array) -> NDArray[np.intp]:
 
 def proposals(
     peaks: Peaks, teeth: dict[str, Array], factor: float, limit: float
-) -> tuple[Proposal | None, tuple[Proposal, ...]]:
-    """The best single family, and the best pairs of families.
+) -> tuple[tuple[Proposal, ...], tuple[Proposal, ...]]:
+    """The best single families, and the best pairs of families.
 
     ``teeth``: modes of each span at the drive's own tension [Hz]; ``factor``: 2 where the recording has twice
     the frequency of the span, else 1; ``limit``: families are searched from 1 / limit to limit.
-    Returns ``pairs``: the best `MOST_PAIRS` that differ, best first; empty where no second family is worth
-    it. Where both spans have the same modes only one order of each pair.
+    Returns ``singles, pairs``: the best `MOST_SINGLES` and `MOST_PAIRS` that differ, best first; no pairs
+    where no second family is worth it. Where both spans have the same modes only one order of each pair.
     """
     found = {
         span: [_scored(peaks, span, factor * row, x) for x in _factors(peaks, factor * row, limit)]
         for span, row in teeth.items()
     }
-    every = [one for row in found.values() for one in row]
-    if not every:
-        return None, ()
-    best = max(every, key=lambda one: one[1])
-    single = Proposal(families=(best[0],), score=best[1])
+    every = [Proposal(families=(one[0],), score=one[1]) for row in found.values() for one in row]
+    singles = _distinct(every, MOST_SINGLES)
+    if not singles or len(teeth) < 2:
+        return singles, ()
     pairs = []
     alike = bool(np.allclose(teeth["upper"], teeth["lower"], rtol=ALIKE))
     for one, two in product(found["upper"], found["lower"]):
@@ -158,15 +192,20 @@ def proposals(
             continue
         total = float(peaks.weight[one[2] | two[2]].sum()) - one[3] - two[3]
         own = (peaks.amplitude[mask].max(initial=0.0) for mask in (one[2] & ~two[2], two[2] & ~one[2]))
-        if total >= single.score + WORTH and min(own) >= FAINT * peaks.amplitude.max():
+        if total >= singles[0].score + WORTH and min(own) >= FAINT * peaks.amplitude.max():
             pairs.append(Proposal(families=(one[0], two[0]), score=total))
+    return singles, _distinct(pairs, MOST_PAIRS)
+
+
+def _distinct(every: list[Proposal], most: int) -> tuple[Proposal, ...]:
+    """The best of some proposals that differ."""
     distinct: list[Proposal] = []
-    for pair in sorted(pairs, key=lambda pair: -pair.score):
-        if all(_otherwise(pair, one) for one in distinct):
-            distinct.append(pair)
-        if len(distinct) == MOST_PAIRS:
+    for one in sorted(every, key=lambda one: -one.score):
+        if all(_otherwise(one, other) for other in distinct):
+            distinct.append(one)
+        if len(distinct) == most:
             break
-    return single, tuple(distinct)
+    return tuple(distinct)
 
 
 def _octaves(low: float, high: float) -> bool:
@@ -179,7 +218,7 @@ def _octaves(low: float, high: float) -> bool:
 def _otherwise(pair: Proposal, other: Proposal) -> bool:
     """Whether a family is another one."""
     return any(
-        abs(one.scale / two.scale - 1.0) > OTHERWISE
+        one.span != two.span or abs(one.scale / two.scale - 1.0) > OTHERWISE
         for one, two in zip(pair.families, other.families, strict=True)
     )
 

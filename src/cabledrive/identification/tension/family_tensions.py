@@ -4,19 +4,16 @@ from dataclasses import replace
 from math import nan, sqrt
 
 import numpy as np
-from scipy import stats
 
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.both_answers import BothTensions, FamilyTension
 from cabledrive.identification.tension.decaying_tones import TonesFit
-from cabledrive.identification.tension.partials import Partial
-from cabledrive.identification.tension.prepared_recording import PreparedRecording, modes_of
-from cabledrive.identification.tension.span_assignment import SPANS, excess, line_widths
+from cabledrive.identification.tension.family_fit import partials_of, scale_error
+from cabledrive.identification.tension.from_ping import modes_of
+from cabledrive.identification.tension.prepared_recording import PreparedRecording
+from cabledrive.identification.tension.span_assignment import SPANS, line_widths
 from cabledrive.parameters import Drive, NotComputed
-
-QUIET_DEGREES = 12
-"""Degrees of freedom of an interval where partials do not disagree, as for a single span."""
 
 
 def of_two_families(
@@ -184,13 +181,10 @@ def _family(
     own = np.flatnonzero(fit.tones.family == family)
     steep = 2.0 * (1.0 + value / drive.cable.axial_rigidity)
     relative = fit.offset[own] / fit.tones.frequency[own]
-    freedom = own.size - 1
-    chi = float(np.sum((fit.offset[own] / fit.offset_error[own]) ** 2) / freedom) if freedom else 1.0
-    error = steep * value * sqrt(fit.scale_covariance[family, family]) / float(fit.tones.scale[family])
-    error *= sqrt(max(1.0, chi) * max(1.0, excess(prepared, fit, family)))
-    degrees = freedom if freedom and chi > 1.0 else QUIET_DEGREES
+    spread, quantile = scale_error(prepared, fit, family)
+    error = steep * value * spread
     wider = sqrt(1.0 + ((2.0 * errors[0]) ** 2 + errors[1] ** 2) * (value / error) ** 2)
-    half = error * wider * float(stats.t.ppf(0.975, degrees))
+    half = error * wider * quantile
     loudest = own[int(np.argmax(fit.amplitude[own]))]
     return FamilyTension(
         name=name,
@@ -199,7 +193,8 @@ def _family(
         ),
         spread=steep * float(np.ptp(relative)),
         line_width=float(line_widths(fit, prepared.duration)[loudest]),
-        partials=_partials(fit, family),
+        of_mass=0.5 * steep,
+        partials=partials_of(fit, family),
     )
 
 
@@ -223,22 +218,3 @@ def _mean_and_torque(
             high=torque + reach,
         ),
     )
-
-
-def _partials(fit: TonesFit, family: int) -> tuple[Partial, ...]:
-    tones, found = fit.tones, []
-    for place in np.flatnonzero(tones.family == family):
-        frequency = float(tones.frequency[place] + fit.offset[place])
-        rise = float(tones.rise[place] * tones.frequency[place])
-        found.append(
-            Partial(
-                number=int(tones.number[place]),
-                frequency=frequency,
-                standard_error=float(fit.offset_error[place]),
-                peak=float(tones.frequency[place]),
-                amplitude=float(fit.amplitude[place]),
-                rise=rise,
-                decays=bool(fit.resolved[place]),
-            )
-        )
-    return tuple(found)

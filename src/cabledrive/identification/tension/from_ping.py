@@ -15,7 +15,8 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 
 Array = NDArray[np.float64]
 
-PARTIALS = 6
+TEETH = 16
+"""Modes of a span that a peak may belong to."""
 
 
 def tension_from_ping(
@@ -99,7 +100,7 @@ def _string(drive: Drive, span: str, section: int) -> PingedString:
     )
 
 
-def section_modes(drive: Drive, span: str, section: int, numbers: int = PARTIALS) -> Array:
+def section_modes(drive: Drive, span: str, section: int, numbers: int = TEETH) -> Array:
     """First frequencies of a section of a span, shape (numbers,) [Hz]."""
     chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == span]
     if not 0 <= section < len(chains):
@@ -126,3 +127,9 @@ def tension_for(drive: Drive, span: str, number: int, frequency: float, section:
             return tension
         trial = replace(trial, cable=replace(cable, pretension=tension))
     return tension
+
+
+def modes_of(drive: Drive, span: str, section: int) -> Array:
+    """First frequencies of a section of a span that guided carriages part; one in a single piece has one."""
+    parted = any(carriage.guided for carriage in drive.carriages_on(span))
+    return section_modes(drive, span, section if parted else 0)

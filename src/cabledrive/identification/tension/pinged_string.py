@@ -6,37 +6,43 @@ from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.answers import SpanTension
-from cabledrive.identification.tension.onset import require_ping
-from cabledrive.identification.tension.partials import (
-    LEAST_COUNT,
-    Partial,
-    amplitude_spectrum,
-    count_of,
-    fundamental,
-    noise_level,
-    other_tone,
-    partial_at,
-    peak_near,
+from cabledrive.identification.tension.decaying_tones import TonesFit
+from cabledrive.identification.tension.families import proposals
+from cabledrive.identification.tension.family_fit import (
+    MISSING_PRICE,
+    criterion,
+    fit_families,
+    partials_of,
+    scale_error,
+    with_silent_partials,
 )
-from cabledrive.modal import longitudinal_modes
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.identification.tension.onset import require_ping
+from cabledrive.identification.tension.prepared_recording import (
+    SEARCHED,
+    PreparedRecording,
+    prepared_recording,
+)
+from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.route import RoutedDrive
 
 Array = NDArray[np.float64]
 
-SQUARED = ("angle", "torque", "tension", "force", "current")
-"""Channels that measure the stretch of a vibrating span, which has twice its frequency."""
-SEARCHED = 4.0
-"""Tensions are searched from the drive's over this to the drive's times this."""
+HEARD = ("sound", "acceleration")
+"""Channels that hear a knock on the machine as well as a span."""
+LOUD = 0.3
+"""Share of the first partial above which another tone near it is resolved."""
+MATCHED = 0.01
+"""Relative disagreement of the tensions of partials from which it is a finding, or no string."""
 INCONSISTENT = 3.0
-NO_TONE = (
-    "no tone between {low:.4g} and {high:.4g} Hz: pluck again, or correct the drive's length and tension"
-)
+"""The same over its standard error."""
+ALONE = 0.9
+"""Share of the power that decays, from which no other family is tried."""
+DECAYING = 0.7
+"""Logarithm of the fall of an envelope from which a tone is no hum."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,7 +54,7 @@ class PingedString:
     drive : Drive or RoutedDrive
         Its pretension serves as a first guess.
     span : str
-    modes : ndarray, shape (partials,)
+    modes : ndarray, shape (modes,)
         Its first frequencies as the file has it [Hz].
     tension_for : callable
         Tension [N] at which a mode, by its number from 1, has a frequency [Hz].
@@ -68,101 +74,122 @@ class PingedString:
 
 def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTension:
     """Tension of a string from one channel of a recording."""
-    values = log.channel(channel)
-    if np.ptp(values) == 0.0:
-        raise InputRefused(f"{log.source}: {channel} is constant: record the ping")
-    squared = channel.rpartition("_")[2] in SQUARED
-    factor = 2.0 if squared else 1.0
-    modes = string.modes
-    frequency, amplitude = amplitude_spectrum(values, log.interval)
-    top = 0.45 * log.sample_rate
-    low, high = modes[0] / sqrt(SEARCHED), min(modes[0] * sqrt(SEARCHED), top / factor)
-    if low >= high:
-        raise InputRefused(
-            f"{log.source}: {log.sample_rate:.4g} samples per second are too few for tones about "
-            f"{factor * modes[0]:.4g} Hz: record faster"
-        )
-    if squared:
-        amplitude = without_pulley_modes(frequency, amplitude, string.drive, top)
-    ratios, noise = modes / modes[0], noise_level(amplitude)
-    first = fundamental(frequency, amplitude, factor * ratios, low, high)
-    partials, least = [], LEAST_COUNT * count_of(values) if squared else 0.0
-    for number, ratio in enumerate(ratios, start=1):
-        near = factor * ratio * first
-        width = _width(ratios, number - 1, first * factor, log.report.duration)
-        peak = peak_near(frequency, amplitude, near, 0.04 * near) if near + width < top else None
-        power = 1 if squared else 2
-        partial = peak and partial_at(values, log.interval, number, peak, width, power, noise)
-        if partial and partial.amplitude > least:
-            partials.append(partial)
-    if not partials or partials[0].number != 1:
-        raise NotComputed(f"{log.source}: {channel}: " + NO_TONE.format(low=factor * low, high=factor * high))
-    require_ping(values, log.interval, partials[0].peak, f"{log.source}: {channel}")
-    found = _tension(string, channel, partials, factor)
-    peak, apart = partials[0].peak, 6.0 / log.report.duration
-    other = other_tone(frequency, amplitude, peak, (0.7 * peak, 1.4 * peak), apart)
-    if other is None or squared:
-        return found
-    words = f"{channel}: another tone at {other:.4g} Hz beside {peak:.4g} Hz: {string.remedy}"
-    return replace(found, findings=(*found.findings, words))
+    prepared = prepared_recording(log, string.drive, channel, {string.span: string.modes})
+    peaks = prepared.peaks.only(prepared.falling)
+    singles, _ = proposals(peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
+    pings: list[tuple[bool, float, TonesFit]] = []
+    for one in singles:
+        tried = fit_families(prepared, one.families)
+        if tried is not None and tried.amplitude[tried.tones.family == 0].max() > prepared.least:
+            cost = criterion(tried, prepared.interval) - MISSING_PRICE * one.score
+            pings.append((_share(tried) < 0.5, cost, tried))
+            if _share(tried) > ALONE and np.sum(tried.tones.family == 0) > 2:
+                break
+    if not pings:
+        raise prepared.no_tone
+    fit = with_silent_partials(prepared, min(pings, key=lambda one: one[:2])[2])
+    first = float(fit.tones.scale[0] * prepared.factor * string.modes[0])
+    require_ping(log.channel(channel), log.interval, first, f"{log.source}: {channel}")
+    return _tension(string, prepared, fit)
 
 
-def _width(ratios: Array, place: int, first: float, duration: float) -> float:
-    """Half of the band of a partial [Hz]: away from its neighbours, and no wider than it needs."""
-    others = np.concatenate([[0.0], np.delete(ratios, place)])
-    spacing = float(np.abs(others - ratios[place]).min())
-    share = max(0.04, 8.0 / (duration * first))
-    return min(0.3 * spacing, 0.2, share) * first
+def _decays(fit: TonesFit) -> NDArray[np.bool_]:
+    """Whether each tone falls enough to be no hum."""
+    return fit.tones.decay * fit.duration > 0.5 * DECAYING
 
 
-def without_pulley_modes(frequency: Array, amplitude: Array, drive: Drive | RoutedDrive, top: float) -> Array:
-    """The spectrum without the drive's longitudinal modes, which do not depend on the tension.
-
-    Their second and third harmonics are cut out as well: rounding and stretch make them.
-    """
-    cleared = amplitude.copy()
-    for mode in longitudinal_modes(drive, below=top):
-        for harmonic, share in ((1, 0.06), (2, 0.02), (3, 0.02)):
-            reach = max(share * harmonic * mode.frequency, 3.0 * (frequency[4] - frequency[0]))
-            cleared[np.abs(frequency - harmonic * mode.frequency) < reach] = 0.0
-    return cleared
+def _share(fit: TonesFit) -> float:
+    """Power of the first family that decays, over all that decays and over that of the family."""
+    power, own = fit.amplitude**2, fit.tones.family == 0
+    falling = power * _decays(fit)
+    return float(falling[own].sum() / max(falling.sum(), power[own].sum()))
 
 
-def _tension(string: PingedString, channel: str, partials: list[Partial], factor: float) -> SpanTension:
-    values = np.array([string.tension_for(p.number, p.frequency / factor) for p in partials])
-    errors = np.array(
-        [2.0 * v * p.standard_error / p.frequency for v, p in zip(values, partials, strict=True)]
-    )
-    errors = np.maximum(errors, 1e-9 * values)
-    weights = errors**-2 / np.sum(errors**-2)
-    tension = float(weights @ values)
-    freedom = len(partials) - 1
-    chi = float(np.sum(((values - tension) / errors) ** 2) / freedom) if freedom else 1.0
-    error = float(np.sum(errors**-2) ** -0.5) * sqrt(max(1.0, chi))
-    half = error * float(stats.t.ppf(0.975, freedom if freedom and chi > 1.0 else 12))
-    estimate = Estimate(
-        value=tension, unit="N", standard_error=error, low=tension - half, high=tension + half
-    )
-    first = partials[0].peak / factor / partials[0].number
-    bare = string.bare(first)
-    findings = []
-    if not all(p.decays for p in partials):
-        findings.append(f"{channel}: the ping hardly decays: its frequency holds for its amplitude only")
-    if freedom and sqrt(chi) > INCONSISTENT and np.ptp(values) > 0.01 * tension:
-        findings.append(
-            f"{channel}: partials disagree by {100 * np.ptp(values) / tension:.2g} % of the tension: a "
-            "stiff cable, a load on it, or two vibrating spans"
-        )
+def _tension(string: PingedString, prepared: PreparedRecording, fit: TonesFit) -> SpanTension:
+    channel, tones = prepared.channel, fit.tones
+    own = tones.family == 0
+    lowest = int(tones.number[own].min())
+    hertz = float(tones.scale[0]) * float(string.modes[lowest - 1])
+    value = string.tension_for(lowest, hertz)
+    steep = 1e4 * (string.tension_for(lowest, hertz * 1.0001) / value - 1.0)
+    relative = fit.offset[own] / tones.frequency[own]
+    apart = steep * float(np.ptp(relative))
+    clear = float(np.sqrt(np.mean((fit.offset[own] / fit.offset_error[own]) ** 2))) > INCONSISTENT
+    _require_string(prepared, fit, apart if clear else 0.0)
+    spread, quantile = scale_error(prepared, fit, 0)
+    error = steep * value * spread
+    bare = string.bare(float(tones.scale[0]) * float(string.modes[0]))
     return SpanTension(
         span=string.span,
         channel=channel,
-        tension=estimate,
+        tension=Estimate(
+            value=value,
+            unit="N",
+            standard_error=error,
+            low=value - quantile * error,
+            high=value + quantile * error,
+        ),
         bare=bare,
-        bias=bare / tension - 1.0,
-        spread=float(np.ptp(values)) / tension,
-        partials=tuple(partials),
-        findings=tuple(findings),
+        bias=bare / value - 1.0,
+        spread=apart,
+        of_mass=0.5 * steep,
+        partials=partials_of(fit, 0),
+        findings=tuple(_findings(string, prepared, fit, apart if clear else 0.0)),
     )
+
+
+def _require_string(prepared: PreparedRecording, fit: TonesFit, apart: float) -> None:
+    """Refuse a knock: one decaying tone alone, or decaying tones that are no partials of one string."""
+    if prepared.channel.rpartition("_")[2] not in HEARD and not prepared.channel.startswith("sound"):
+        return
+    own, name = fit.tones.family == 0, f"{prepared.source}: {prepared.channel}"
+    second = float(fit.tones.scale[0] * np.sort(next(iter(prepared.teeth.values())))[1])
+    if own.sum() == 1 and second < prepared.band[1]:
+        raise NotComputed(
+            f"{name}: no string: one tone at {fit.tones.frequency[own][0]:.4g} Hz without partials, as of a "
+            "knock: pluck the span nearer to an end, or record closer to it"
+        )
+    falling, standing = own & _decays(fit), own & ~_decays(fit)
+    if falling.any() and np.any(fit.tones.frequency[standing] > fit.tones.frequency[falling].min()):
+        raise NotComputed(
+            f"{name}: the tone at {fit.tones.frequency[standing].max():.4g} Hz does not decay, that at "
+            f"{fit.tones.frequency[falling].min():.4g} Hz does: hum beside the tones: record without it"
+        )
+    heard = np.sort(fit.tones.frequency[_decays(fit) | own])
+    if _share(fit) < 0.5 or (own.sum() == 2 and apart > MATCHED):
+        raise NotComputed(
+            f"{name}: no string: the tones ({', '.join(f'{f:.4g}' for f in heard)} Hz) "
+            " have not the ratios of the span's modes, as of a knock: pluck the span and damp the others"
+        )
+
+
+def _findings(string: PingedString, prepared: PreparedRecording, fit: TonesFit, apart: float) -> list[str]:
+    channel, tones = prepared.channel, fit.tones
+    own = tones.family == 0
+    found = []
+    if own.sum() == 1:
+        found.append(
+            f"{channel}: from a single partial, assumed to be mode {tones.number[own][0]}: an overtone would "
+            "give a wrong tension"
+        )
+    if not _decays(fit)[own].all():
+        found.append(f"{channel}: the ping hardly decays: its frequency holds for its amplitude only")
+    if apart > MATCHED:
+        found.append(
+            f"{channel}: partials disagree by {100 * apart:.2g} % of the tension: a stiff cable, a load on "
+            "it, or two vibrating spans"
+        )
+    first = int(np.argmin(np.where(own, tones.frequency, np.inf)))
+    ratio = tones.frequency / tones.frequency[first]
+    near = ~own & _decays(fit) & (ratio > 0.7) & (ratio < 1.4)
+    others = near & (fit.amplitude > LOUD * fit.amplitude[first])
+    if others.any() and prepared.factor == 1.0:
+        loudest = tones.frequency[int(np.argmax(np.where(others, fit.amplitude, 0.0)))]
+        found.append(
+            f"{channel}: another tone at {loudest:.4g} Hz beside {tones.frequency[first]:.4g} Hz: "
+            f"{string.remedy}"
+        )
+    return found
 
 
 def widened(estimate: Estimate, extra: float) -> Estimate:

@@ -1,0 +1,149 @@
+"""A recording fitted by families of partials, with the loudest tones that belong to none beside them."""
+
+from math import sqrt
+
+import numpy as np
+from scipy import stats
+
+from cabledrive.identification.tension.decaying_tones import Tones, TonesFit, fit_tones, with_decays
+from cabledrive.identification.tension.families import Family, matched
+from cabledrive.identification.tension.partials import Partial
+from cabledrive.identification.tension.prepared_recording import PARTIALS, PreparedRecording
+from cabledrive.identification.tension.span_assignment import excess
+
+AUDIBLE = 8.0
+"""Amplitude of a tone over its standard error from which it is kept."""
+ENOUGH = 3
+"""Partials with which a family is well known: no other is sought below the noise."""
+SILENT = 6.0
+"""The same for a partial whose frequency is known from the others."""
+LIKE = 5.0
+"""Its decay over that of the others, above which it is none."""
+MISSING_PRICE = 10.0
+"""Units of the information criterion for one of the score: the same tones may be read as those of a lower
+family of which every other one is missing."""
+DISAGREEING = 0.95
+"""Quantile of the sum of squares of the partials' offsets from which they disagree by more than noise."""
+MOST_OTHERS = 6
+"""Tones of no span that are fitted beside the families."""
+
+
+def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
+    """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
+    rows, explained = [], np.zeros(prepared.peaks.frequency.size, dtype=bool)
+    for place, one in enumerate(families):
+        teeth = prepared.factor * prepared.teeth[one.span]
+        taken = matched(prepared.peaks, one.scale * teeth)
+        taken = np.where((taken >= 0) & prepared.falling[taken], taken, -1)[:PARTIALS]
+        explained[taken[taken >= 0]] = True
+        rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
+    others = np.flatnonzero(~explained)
+    others = others[np.argsort(prepared.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
+    scale = [one.scale for one in families] + [1.0] * others.size
+    rows += [(len(families) + k, prepared.peaks.frequency[p], 0) for k, p in enumerate(others)]
+    family, tooth, number = zip(*rows, strict=True)
+    return Tones(
+        family=np.array(family, dtype=np.intp),
+        tooth=np.array(tooth, dtype=float),
+        number=np.array(number, dtype=np.intp),
+        scale=np.array(scale, dtype=float),
+        decay=np.zeros(len(rows)),
+        rise=np.zeros(len(rows)),
+    )
+
+
+def fit_families(
+    prepared: PreparedRecording, families: tuple[Family, ...], tones: Tones | None = None
+) -> TonesFit | None:
+    """Fit of families, without tones that drown in the noise; None where one of them falls silent."""
+    begin = tones or _tones(prepared, families)
+    if not np.isin(np.arange(len(families)), begin.family).all():
+        return None
+    start = with_decays(prepared.values, prepared.interval, begin, prepared.power)
+    fit = fit_tones(prepared.values, prepared.interval, start, prepared.power)
+    clear = fit.amplitude > AUDIBLE * fit.amplitude_error
+    if not clear.all():
+        if not all(np.any(clear & (fit.tones.family == k)) for k in range(len(families))):
+            return None
+        fit = fit_tones(prepared.values, prepared.interval, fit.tones.only(clear), prepared.power)
+    return fit if all(_is_a_ping(fit, k) for k in range(len(families))) else None
+
+
+def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit:
+    """The fit with those partials of its first family as well that stand out of the noise without a peak."""
+    own = fit.tones.family == 0
+    (teeth,) = prepared.teeth.values()
+    numbers = np.setdiff1d(np.arange(1, min(PARTIALS, teeth.size) + 1), fit.tones.number[own])
+    top = prepared.band[1] / (fit.tones.scale[0] * prepared.factor)
+    numbers = numbers[teeth[numbers - 1] < top]
+    if numbers.size == 0 or own.sum() >= ENOUGH:
+        return fit
+    one = fit.tones
+    start = Tones(
+        family=np.append(one.family, np.zeros(numbers.size, dtype=np.intp)),
+        tooth=np.append(one.tooth, prepared.factor * teeth[numbers - 1]),
+        number=np.append(one.number, numbers),
+        scale=one.scale,
+        decay=np.append(one.decay, np.full(numbers.size, np.median(one.decay[own]))),
+        rise=np.append(one.rise, np.zeros(numbers.size)),
+    )
+    more = fit_tones(prepared.values, prepared.interval, start, prepared.power)
+    kept = more.amplitude > SILENT * more.amplitude_error
+    kept &= more.tones.decay < LIKE * one.decay[own].max()
+    kept[: own.size] = True
+    if not kept[own.size :].any():
+        return fit
+    if kept.all():
+        return more
+    return fit_tones(prepared.values, prepared.interval, more.tones.only(kept), prepared.power)
+
+
+def _is_a_ping(fit: TonesFit, family: int) -> bool:
+    """Whether a family decays, or has several partials: a single tone that stays is hum."""
+    own = fit.tones.family == family
+    return bool(np.sum(own) > 1 or fit.resolved[own].any())
+
+
+def criterion(fit: TonesFit, interval: float) -> float:
+    """Bayesian information criterion, tones of no span counting as not explained."""
+    tones, samples = fit.tones, fit.left.size
+    free = tones.number == 0
+    lasting = -np.expm1(-2.0 * tones.decay * interval * samples) / (4.0 * tones.decay * interval)
+    unexplained = fit.residual + float(np.sum((fit.amplitude**2 * lasting)[free]))
+    parameters = 4 * int(np.sum(~free)) + 2
+    return float(samples * np.log(unexplained) + parameters * np.log(samples))
+
+
+def scale_error(prepared: PreparedRecording, fit: TonesFit, family: int) -> tuple[float, float]:
+    """Relative standard error of a family's factor, and the quantile of its 95 % interval.
+
+    Larger where the noise about its tones is louder than elsewhere, or its partials disagree.
+    """
+    own = fit.tones.family == family
+    freedom = int(own.sum()) - 1
+    squares = float(np.sum((fit.offset[own] / fit.offset_error[own]) ** 2))
+    error = sqrt(fit.scale_covariance[family, family]) / float(fit.tones.scale[family])
+    error *= sqrt(max(1.0, excess(prepared, fit, family)))
+    if freedom == 0 or squares < stats.chi2.ppf(DISAGREEING, freedom):
+        return error, float(stats.norm.ppf(0.975))
+    return error * sqrt(squares / freedom), float(stats.t.ppf(0.975, freedom))
+
+
+def partials_of(fit: TonesFit, family: int) -> tuple[Partial, ...]:
+    """The partials of a family, each where it lies alone."""
+    tones, found = fit.tones, []
+    for place in np.flatnonzero(tones.family == family):
+        frequency = float(tones.frequency[place] + fit.offset[place])
+        rise = float(tones.rise[place] * tones.frequency[place])
+        found.append(
+            Partial(
+                number=int(tones.number[place]),
+                frequency=frequency,
+                standard_error=float(fit.offset_error[place]),
+                peak=float(tones.frequency[place]),
+                amplitude=float(fit.amplitude[place]),
+                rise=rise,
+                decays=bool(fit.resolved[place]),
+            )
+        )
+    return tuple(found)
