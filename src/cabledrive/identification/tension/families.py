@@ -20,6 +20,8 @@ DIP = 0.4
 """Fall on both sides of a peak, in the logarithm of the amplitude."""
 FAINTEST = 0.003
 """Peak over the largest one, below which window and rounding show."""
+SIDELOBE, LOBES = 0.04, 5.0
+"""Amplitude over that of a peak fewer bins away, up to which the window makes it."""
 PROPOSING = 4
 """Modes for which a peak may be taken when it proposes a family."""
 MISSING, FIRST_MISSING = 0.5, 1.5
@@ -130,6 +132,9 @@ def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], dura
     tops = tops[inside & (np.minimum(amplitude[tops - 1], amplitude[tops + 1]) > 0.0)]
     least = np.maximum(STANDING_OUT * floor, FAINTEST * amplitude.max())
     tops = tops[amplitude[tops] > least[tops]]
+    near = np.abs(frequency[tops][:, None] - frequency[tops]) < LOBES / duration
+    loudest = np.where(near, amplitude[tops], 0.0).max(axis=1, initial=0.0)
+    tops = tops[amplitude[tops] > SIDELOBE * loudest]
     tops = np.sort(tops[np.argsort(amplitude[tops])[::-1][:MOST_PEAKS]])
     rows = np.log(amplitude[tops[:, None] + np.array([-1, 0, 1])])
     shift = 0.5 * (rows[:, 0] - rows[:, 2]) / (rows[:, 0] - 2.0 * rows[:, 1] + rows[:, 2])
