@@ -6,7 +6,8 @@ import pytest
 from cabledrive.control.kalman import Sampling, kalman_filter
 from cabledrive.control.linear_laws import pd_law
 from cabledrive.control.load_schedule_kernels import correct_by_load, grid_place, row_at
-from cabledrive.control.scheduled_kernels import place_in, scheduled_step
+from cabledrive.control.observer_numbers import BY_LOAD, ObserverNumbers
+from cabledrive.control.scheduled_kernels import ScheduledLaw, place_in, scheduled_step
 from cabledrive.control.target_kernels import new_target_state, start_target, target_step
 from cabledrive.export.translation.source import interpreted
 from control_chains import INTERVAL, model
@@ -45,8 +46,8 @@ def test_a_scheduled_sample_is_correct_act_predict_with_interpolated_matrices():
     wanted = reference[1, states] - gain @ (corrected[:states] - reference[1, :states])
     for limit in (2.0 * abs(wanted), 0.5 * abs(wanted)):
         force, kept = np.clip(wanted, -limit, limit), estimate.copy()
-        given = (np.array([0.2, 0.5, 0.9]), feedback, correction, transition, drive, limit)
-        found = scheduled_step(*given, kept, readings, reference, 1, np.zeros(size))
+        law = ScheduledLaw(np.array([0.2, 0.5, 0.9]), feedback, correction, transition, drive, limit)
+        found = scheduled_step(law, kept, readings, reference, 1, np.zeros(size))
         assert found == pytest.approx(force, rel=1e-12)
         expected = go @ corrected + push * (force - reference[1, states + 1])
         np.testing.assert_allclose(kept, expected, rtol=1e-11)
@@ -59,6 +60,7 @@ def test_a_filter_takes_in_readings_with_the_gain_of_the_announced_load():
     scalars = np.zeros(11)
     scalars[9:] = first, step
     chosen = np.array([2, 0])
+    observer = ObserverNumbers(BY_LOAD, chosen, np.zeros(2, int), np.zeros((12, 8)), output, gains, scalars)
     for told in (9.0, 1.0 / 0.55, 1.0 / 0.85, 0.9):
         place = min(max((1.0 / told - first) / step, 0.0), points - 1.0)
         assert grid_place(first, step, points, told) == pytest.approx(place)
@@ -68,12 +70,11 @@ def test_a_filter_takes_in_readings_with_the_gain_of_the_announced_load():
         assert row_at(gains[:, :, 0].copy(), place, 3) == pytest.approx(gain[3, 0], rel=1e-12)
         begun, readings = RNG.normal(size=4), RNG.normal(size=2)
         estimate, states, scratch = begun.copy(), np.zeros(2), np.zeros(2)
-        given = (chosen, output, gains, scalars, told, estimate)
-        correct_by_load(*given, readings, states, scratch)
+        correct_by_load(observer, told, estimate, readings, states, scratch)
         expected = begun + gain @ (readings - output @ begun)
         np.testing.assert_allclose(estimate, expected, rtol=1e-11)
         np.testing.assert_array_equal(states, estimate[chosen])
-        correct_by_load(*given, np.array([1.0, np.nan]), states, scratch)
+        correct_by_load(observer, told, estimate, np.array([1.0, np.nan]), states, scratch)
         np.testing.assert_allclose(estimate, expected, rtol=1e-11)
         assert np.isnan(states).all()
 

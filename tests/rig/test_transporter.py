@@ -31,6 +31,7 @@ from cabledrive.rig.carriage.carriage_loop import plant_of
 from cabledrive.rig.carriage.carriage_move import CarriageMove, one_count
 from cabledrive.rig.carriage.transporter import move_carriage
 from cabledrive.rig.carriage.transporter_kernels import (
+    CarriageLoop,
     run_transporter,
     transporter_advance,
     transporter_rates,
@@ -69,7 +70,7 @@ def test_compliance_is_that_of_the_strands_and_so_are_its_derivatives():
 
 def rates(machine, x, force=0.0):
     plant, out = plant_of(machine), np.zeros(8)
-    transporter_rates(*plant, x, force, 0.0, False, np.zeros(3), out)
+    transporter_rates(plant, x, (force, 0.0), False, np.zeros(3), out)
     return out
 
 
@@ -103,7 +104,7 @@ def test_energy_is_kept_where_nothing_loses_it(measured):
             FREE.span_length - FREE.start - x[2] / (1 + plant.cable[1]),
             FREE.span_length + (x[2] - x[0]) / (1 + plant.cable[1]),
         )
-        transporter_rates(*plant, x, 0.0, 0.0, False, tensions, work[0])
+        transporter_rates(plant, x, (0.0, 0.0), False, tensions, work[0])
         strains = tensions / FREE.axial_rigidity
         cable = 0.5 * FREE.axial_rigidity * sum(n * e**2 for n, e in zip(natural, strains, strict=True))
         speed = np.array(
@@ -115,7 +116,7 @@ def test_energy_is_kept_where_nothing_loses_it(measured):
 
     before, handled = energy(), 0.5 * FREE.masses[:3].sum() * 0.1**2
     for _ in range(1000):
-        transporter_advance(*plant, x, 0.0, 0.0, 1e-4, tensions, work)
+        transporter_advance(plant, x, (0.0, 0.0), 1e-4, tensions, work)
     off = (energy() - before) / handled
     measured(f"{off:.1e} of the energy handled")
     assert abs(off) < 1e-7, f"observed {off:.2e}"
@@ -137,7 +138,7 @@ def test_compiled_step_is_the_readable_one():
     corrected = estimate + correct @ (readings - estimate[[0, 2]])
     force = reference[0, 8] - gain @ (corrected[:STATES] - reference[0, :STATES])
     expected = go @ corrected + push * (force - reference[0, 9])
-    found = scheduled_step(*law, estimate, readings, reference, 0, np.zeros(OBSERVED))
+    found = scheduled_step(law, estimate, readings, reference, 0, np.zeros(OBSERVED))
     assert found == pytest.approx(force, rel=1e-12)
     np.testing.assert_allclose(estimate, expected, rtol=1e-11, atol=1e-15)
 
@@ -197,20 +198,20 @@ def test_a_run_is_its_samples_one_after_another():
     count, phases, samples, substeps = one_count(DRIVE), np.array([0.2, -0.3]), 6, 2
     reference = 1e-3 * np.random.default_rng(4).normal(size=(samples, STATES + 2))
     wind, plant, log = np.linspace(0.0, 5.0, samples), plant_of(MACHINE), np.zeros((samples, 13 + OBSERVED))
-    rest = (INTERVAL, substeps, count, phases)
-    assert run_transporter(*plant, *law, reference, wind, *rest, np.zeros(8), log) == samples
+    loop = CarriageLoop(law, reference, wind, INTERVAL, substeps, count)
+    assert run_transporter(loop, plant, phases, np.zeros(8), log) == samples
     x, estimate, fresh = np.zeros(8), np.zeros(OBSERVED), np.zeros(OBSERVED)
     tensions, work = np.zeros(3), np.zeros((5, 8))
     for k in range(samples):
         readings = count * np.rint(x[[0, 2]] / count + phases)
-        force = scheduled_step(*law, estimate, readings, reference, k, fresh)
+        force = scheduled_step(law, estimate, readings, reference, k, fresh)
         place = x[1] + MACHINE.line_length * np.sin(x[3])
         np.testing.assert_array_equal(log[k, :9], [*x, place])
         np.testing.assert_array_equal(log[k, 12:], [force, *estimate])
         np.testing.assert_allclose(log[k, 9:12], MACHINE.pretension, rtol=0.2)
         for _ in range(substeps):
-            transporter_advance(*plant, x, force, wind[k], INTERVAL / substeps, tensions, work)
+            transporter_advance(plant, x, (force, wind[k]), INTERVAL / substeps, tensions, work)
     slack, gone = np.zeros(8), np.zeros(8)
     slack[0], gone[1] = 1.0, MACHINE.span_length
     for start in (slack, gone):
-        assert run_transporter(*plant, *law, reference, wind, *rest, start, log) == 0
+        assert run_transporter(loop, plant, phases, start, log) == 0

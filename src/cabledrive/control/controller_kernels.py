@@ -25,15 +25,9 @@ def observe(observer: ObserverNumbers, c: ControllerState, readings: Array) -> b
     With ideal sensors the states are those that the rig has written.
     """
     if observer.kind == 3:
-        correct_by_load(
-            observer.chosen, observer.output, observer.gains, observer.scalars, c.parameters[0], c.estimate,
-            readings, c.states, c.work,
-        )  # fmt: skip
+        correct_by_load(observer, c.parameters[0], c.estimate, readings, c.states, c.work)
     elif observer.kind != 0:
-        correct(
-            observer.kind, observer.chosen, observer.output, observer.gains, observer.scalars, c.sample[0],
-            c.estimate, readings, c.states, c.work,
-        )  # fmt: skip
+        correct(observer, c.sample[0], c.estimate, readings, c.states, c.work)
     c.sample[0] = min(c.sample[0] + 1, LAST_SAMPLE)
     seen = True
     for i in range(c.states.size):
@@ -62,15 +56,9 @@ def issue(
         c.commands[i] = c.commands[i + 1]
     c.commands[newest] = command
     if observer.kind == 2:
-        predict(
-            observer.model, observer.scalars, observer.places[0], c.estimate, c.held, c.commands[0],
-            c.commands[1], c.work,
-        )  # fmt: skip
+        predict(observer, c.estimate, c.held, c.commands[0], c.commands[1], c.work)
     elif observer.kind == 3:
-        predict_by_load(
-            observer.model, observer.scalars, c.parameters[0], observer.places[0], c.estimate, c.held,
-            c.commands[0], c.commands[1], c.work,
-        )  # fmt: skip
+        predict_by_load(observer, c.parameters[0], c.estimate, c.held, c.commands, c.work)
     return wanted, command
 
 

@@ -73,10 +73,7 @@ def preload_step(
     observer, estimate = law.observer, memory[ESTIMATE:LAG]
     if isfinite(reading):
         work[0] = reading
-        correct(
-            observer.kind, observer.chosen, observer.output, observer.gains, observer.scalars, 0, estimate,
-            work[:1], work[1:3], work[3:4],
-        )  # fmt: skip
+        correct(observer, 0, estimate, work[:1], work[1:3], work[3:4])
     estimate[2] = min(max(estimate[2], -law.coulomb), law.coulomb)
     closing_torques(law.stiffness, law.play, twist, estimate[0], flanks)
     # What one motor can give beside the position's half is left for the preload: the position goes first.
@@ -93,10 +90,7 @@ def preload_step(
     memory[last] = command
     # The model of the observer has both flanks closed; where one is open it is told what is missing.
     missing = 0.5 * (flanks[0] + flanks[1]) - law.stiffness * estimate[0]
-    predict(
-        observer.model, observer.scalars, observer.places[0], estimate, memory[HELD:COMMANDS],
-        memory[COMMANDS], memory[COMMANDS + 1], work,
-    )  # fmt: skip
+    predict(observer, estimate, memory[HELD:COMMANDS], memory[COMMANDS], memory[COMMANDS + 1], work)
     for i in range(2):
         estimate[i] -= observer.model[i, 6] * missing
     return command

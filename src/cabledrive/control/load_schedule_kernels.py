@@ -8,8 +8,9 @@ from math import isfinite, tanh
 
 from cabledrive.control.controller_state import ControllerState
 from cabledrive.control.numbers import HIGH, LOW, LawNumbers
-from cabledrive.mechanics.compiled import njit_in_place
-from cabledrive.parameters.arrays import Array, Integers
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.parameters.arrays import Array
 
 
 @njit_in_place
@@ -58,19 +59,12 @@ def scheduled_command(law: LawNumbers, c: ControllerState, reference: Array, k: 
     return u, load
 
 
-@njit_in_place
+@njit_part
 def correct_by_load(
-    chosen: Integers,
-    output: Array,
-    gains: Array,
-    scalars: Array,
-    told: float,
-    estimate: Array,
-    readings: Array,
-    states: Array,
-    scratch: Array,
+    observer: ObserverNumbers, told: float, estimate: Array, readings: Array, states: Array, scratch: Array
 ) -> None:
     """Take in the readings of a sample with the gain of the announced load; as `correct` of the observers."""
+    chosen, output, gains, scalars = observer.chosen, observer.output, observer.gains, observer.scalars
     m = readings.size
     for j in range(m):
         if not isfinite(readings[j]):
@@ -93,29 +87,18 @@ def correct_by_load(
         states[i] = estimate[chosen[i]]
 
 
-@njit_in_place
+@njit_part
 def predict_by_load(
-    model: Array,
-    scalars: Array,
-    told: float,
-    motor_speed: int,
-    estimate: Array,
-    held: Array,
-    before: float,
-    after: float,
-    fresh: Array,
+    observer: ObserverNumbers, told: float, estimate: Array, held: Array, commands: Array, fresh: Array
 ) -> None:
-    """Carry the filter to the next sample with the announced load's model; as `predict` of the observers.
-
-    ``model``, shape (grid * states, states + 4): that of each point of the grid below the other.
-    """
-    n = estimate.size
-    count = model.shape[0] // n
+    """Carry the filter to the next sample with the announced load's model; as `predict` of the observers."""
+    model, scalars, n = observer.model, observer.scalars, estimate.size
+    before, after, count = commands[0], commands[1], model.shape[0] // n
     place = grid_place(scalars[9], scalars[10], count, told)
     cell = min(int(place), count - 2)
     share = place - cell
     torque = held[0]
-    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[motor_speed])
+    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[observer.places[0]])
     for i in range(n):
         low, high = cell * n + i, (cell + 1) * n + i
         one = model[low, n] * torque + model[low, n + 1] * before

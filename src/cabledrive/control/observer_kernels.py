@@ -2,34 +2,27 @@
 
 from math import isfinite, tanh
 
-from cabledrive.mechanics.compiled import njit_in_place
-from cabledrive.parameters.arrays import Array, Integers
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.mechanics.compiled import njit_part
+from cabledrive.parameters.arrays import Array
 
 
-@njit_in_place
+@njit_part
 def correct(
-    kind: int,
-    chosen: Integers,
-    output: Array,
-    gains: Array,
-    scalars: Array,
-    sample: int,
-    estimate: Array,
-    readings: Array,
-    states: Array,
-    scratch: Array,
+    observer: ObserverNumbers, sample: int, estimate: Array, readings: Array, states: Array, scratch: Array
 ) -> None:
     """Take in the readings of a sample; writes angles and speeds for the law into ``states``.
 
     A reading that is not a number leaves the law without states: they become NaN. ``estimate`` is kept.
     """
+    chosen, output, gains, scalars = observer.chosen, observer.output, observer.gains, observer.scalars
     m = readings.size
     for j in range(m):
         if not isfinite(readings[j]):
             for i in range(states.size):
                 states[i] = readings[j]
             return
-    if kind == 1:
+    if observer.kind == 1:
         for j in range(m):
             if sample > 0:
                 slope = (readings[j] - estimate[j]) / scalars[0]
@@ -49,24 +42,17 @@ def correct(
         states[i] = estimate[chosen[i]]
 
 
-@njit_in_place
+@njit_part
 def predict(
-    model: Array,
-    scalars: Array,
-    motor_speed: int,
-    estimate: Array,
-    held: Array,
-    before: float,
-    after: float,
-    fresh: Array,
+    observer: ObserverNumbers, estimate: Array, held: Array, before: float, after: float, fresh: Array
 ) -> None:
     """Carry the Kalman filter to the next sample: until the delay has passed ``before`` acts, then ``after``.
 
     ``held[0]`` is the torque at the motor's shaft as the current loop leaves it; it is carried along.
     """
-    n = estimate.size
+    model, scalars, n = observer.model, observer.scalars, estimate.size
     torque = held[0]
-    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[motor_speed])
+    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[observer.places[0]])
     for i in range(n):
         value = model[i, n] * torque + model[i, n + 1] * before
         value += model[i, n + 2] * after + model[i, n + 3] * load

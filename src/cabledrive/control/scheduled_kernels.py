@@ -1,7 +1,20 @@
 """Compiled step of a law and an observer whose matrices are tabled over the position of a carriage."""
 
+from typing import NamedTuple
+
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters.arrays import Array
+
+
+class ScheduledLaw(NamedTuple):
+    """Tables over the positions of the carriage, as the compiled step takes them."""
+
+    grid: Array  # (3,): first position, spacing, start of the carriage [m]
+    feedback: Array  # (positions, 8): force per error of the states
+    correction: Array  # (positions, 10, 2): of the observer's states by the errors of the two encoders
+    transition: Array  # (positions, 10, 10): over one sample
+    drive: Array  # (positions, 10): by a force on the motor
+    limit: float  # largest force [N]
 
 
 @njit
@@ -15,23 +28,13 @@ def place_in(grid_start: float, spacing: float, count: int, position: float) -> 
 
 @njit
 def scheduled_step(
-    grid: Array,
-    feedback: Array,
-    correction: Array,
-    transition: Array,
-    drive: Array,
-    limit: float,
-    estimate: Array,
-    readings: Array,
-    reference: Array,
-    k: int,
-    fresh: Array,
+    law: ScheduledLaw, estimate: Array, readings: Array, reference: Array, k: int, fresh: Array
 ) -> float:
     """One sample: the observer takes in the readings, the law acts, the observer goes on; returns the force.
 
-    ``grid``: first position, spacing, start of the carriage. ``reference[k]``: states, force, friction in it.
-    ``drive``: motion per unit force over a sample.
+    ``reference[k]``: states, force, friction in it.
     """
+    grid, feedback, correction, transition, drive, limit = law
     n, m, states = estimate.size, readings.size, feedback.shape[1]
     low, share = place_in(grid[0], grid[1], feedback.shape[0], grid[2] + estimate[1])
     for i in range(n):

@@ -5,11 +5,11 @@ on the motor that walks at random, and the wind on the payload, which fades.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
+from cabledrive.control.scheduled_kernels import ScheduledLaw
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.transporter import BODIES, Transporter, frozen_state_space
@@ -34,17 +34,6 @@ class TransporterTuning:
     wind_time: float = 2.0  # how fast it fades [s]
     acceleration: float = 1e-4  # noise of every acceleration [(m/s^2)^2 s]
     reading: float = 1000.0  # variance of a reading over that of a rounded one
-
-
-class ScheduledLaw(NamedTuple):
-    """Tables over the positions of the carriage, as the compiled step takes them."""
-
-    grid: Array  # (3,): first position, spacing, start of the carriage [m]
-    feedback: Array  # (positions, 8): force per error of the states
-    correction: Array  # (positions, 10, 2): of the observer's states by the errors of the two encoders
-    transition: Array  # (positions, 10, 10): over one sample
-    drive: Array  # (positions, 10): by a force on the motor
-    limit: float  # largest force [N]
 
 
 def sampled_model(

@@ -1,44 +1,15 @@
 """The transporter's law in closed loop with its plant, made once and run on this plant or that."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.transporter_law import OBSERVED, ScheduledLaw
+from cabledrive.control.transporter_law import OBSERVED
 from cabledrive.reduction.transporter import Transporter
-from cabledrive.rig.carriage.transporter_kernels import TransporterPlant, run_transporter
+from cabledrive.rig.carriage.transporter_kernels import CarriageLoop, TransporterPlant, run_transporter
 
 Array = NDArray[np.float64]
 CARRIAGE, SWING, PAYLOAD, TENSIONS, FORCE, ESTIMATE = 1, 3, 8, 9, 12, 13
 """Columns of a log; eight states come first, three tensions stand from `TENSIONS` on."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CarriageLoop:
-    """Everything of a run but the plant.
-
-    Attributes
-    ----------
-    law : ScheduledLaw
-    reference : ndarray, shape (samples, 10)
-        Of `cabledrive.control.transporter_reference.flat_motion`.
-    wind : ndarray, shape (samples,)
-        Force on the payload [N].
-    interval : float
-        Sample time [s].
-    substeps : int
-        Internal steps of the plant per sample.
-    count : float
-        One count of the encoders at the rim [m]; 0: they give the displacements themselves.
-    """
-
-    law: ScheduledLaw
-    reference: Array
-    wind: Array
-    interval: float
-    substeps: int
-    count: float
 
 
 def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array:
@@ -48,24 +19,8 @@ def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array
     Returns shape (samples, 23): 8 states, payload's place, 3 tensions, force of the motor, 10 estimates;
     fewer samples where a strand went slack or the carriage left its span.
     """
-    law, log = loop.law, np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
-    ended = run_transporter(
-        *plant_of(plant),
-        law.grid,
-        law.feedback,
-        law.correction,
-        law.transition,
-        law.drive,
-        law.limit,
-        loop.reference,
-        loop.wind,
-        loop.interval,
-        loop.substeps,
-        loop.count,
-        phases,
-        np.zeros(8),
-        log,
-    )
+    log = np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
+    ended = run_transporter(loop, plant_of(plant), phases, np.zeros(8), log)
     return log[:ended]
 
 

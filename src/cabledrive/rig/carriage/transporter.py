@@ -6,11 +6,12 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.transporter_law import STATES, ScheduledLaw, TransporterTuning, scheduled_law
+from cabledrive.control.scheduled_kernels import ScheduledLaw
+from cabledrive.control.transporter_law import STATES, TransporterTuning, scheduled_law
 from cabledrive.control.transporter_reference import flat_motion, rigid_motion, shaped
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.transporter import Transporter, transporter_of
-from cabledrive.rig.carriage.carriage_loop import CarriageLoop, run_carriage
+from cabledrive.rig.carriage.carriage_loop import run_carriage
 from cabledrive.rig.carriage.carriage_move import (
     MARGIN,
     CarriageMove,
@@ -19,6 +20,7 @@ from cabledrive.rig.carriage.carriage_move import (
     force_limit,
     one_count,
 )
+from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
 from cabledrive.rig.setting import sample_interval
 from cabledrive.trajectories import Move, Trajectory
 
@@ -94,7 +96,7 @@ def move_carriage(
         wind=wind,
         interval=interval,
         substeps=substeps,
-        count=0.0 if ideal_sensors else count,
+        one_count=0.0 if ideal_sensors else count,
     )
     log, why = run_carriage(loop, actual, phases), None
     ended = len(log)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.scheduled_kernels import scheduled_step
+from cabledrive.control.scheduled_kernels import ScheduledLaw, scheduled_step
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters.arrays import Array
 
@@ -25,11 +25,22 @@ class TransporterPlant(NamedTuple):
     gravity: float
 
 
+class CarriageLoop(NamedTuple):
+    """Everything of a run but the plant."""
+
+    law: ScheduledLaw
+    reference: Array  # (samples, 10): of `cabledrive.control.transporter_reference.flat_motion`
+    wind: Array  # (samples,): force on the payload [N]
+    interval: float  # sample time [s]
+    substeps: int  # internal steps of the plant per sample
+    one_count: float  # of the encoders at the rim [m]; 0: they give the displacements themselves
+
+
 @njit
-def strand_tensions(lengths: Array, cable: Array, x: Array, tensions: Array) -> None:
+def strand_tensions(plant: TransporterPlant, x: Array, tensions: Array) -> None:
     """Tension of the three strands, none of which can push, Eq. (T.2); x: 4 coordinates, 4 rates."""
-    span, start = lengths[0], lengths[1]
-    rigidity, prestrain, time = cable[0], cable[1], cable[2]
+    span, start = plant.lengths[0], plant.lengths[1]
+    rigidity, prestrain, time = plant.cable[0], plant.cable[1], plant.cable[2]
     grown = 1.0 + prestrain
     natural = (start + x[0] / grown, span - start - x[2] / grown, span + (x[2] - x[0]) / grown)
     actual = (start * grown + x[1], (span - start) * grown - x[1], span * grown)
@@ -41,29 +52,21 @@ def strand_tensions(lengths: Array, cable: Array, x: Array, tensions: Array) -> 
 
 @njit
 def transporter_rates(
-    lengths: Array,
-    cable: Array,
-    masses: Array,
-    friction: Array,
-    gravity: float,
-    x: Array,
-    force: float,
-    wind: float,
-    stuck: bool,
-    tensions: Array,
-    out: Array,
+    plant: TransporterPlant, x: Array, push: tuple[float, float], stuck: bool, tensions: Array, out: Array
 ) -> float:
     """Rates of the states, Eq. (T.10); returns the force on the motor without its Coulomb friction.
 
-    x[3] is the swing [rad]. A pulley feeds cable at its prestrain: it gives T (1 + e / 2) / (1 + prestrain),
-    the derivative of the energy by what is fed, so that none is lost.
+    ``push``: force of the motor and wind on the payload [N]. x[3] is the swing [rad]. A pulley feeds cable at
+    its prestrain: it gives T (1 + e / 2) / (1 + prestrain), the derivative of the energy by what is fed, so
+    that none is lost.
     """
-    strand_tensions(lengths, cable, x, tensions)
+    cable, masses, friction = plant.cable, plant.masses, plant.friction
+    strand_tensions(plant, x, tensions)
     first, second, third = tensions[0], tensions[1], tensions[2]
     first *= (1.0 + 0.5 * first / cable[0]) / (1.0 + cable[1])
     second *= (1.0 + 0.5 * second / cable[0]) / (1.0 + cable[1])
     third *= (1.0 + 0.5 * third / cable[0]) / (1.0 + cable[1])
-    motor = force + friction[2] + first - third - friction[0] * x[4]
+    motor = push[0] + friction[2] + first - third - friction[0] * x[4]
     for i in range(4):
         out[i] = x[4 + i]
     slip = 0.0
@@ -72,9 +75,9 @@ def transporter_rates(
     elif abs(motor) > friction[1]:
         slip = 1.0 if motor > 0.0 else -1.0
     out[4] = 0.0 if stuck else (motor - slip * friction[1]) / masses[0]
-    line, payload = lengths[2], masses[3]
+    line, payload, wind = plant.lengths[2], masses[3], push[1]
     s, c, turn = sin(x[3]), cos(x[3]), x[7]
-    back = gravity * s + friction[4] * line * turn
+    back = plant.gravity * s + friction[4] * line * turn
     pull = tensions[1] - tensions[0] - friction[3] * x[5] + wind * (1.0 - c * c)
     pull += payload * (line * turn * turn * s + c * back)
     out[5] = pull / (masses[1] + payload * (1.0 - c * c))
@@ -85,33 +88,19 @@ def transporter_rates(
 
 @njit
 def transporter_advance(
-    lengths: Array,
-    cable: Array,
-    masses: Array,
-    friction: Array,
-    gravity: float,
-    x: Array,
-    force: float,
-    wind: float,
-    step: float,
-    tensions: Array,
-    work: Array,
+    plant: TransporterPlant, x: Array, push: tuple[float, float], step: float, tensions: Array, work: Array
 ) -> None:
     """One internal step of fourth order; a motor that turns in it stops at its end and may stick."""
     stuck = x[4] == 0.0
     if stuck:
-        motor = transporter_rates(
-            lengths, cable, masses, friction, gravity, x, force, wind, True, tensions, work[0]
-        )
-        stuck = abs(motor) <= friction[1]
+        motor = transporter_rates(plant, x, push, True, tensions, work[0])
+        stuck = abs(motor) <= plant.friction[1]
     before = x[4]
     weights = (0.0, 0.5, 0.5, 1.0)
     for stage in range(4):
         for i in range(8):
             work[4, i] = x[i] + (weights[stage] * step * work[stage - 1, i] if stage > 0 else 0.0)
-        transporter_rates(
-            lengths, cable, masses, friction, gravity, work[4], force, wind, stuck, tensions, work[stage]
-        )
+        transporter_rates(plant, work[4], push, stuck, tensions, work[stage])
     for i in range(8):
         x[i] += step / 6.0 * (work[0, i] + 2.0 * work[1, i] + 2.0 * work[2, i] + work[3, i])
     if stuck or before * x[4] < 0.0:
@@ -119,32 +108,13 @@ def transporter_advance(
 
 
 @njit
-def run_transporter(
-    lengths: Array,
-    cable: Array,
-    masses: Array,
-    friction: Array,
-    gravity: float,
-    grid: Array,
-    feedback: Array,
-    correction: Array,
-    transition: Array,
-    drive: Array,
-    limit: float,
-    reference: Array,
-    wind: Array,
-    interval: float,
-    substeps: int,
-    count: float,
-    phases: Array,
-    x: Array,
-    log: Array,
-) -> int:
+def run_transporter(loop: CarriageLoop, plant: TransporterPlant, phases: Array, x: Array, log: Array) -> int:
     """Run all samples; a log row holds 8 states, payload's place, 3 tensions, force, 10 estimates.
 
     Returns the sample at which a span went slack or the carriage left its span, or the number of samples.
     """
-    estimate, fresh = np.zeros(transition.shape[1]), np.zeros(transition.shape[1])
+    reference, count, lengths = loop.reference, loop.one_count, plant.lengths
+    estimate, fresh = np.zeros(loop.law.transition.shape[1]), np.zeros(loop.law.transition.shape[1])
     readings, tensions, work = np.zeros(2), np.zeros(3), np.zeros((5, 8))
     for k in range(reference.shape[0]):
         place = lengths[1] + x[1]
@@ -152,10 +122,8 @@ def run_transporter(
             return k
         for j in range(2):
             readings[j] = count * np.rint(x[2 * j] / count + phases[j]) if count > 0.0 else x[2 * j]
-        force = scheduled_step(
-            grid, feedback, correction, transition, drive, limit, estimate, readings, reference, k, fresh
-        )
-        strand_tensions(lengths, cable, x, tensions)
+        force = scheduled_step(loop.law, estimate, readings, reference, k, fresh)
+        strand_tensions(plant, x, tensions)
         for i in range(8):
             log[k, i] = x[i]
         log[k, 8] = x[1] + lengths[2] * sin(x[3])
@@ -166,18 +134,8 @@ def run_transporter(
             log[k, 13 + i] = estimate[i]
         if min(tensions[0], tensions[1], tensions[2]) <= 0.0:
             return k
-        for _ in range(substeps):
+        for _ in range(loop.substeps):
             transporter_advance(
-                lengths,
-                cable,
-                masses,
-                friction,
-                gravity,
-                x,
-                force,
-                wind[k],
-                interval / substeps,
-                tensions,
-                work,
+                plant, x, (force, loop.wind[k]), loop.interval / loop.substeps, tensions, work
             )
     return reference.shape[0]

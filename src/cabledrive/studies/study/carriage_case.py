@@ -12,8 +12,9 @@ from cabledrive.control.transporter_reference import flat_motion
 from cabledrive.control.transporter_tuning import WIND_TIME, tuning_for
 from cabledrive.parameters import Drive
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies
-from cabledrive.rig.carriage.carriage_loop import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, run_carriage
+from cabledrive.rig.carriage.carriage_loop import CARRIAGE, FORCE, PAYLOAD, run_carriage
 from cabledrive.rig.carriage.carriage_move import force_limit
+from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
 from cabledrive.rig.setting import sample_interval
 from cabledrive.studies.study.carriage_machine import (
     MARGIN,
@@ -144,7 +145,7 @@ def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> Carriag
         wind=np.zeros(len(case.reference)),
         interval=case.interval,
         substeps=case.substeps,
-        count=0.0 if ideal else case.count,
+        one_count=0.0 if ideal else case.count,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from cabledrive.parameters import Drive
-from cabledrive.rig.carriage.carriage_loop import CarriageLoop
+from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
 from cabledrive.studies.study.bandwidth_search import SAMPLES_PER_PERIOD, while_quiet
 from cabledrive.studies.study.carriage_case import (
     Array,

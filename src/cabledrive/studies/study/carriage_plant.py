@@ -7,7 +7,8 @@ import numpy as np
 
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
-from cabledrive.rig.carriage.carriage_loop import FORCE, TENSIONS, CarriageLoop
+from cabledrive.rig.carriage.carriage_loop import FORCE, TENSIONS
+from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
 from cabledrive.studies.study.carriage_case import (
     CarriageCase,
     case_of,

@@ -23,7 +23,6 @@ from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters import Drive, NotComputed
-from cabledrive.parameters.arrays import Integers
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop import plant_chain
@@ -201,40 +200,25 @@ def innovations(probe: ObserverNumbers, torque: Array, readings: Array) -> Array
     """
     out, states = np.zeros(readings.shape), probe.model.shape[0]
     mean = np.append(0.5 * (torque[1:] + torque[:-1]), torque[-1])
-    gains, width = np.ascontiguousarray(probe.gains), max(states, readings.shape[1])
-    predict_along(
-        probe.chosen, probe.output, gains, probe.scalars, probe.model, probe.places[0], mean,
-        np.ascontiguousarray(readings), np.zeros(states), np.zeros(width), np.zeros(2),
-        np.zeros(len(probe.chosen)), out,
-    )  # fmt: skip
+    probe = probe._replace(gains=np.ascontiguousarray(probe.gains))
+    memory = np.zeros((4, max(states, readings.shape[1], len(probe.chosen))))
+    predict_along(probe, mean, np.ascontiguousarray(readings), memory, out)
     return out[len(out) // 10 :]
 
 
 @njit_in_place
-def predict_along(
-    chosen: Integers,
-    output: Array,
-    gains: Array,
-    scalars: Array,
-    model: Array,
-    motor_speed: int,
-    torque: Array,
-    readings: Array,
-    estimate: Array,
-    fresh: Array,
-    held: Array,
-    taken: Array,
-    out: Array,
-) -> None:
-    """The filter along a log; ``estimate``, ``fresh``, ``held`` and ``taken`` are its memory."""
+def predict_along(probe: ObserverNumbers, torque: Array, readings: Array, memory: Array, out: Array) -> None:
+    """The Kalman filter along a log; ``memory``, shape (4, states or more), is zero at the start."""
+    output, held = probe.output, memory[3, :2]
+    estimate, fresh, taken = memory[0, : output.shape[1]], memory[1], memory[2, : probe.chosen.size]
     for k in range(readings.shape[0]):
         for j in range(readings.shape[1]):
             predicted = 0.0
             for i in range(estimate.size):
                 predicted += output[j, i] * estimate[i]
             out[k, j] = readings[k, j] - predicted
-        correct(2, chosen, output, gains, scalars, k, estimate, readings[k], taken, fresh)
-        predict(model, scalars, motor_speed, estimate, held, torque[k], torque[k], fresh)
+        correct(probe, k, estimate, readings[k], taken, fresh)
+        predict(probe, estimate, held, torque[k], torque[k], fresh)
 
 
 def _largest(seen: Octaves, model: Array, allowed: Array, channels: Sequence[str]) -> Replay:
