@@ -121,17 +121,17 @@ class RobustConditions:
 
 
 def robust_conditions(
-    law: LawNumbers, sigma: Array, regressor: Array, delta: Array | float, *, share: float = 0.5
+    law: LawNumbers, sigma: Array, regressor: Array, delta: Array | float
 ) -> RobustConditions:
     r"""Hold the robust term against its two conditions along a motion, Eqs. (6.21), (6.44), (6.54), (6.64).
 
     The corrected example of (6.22) is :math:`u_{s2} = -\sigma h^2/(4\epsilon)`; with a constant gain
     :math:`k_{\sigma s}` the condition holds for every :math:`\epsilon \ge h^2/(4k_{\sigma s})`.
 
-    ``sigma``, shape (samples,); ``regressor``, shape (samples, 4); ``delta``, shape (samples,) [N m];
-    ``share``: k_sigma_s over K_sigma; one half gives the best bound.
+    ``sigma``, shape (samples,); ``regressor``, shape (samples, 4); ``delta``, shape (samples,) [N m].
+    k_sigma_s is half of K_sigma, which gives the best bound.
     """
-    gain = share * law.k_sigma
+    gain = 0.5 * law.k_sigma
     h = uncertainty(regressor, law.learning[HIGH] - law.learning[LOW], delta)
     met = np.abs(sigma) * h - gain * sigma**2
     return RobustConditions(

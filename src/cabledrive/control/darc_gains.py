@@ -84,15 +84,13 @@ class DarcGains:
             )
 
 
-def darc_gains(
-    model: int, bandwidth: float | None = None, *, adaptation_share: float = 1.0, least: float | None = None
-) -> DarcGains:
+def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: float = 1.0) -> DarcGains:
     """Printed gains of a model, or the same proportions at another bandwidth lambda/(2 pi) [Hz].
 
-    Refused below the ``least`` bandwidth, for Model 2 12 Hz unless given, and if it is not positive.
+    Refused if it is not positive, and below `LEAST_HZ`.
     """
     lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)
-    least = LEAST_HZ.get(model, 0.0) if least is None else least
+    least = LEAST_HZ.get(model, 0.0)
     if not isfinite(lam) or lam <= 0.0:
         raise InputRefused(f"bandwidth = {lam:.6g} Hz must be finite and above 0, or the surface is unstable")
     if lam < least:

@@ -79,8 +79,8 @@ def with_bounded_errors(errors: Array, effects: Array, generator: np.random.Gene
     return np.asarray(np.quantile(np.abs(noise + evenly), 0.95, axis=0) / interval_factor())
 
 
-def interval_factor(level: float = 0.95) -> float:
-    """Half width of an interval in standard errors, as few replicates ask for: 2.09 at 95 %."""
+def interval_factor() -> float:
+    """Half width of an interval of 95 % in standard errors, as few replicates ask for: 2.09."""
     from scipy.stats import t
 
-    return float(t.ppf(0.5 + 0.5 * level, REPLICATES - 1))
+    return float(t.ppf(0.975, REPLICATES - 1))

@@ -9,9 +9,9 @@ from pathlib import Path
 FLAGS = ("-std=c99", "-ffp-contract=off", "-O2", "-c", "-fstack-usage")
 
 
-def stack_bytes(files: Mapping[str, str], compiler: str = "gcc") -> int | None:
+def stack_bytes(files: Mapping[str, str]) -> int | None:
     """Upper bound of the stack of any call [bytes]: all functions', none recursive; None: no compiler."""
-    found = shutil.which(compiler)
+    found = shutil.which("gcc")
     if found is None:
         return None
     with tempfile.TemporaryDirectory() as folder:

@@ -26,19 +26,14 @@ class Largest(NamedTuple):
 
 
 def averaged_ensemble(
-    c: AveragedCoefficients,
-    start: Complex,
-    duration: float,
-    *,
-    step: float = AVERAGED_STEP,
-    threads: int = 2,
+    c: AveragedCoefficients, start: Complex, duration: float, *, threads: int = 2
 ) -> Largest:
     """Largest amplitudes of many parameter sets by the averaged equations of first order.
 
     ``c``: of one or two sections in one plane, with lanes; more are refused; ``start``, shape (1 + J, lanes):
-    slow amplitudes at t = 0 [m]; ``duration`` [s]; ``step``: largest step [s].
+    slow amplitudes at t = 0 [m]; ``duration`` [s].
     """
-    lanes, steps = _lanes_of(start), _steps(duration, step)
+    lanes, steps = _lanes_of(start), _steps(duration, AVERAGED_STEP)
     h = duration / steps
     two = _two(c.pump.shape[0])
     cells = _cells(k.AVERAGED_ROWS, lanes)

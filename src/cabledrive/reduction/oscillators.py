@@ -37,18 +37,9 @@ class OscillatorCoefficients(NamedTuple):
 
 
 def oscillator_coefficients(
-    model: AutoparametricModel,
-    step: float,
-    *,
-    torque: ArrayLike = 0.0,
-    forcing: ArrayLike | None = None,
+    model: AutoparametricModel, step: float, *, torque: ArrayLike = 0.0
 ) -> OscillatorCoefficients:
-    """Coefficients of the integration, Eq. (A.20), with the lanes of the model.
-
-    ``step`` [s]; ``torque``, shape (...): amplitude [N m]; ``forcing``, shape (...): Omega [rad/s]; the
-    pulley mode's own unless given.
-    """
-    omega = np.asarray(model.natural if forcing is None else forcing, dtype=float)
+    """Coefficients of a step [s], Eq. (A.20), with the model's lanes, forced at its pulley mode [N m]."""
     tau = np.asarray(torque, dtype=float)
     damping = np.asarray(model.transverse_damping, dtype=float)
     rigid = model.rigid_arm > 0.0
@@ -61,7 +52,7 @@ def oscillator_coefficients(
         cubic=(model.stiffening.T / model.transverse_mass).T,
         force=tau * model.torque_arm / model.modal_mass,
         rigid_force=tau * model.rigid_arm / model.rigid_mass,
-        turn=omega * step,
+        turn=np.asarray(model.natural * step),
         cross=np.asarray(cross / model.modal_mass),
         rigid_decay=np.asarray(model.rigid_damping / model.rigid_mass if rigid else 0.0),
         rigid_cross=np.asarray(cross / model.rigid_mass),

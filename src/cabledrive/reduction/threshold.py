@@ -58,7 +58,7 @@ def mode_thresholds(
     ``forcing``: as of `threshold_torque`. Infinite where no torque makes the mode grow: the torque does not
     move the pulley mode, the pulley mode does not stretch the section, or the pair is too far from 1:2.
     """
-    c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
+    c = averaged_coefficients(model, torque=1.0, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)
     resistance = np.abs(-0.5 * c.damping + 1j * c.detuning)
     pumping = np.where(resistance == 0.0, 0.0, critical_pumping(c, second=second))
@@ -99,18 +99,13 @@ def instability_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Arr
     return np.sqrt(np.maximum(pumping**2 - 0.25 * c.transverse_damping**2, 0.0))
 
 
-def required_detuning(model: AutoparametricModel, torque: float, forcing: float | None = None) -> float:
-    """Detuning beyond which a torque [N m] cannot make the spans grow [rad/s], infinite without damping of q.
-
-    ``forcing``: as of `threshold_torque`.
-    """
-    c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
+def required_detuning(model: AutoparametricModel, torque: float) -> float:
+    """Detuning [rad/s] at which a torque [N m] cannot make the spans grow; infinite without damping of q."""
+    c = averaged_coefficients(model, torque=torque, drift=False)
     return float(np.max(instability_half_width(c, pulley_amplitude(c))))
 
 
-def growth_torque(
-    model: AutoparametricModel, factor: float, duration: float, forcing: float | None = None
-) -> float:
+def growth_torque(model: AutoparametricModel, factor: float, duration: float) -> float:
     r"""Torque, switched on at rest, that multiplies a small transverse motion within a time, Eq. (A.25).
 
     .. math:: \int_0^T\operatorname{Re}\sqrt{\mu^2 - (\delta_j + \mu^2/4\nu)^2}\,\mathrm{d}t
@@ -121,8 +116,7 @@ def growth_torque(
     Without dampings and detunings: :math:`|k_jf|T^2/2 = \ln F`. Of a pluck at rest about 0.7 grows, the rest
     dies out.
 
-    ``factor``: F, above 1; ``duration``: T [s]; ``forcing``: omega [rad/s]; the pulley mode's own unless
-    given.
+    ``factor``: F, above 1; ``duration``: T [s].
     Returns [N m]; infinite where no torque below slack does it.
     Raises `InputRefused` if the factor is not above 1 or the duration not positive.
     """
@@ -130,7 +124,7 @@ def growth_torque(
         raise InputRefused(f"factor = {factor:.6g} must be above 1: 10 for tenfold growth")
     if not duration > 0.0:
         raise InputRefused(f"duration = {duration:.6g} s must be positive")
-    c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
+    c = averaged_coefficients(model, torque=1.0, drift=False)
     time = np.linspace(0.0, duration, _INSTANTS)
     unit = np.array([pulley_amplitude(c, t) for t in time]).reshape(-1)
     wide = c._replace(**{key: getattr(c, key)[:, None] for key in ("pump", "transverse_detuning")})

@@ -13,6 +13,8 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 
 BODIES = 4
+SWING_RATIO = 0.005
+"""Damping ratio of the swing where none is known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,18 +51,13 @@ class Transporter:
 
 
 def transporter_of(
-    drive: Drive,
-    *,
-    payload_mass: float,
-    line_length: float,
-    rail_friction: float = 0.5,
-    swing_ratio: float = 0.005,
+    drive: Drive, *, payload_mass: float, line_length: float, rail_friction: float = 0.5
 ) -> Transporter:
     """The transporter that a drive with one carriage on its upper span is.
 
     ``drive``: a loop with motor, rigid joint, pulleys of one radius and one guided carriage;
     ``payload_mass``: of the mass that hangs below the carriage [kg]; ``line_length``: on which it hangs [m];
-    ``rail_friction`` [N s/m]; ``swing_ratio``: damping ratio of the swing.
+    ``rail_friction`` [N s/m]; the swing has the damping ratio `SWING_RATIO`.
     Raises `InputRefused` if the drive is another kind of machine, or a mass or length is not positive.
     """
     if drive.kind != "loop" or len(drive.carriage) != 1 or drive.carriage[0].span != "upper":
@@ -90,7 +87,7 @@ def transporter_of(
         line_length=line_length,
         gravity=drive.layout.gravity,
         rail_friction=rail_friction,
-        swing_damping=2.0 * swing_ratio * (line_length / drive.layout.gravity) ** 0.5,
+        swing_damping=2.0 * SWING_RATIO * (line_length / drive.layout.gravity) ** 0.5,
         viscous=(motor.viscous_friction + first.viscous_friction) / r**2,
         coulomb=(motor.coulomb_friction + first.coulomb_friction) / r,
         offset=motor.offset_torque / r,

@@ -23,14 +23,15 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 _COLOURS = 32
+_WIDTH = 560  # px
 
 
-def animation_gif(drive: Drive, result: SimulationResult, width: int = 560) -> bytes:
-    """The loop in motion as a GIF of some ``width`` [px]; refused with less than two whole fields."""
+def animation_gif(drive: Drive, result: SimulationResult) -> bytes:
+    """The loop in motion as a GIF; refused with less than two whole fields."""
     from PIL.Image import Dither
 
     motion = motion_of(result)
-    frames = _painted(drive, motion, width)
+    frames = _painted(drive, motion, _WIDTH)
     palette = frames[len(frames) // 4].quantize(_COLOURS)
     reduced = [frame.quantize(palette=palette, dither=Dither.NONE) for frame in frames]
     with BytesIO() as file:

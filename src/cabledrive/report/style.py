@@ -99,9 +99,9 @@ def short_family(family: str) -> str:
     return family.removeprefix("pulleys ").removesuffix("-dominated").removesuffix(" pulley turning")
 
 
-def text_width(words: str, size: float = SMALL) -> float:
-    """About how wide words [px] of a letter size [px] will be; rather too much than too little."""
-    return 0.6 * size * len(words)
+def text_width(words: str) -> float:
+    """About how wide small words [px] will be; rather too much than too little."""
+    return 0.6 * SMALL * len(words)
 
 
 @contextmanager

@@ -28,12 +28,12 @@ DECADES = 4.0
 LONGEST_TITLE = 88
 
 
-def spectrum_marks(drive: Drive | RoutedDrive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
-    """Frequency [Hz] and kind of certified modes up to some octaves over the lowest longitudinal one.
+def spectrum_marks(drive: Drive | RoutedDrive) -> tuple[tuple[float, str], ...]:
+    """Frequency [Hz] and kind of certified modes up to three times the lowest longitudinal one.
 
     Transverse ones only of a loop or a line and where they are few.
     """
-    top = octaves * float(natural_frequencies(drive, count=1)[0])
+    top = 3.0 * float(natural_frequencies(drive, count=1)[0])
     marks = [(float(frequency), "longitudinal") for frequency in natural_frequencies(drive, below=top)]
     if isinstance(drive, RoutedDrive):
         return tuple(sorted(marks))

@@ -20,15 +20,15 @@ POINTS = 121
 _PANEL, _FOOT = 96.0, 24.0  # heights [px]
 
 
-def unrolled(mode: Mode, drive: Drive, shape: int = 0) -> dict[str, tuple[Array, Array]]:
-    """A mode shape along both spans, its largest displacement scaled to one; which of a multiple mode.
+def unrolled(mode: Mode, drive: Drive) -> dict[str, tuple[Array, Array]]:
+    """A mode shape along both spans, its largest displacement scaled to one; the first of a multiple mode.
 
     For each span: unstretched distance from the drive pulley along the unrolled cable, in spans (0 to 1 on
     the upper, 1 to 2 on the lower one), and displacement, positive in the direction of the span; shape (p,)
     each.
     """
     positions = {span: _positions(drive, span) for span in drive.spans}
-    shapes = {span: mode.shape(span, at)[shape] for span, at in positions.items()}
+    shapes = {span: mode.shape(span, at)[0] for span, at in positions.items()}
     values = np.concatenate(list(shapes.values()))
     size = np.max(np.abs(values))
     largest = size * np.sign(values[np.argmax(np.abs(values) > (1 - 1e-9) * size)])

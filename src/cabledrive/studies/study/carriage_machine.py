@@ -6,7 +6,13 @@ from math import pi
 
 from cabledrive.control.transporter_law import ENCODERS
 from cabledrive.parameters import Drive
-from cabledrive.reduction.transporter import Transporter, compliance, frozen_frequencies, transporter_of
+from cabledrive.reduction.transporter import (
+    SWING_RATIO,
+    Transporter,
+    compliance,
+    frozen_frequencies,
+    transporter_of,
+)
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.goals import Goals
@@ -42,8 +48,6 @@ MARGIN = 0.02
 """Nearest to a pulley that the carriage may come, over the span's length."""
 ORDER = 13
 """Lowest order of the rise: six derivatives enter the feedforward."""
-SWING_RATIO = 0.005
-"""Damping ratio of the hanging mass: an estimate."""
 GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
 """Where nothing hangs: a grain, over the carriage's mass, its damping ratio, and the gravity it needs."""
 
