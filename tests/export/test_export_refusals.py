@@ -14,7 +14,6 @@ ROWS = [
     ("elevator", {"format": "c99"}, "3000 N m"),
     ("no-such-drive", {"format": "c99"}, "no-such-drive"),
     ("dissertation-3", {"format": "hdl"}, "hdl"),
-    ("dissertation-3", {"format": "st"}, "Structured Text"),
     ("dissertation-3", {"format": "mjcf", "what": "loop"}, "loop"),
     ("dissertation-3", {"format": "fmu2", "float32": True}, "float32"),
     ("dissertation-3", {"format": "mjcf", "float32": True}, "float32"),

@@ -22,11 +22,7 @@ from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.files import umask
 from cabledrive.reduction.network_axis import axis_notes
 
-FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper")
-NO_ST = (
-    "format st: Structured Text is not written, no compiler of it is at hand that could test it: take c99, "
-    "which IEC 61131-3 runtimes call as a C function block"
-)
+FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "klipper")
 LINEAR = "links are linear: valid while no span goes slack"
 PARTS = ("controller", "plant", "loop", "cable")
 
@@ -50,7 +46,7 @@ def export_to(
         New folder that receives the files.
     source : Drive, RoutedDrive, str or path
         A drive, its name or file; a study's folder; a controller.json.
-    format : {"c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper"}
+    format : {"c99", "fmu2", "fmu3", "mjcf", "modelica", "klipper"}
         What to write.
     controller : str or ControllerProtocol, optional
         Law for a drive; default: the one that its joint calls for. A controller of your own, such as an
@@ -79,8 +75,6 @@ def export_to(
     if what not in PARTS:
         raise InputRefused(f"what = {what!r} is not known: take one of {', '.join(PARTS)}")
     place = checked_folder(folder)
-    if format == "st":
-        raise InputRefused(NO_ST)
     if float32 and (format != "c99" or what != "controller"):
         raise InputRefused(
             f"float32 is for --format c99 --what controller, not {format} {what}: leave it out"

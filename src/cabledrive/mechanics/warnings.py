@@ -102,7 +102,7 @@ def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
 
 
 def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A sag that bends the straight cable of most models."""
+    """A sag that bends the straight cable of the reduced models."""
     ratio, irvine = sheet.sag_ratio / SMALL_SAG, sheet.irvine_parameter / SMALL_IRVINE
     if max(ratio, irvine) > 1.0:
         straight = drive.cable.pretension * max(ratio, irvine ** (1.0 / 3.0))
@@ -110,8 +110,8 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         yield (
             f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
             f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
-            f"(small: {SMALL_IRVINE:g}): transverse modes count the sag; longitudinal modes, lumped "
-            f"models and the internal resonance take a straight cable; {advice} to straighten it"
+            f"(small: {SMALL_IRVINE:g}): the modes are those of the hanging rope; "
+            f"lumped models and the internal resonance take a straight cable; {advice} to straighten it"
         )
 
 

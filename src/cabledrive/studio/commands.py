@@ -12,7 +12,7 @@ from cabledrive.studio.route_commands import klipper, ping, sheet, travel, virtu
 from cabledrive.studio.state import State, arguments
 
 LONGEST = 200
-FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "st")
+FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica")
 SWITCHES = {
     "load_friction": ("load friction", "load_coulomb", "N m"),
     "backlash": ("backlash", "backlash", "deg"),

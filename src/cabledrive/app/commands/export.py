@@ -23,10 +23,10 @@ METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` f
 @click.option(
     "--format",
     "format_",
-    type=click.Choice(["c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper"]),
+    type=click.Choice(["c99", "fmu2", "fmu3", "mjcf", "modelica", "klipper"]),
     required=True,
     metavar="FORMAT",
-    help="c99, fmu2, fmu3, mjcf, modelica, st or klipper.",
+    help="c99, fmu2, fmu3, mjcf, modelica or klipper.",
 )
 @click.option("--controller", metavar="NAME", help="Control law for a drive; default: by the motor joint.")
 @click.option("--axis", metavar="NAME", help="Axis of a machine with routes: its load, such as head.x.")
