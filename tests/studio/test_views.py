@@ -6,7 +6,7 @@ import shlex
 import numpy as np
 import pytest
 
-from cabledrive.parameters import load_drive
+from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.rig import track
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.resonance import resonance
@@ -18,6 +18,21 @@ def test_the_resonance_page_says_the_verdict_of_the_command(studio):
     found = resonance(load_drive("dissertation-2"), torque=0.01)
     assert f">{found.verdict}</span>" in page
     assert all(words.split(";")[0][:40] in page.replace("&#39;", "'") for words in found.reasons)
+
+
+@pytest.mark.parametrize("name", packaged_drives())
+def test_every_view_of_every_packaged_machine_shows_something_or_says_in_a_sentence_why_not(studio, name):
+    """No red line; a pair of modes is one that `route_resonance` or `resonance` finds."""
+    page = studio.get(f"/resonance?drive={name}").text
+    assert 'class="problem"' not in page
+    assert ("Frequency ratio" in page) != ("no internal resonance to show" in page)
+    found = studio.get(f"/control/part?drive={name}&law=pd&bandwidth=5+Hz").json()
+    assert not found.get("refusal")
+    assert found.get("none_here") or found["rows"] or found["refused"]
+    for view in ("/", "/control", "/logs", "/studies"):
+        page = studio.get(f"{view}?drive={name}").text
+        assert 'class="problem"' not in page
+        assert 'role="alert">' not in page.replace('role="alert" hidden', "")
 
 
 def test_curves_of_a_law_are_those_of_track(studio):

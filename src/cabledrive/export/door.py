@@ -52,7 +52,7 @@ def export_to(
         Law for a drive; default: the one that its joint calls for. A controller of your own, such as an
         `OwnController`, whose step keeps to the subset of Python that is translated.
     axis : str, optional
-        Of a machine with routes: its load, such as "head.x"; needed where two motors drive two axes.
+        Of a machine with routes: its load, such as "head.x"; default: the first that is a chain.
     what : {"controller", "plant", "loop", "cable"}
         Which part; "cable": the distributed cable in modes, or the network of a machine with routes.
     float32 : bool, default False

@@ -36,7 +36,7 @@ class NoChain(InputRefused):
 def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
     """A drive for control: itself, or the axis of a machine with routes whose load is named, as "head.x".
 
-    Refused: two axes and none named, no such axis, a load that is not the end of a lumped chain.
+    Without a name the first axis that is a chain. Refused: no such axis, a load not at the end of it.
     """
     if not isinstance(drive, RoutedDrive):
         if axis is not None:
@@ -54,14 +54,12 @@ def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
 
 
 def _chain_of(drive: RoutedDrive, axis: str | None) -> NetworkChain:
-    """The chain of an axis whose load is its end."""
+    """The chain of an axis whose load is its end; the first that is one where none is named."""
     chains = network_chains(drive)
     known = ", ".join(chain.load for chain in chains)
     usable = [chain for chain in chains if chain.refusal is None]
-    if axis is None and len(usable) == 1:
+    if axis is None and usable:
         return usable[0]
-    if axis is None and len(chains) > 1:
-        raise InputRefused(f"two motors drive two axes, {known}: name one with --axis (axis=)")
     found = [chain for chain in chains if axis in (None, chain.load)]
     if not found:
         raise InputRefused(f'axis = "{str(axis)[:60]}" is no axis of this machine: take {known}')

@@ -102,7 +102,7 @@ def track(
     plant_drive : Drive, optional
         The drive as it is, where that differs.
     axis : str, optional
-        Of a machine with routes: its load, such as "head.x"; needed where two motors drive two axes.
+        Of a machine with routes: its load, such as "head.x"; default: the first that is a chain.
     seed : int, default 0
         Of encoder phases and jitter.
     gains : {"best", "dissertation"}

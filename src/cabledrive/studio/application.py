@@ -48,6 +48,7 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             Route("/logs/{log}/check", check),
             Route("/control", _later("control_view", "control_page")),
             Route("/control/part", _later("control_view", "control_part")),
+            Route("/control/best", _later("control_view", "control_best")),
             Route("/studies", work_page),
             Route("/studies/start/{kind}", start, methods=["POST"]),
             Route("/studies/{number}", job_page),

@@ -13,7 +13,7 @@ from cabledrive.parameters.units import to_si
 from cabledrive.report.figures.control_runs import spectrum
 from cabledrive.report.time_plots import instants
 from cabledrive.rig import Tracking, track
-from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS
 from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.studio import pages
@@ -21,10 +21,10 @@ from cabledrive.studio.commands import DISTURBANCES, SWITCHES, disturbed
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.state import command_line, drive_of, state_of
 
+NONE_HERE = "No control law runs on this machine"
 PLANTS = ("model-1", "model-2", "model-3", "model-4", "cable")
-FIRST_LAWS = ("pd", "darc-3")
+FIRST_LAWS = ("pd", "lqg", "lqi-learning")
 MOST_LAWS = 4
-BANDWIDTH = "30 Hz"
 HIGHEST = 300.0
 """Part of the spectrum that is drawn [Hz]."""
 _ONE_AT_A_TIME = threading.Lock()
@@ -40,11 +40,12 @@ def control_page(request: Request) -> Response:
         "control.html",
         view="control",
         state=state,
-        laws=list(CONTROLLERS),
+        laws=list(MAIN_LAWS),
+        others=[name for name in CONTROLLERS if name not in MAIN_LAWS],
         chosen=_laws(request),
         plants=PLANTS,
         given=given,
-        bandwidth=given.get("bandwidth", BANDWIDTH),
+        bandwidth=given.get("bandwidth", ""),
         own=any(name.startswith("bandwidth-") for name in given),
         switches=SWITCHES,
         disturbances={name: words for name, (words, _) in DISTURBANCES.items()},
@@ -58,11 +59,19 @@ def control_part(request: Request) -> Response:
     state = state_of(request.url.query, desk.first)
     try:
         drive = drive_of(desk.library, state)
+    except (InputRefused, NotComputed) as refusal:
+        return JSONResponse({"refusal": str(refusal)})
+    try:
         axis = request.query_params.get("axis", "")[:60] or None
         if isinstance(drive, RoutedDrive) or axis is not None:
             from cabledrive.reduction.network_axis import as_axis
 
-            drive = as_axis(drive, axis)
+            try:
+                drive = as_axis(drive, axis)
+            except (InputRefused, NotComputed) as refusal:
+                return JSONResponse({"none_here": f"{NONE_HERE}: {refusal}."})
+        if drive.sensors is None or drive.sensors.sample_rate is None or drive.motor is None:
+            return JSONResponse({"none_here": f"{NONE_HERE}: its file has no motor or no sample rate."})
         motion, options, words = _setting(request)
         words = [*words, *([f"--axis={axis}"] if axis else [])]
         bandwidths = {law: _bandwidth(request, law) for law in _laws(request)}
@@ -84,13 +93,35 @@ def control_part(request: Request) -> Response:
                     refused.append(f"{law}: {refusal}")
     except (InputRefused, NotComputed) as refusal:
         return JSONResponse({"refusal": str(refusal)})
+    common = {words.partition(": ")[2] for words in refused}
+    if not runs and len(common) == 1:
+        return JSONResponse({"none_here": f"{NONE_HERE}: {common.pop()}."})
     lines = [
         command_line(
-            desk.library, state, "track", f"--controller={law}", f"--bandwidth={bandwidth:g}", *words
+            desk.library,
+            state,
+            "track",
+            f"--controller={law}",
+            *([] if bandwidth is None else [f"--bandwidth={bandwidth:g}"]),
+            *words,
         )
         for law, bandwidth in bandwidths.items()
     ]
     return JSONResponse({"refused": refused, "command": "; ".join(lines), "query": state.query} | _seen(runs))
+
+
+def control_best(request: Request) -> Response:
+    """The law that `compare` ranks first along the motion of the page, and why it has its bandwidth."""
+    desk: Desk = request.app.state.desk
+    try:
+        drive = drive_of(desk.library, state_of(request.url.query, desk.first))
+        axis = request.query_params.get("axis", "")[:60] or None
+        with _ONE_AT_A_TIME:
+            run = track(drive, controller="best", motion=_setting(request)[0], axis=axis)
+    except (InputRefused, NotComputed) as refusal:
+        return JSONResponse({"words": f"{NONE_HERE}: {refusal}."})
+    assert isinstance(run, Tracking)
+    return JSONResponse({"words": f"compare would take {run.summary['gains']['reasons'][0]}."})
 
 
 def _laws(request: Request) -> list[str]:
@@ -98,10 +129,13 @@ def _laws(request: Request) -> list[str]:
     return list(dict.fromkeys(given))[:MOST_LAWS] or list(FIRST_LAWS)
 
 
-def _bandwidth(request: Request, law: str) -> float:
-    """Of a law [Hz]: its own where the page gives one, else that of all."""
+def _bandwidth(request: Request, law: str) -> float | None:
+    """Of a law [Hz]: its own where the page gives one, else that of all, else the one that it is tuned to."""
     given = request.query_params
-    bandwidth = to_si(given.get(f"bandwidth-{law}") or given.get("bandwidth") or BANDWIDTH, "Hz")
+    words = given.get(f"bandwidth-{law}") or given.get("bandwidth")
+    if not words:
+        return None
+    bandwidth = to_si(words, "Hz")
     if not 0.1 <= bandwidth <= 1000.0:
         raise InputRefused(f"bandwidth = {bandwidth:.4g} Hz must lie between 0.1 Hz and 1 kHz")
     return bandwidth
@@ -158,7 +192,13 @@ def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
         "within_bound",
     )
     rows = [
-        {"law": law, "incomplete": run.incomplete} | {key: run.summary[key] for key in keys}
+        {
+            "law": law,
+            "incomplete": run.incomplete,
+            "bandwidth_hz": run.summary["gains"].get("bandwidth_hz"),
+            "reasons": [f"{law}: {words}" for words in run.summary["gains"].get("reasons", ())],
+        }
+        | {key: run.summary[key] for key in keys}
         for law, run in runs.items()
     ]
     return {"curves": curves, "rows": rows}

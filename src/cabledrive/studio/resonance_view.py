@@ -1,6 +1,7 @@
 """The internal resonance: verdict, pairs, the map with the machine's own point and a motion's path."""
 
 import threading
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -8,19 +9,25 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
 from cabledrive.parameters.units import to_si
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.motion_file import read_motion
-from cabledrive.studies.resonance import ResonanceSummary, resonance
+from cabledrive.studies.pair_thresholds import CoupledPair
+from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_map import GrowthMap, growth_map
+from cabledrive.studies.route_pairs import RoutePair, route_resonance
 from cabledrive.studio import pages
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.state import command_line, drive_of, state_of
 from cabledrive.studio.work_view import FRAMED
 
 KEPT = 4
+NONE_HERE = "This machine has no internal resonance to show"
+NO_MAP = (
+    "The map over torque and pretension is that of a cable round two pulleys; here the pairs of modes say it."
+)
 TELLS_HEIGHT = """<script>
 new ResizeObserver(() => parent.postMessage(document.body.scrollHeight, "*")).observe(document.body);
 </script>"""
@@ -33,12 +40,18 @@ def resonance_page(request: Request) -> Response:
     desk: Desk = request.app.state.desk
     state = state_of(request.url.query, desk.first)
     torque = request.query_params.get("torque", "")[:40]
-    words: dict[str, Any] = {"refusal": "", "facts": [], "pairs": [], "verdict": "", "reasons": []}
+    words: dict[str, Any] = {"refusal": "", "why_none": "", "facts": [], "pairs": [], "verdict": ""}
     try:
-        drive = _two_pulleys(desk, request)
-        words |= _facts(resonance(drive, torque=to_si(torque, "N m") if torque else None))
+        drive, amplitude = drive_of(desk.library, state), to_si(torque, "N m") if torque else None
     except (InputRefused, NotComputed) as refusal:
         words["refusal"] = str(refusal)
+    else:
+        try:
+            words |= (
+                _of_routes(drive, amplitude) if isinstance(drive, RoutedDrive) else _facts(drive, amplitude)
+            )
+        except (InputRefused, NotComputed) as refusal:
+            words["why_none"] = f"{NONE_HERE}: {refusal}."
     options = [f"--torque={torque}"] if torque else []
     return pages.page(
         request,
@@ -81,7 +94,38 @@ def _two_pulleys(desk: Desk, request: Request) -> Drive:
     return drive
 
 
-def _facts(found: ResonanceSummary) -> dict[str, Any]:
+def _of_routes(drive: RoutedDrive, torque: float | None) -> dict[str, Any]:
+    """The same of a machine with routes, whose tensions follow from statics: there is no map."""
+    found = route_resonance(drive, torque=torque)
+    facts = [
+        ("Longitudinal mode", quantity(found.longitudinal_hz, "Hz")),
+        (
+            f"Frequency ratio, first transverse of {found.nearest_span} over it",
+            number(found.frequency_ratio, 5),
+        ),
+    ]
+    if found.threshold_torque is not None:
+        facts.append(("Threshold torque", quantity(found.threshold_torque, "N m")))
+    return {"verdict": found.verdict, "reasons": found.reasons, "facts": facts, "why_none": NO_MAP} | {
+        "pairs": _pairs(found.pairs)
+    }
+
+
+def _pairs(pairs: Sequence[CoupledPair | RoutePair]) -> list[tuple[str, ...]]:
+    return [
+        (
+            pair.kind,
+            pair.span,
+            number(pair.longitudinal_hz, 6),
+            " + ".join(dict.fromkeys(number(value, 6) for value in pair.transverse_hz)),
+            "none" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m", 4),
+        )
+        for pair in pairs[:12]
+    ]
+
+
+def _facts(drive: Drive, torque: float | None) -> dict[str, Any]:
+    found = resonance(drive, torque=torque)
     rows = (
         ("Frequency ratio, first transverse over pulley mode", found.frequency_ratio, "1"),
         ("Pulley mode", found.pulley_frequency, "Hz"),
@@ -94,14 +138,5 @@ def _facts(found: ResonanceSummary) -> dict[str, Any]:
         "verdict": found.verdict,
         "reasons": found.reasons,
         "facts": [(words, quantity(value, unit)) for words, value, unit in rows if value is not None],
-        "pairs": [
-            (
-                pair.kind,
-                pair.span,
-                number(pair.longitudinal_hz, 6),
-                " + ".join(dict.fromkeys(number(value, 6) for value in pair.transverse_hz)),
-                "none" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m", 4),
-            )
-            for pair in found.coupled[:12]
-        ],
+        "pairs": _pairs(found.coupled),
     }

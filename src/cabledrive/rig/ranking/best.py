@@ -10,7 +10,7 @@ from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.ranking.ranked import BEST, BEST_DRAWS, COMPARED, LEARNS, best_law, goal_of
 from cabledrive.rig.ranking.scores import counted
 from cabledrive.rig.setting import DEGREE
-from cabledrive.rig.tuning import law_at
+from cabledrive.rig.tuning import LEAST_DISK, law_at, ripple_limit
 
 __all__ = ["BEST", "best_controller", "best_words"]
 
@@ -28,7 +28,8 @@ def best_controller(spec: DesignSpec) -> Controller:
     tuned, _ = best_law(_compared(spec))
     reason = (
         f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
-        "plants with friction at the load"
+        f"plants with friction at the load; the highest bandwidth with a disk margin of {LEAST_DISK:g} and a "
+        f"torque ripple of {ripple_limit(spec):.3g} N m"
     )
     made = law_at(tuned.name, tuned.bandwidth, tuned.filter, spec)
     return replace(made, gains=made.gains | {"reasons": [reason]})

@@ -16,6 +16,8 @@
     $("asked-refusal").textContent = found.refusal ?? "";
     $("asked-refusal").hidden = !found.refusal;
     if (found.refusal) { $("figures").tBodies[0].replaceChildren(); return; }
+    $("best").textContent = found.none_here ?? $("best").textContent;
+    if (found.none_here) { for (const id of ["figures", "error", "torque", "spectrum"]) $(id).hidden = true; return; }
     command(found.command);
     links(found.query);
     table(found.rows);
@@ -24,6 +26,11 @@
       note.className = "problem";
       note.textContent = words;
       return note;
+    }), ...found.rows.flatMap((row) => row.reasons).map((words) => {
+      const why = document.createElement("p");
+      why.className = "hint";
+      why.textContent = words;
+      return why;
     }));
     draw(found.curves);
   });
@@ -33,11 +40,11 @@
     $("figures").tBodies[0].replaceChildren(...rows.map((row, k) => {
       const line = document.createElement("tr");
       const kept = { true: "yes", false: "no" }[String(row.within_bound)] ?? "assumptions do not hold";
-      const cells = [row.law, number(row.peak_error_deg), number(row.rms_error_deg), number(row.peak_torque), number(100 * row.saturated_fraction), number(row.theory_bound_deg), kept];
+      const cells = [row.law, number(row.bandwidth_hz), number(row.peak_error_deg), number(row.rms_error_deg), number(row.peak_torque), number(100 * row.saturated_fraction), number(row.theory_bound_deg), kept];
       cells.forEach((words, i) => {
         const cell = line.insertCell();
         cell.textContent = words;
-        if (i > 0 && i < 6) cell.className = "numeric";
+        if (i > 0 && i < 7) cell.className = "numeric";
         if (i === 0) { cell.style.color = `var(--${curves.NAMES[k % 6]})`; cell.style.fontWeight = "600"; }
       });
       return line;
@@ -94,6 +101,8 @@
   }
   addEventListener("popstate", () => location.reload());
   send(`/control/part?${query()}`);
+  $("best").textContent = "Which law compare would take is being computed.";
+  fetch(`/control/best?${query()}`).then((answer) => answer.json()).then((found) => { $("best").textContent = found.words; });
 
   for (const kind of ["compare", "controlled", "film"]) {
     $(kind).addEventListener("submit", async (event) => {
