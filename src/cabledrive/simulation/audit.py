@@ -40,11 +40,7 @@ class SlackEvent:
 
 
 def slack_events(case: Case, state: State) -> tuple[SlackEvent, ...]:
-    """Where and when spans went slack, up to the first thousand times.
-
-    ``state``: at the end of the run.
-    Returns in order of time.
-    """
+    """Where and when spans went slack up to the end of a run, in order, the first thousand times."""
     noted = state.events[: min(int(state.counts[EVENTS]), MOST_EVENTS)]
     return tuple(
         SlackEvent(
@@ -58,23 +54,14 @@ def slack_events(case: Case, state: State) -> tuple[SlackEvent, ...]:
 
 
 def budget_error(rows: Array) -> Array:
-    """Error of the energy budget at each record.
-
-    ``rows``, shape (records, columns).
-    Returns shape (records,): energy of the method plus losses minus work, less its value at the start [J].
-    """
+    """Error of the energy budget at each record: energy plus losses less work, less its start [J]."""
     balance = rows[:, COLUMN["balance"]]
     error: Array = balance - balance[:1]
     return error
 
 
 def energy_handled(rows: Array, energy_at_rest: float) -> float:
-    """Largest energy a run had to do with: what it started with above rest, and the work done on it.
-
-    ``rows``, shape (records, columns); ``energy_at_rest``: energy of the drive at rest, see `rest_energy`
-    [J].
-    Returns energy [J].
-    """
+    """Largest energy [J] of a run: what it started with above `rest_energy`, and the work done on it."""
     if not len(rows):
         return 0.0
     start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) - energy_at_rest

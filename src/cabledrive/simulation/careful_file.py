@@ -44,10 +44,7 @@ class CarefulFile(io.RawIOBase):
         return len(buffer)
 
     def write(self, data: Any, /) -> int:
-        """Write all, or remember why not.
-
-        Returns the size of all.
-        """
+        """Write all, or remember why not; the size of all."""
         left = memoryview(data).cast("B")
         size = len(left)
         try:
@@ -77,10 +74,9 @@ class CarefulFile(io.RawIOBase):
 
 @contextmanager
 def interrupts_deferred() -> Iterator[list[int]]:
-    """Keep interrupts back until the end.
+    """Keep interrupts back until the end, where `KeyboardInterrupt` is raised if one came.
 
-    Returns not empty once an interrupt is waiting, so that long work can end early by itself.
-    Raises `KeyboardInterrupt` in the end, if one came.
+    The list is not empty once one is waiting, so that long work can end early by itself.
     """
     waiting: list[int] = []
     usual = threading.current_thread() is threading.main_thread()

@@ -149,11 +149,7 @@ class Case:
         return plain
 
     def inputs(self, first_step: int, steps: int) -> tuple[Array, Array]:
-        """Torque and forces at the times of some steps.
-
-        Returns ``torque``, shape (steps,): with the motor's offset [N m]; ``forces``, shape (steps, number of
-        forces): forces [N].
-        """
+        """Torque, (steps,), with the motor's offset [N m], and forces, (steps, forces) [N], of some steps."""
         time: Array = np.arange(first_step, first_step + steps, dtype=np.float64) * self.grid.step
         forces = np.zeros((steps, len(self.forces)))
         for number, signal in enumerate(self.forces):
@@ -187,11 +183,9 @@ def case_of(
     scheme: Scheme | None = None,
     recording: Recording | None = None,
 ) -> Case:
-    """Check and prepare a run.
+    """Check and prepare a run of some duration [s]; what cannot be run is refused.
 
-    ``duration``: length of the run [s]; ``torque``: torque of the motor, on the drive pulley where there is
-    none [N m].
-    Raises `InputRefused` if anything about it cannot be run.
+    ``torque``: of the motor, on the drive pulley where there is none [N m].
     """
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
     mesh = mesh_of(drive, scheme.segments)

@@ -75,10 +75,6 @@ EXTREMES = 10
 
 
 def probe_columns(number: int) -> slice:
-    """Columns of a probe.
-
-    ``number``: which probe, from 0.
-    Returns its u, v, w in a row.
-    """
+    """Columns u, v, w in a row of a probe, counted from 0."""
     start = WIDTH + 3 * number
     return slice(start, start + 3)

@@ -18,11 +18,7 @@ class Damaged(ValueError):
 
 
 def checkpoint_bytes(state: Any, records: int, bound_to: str, hashes: list[str]) -> bytes:
-    """Content of a checkpoint.
-
-    ``records``: records up to there; ``bound_to``: digest of the settings of the run; ``hashes``: digests of
-    rows and fields up to there.
-    """
+    """Checkpoint after some records: their digests, and that of the settings it is bound to."""
     content: dict[str, Any] = {**state._asdict(), "records": np.int64(records)}
     content |= {"bound_to": np.array(bound_to), "hashes": np.array(hashes)}
     buffer = io.BytesIO()
@@ -32,11 +28,10 @@ def checkpoint_bytes(state: Any, records: int, bound_to: str, hashes: list[str])
 
 
 def read_checkpoint(path: Path, like: Any, every: int, bound_to: str) -> tuple[Any, int, list[str]]:
-    """State, records and digests of a checkpoint.
+    """State, records and digests of a checkpoint; ``like``: a state of the same run, for the shapes.
 
-    ``like``: one of the same run, for the shapes; ``every``: steps per record; ``bound_to``: digest of the
-    settings of the run.
-    Raises `Damaged` if it is not what was written, or another run's; `OSError` if it cannot be read.
+    ``every``: steps per record. `Damaged` if it is not what was written, or bound to other settings;
+    `OSError` if it cannot be read.
     """
     digest, data = path.read_bytes()[:_DIGEST], path.read_bytes()[_DIGEST:]
     if hashlib.sha256(data).hexdigest().encode() != digest:

@@ -6,10 +6,7 @@ from cabledrive.simulation.labels import Content
 
 
 def dataset_of(content: Content) -> xarray.Dataset:
-    """All arrays of a result with their dimensions, units and meanings.
-
-    Returns dimensions time, probe, plane, span, node, field_time; every array with `units` and `long_name`.
-    """
+    """All arrays of a result over time, probe, plane, span, node and field_time, with units and meanings."""
     described = {
         variable.name: (
             variable.dimensions,

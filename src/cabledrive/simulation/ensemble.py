@@ -116,12 +116,10 @@ UNITS = {
 def members_of(
     axes: Mapping[str, Sequence[float] | Array], common: Setting, records: float
 ) -> tuple[dict[str, Array], list[Setting]]:
-    """Every combination of the values of some parameters, the last axis quickest.
+    """Values as arrays, and every combination of them as a `Setting`, the last axis quickest.
 
-    ``axes``: values of each parameter that is varied, by its name in `Setting`; ``common``: parameters that
-    are not varied; ``records``: records of each run.
-    Returns ``values``: the axes as arrays.
-    Raises `InputRefused` if an axis is unknown or empty, or the result would not fit into memory.
+    ``axes``: by name of a parameter; ``common``: parameters that are not varied; ``records``: of each run.
+    Refused: an axis that is unknown or empty, a result that would not fit into memory.
     """
     values = {name: np.atleast_1d(np.asarray(given, dtype=np.float64)) for name, given in axes.items()}
     _check_axes(values, records)

@@ -52,10 +52,7 @@ def coordinates(result: SimulationResult) -> list[Variable]:
 
 
 def words(result: SimulationResult) -> dict[str, tuple[str, list[str]]]:
-    """Coordinates that are words.
-
-    Returns name to dimension and values.
-    """
+    """Coordinates that are words: name to dimension and values."""
     return {
         "span": ("span", list(result.spans)),
         "plane": ("plane", PLANES),
@@ -94,20 +91,14 @@ def variables(result: SimulationResult) -> list[Variable]:
 
 
 def by_span(result: SimulationResult) -> Array:
-    """Whole fields span by span, the rims in both.
-
-    Returns shape (field records, spans, n + 1, 3): displacements [m].
-    """
+    """Whole fields span by span, the rims in both, (field records, spans, n + 1, 3): displacements [m]."""
     n = result.position.shape[1] - 1
     spans = [result.fields[:, :, k * n : (k + 1) * n + 1] for k in range(len(result.spans))]
     return np.stack(spans, axis=1).transpose(0, 1, 3, 2)
 
 
 def attributes(result: SimulationResult) -> dict[str, Any]:
-    """What is known of a result as a whole, as text and numbers.
-
-    Returns no time of day and no wall time in it: the same run gives the same file.
-    """
+    """What is known of a result as a whole but any time of day: the same run gives the same file."""
     whole = {**result.provenance, **result.summary()}
     del whole["wall_time"]
     if whole["error_estimate"] is None:

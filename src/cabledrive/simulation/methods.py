@@ -46,10 +46,7 @@ class Method:
     law: CableLaw | None = None
 
     def check(self, plan: Plan) -> None:
-        """Refuse what the method has no equation for.
-
-        Raises `InputRefused` with what to take instead.
-        """
+        """Refuse what the method has no equation for, with what to take instead."""
         law = KERNEL_LAWS[plan.law] if plan.law != OWN else None
         table: dict[str, dict[str, object]] = {
             "node-centred": {
@@ -71,10 +68,7 @@ class Method:
                 raise InputRefused(f'method = "{self.name}" does not know {what}: use {instead}')
 
     def extra(self, plan: Plan, state: State) -> Array:
-        """What the energy-conserving scheme keeps: E half a step before the start, a shift C, and losses.
-
-        Returns shape (6,) [J], [m]; of the other methods (0,).
-        """
+        """Energy half a step before the start, a shift C, and losses, (6,) [J], [m]; else of size 0."""
         if self.name != "energy-conserving":
             return np.zeros(0)
         law, extra = law_of(plan), np.zeros(MOTOR_LOST + 1)
@@ -180,10 +174,7 @@ METHODS = {name: Method(name=name) for name in NAMES}
 
 
 def method_named(name: str) -> Method:
-    """Method of a name.
-
-    Raises `InputRefused` if there is none of that name.
-    """
+    """Method of a name; others are refused."""
     if name not in METHODS:
         raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, METHODS)}')
     return METHODS[name]

@@ -20,10 +20,8 @@ BESIDES = 1 << 20  # bytes a file may need beyond its numbers
 def write_netcdf(content: Content, path: Path, temporary: Path, *, force: bool = False) -> None:
     """Write a result, see `cabledrive.simulation.labels`; the file appears whole or not at all.
 
-    ``temporary``: name of the file until it is whole, on the same disk; ``force``: whether a file there is
-    replaced.
-    Raises `InputRefused` if another process has written the file meanwhile (without `force`); `OSError` if
-    the disk refuses.
+    ``temporary``: its name until it is whole, on the same disk. Refused if another process has written the
+    file meanwhile (without `force`); `OSError` if the disk refuses.
     """
     try:
         _find_room(content, temporary)

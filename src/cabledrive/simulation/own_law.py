@@ -157,10 +157,7 @@ def slack_of(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
 
 
 def stiffness_over_limit(plan: Plan, law: CableLaw, x: Array) -> Array:
-    """Slope of each segment's tension along itself, over the largest for which the step is stable.
-
-    ``x``, shape (3, nodes): displacements [m]. Returns shape (segments,).
-    """
+    """Slope of each segment's tension along itself, (segments,), over the largest that is stable."""
     gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
     along = gradients + np.array([[1.0], [0.0], [0.0]])
     along /= np.linalg.norm(along, axis=0)

@@ -8,10 +8,7 @@ SECONDS_BETWEEN = 0.5
 
 
 class Progress:
-    """Progress of a run of some length [s], rewritten in place twice a second.
-
-    Without a word on ``shown`` it is shown where standard error is a terminal.
-    """
+    """Progress of a run of some length [s], rewritten twice a second, by default where a terminal reads."""
 
     def __init__(self, duration: float, shown: bool | None) -> None:
         self._duration = duration
@@ -21,10 +18,7 @@ class Progress:
         self._line = TerminalLine()
 
     def at(self, simulated: float) -> None:
-        """Show how far the run is.
-
-        ``simulated``: time reached in the run [s].
-        """
+        """Show the time reached in the run [s]."""
         now = time.monotonic()
         if self._from is None:
             self._from, self._began = simulated, now

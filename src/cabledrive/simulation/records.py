@@ -39,24 +39,15 @@ class Records(ABC):
     """Rows and fields of a run as they come in."""
 
     def append(self, rows: Array, fields: Array) -> None:
-        """Add records.
-
-        ``rows``, shape (n, columns); ``fields``, shape (m, 3, nodes).
-        """
+        """Add records: rows, (n, columns), and fields, (m, 3, nodes)."""
         self._append(rows, fields)
 
     def commit(self, state: Any, records: int) -> None:
-        """Make what was added so far the point from which a run can be resumed.
-
-        ``state``: after the last step; ``records``: records up to there.
-        """
+        """Make the records so far, and the state after their last step, a point to resume the run from."""
         self._commit(state, records)
 
     def arrays(self) -> tuple[Array, Array]:
-        """All rows and all fields.
-
-        Returns ``rows``, shape (records, columns); ``fields``, shape (field records, 3, nodes).
-        """
+        """All rows, (records, columns), and all fields, (field records, 3, nodes)."""
         return self._arrays()
 
     @abstractmethod
@@ -197,11 +188,7 @@ class RecordsInFolder(Records):
         return rows, fields
 
     def check(self, records: int) -> None:
-        """Compare what lies in the files with what was appended, before a result is made of it.
-
-        ``records``: how many records the run has made.
-        Raises `NotComputed` if it is not the same (another program wrote to the files), or the disk is full.
-        """
+        """Refuse, by `NotComputed`, files that hold other records than were appended, or a full disk."""
         try:
             for file in (self._rows, self._fields):
                 file.flush()

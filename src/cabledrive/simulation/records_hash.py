@@ -20,10 +20,7 @@ class RecordsHash:
         self._digests = {0: self._now()}
 
     def add(self, records: int, *content: bytes) -> None:
-        """Count records in.
-
-        ``records``: how many; ``*content``: their rows and their fields.
-        """
+        """Count in records by their rows and their fields."""
         for running, part in zip(self._hashes, content, strict=True):
             running.update(part)
         self._count += records
@@ -31,18 +28,14 @@ class RecordsHash:
         self._digests = kept | {self._count: self._now()}
 
     def at(self, records: int) -> list[str]:
-        """Digests of rows and fields up to a number of records.
-
-        ``records``: one of the last two that were counted in.
-        """
+        """Digests of rows and fields up to one of the last two numbers of records counted in."""
         return self._digests[records]
 
     def read(self, records: int, *parts: tuple[Path, int]) -> list[str]:
-        """Count in what lies in files already; nothing may have been counted in before.
+        """Digests of what lies in files already, counted in before anything else.
 
         ``*parts``: file of the rows and of the fields, and how many of its bytes belong to these records.
-        Returns digests of rows and fields.
-        Raises `OSError` if a file is shorter, or cannot be read.
+        `OSError` if a file is shorter, or cannot be read.
         """
         for running, (path, size) in zip(self._hashes, parts, strict=True):
             _hash_file(running, path, size)

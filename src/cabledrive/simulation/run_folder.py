@@ -14,35 +14,23 @@ MADE_HERE |= {"checkpoint.npz"}  # by version 0.1
 
 
 def clear(folder: Path, names: list[str]) -> None:
-    """Delete files in such an order that what is left by a kill can be resumed: the setting last.
-
-    ``names``: from `left_behind`.
-    """
+    """Delete files `left_behind` so that what is left by a kill can be resumed: the setting last."""
     for name in sorted(names, key=lambda name: (name == SETTING, name != CHECKPOINT)):
         (folder / name).unlink()
 
 
 def part_of(path: Path) -> Path:
-    """Folder of a run in progress.
-
-    ``path``: of the result.
-    """
+    """Folder of a run in progress, from the path of the result."""
     return path.with_name(path.name + ".part")
 
 
 def left_behind(folder: Path) -> list[str]:
-    """Names of what an ended run left in its folder.
-
-    Returns empty where the folder is not there, too.
-    """
+    """Names of what an ended run left in its folder, if it is there."""
     return [name for name in os.listdir(folder) if name != LOCK] if folder.is_dir() else []
 
 
 def open_at(path: Path, size: int) -> BinaryIO:
-    """Open a file for appending after its first bytes.
-
-    ``path``: made where it is absent; ``size``: of what is kept; the file holds as much.
-    """
+    """Open a file, made where it is absent, for appending after the first bytes, which are kept."""
     path.touch()
     file = path.open("r+b")
     file.truncate(size)

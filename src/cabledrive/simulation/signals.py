@@ -231,12 +231,7 @@ class FromFunction(Signal):
 
 
 def signal_of(given: Signal | float | Function, what: str) -> Signal:
-    """Signal from what a caller gives.
-
-    ``given``: a number stands for a constant, a callable for a function of time; ``what``: what it is, for
-    the refusal.
-    Raises `InputRefused` if it is none of these.
-    """
+    """Signal from what a caller gives: itself, a constant, a function of time; else refused in words."""
     if isinstance(given, Signal):
         return given
     if callable(given):
@@ -250,11 +245,7 @@ def signal_of(given: Signal | float | Function, what: str) -> Signal:
 
 
 def check_lasts(signal: Signal, duration: float, what: str) -> None:
-    """Refuse a signal that ends before the run.
-
-    ``duration``: length of the run [s]; ``what``: what it is, for the refusal.
-    Raises `InputRefused` if it is too short.
-    """
+    """Refuse a signal, in the words for it, that ends before the run does [s]."""
     if signal.lasts < duration * (1.0 - 1e-12):
         raise InputRefused(
             f"{what} ends at {signal.lasts:.9g} s, before the run of {duration:.9g} s: give more samples"

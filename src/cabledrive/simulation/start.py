@@ -130,11 +130,7 @@ def _joint_twist(mesh: Mesh, start: Start, rest: Equilibrium) -> float:
 
 
 def velocity_at_start(mesh: Mesh, start: Start) -> Array:
-    """Velocities at t = 0.
-
-    Returns shape (3, nodes): of u, v, w [m/s].
-    Raises `InputRefused` if a fixed pulley is given a speed, or a kick does not fit the drive.
-    """
+    """Velocities u, v, w at t = 0, (3, nodes) [m/s]; refused: a fixed pulley's, a kick that does not fit."""
     total = _following_rims(mesh, start.drive_speed, start.load_speed, "speed")
     for kick in start.kicks:
         total[PLANES.index(kick.plane)] += _shaped(mesh, kick)

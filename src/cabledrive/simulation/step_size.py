@@ -114,11 +114,7 @@ def time_grid(
 
 
 def check_resolved(signal: Signal, step: float) -> None:
-    """Refuse a sine that the steps cannot follow.
-
-    ``step`` [s].
-    Raises `InputRefused` if it has less than two steps per period.
-    """
+    """Refuse a sine that has less than two steps [s] per period."""
     if isinstance(signal, Sine) and abs(signal.frequency) * step > 0.5:
         raise InputRefused(
             f"frequency = {signal.frequency:.4g} Hz has less than two steps of {step:.3g} s per period: give "

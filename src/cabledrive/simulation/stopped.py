@@ -13,10 +13,7 @@ Result = TypeVar("Result", bound="SimulationResult | NetworkResult")
 
 
 def whole(result: Result) -> Result:
-    """A result of a run that came to its end, for what cannot use a part of it.
-
-    Raises `NotComputed` with the reason of a run that ended early.
-    """
+    """A result of a run that came to its end; `NotComputed` with the reason of one that did not."""
     if result.stopped is not None:
         raise NotComputed(result.stopped)
     return result

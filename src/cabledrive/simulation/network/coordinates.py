@@ -48,10 +48,7 @@ def turn_network(plan: NetworkPlan, q_t: Array, work: NetworkWorkspace) -> None:
 @njit_strict
 @for_kernels
 def rub(plan: Any, work: Any) -> None:
-    """Friction of everything that rubs, and what it leaves of the speeds; of a prescribed one its bound.
-
-    ``plan``, ``work``: of a network, or of `cabledrive.simulation.travel`.
-    """
+    """Friction of everything that rubs, and what it leaves of the speeds; of a prescribed one its bound."""
     new, count, n = work.new, plan.bound.size, work.new.size
     for k in range(count):
         work.friction[k] = 0.0
