@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from parts import listed
 
-from cabledrive.modal import rows
+from cabledrive.modal import rows, search
 from cabledrive.modal.kernels import compiled_counts
 from network_samples import random_network
 from oracles.network_fem import natural_frequencies
@@ -51,8 +51,10 @@ def test_no_count_of_two_thousand_random_networks_is_wrong(moving, measured):
     assert wrong == 0, f"{wrong} of {made} counts"
 
 
-@pytest.mark.parametrize("moving", [False, True])
-def test_modes_of_random_networks_are_those_of_finite_elements(moving):
+@pytest.mark.kernel  # of cabledrive.modal.kernels: what refines the modes of large tables
+@pytest.mark.parametrize(("moving", "large"), [(False, False), (False, True), (True, False)])
+def test_modes_of_random_networks_are_those_of_finite_elements(moving, large, monkeypatch):
+    monkeypatch.setattr(search, "_large", lambda table: large)
     rng = np.random.default_rng(5)
     for _ in range(4):
         component, strings, mass, spring, others = random_network(rng, moving)
