@@ -92,6 +92,17 @@ def material(found: Sequence[Evidence], half_widths: Sequence[float]) -> tuple[E
     return tuple(kept)
 
 
+def unseen(found: Sequence[Evidence], half_widths: Sequence[float]) -> tuple[Evidence, ...]:
+    """Faults that would move a parameter by more than its interval's width before they alarm."""
+    hidden = []
+    for one in found:
+        least = one.critical * one.error / max(abs(one.value), 1e-300)
+        moves = (least * abs(shift) > 2.0 * half for shift, half in zip(one.shift, half_widths, strict=False))
+        if not one.alarms and any(moves):
+            hidden.append(one)
+    return tuple(hidden)
+
+
 def named(found: Sequence[Evidence]) -> tuple[Evidence, ...]:
     """The faults that the evidence speaks for: the one that explains most, and those that explain nearly it.
 

@@ -9,11 +9,12 @@ from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.fault_evidence import SHORT as FAULT_NAMES
-from cabledrive.identification.fault_evidence import evidence_words, material, named
+from cabledrive.identification.fault_evidence import evidence_words, material, named, unseen
 from cabledrive.identification.finding import Finding
 from cabledrive.identification.law_comparison import other_law
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.loop_check import evidence
+from cabledrive.identification.repetition import period_of
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
 from cabledrive.identification.torque_delay import torque_delay
 from cabledrive.identification.torque_timing import TorqueTiming
@@ -98,6 +99,14 @@ def checked_by_innovations(
         words = f"significant, but no parameter changes by as much as its interval: {', '.join(small)}"
         answer = replace(answer, notes=(*answer.notes, words))
     if not faults:
+        hidden = unseen(found, half_widths) if _repeats(read, options) else ()
+        if hidden:
+            method |= {"cannot_show": [one.fault for one in hidden]}
+            names = ", ".join(FAULT_NAMES[one.fault] for one in hidden)
+            words = (
+                f"the motion repeats, so this log cannot show a fault that makes the intervals wrong: {names}"
+            )
+            answer = replace(answer, notes=(*answer.notes, words))
         return replace(answer, method=method)
     first = None
     if faults[0].fault == "delay":
@@ -106,6 +115,12 @@ def checked_by_innovations(
         method |= measured
     finding = Finding(MISFIT, evidence_words(faults, first))
     return replace(answer, method=method, findings=(*answer.findings, finding))
+
+
+def _repeats(read: Sequence[Log], options: AxisOptions) -> bool:
+    """Whether the torque of every log repeats."""
+    torque, _ = channels_of(read[0], options)
+    return all(period_of(log.channel(torque), log.interval) > 0 for log in read)
 
 
 def _delay_words(

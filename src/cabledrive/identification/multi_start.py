@@ -18,6 +18,8 @@ FAR = 1e6
 """Residual of a start from which the motion diverges."""
 SCOUTED = 1000
 """Samples of each record that a scout compares."""
+SETTLED = 4000
+"""Samples of each record on which the fits of the best starts are compared; the best is then fitted whole."""
 SCOUT_EVALUATIONS = 12
 ALIKE = 1e-3
 """Relative distance of residuals at which two fits count as one minimum."""
@@ -52,16 +54,13 @@ def fit_from_many_starts(
     *,
     full: int = 2,
 ) -> StartedFit:
-    """Fit from every start and in every model what the first samples show, then the best of them whole.
+    """Fit from every start what the first samples show, the best of them to more, and the best of those whole.
 
     ``models``: with the same parameters, as with another hold of the input; the best start is tried in each;
-    ``full``: how many are fitted to the whole records.
+    ``full``: how many are fitted to more.
     Raises `NotComputed` if no start leads anywhere.
     """
-    short = [
-        replace(r, last=min(r.first + SCOUTED, r.input.size if r.last is None else r.last)) for r in records
-    ]
-    short = [replace(r, input=r.input[: r.last], output=r.output[: r.last]) for r in short]
+    short, middle = _begun(records, SCOUTED), _begun(records, SETTLED)
     scout = replace(models[0], substeps=max(1, models[0].substeps // 2))
     scouts: list[tuple[float, dict[str, float]]] = []
     for start in starts:
@@ -74,7 +73,7 @@ def fit_from_many_starts(
         for _, start in scouts[: full if model is models[0] else 1]:
             begin = fits[0].values if model is not models[0] and fits else start
             try:
-                fits.append(fit_output_error(records, model, _inside(model, begin)))
+                fits.append(fit_output_error(middle, model, _inside(model, begin)))
             except NotComputed:
                 continue
     if not fits:
@@ -82,7 +81,18 @@ def fit_from_many_starts(
     best = min(fits, key=lambda fit: fit.residual)
     own = [fit for fit in fits if fit.model is best.model]
     near = sum(fit.residual < best.residual * (1.0 + ALIKE) for fit in own)
+    if any(r.compared_size > m.compared_size for r, m in zip(records, middle, strict=True)):
+        best = fit_output_error(records, best.model, _inside(best.model, best.values))
     return StartedFit(fit=best, starts=len(starts), settled=len(own), agreeing=near)
+
+
+def _begun(records: Sequence[Record], samples: int) -> list[Record]:
+    """The first samples of each record."""
+    lasts = [min(r.first + samples, r.input.size if r.last is None else r.last) for r in records]
+    return [
+        replace(r, last=last, input=r.input[:last], output=r.output[:last])
+        for r, last in zip(records, lasts, strict=True)
+    ]
 
 
 def _tried(
