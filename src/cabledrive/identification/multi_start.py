@@ -54,7 +54,7 @@ def fit_from_many_starts(
     *,
     full: int = 2,
 ) -> StartedFit:
-    """Fit from every start what the first samples show, the best of them to more, and the best of those whole.
+    """Fit from every start what the first samples show, the best to more of them, the best of those to all.
 
     ``models``: with the same parameters, as with another hold of the input; the best start is tried in each;
     ``full``: how many are fitted to more.
