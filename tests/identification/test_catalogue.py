@@ -147,12 +147,13 @@ def test_a_sensor_that_saturates_is_a_finding():
     assert "saturated" in identify(log_from(made(clipped, 13_000))).codes
 
 
-def test_a_motion_that_repeats_says_which_faults_its_log_cannot_show():
+def test_a_motion_that_repeats_says_which_faults_its_log_cannot_show(measured):
     """Stribeck friction of the plant, no finding, friction five widths off: the fault is on the list."""
     repeated = next(one for one in TRUTHS if one.name == "stribeck/servo-periodic/before/coarse")
     found = identify(log_from(made(repeated, 31)))
     assert found.findings == ()
     assert "stribeck" in found.method["cannot_show"]
     assert "cannot show" in found.notes[-1]
+    measured(f"cannot show: {', '.join(found.method['cannot_show'])}")
     free = next(one for one in TRUTHS if one.name == "sound/servo/held/fine")
     assert "cannot_show" not in identify(log_from(made(free, 31, 20.0))).method
