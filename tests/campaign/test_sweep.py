@@ -324,3 +324,34 @@ def test_a_row_has_the_verdict_error_and_law_of_the_command(tmp_path, measured):
     assert row["headline"][0] == said["headline"]
     assert row["reached_error_deg"][0] == said["reached_error_deg"]
     assert chunk.time[0] > 0.0
+
+
+def test_rows_of_a_machine_with_routes_are_its_runs(sweep):
+    """A pluck at midspan is the largest height there; the tensions are those of `simulate` by itself."""
+    found, data = sweep("""
+drive = "capstan-arm"
+[vary]
+"pulley.joint.inertia" = { values = ["0.09 kg m^2", "0.12 kg m^2"] }
+[compute]
+what = "simulate"
+duration = "0.3 ms"
+torque_amplitude = "0.05 N m"
+torque_frequency = "40 Hz"
+pluck = "0.1 mm"
+pluck_span = "lower idler to joint"
+""")
+    assert (found["done"], found["refused"]) == (2, 0)
+    np.testing.assert_allclose(data["midpoint_peak"], 1e-4, rtol=1e-6)
+    one = answer(
+        *("simulate", "capstan-arm", "--set", "pulley.joint.inertia=0.12 kg m^2", "--duration", "0.3 ms"),
+        *(
+            "--torque-amplitude",
+            "0.05 N m",
+            "--torque-frequency",
+            "40 Hz",
+            "--pluck",
+            "lower idler to joint=0.1 mm",
+        ),
+    )
+    least = min(span["least_tension"] for span in one["spans"])
+    assert float(data["least_tension"][1]) == pytest.approx(least, rel=1e-12)

@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 
 from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, padded
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import RoutedDrive
 
 DEFAULT_COUNT = 6
+SPANS = ("upper", "lower")
 
 
 def _modes_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
@@ -168,6 +171,8 @@ SIMULATION = {
     "upper_midpoint_peak": ("m", "largest transverse displacement w of the upper midpoint"),
     "lower_midpoint_peak": ("m", "largest transverse displacement w of the lower midpoint"),
     "least_tension": ("N", "smallest tension of any span at any record"),
+    "midpoint_peak": ("m", "largest transverse displacement w of any span's midpoint"),
+    "coordinate_peak_to_peak": ("rad", "of compute.coordinate, of a machine with routes [rad or m]"),
 }
 
 
@@ -189,6 +194,10 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
     )
 
     o = row.options
+    if isinstance(row.drive, RoutedDrive):
+        return _simulate_routes(row.drive, o)
+    if {"pluck", "pluck_span", "coordinate"} & set(o):
+        raise InputRefused("pluck, pluck_span and coordinate are for machines with routes: leave them out")
     amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
     heights = {"upper": o.get("pluck_upper", 0.0), "lower": o.get("pluck_lower", 0.0)}
     shape = o.get("pluck_shape", "triangle")
@@ -213,6 +222,45 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
     return values if result.stopped is None else Found(values=values, incomplete=result.stopped)
 
 
+def _simulate_routes(drive: RoutedDrive, o: Mapping[str, Any]) -> Mapping[str, Any] | Found:
+    """A run of a machine with routes: its spans and coordinates have names."""
+    from cabledrive.simulation import Constant, Pluck, Recording, Scheme, Sine, simulate
+    from cabledrive.simulation.network.start import NetworkStart
+
+    taken = {"duration", "torque_amplitude", "torque_frequency", "pluck", "pluck_span", "pluck_shape"}
+    others = sorted(set(o) - taken - {"segments", "rate", "coordinate", "outputs"})
+    if others:
+        raise InputRefused(f"compute.{others[0]} is for loops and lines, the drive has routes: leave it out")
+    amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
+    shape, start = o.get("pluck_shape", "triangle"), None
+    if o.get("pluck"):
+        start = NetworkStart(plucks=(Pluck(height=o["pluck"], span=o.get("pluck_span", ""), shape=shape),))
+    result = simulate(
+        drive,
+        o["duration"],
+        torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude),
+        start=start,
+        scheme=Scheme(segments=o.get("segments", Scheme().segments)),
+        recording=Recording(rate=o.get("rate", 10_000.0)),
+        progress=False,
+    )
+    said = result.summary()
+    known, name = said["coordinates"], o.get("coordinate")
+    if name is not None and name not in known:
+        raise InputRefused(f'compute.coordinate = "{name[:60]}" is none: take one of {", ".join(known)}')
+    middles = [one["midpoint_peak"] for one in said["spans"] if one["midpoint_peak"] is not None]
+    tensions = [one["least_tension"] for one in said["spans"] if one["least_tension"] is not None]
+    found = dict.fromkeys(SIMULATION, nan) | {
+        "energy_budget_error": nan if said["energy_budget_error"] is None else said["energy_budget_error"],
+        "steps": said["steps"],
+        "slack_events": len(said["slack_events"]),
+        "least_tension": min(tensions, default=nan),
+        "midpoint_peak": max(middles, default=nan),
+        "coordinate_peak_to_peak": nan if name is None else known[name]["peak_to_peak"],
+    }
+    return found if result.stopped is None else Found(values=found, incomplete=result.stopped)
+
+
 def _of_run(said: Mapping[str, Any]) -> dict[str, Any]:
     numbers = {
         "energy_budget_error": said["energy_budget_error"],
@@ -222,6 +270,10 @@ def _of_run(said: Mapping[str, Any]) -> dict[str, Any]:
         "upper_midpoint_peak": said["upper_midpoint"]["peak"],
         "lower_midpoint_peak": said.get("lower_midpoint", {}).get("peak"),
         "least_tension": said["least_tension"],
+        "midpoint_peak": max(
+            said[f"{span}_midpoint"]["peak"] for span in SPANS if f"{span}_midpoint" in said
+        ),
+        "coordinate_peak_to_peak": None,
     }
     return {name: nan if value is None else value for name, value in numbers.items()}
 
@@ -261,6 +313,9 @@ KINDS = {
             "pluck_upper": "m",
             "pluck_lower": "m",
             "pluck_shape": TEXT,
+            "pluck": "m",
+            "pluck_span": TEXT,
+            "coordinate": TEXT,
             "model": TEXT,
             "method": TEXT,
             "segments": "count",

@@ -27,7 +27,7 @@ FIRST_LAWS = ("pd", "lqg", "lqi-learning")
 MOST_LAWS = 4
 HIGHEST = 300.0
 """Part of the spectrum that is drawn [Hz]."""
-_ONE_AT_A_TIME = threading.Lock()
+_ONE_AT_A_TIME, _BEST_AT_A_TIME = threading.Lock(), threading.Lock()
 
 
 def control_page(request: Request) -> Response:
@@ -116,7 +116,7 @@ def control_best(request: Request) -> Response:
     try:
         drive = drive_of(desk.library, state_of(request.url.query, desk.first))
         axis = request.query_params.get("axis", "")[:60] or None
-        with _ONE_AT_A_TIME:
+        with _BEST_AT_A_TIME:
             run = track(drive, controller="best", motion=_setting(request)[0], axis=axis)
     except (InputRefused, NotComputed) as refusal:
         return JSONResponse({"words": f"{NONE_HERE}: {refusal}."})

@@ -26,7 +26,7 @@ from cabledrive.studio.work_view import FRAMED
 KEPT = 4
 NONE_HERE = "This machine has no internal resonance to show"
 NO_MAP = (
-    "The map over torque and pretension is that of a cable round two pulleys; here the pairs of modes say it."
+    "The map is that of a cable round two pulleys; on this machine the verdict rests on its pairs of modes."
 )
 TELLS_HEIGHT = """<script>
 new ResizeObserver(() => parent.postMessage(document.body.scrollHeight, "*")).observe(document.body);
