@@ -21,6 +21,7 @@ from cabledrive.modal.rows import (
     bands,
     counted,
     dense,
+    negative_values,
     weights,
 )
 
@@ -281,4 +282,4 @@ def _by_eigenvalues(t: Table, lane: Lanes) -> float:
         return float(counted(t, lane)[0])
     w, _, late, hidden = weights(t, lane)
     band = bands(t, lane.omega, w, late)
-    return float(np.sum(np.linalg.eigvalsh(dense(band)[0]) < 0.0) + hidden[0])
+    return float(negative_values(dense(band)[0]) + hidden[0])
