@@ -243,13 +243,8 @@ ROWS = {
         ("drives -o list.toml", "list.toml"),
         ("drives elevatr", "elevator"),
         *[
-            (f"{name} corexy {more}", 'kind = "route"', "head.x, beam.y")
-            for name, more in (
-                ("track", ""),
-                ("compare", "-o o"),
-                ("experiment", "-o o.csv"),
-                ("study", "-o o"),
-            )
+            (f"{name} corexy {more}", 'kind = "route"', "head.x moves the other axis")
+            for name, more in (("track", ""), ("compare", "-o o"), ("experiment", "-o o.csv"))
         ],
         ("export corexy --format c99 --what controller -o out", 'kind = "route"'),
         ("export corexy --format modelica --what plant -o out", 'kind = "route"'),

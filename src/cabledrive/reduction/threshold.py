@@ -58,7 +58,7 @@ def mode_thresholds(
     ``forcing``: as of `threshold_torque`. Infinite where no torque makes the mode grow: the torque does not
     move the pulley mode, the pulley mode does not stretch the section, or the pair is too far from 1:2.
     """
-    c = averaged_coefficients(model, torque=1.0, drift=False)
+    c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)
     resistance = np.abs(-0.5 * c.damping + 1j * c.detuning)
     pumping = np.where(resistance == 0.0, 0.0, critical_pumping(c, second=second))
