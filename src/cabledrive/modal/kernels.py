@@ -28,7 +28,7 @@ from cabledrive.modal.rows import (
 
 @njit_strict
 def _weights(t, omega, placed, w, rate, late):  # type: ignore[no-untyped-def]
-    """Weights of all rows, minus their derivatives, phases of running ropes [s]; returns hidden modes."""
+    """Weights of all rows, if asked minus their derivatives, phases of running ropes [s]; hidden modes."""
     inside = 0.0
     for i in range(t.z.size):
         own = t.time[i]
@@ -48,20 +48,22 @@ def _weights(t, omega, placed, w, rate, late):  # type: ignore[no-untyped-def]
         stretch, end = 0.5 * z * (x + 1.0 / x), -z * x
         w[3 * i] = stretch
         w[3 * i + 1] = w[3 * i + 2] = end
-        rate[3 * i] = 0.5 * stretch * time * (1.0 / x - x) + stretch * turned / omega
-        rate[3 * i + 1] = rate[3 * i + 2] = 0.5 * z * time * (1.0 + x * x) + end * turned / omega
+        if rate is not None:
+            rate[3 * i] = 0.5 * stretch * time * (1.0 / x - x) + stretch * turned / omega
+            rate[3 * i + 1] = rate[3 * i + 2] = 0.5 * z * time * (1.0 + x * x) + end * turned / omega
     base, square = 3 * t.z.size, omega**2
     for k in range(t.kind.size):
-        a = t.a[k]
+        a, r = t.a[k], base + k
         if t.kind[k] == MASS:
-            w[base + k], rate[base + k] = -omega * a, a
+            w[r], fall = -omega * a, a
         elif t.kind[k] == SPRING:
-            w[base + k], rate[base + k] = a / omega, a / square
+            w[r], fall = a / omega, a / square
         else:
             b = t.b[k] ** 2
             ratio = a * square / (b - square)
-            w[base + k] = -omega * ratio
-            rate[base + k] = ratio * (3.0 * b - square) / (b - square)
+            w[r], fall = -omega * ratio, ratio * (3.0 * b - square) / (b - square)
+        if rate is not None:
+            rate[r] = fall
     return inside
 
 
@@ -108,12 +110,12 @@ def _negative_pivots(band, terms):  # type: ignore[no-untyped-def]
 def counts(t, omega, backward, one, found, growth):  # type: ignore[no-untyped-def]
     """Modes below each frequency, and the growth of the elimination, from either end."""
     rows = t.first.size - 1
-    w, rate, late, terms = np.empty(rows), np.empty(rows), np.zeros(rows), np.empty(t.size)
+    w, late, terms = np.empty(rows), np.zeros(rows), np.empty(t.size)
     band = np.empty((t.size, t.width + 1), one.dtype)
     order = np.empty((t.size, t.width + 1), one.dtype)
     flat = band.reshape(-1)
     for lane in range(omega.size):
-        hidden = _weights(t, omega[lane], omega[lane], w, rate, late)
+        hidden = _weights(t, omega[lane], omega[lane], w, None, late)
         _assembled(t, omega[lane], w, late, one, flat)
         if backward:
             order[:, :] = 0.0
@@ -179,37 +181,31 @@ def _solved(a, swap, x):  # type: ignore[no-untyped-def]
 
 
 @njit_strict
-def _loaded(t, rate, x, out):  # type: ignore[no-untyped-def]
-    """Minus the derivative of the stiffness times a shape."""
-    out[:] = 0.0
-    for r in range(rate.size):
-        moved = 0.0
+def _moved(t, x, y):  # type: ignore[no-untyped-def]
+    """Motion of every row in a shape."""
+    for r in range(y.size):
+        y[r] = 0.0
         for e in range(t.first[r], t.first[r + 1]):
-            moved += t.value[e] * x[t.column[e]]
-        for e in range(t.first[r], t.first[r + 1]):
-            out[t.column[e]] += t.value[e] * rate[r] * moved
+            y[r] += t.value[e] * x[t.column[e]]
 
 
 @njit_strict
-def _forms(t, w, rate, x):  # type: ignore[no-untyped-def]
-    """Quadratic forms of stiffness and rate of a shape."""
-    energy, fall = 0.0, 0.0
-    for r in range(rate.size):
-        moved = 0.0
+def _loaded(t, rate, y, out):  # type: ignore[no-untyped-def]
+    """Minus the derivative of the stiffness times a shape, by the motion of the rows."""
+    out[:] = 0.0
+    for r in range(y.size):
+        load = rate[r] * y[r]
         for e in range(t.first[r], t.first[r + 1]):
-            moved += t.value[e] * x[t.column[e]]
-        energy += w[r] * moved**2
-        fall += rate[r] * moved**2
-    return energy, fall
+            out[t.column[e]] += t.value[e] * load
 
 
 @njit_strict
 def refine_singles(t, low, high, one, good, found, shapes):  # type: ignore[no-untyped-def]
     """Inverse iteration on the one mode of every bracket; ``shapes``, shape (brackets, size)."""
     rows, n = t.first.size - 1, t.size
-    w, rate, late = np.empty(rows), np.empty(rows), np.zeros(rows)
+    w, rate, late, y = np.empty(rows), np.empty(rows), np.zeros(rows), np.empty(rows)
     band, a = np.empty((n, t.width + 1)), np.empty((n, 3 * t.width + 1))
-    flat, swap, load = band.reshape(-1), np.empty(n, np.intp), np.empty(n)
+    flat, swap = band.reshape(-1), np.empty(n, np.intp)
     for lane in range(low.size):
         start = omega = 0.5 * (low[lane] + high[lane])
         x, before = shapes[lane], np.inf
@@ -219,16 +215,19 @@ def refine_singles(t, low, high, one, good, found, shapes):  # type: ignore[no-u
         _assembled(t, omega, w, late, one, flat)
         _factored(band, a, swap)
         _solved(a, swap, x)
-        for step in range(STEPS + 1):
-            _loaded(t, rate, x, load)
-            x[:] = load
+        _moved(t, x, y)
+        for _ in range(STEPS):
+            _loaded(t, rate, y, x)
             _solved(a, swap, x)
-            if step == STEPS:
-                break
-            energy, fall = _forms(t, w, rate, x)
+            _moved(t, x, y)
+            energy, fall = 0.0, 0.0
+            for r in range(rows):
+                energy += w[r] * y[r] ** 2
+                fall += rate[r] * y[r] ** 2
             if not (fall > 0.0 and np.isfinite(energy)):
                 break
             x *= np.sqrt(2.0 / fall)
+            y *= np.sqrt(2.0 / fall)
             shift, slack = energy / fall, STAY * high[lane]
             if not low[lane] - slack <= omega + shift <= high[lane] + slack:
                 break

@@ -21,13 +21,11 @@ from cabledrive.simulation.observe import (
     copy_rows,
     keep_before,
     keep_extremes,
-    observe,
     tally_shafts,
 )
 from cabledrive.simulation.plan import (
     DRAG,
     DRIVE_LOST,
-    ENERGY,
     FALL_U,
     FALL_W,
     FORCE,
@@ -46,14 +44,13 @@ from cabledrive.simulation.plan import (
     STEPS,
     STORED,
     STORED_LOST,
-    TENSION,
     UPPER_SLACK,
     Plan,
     State,
     Workspace,
 )
 from cabledrive.simulation.runs import CENTRE, GAIN, REACH
-from cabledrive.simulation.segment_laws import EXACT, segment_tensions, strains
+from cabledrive.simulation.taut import record_exact
 
 
 @njit_inlined
@@ -275,10 +272,7 @@ def integrate_equal_segments(
             return j, True
         if recording:
             row = rows[(j - 1) // every]
-            strains(plan, work.before[0], work.q[TENSION], work.q[ENERGY])
-            given = plan.pretension, plan.rigidity, work.before[0], plan.segment[INVERSE_SPACING], work.p
-            segment_tensions(EXACT, plan.tension_only, *given)
-            observe(plan, work, x_t, motor, tallies, torque[j - 1], row)
+            record_exact(plan, work, x_t, motor, tallies, torque[j - 1], row)
             row[BALANCE] += own_balance(plan, work, x_t, 0.5 * (stored + state.extra[STORED]))
             if fields.shape[0] > 0:
                 copy_rows(work.before[0], fields[(j - 1) // every])

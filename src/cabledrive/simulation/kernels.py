@@ -16,9 +16,12 @@ from cabledrive.simulation.energy_step import own_balance, step_with_energy
 from cabledrive.simulation.node_motion import finish, move
 from cabledrive.simulation.observe import copy_rows, keep_before, keep_extremes, observe, tally_shafts
 from cabledrive.simulation.plan import (
+    DONE,
     ENERGY,
     LOWER_SLACK,
+    NOT_FINITE,
     RADIUS,
+    SLACK,
     STEPS,
     STORED,
     TENSION,
@@ -28,8 +31,6 @@ from cabledrive.simulation.plan import (
     Workspace,
 )
 from cabledrive.simulation.segment_laws import components, note_slack, strain_directions, strains
-
-DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
 
 
 @njit_in_place

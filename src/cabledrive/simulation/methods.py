@@ -9,23 +9,26 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.simulation.own_law import compiled_law, slack_of, stiffness_over_limit
 from cabledrive.simulation.plan import (
+    DONE,
     ENERGY,
     INVERSE_SPACING,
     KERNEL_LAWS,
     MOTOR_LOST,
+    NOT_FINITE,
     OWN,
     SHIFT,
+    SLACK,
     SPACING,
     STEPS,
     STORED,
     TENSION,
+    TOO_STIFF,
     Plan,
     State,
     Workspace,
     law_of,
 )
 
-DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
 NONE = np.zeros(0)
 NAMES = ("verlet", "node-centred", "energy-conserving")
 

@@ -21,6 +21,10 @@ KERNEL_LAWS: tuple[type[CableLaw], ...] = (ExactLaw, WeakLaw, ConsistentWeakLaw,
 OWN = -1
 MOST_EVENTS = 1000
 
+# How steps end: at the last, before one that slack stops, with an energy that is not finite, or before one
+# under an own law that has grown too stiff for it.
+DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
+
 # Rows of the tables of a plan.
 SPACING, INVERSE_SPACING, COMPLIANCE = range(3)
 KICK_U, KICK_T, KEEP_T, FALL_U, FALL_W, CARRIAGE_MASS, DRAG, WEIGHT_U, WEIGHT_W = range(9)

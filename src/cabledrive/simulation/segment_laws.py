@@ -14,13 +14,11 @@ from cabledrive.simulation.plan import (
     Plan,
     State,
 )
+from cabledrive.simulation.runs import LARGEST_Z, SERIES
 
 EXACT, WEAK, WEAK_CONSISTENT, LINEAR = range(4)
 
-# s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
-LARGEST_Z = 0.02
-C0, C1, C2, C3 = 0.49999999999999994, -0.37499999999999994, 0.3125000000029696, -0.2734375000028212
-C4, C5, C6, C7 = 0.24609371288165302, -0.22558590223736838, 0.2096211067498548, -0.1965216438263875
+C0, C1, C2, C3, C4, C5, C6, C7 = SERIES
 
 
 @njit_in_place

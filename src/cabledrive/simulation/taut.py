@@ -262,6 +262,19 @@ def step_taut(
 
 
 @njit_in_place
+@for_kernels
+def record_exact(
+    plan: Plan, work: Workspace, after: Array, motor: Array, tallies: Array, torque: float, row: Array
+) -> None:
+    """Write the record of the step before which ``work.before`` was kept, under the exact law."""
+    x = work.before[0]
+    strains(plan, x, work.q[TENSION], work.q[ENERGY])
+    given = plan.pretension, plan.rigidity, x, plan.segment[INVERSE_SPACING], work.p
+    segment_tensions(EXACT, plan.tension_only, *given)
+    observe(plan, work, after, motor, tallies, torque, row)
+
+
+@njit_in_place
 def integrate_taut(
     plan: Plan,
     state: State,
@@ -297,17 +310,7 @@ def integrate_taut(
             if not taken:
                 break
             if part == 0:
-                strains(plan, work.before[0], work.q[TENSION], work.q[ENERGY])
-                segment_tensions(
-                    EXACT,
-                    plan.tension_only,
-                    plan.pretension,
-                    plan.rigidity,
-                    work.before[0],
-                    plan.segment[INVERSE_SPACING],
-                    work.p,
-                )
-                observe(plan, work, x_t, motor, tallies, torque[first], row)
+                record_exact(plan, work, x_t, motor, tallies, torque[first], row)
         if not taken:
             copy_rows(work.before[0], x)
             copy_rows(work.before[1], x_t)

@@ -7,8 +7,7 @@ from cabledrive.simulation.network.observing import record_network
 from cabledrive.simulation.network.plan import NetworkPlan
 from cabledrive.simulation.network.state import STEPS, NetworkState, NetworkWorkspace
 from cabledrive.simulation.observe import copy_rows
-
-DONE, SLACK, NOT_FINITE = range(3)
+from cabledrive.simulation.plan import DONE, NOT_FINITE, SLACK
 
 
 @njit_in_place

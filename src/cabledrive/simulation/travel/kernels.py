@@ -16,6 +16,7 @@ from math import atan2, log, sqrt
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.observe import add_to
+from cabledrive.simulation.plan import DONE, NOT_FINITE, SLACK
 from cabledrive.simulation.travel.cells import damp_spans, kick_cells, pull_spans
 from cabledrive.simulation.travel.coordinates import fill_inverse, turn_coordinates
 from cabledrive.simulation.travel.observing import note_places, note_speeds
@@ -23,16 +24,17 @@ from cabledrive.simulation.travel.plan import (
     CREEP_LOSS,
     DENSITY,
     DRUM,
+    NO_SPAN,
+    OFF_THE_PULLEY,
     RIGIDITY,
     ROPES,
+    TOO_SHORT,
     WOUND_ENERGY,
     WRAP,
     TravelPlan,
     TravelState,
     TravelWorkspace,
 )
-
-DONE, SLACK, NOT_FINITE, TOO_SHORT, OFF_THE_PULLEY, NO_SPAN = range(6)
 
 
 @njit_in_place

@@ -15,6 +15,9 @@ ANCHOR, DRUM = -1, -2
 TORQUE_WORK, WEIGHT_WORK, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS, CREEP_LOSS, WOUND_ENERGY = range(7)
 TALLIES = 7
 
+# How steps end besides: a span too short, a rope off its pulley, no line between two pulleys.
+TOO_SHORT, OFF_THE_PULLEY, NO_SPAN = range(3, 6)
+
 
 class TravelPlan(NamedTuple):
     """Numbers of one run. Spans are cut in cells of equal unstretched length, which stand in a row."""

@@ -5,11 +5,16 @@ from math import degrees
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.simulation.plan import copy_state
+from cabledrive.simulation.plan import DONE, NOT_FINITE, SLACK, copy_state
 from cabledrive.simulation.travel.case import TravelCase
-from cabledrive.simulation.travel.plan import TALLIES, TravelState, TravelWorkspace
-
-DONE, SLACK, NOT_FINITE, TOO_SHORT, OFF_THE_PULLEY, NO_SPAN = range(6)
+from cabledrive.simulation.travel.plan import (
+    NO_SPAN,
+    OFF_THE_PULLEY,
+    TALLIES,
+    TOO_SHORT,
+    TravelState,
+    TravelWorkspace,
+)
 
 
 class TravelStepper:
