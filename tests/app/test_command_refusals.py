@@ -242,12 +242,6 @@ ROWS = {
         ("drives elevator -o start.json", "TOML"),
         ("drives -o list.toml", "list.toml"),
         ("drives elevatr", "elevator"),
-        *[
-            (f"{name} corexy {more}", 'kind = "route"', "head.x moves the other axis")
-            for name, more in (("track", ""), ("compare", "-o o"), ("experiment", "-o o.csv"))
-        ],
-        ("export corexy --format c99 --what controller -o out", 'kind = "route"'),
-        ("export corexy --format modelica --what plant -o out", 'kind = "route"'),
         ("study serpentine --quick -o o", "motor: 0"),
         ("study tendon-finger --quick -o o", "springs or ropes hold", "drum"),
     ],

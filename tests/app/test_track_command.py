@@ -113,3 +113,12 @@ def test_a_pair_of_motors_answers_with_its_flanks_and_what_is_left_at_rest():
     assert answer(*loose)["limit_cycle"] is True
     assert "limit cycle of" in call(*loose).stdout
     assert "motor.backlash is 0" in refusal("track", "dissertation-3", "--pair")
+
+
+@pytest.mark.parametrize("axis", ["head.x", "beam.y"])
+def test_an_axis_of_a_machine_whose_axes_couple_says_what_the_other_one_does(axis):
+    """The example of the help of --axis: the head of `corexy` stands 40 mm off the middle."""
+    said = answer("track", "corexy", "--axis", axis, "--bandwidth", "40")["axis"]
+    other = said["cross_motion"]
+    assert {said["load"], other["other"]} == {"head.x", "beam.y"}
+    assert 0.0 < max(other["load"]) < 1e-5 < 1e-3 * said["peak_error_mm"]

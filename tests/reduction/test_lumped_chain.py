@@ -29,6 +29,7 @@ from cabledrive.reduction.quality import (
     with_measured_stiffness,
 )
 from cabledrive.reduction.reflected import reflected
+from cabledrive.rig import Motion, RigOptions
 from network_samples import as_route, without_gravity
 
 DRIVE = load_drive("dissertation-3")
@@ -258,10 +259,34 @@ def test_a_symmetric_corexy_splits_into_sum_and_difference(measured):
                  f"strings {100 * chain.strings:.1f} %")  # fmt: skip
 
 
+def test_what_a_head_off_the_middle_moves_across_is_that_of_finite_elements(measured):
+    """The run's torque on both motors of the free machine with its belts as elements: nothing reduced."""
+    free = {"holding_stiffness": None}
+    rigid = ("body.head.coulomb_friction=0", "body.beam.coulomb_friction=0")
+    for place in ("0.17", "0.06"):
+        drive = cd.load_drive("corexy", overrides=[f"head.x={place}", *rigid])
+        drive = replace(drive, motor=tuple(replace(motor, **free) for motor in drive.motor))
+        motion, true = Motion(angle=30.0, rise=0.04, dwell=0.01), RigOptions(ideal_sensors=True)
+        run = cd.track(drive, axis="head.x", bandwidth=20.0, motion=motion, options=true)
+        half = lambda t, run=run: 0.5 * run.torque[np.searchsorted(run.time, t + 1e-9) - 1]  # noqa: E731
+        truth = cd.simulate(drive, 0.05, torque={"motor a": half, "motor b": half})
+        across, head = truth.channel("beam.y"), truth.channel("head.x")
+        time = np.asarray(truth.to_xarray().time)
+        chain = run.summary["axis"]["gain"] * np.interp(time, run.time, run.load_angle)
+        said = run.summary["axis"]["cross_motion"]
+        moved, off = np.abs(across - across[0]).max(), np.abs(head - head[0] - chain).max()
+        measured(
+            f"head at {place} m: beam {1e6 * moved:.2f} um, said {1e6 * said['motion'][0]:.2f}; head off by "
+            f"{1e6 * off:.2f} um, said {1e6 * said['load'][0]:.2f} beside the chain's own error"
+        )
+        assert said["other"] == "beam.y"
+        assert said["motion"][0] == pytest.approx(moved, rel=0.1)
+        assert off < said["load"][0] + 0.003 * abs(chain[-1])
+
+
 @pytest.mark.parametrize(
     ("name", "overrides", "reason"),
     [
-        ("corexy", (), "do not split into sum and difference"),
         ("elevator", (), "leaves out"),
         ("ropeway", (), "is not the end of the chain"),
     ],

@@ -401,12 +401,6 @@ def test_the_chain_of_an_axis_holds_beyond_its_first_mode(printer, measured):
     assert one.holds_5 < 0.5 * three.exact[0] < 1.5 * three.exact[0] < three.holds_5
 
 
-@pytest.mark.parametrize(("axis", "other"), [("head.x", "10.9 %"), ("beam.y", "11.2 %")])
-def test_axes_that_do_not_split_are_refused_with_their_coupling(axis, other):
-    with pytest.raises(InputRefused, match=f"moves the other axis by {other}"):
-        run_study(load_drive("corexy"), axis=axis)
-
-
 @pytest.mark.verify
 def test_a_study_of_the_printer_ends_in_millimetres_that_track_confirms(printer, measured):
     goals = Goals(travel=0.02, duration=0.15, carriage_error=5e-4, draws=300, cable_draws=0)

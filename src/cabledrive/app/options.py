@@ -136,7 +136,7 @@ def _with_argument(function: Function, *, routes: bool) -> Function:
 _axis_option = click.option(
     "--axis",
     metavar="NAME",
-    help="Axis of a machine with routes: its load, such as joint of capstan-arm; default: the first "
+    help="Axis of a machine with routes: its load, such as head.x of corexy; default: the first "
     "that has a chain.",
 )
 

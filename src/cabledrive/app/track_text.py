@@ -1,5 +1,6 @@
 """What `cabledrive track` prints for people."""
 
+from math import pi
 from typing import Any
 
 from cabledrive.parameters import Drive
@@ -98,7 +99,24 @@ def axis_lines(axis: dict[str, Any]) -> list[str]:
         lines.append(f"   left out       {axis['sag']}")
     if "peak_error_mm" in axis:
         lines.append(f"   peak error     {axis['peak_error_mm']:9.4f} mm")
+    if axis["cross_motion"]:
+        lines += _cross_motion(axis)
     return lines
+
+
+def _cross_motion(axis: dict[str, Any]) -> list[str]:
+    """What the other axis does along the run, its motors free or held, and how far it moves the load."""
+    found = axis["cross_motion"]
+    moved, off = (
+        f"{scale * max(found[name]):.2g} {unit}"
+        for name, of in (("motion", axis["other"]), ("load", axis["load"]))
+        for scale, unit in [(1e3, "mm") if of.endswith((".x", ".y", "along")) else (180.0 / pi, "deg")]
+    )
+    return [
+        f"   coupling       {100 * axis['coupling']:9.2g} %   along this run {axis['other']} moves by up to "
+        f"{moved},",
+        f"   its motors free or held, which adds up to {off} to the error of {axis['load']}",
+    ]
 
 
 def _disturbances(said: dict[str, Any]) -> list[str]:

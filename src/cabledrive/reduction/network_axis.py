@@ -9,10 +9,11 @@ slack.
 from typing import Any
 
 import numpy as np
+from scipy.signal import StateSpace, lsim
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
-from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
+from cabledrive.mechanics.network.damping import dampers_of, relative_turn, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import LONGITUDINAL
@@ -22,7 +23,7 @@ from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedMotor
-from cabledrive.reduction.network_chain import NetworkChain, network_chains
+from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains
 from cabledrive.reduction.two_motors import is_winched
 
 _NO_MASS = 1e-12
@@ -133,13 +134,57 @@ def response_of_axis(drive: AxisDrive, omega: Array, *, angle_of: str = "load") 
     return network_response(network, omega, turn, row[None, :])[:, 0]
 
 
+def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, Any] | None:
+    """What a chain neglects along a torque where the axes of a machine couple; None where they do not.
+
+    The machine of `modes_at_rest` under the same torque with the other axis' motors free and held, against
+    that with its load at rest as well. Coulomb friction, which holds the other axis, is left out.
+    ``torque``, shape (samples,): of all motors [N m]; ``interval`` [s]. Returns the other axis' coordinate,
+    its largest motion and how far the load is off [m], [rad], each with motors free and held.
+    """
+    other, motors = drive.words["other"], drive.words["motors"]
+    if drive.words["coupling"] <= MOST_CROSS or other is None:
+        return None
+    network = network_of(drive.machine, motor=FREE)
+    turn = _motor_turn(network, motors)
+    signs = dict(zip(motors, (1.0, -next(reversed(motors.values()))), strict=True))
+    held, place = _motor_turn(network, signs), network.motion.unit(other)
+    values, rows = dampers_of(network)
+    damping = _rope_damping(network) + (rows.T * values) @ rows
+    seen = np.vstack([network.motion.unit(drive.load), place])
+    still, *both = (
+        _motion(network, damping, np.atleast_2d(at_rest), turn, seen, torque, interval)
+        for at_rest in (np.vstack([held, place]), np.zeros((0, turn.size)), held)
+    )
+    return {
+        "other": other,
+        "motion": [float(np.abs(one[:, 1]).max()) for one in both],
+        "load": [float(np.abs(one[:, 0] - still[:, 0]).max()) for one in both],
+    }
+
+
+def _motion(
+    network: Network, damping: Array, held: Array, turn: Array, seen: Array, torque: Array, interval: float
+) -> Array:
+    """Motion of rows (k, n) from rest under a motor's torque (samples,), with rows held; (samples, k)."""
+    squares, shapes = modes_at_rest(network, held)
+    none, one = np.zeros_like(shapes.T @ shapes), np.eye(squares.size)
+    rates = np.block([[none, one], [-np.diag(squares), -shapes.T @ damping @ shapes]])
+    force = np.append(np.zeros_like(squares), turn @ shapes)[:, None]
+    output = np.hstack([seen @ shapes, np.zeros((len(seen), squares.size))])
+    system = StateSpace(rates, force, output, np.zeros((len(seen), 1)))
+    return np.asarray(lsim(system, torque, interval * np.arange(torque.size), interp=False)[1])
+
+
 def axis_notes(drive: Drive) -> tuple[str, ...]:
     """What the numbers of an exported axis of a machine with routes mean; none for any other drive."""
     if not isinstance(drive, AxisDrive):
         return ()
     unit = "m/rad, and its angle here is its place over that" if drive.slides else "rad/rad"
+    coupled = [drive.words["coupled"]] if drive.words["coupled"] else []
     return (
         f"axis {drive.load} of a machine with routes, {drive.gain:.6g} {unit}; lumped chain, links linear",
+        *coupled,
     )
 
 
@@ -154,12 +199,24 @@ def chain_words(chain: NetworkChain) -> dict[str, Any]:
         "load_row": chain.load_row.tolist(),
         "off_the_end": chain.off_the_end,
         "coupling": chain.cross,
+        "other": chain.other,
+        "coupled": _coupled(chain),
         "frequencies_hz": chain.frequencies.tolist(),
         "neglected": chain.neglected,
         "neglected_strings": chain.strings,
         "reason": chain.refusal,
         "sag": straight_limit(chain.network, 4 * np.pi * chain.frequencies[0], kind=LONGITUDINAL),
     }
+
+
+def _coupled(chain: NetworkChain) -> str | None:
+    """What of the other axis the chain leaves out; None where the axes do not couple."""
+    if chain.other is None or chain.cross <= MOST_CROSS:
+        return None
+    return (
+        f"{chain.load} and {chain.other} couple: the other axis' motors turn by {100 * chain.cross:.3g} % of "
+        f"this one's as it vibrates, and the chain takes {chain.other} as at rest"
+    )
 
 
 def slack_torque(chain: NetworkChain) -> float:
@@ -265,15 +322,19 @@ def _frictions(network: Network) -> list[tuple[float, float, Array]]:
 
 def _link_damping(chain: NetworkChain) -> float:
     """Damper of the last link that loses in the first mode what the ropes lose in it [N m s/rad]."""
-    network, shape = chain.network, chain.shapes[:, 1]
-    lost = 0.0
-    for link in np.flatnonzero(network.direction == DIRECTIONS.index(ALONG)):
-        piece = network.pieces[network.piece[link]]
-        rope = network.drive.ropes[network.drive.free_spans[piece.span].route]
-        stretch = float((network.end[link] - network.start[link]) @ shape)
-        length = float(network.time[link] * rope.axial_rigidity / network.impedance[link])
-        lost += float(network.ropes[link]) * rope.axial_damping / length * stretch**2
-    return lost / _last_stretch(chain) ** 2
+    shape = chain.shapes[:, 1]
+    return float(shape @ _rope_damping(chain.network) @ shape) / _last_stretch(chain) ** 2
+
+
+def _rope_damping(network: Network) -> Array:
+    """Damping of ropes that stretch evenly, shape (n, n) [N s/m], with the coordinates of the network."""
+    along = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
+    routes = [network.drive.free_spans[network.pieces[i].span].route for i in network.piece[along]]
+    ropes = [network.drive.ropes[route] for route in routes]
+    damping, rigidity = np.array([(rope.axial_damping, rope.axial_rigidity) for rope in ropes]).T
+    stretch = (network.end - network.start)[along]
+    lengths = network.time[along] * rigidity / network.impedance[along]
+    return np.asarray((stretch.T * (network.ropes[along] * damping / lengths)) @ stretch)
 
 
 def _last_stretch(chain: NetworkChain) -> float:

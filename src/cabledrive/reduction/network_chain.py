@@ -9,6 +9,10 @@ tridiagonal matrix :math:`\alpha, \beta`: a chain with these frequencies and the
           \qquad \text{Eq. (N.8)}
 
 with the load row c. The load is the chain's end where all other :math:`c_i` are small.
+
+Of two motors that do not split into sum and difference, as of a printer whose head stands beside the middle,
+the chain is that of the motion along one axis with motors and load of the other one at rest; what that
+neglects along a torque is `network_axis.cross_motion`.
 """
 
 from dataclasses import dataclass
@@ -16,7 +20,7 @@ from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+from scipy.linalg import eigh, null_space
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import Network, network_of
@@ -32,7 +36,9 @@ from cabledrive.reduction.lanczos import chain_numbers, lanczos
 
 SUM, DIFFERENCE = "sum", "difference"
 MOST_OFF_THE_END = 0.02
-"""Largest entry of the load row before its end, and of the other axis, relative to the end."""
+"""Largest entry of the load row before its end, relative to the end."""
+MOST_CROSS = 0.02
+"""Largest angle of the other axis' motors per angle of a chain that is found as if they did not couple."""
 MOST_NEGLECTED = 0.02
 """Largest contribution of the modes left out, up to twice the chain's first mode."""
 MOST_STRINGS = 0.2
@@ -53,7 +59,10 @@ class NetworkChain:
     inertias: Array  # (n,) [kg m^2], the motor first
     stiffness: Array  # (n - 1,) [N m/rad]
     load_row: Array  # (n,): load per angle of each inertia [m/rad], [rad/rad]
-    cross: float  # largest angle of the other axis' motors per angle of this chain; 0 with one motor
+    cross: (
+        float  # largest angle of the other axis' motors per angle of this chain, both free; 0 with one motor
+    )
+    other: str | None  # load of the other axis, which the motors' other combination moves
     ground: float  # stiffness that holds the chain to the frame, relative to its last link
     frequencies: Array  # (n - 1,): of the modes kept [Hz]
     neglected: float
@@ -77,11 +86,11 @@ class NetworkChain:
     def refusal(self) -> str | None:
         """Why the load is not the end of this chain; None where it is."""
         who = " and ".join(self.motors)
-        if self.cross > MOST_OFF_THE_END:
+        if self.cross > MOST_CROSS and self.other is None:
             return (
-                f"the motors of {who} do not split into sum and difference: {self.load} moves the other "
-                f"axis by {100 * self.cross:.3g} %, allowed are {100 * MOST_OFF_THE_END:.3g} %: move the "
-                "bodies to where the machine is symmetric, or give axes that share no rope a file each"
+                f"the motors of {who} do not split into sum and difference: {self.load} turns one "
+                f"against the other by {100 * self.cross:.3g} %, allowed are {100 * MOST_CROSS:.3g} %: make "
+                "both alike"
             )
         if self.ground > MOST_OFF_THE_END:
             return f"springs hold {self.load} to the frame: the motor turns no free chain"
@@ -125,12 +134,19 @@ def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
     half = 0.5 * (turns[0] + turns[1]), 0.5 * (turns[0] - turns[1])
     # Of two motors on one rope the one combination moves the bodies, the other only stretches the rope.
     rigid = eigh(network.static_stiffness, network.static_mass)[1][:, : spectrum.rigid_body_modes]
-    ways = [(way, sign) for way, sign in ((0, 1.0), (1, -1.0)) if _merged(half[way], rigid) is not None]
-    if not ways:
+    moved = [_merged(turn, rigid) for turn in half]
+    if moved[0] is None and moved[1] is None:
         raise InputRefused(_held(" and ".join(names)))
     return tuple(
-        _chain(network, spectrum, dict(zip(names, (1.0, sign), strict=True)), half[way], half[1 - way])
-        for way, sign in ways
+        _chain(
+            network,
+            spectrum,
+            dict(zip(names, (1.0, sign), strict=True)),
+            half[way],
+            (half[1 - way], moved[1 - way]),
+        )
+        for way, sign in ((0, 1.0), (1, -1.0))
+        if moved[way] is not None
     )
 
 
@@ -139,27 +155,43 @@ def _held(who: str) -> str:
 
 
 def _chain(
-    network: Network, spectrum: Spectrum, motors: dict[str, float], turn: Array, other: Array | None
+    network: Network,
+    spectrum: Spectrum,
+    motors: dict[str, float],
+    turn: Array,
+    across: tuple[Array, Array | None] | None,
 ) -> NetworkChain:
-    """The chain of one axis; ``turn``, ``other``, shape (n,): its motor angle and that of the other axis."""
+    """The chain of one axis.
+
+    ``turn``, shape (n,): its motor angle; ``across``: that of the other axis and the rigid motion that its
+    motors drive, None where they only stretch the rope.
+    """
     joints = {motor.joint_stiffness is not None for motor in network.drive.motor}
     if len(joints) > 1:
         raise InputRefused("motor: one joint is flexible and the other rigid: the axes do not split")
-    squares, shapes = _kept_modes(network, spectrum, turn, 2 if joints.pop() else 1, " and ".join(motors))
-    load = _load_of(network, shapes[:, 0], " and ".join(motors))
-    alpha, beta, basis = lanczos(squares, turn @ shapes)
-    inertias, stiffness, rest = chain_numbers(alpha, beta, turn @ shapes)
-    rows = basis @ (np.vstack([network.motion.unit(load), turn if other is None else other]) @ shapes).T
-    rows = rows.T * np.sqrt(inertias)
+    who, count = " and ".join(motors), 2 if joints.pop() else 1
+    squares, shapes = _kept_modes(network, spectrum, turn, count, who)
+    load = _load_of(network, shapes[:, 0], who)
     felt = np.vstack([turn, network.motion.unit(load)])
     neglected, strings = _left_out(network, spectrum, squares, shapes, felt)
+    cross, other = 0.0, None
+    if across is not None:
+        rigid = spectrum.rigid_body_modes
+        free = _split(*modes_at_rest(network, np.zeros((0, turn.size))), rigid, count, felt)
+        cross = float(np.abs(_chain_rows(*free[:2], turn, across[0][None])[1]).max())
+        other = None if across[1] is None else _load_of(network, across[1], who)
+    if across is not None and other is not None and cross > MOST_CROSS:
+        still = modes_at_rest(network, np.vstack([across[0], network.motion.unit(other)]))
+        squares, shapes, neglected = _split(*still, rigid - 1, count, felt)
+    (inertias, stiffness, rest), rows = _chain_rows(squares, shapes, turn, network.motion.unit(load)[None])
     return NetworkChain(
         load=load,
         motors=motors,
         inertias=inertias,
         stiffness=stiffness,
         load_row=rows[0],
-        cross=0.0 if other is None else float(np.abs(rows[1]).max()),
+        cross=cross,
+        other=other,
         ground=abs(rest) / stiffness[-1],
         frequencies=np.sqrt(squares[1:]) / (2.0 * pi),
         neglected=neglected,
@@ -167,6 +199,38 @@ def _chain(
         shapes=shapes,
         network=network,
     )
+
+
+def _chain_rows(
+    squares: Array, shapes: Array, turn: Array, rows: Array
+) -> tuple[tuple[Array, Array, float], Array]:
+    """Inertias, stiffnesses and ground of the chain of modes, and rows (k, n) by its inertias."""
+    alpha, beta, basis = lanczos(squares, turn @ shapes)
+    chain = chain_numbers(alpha, beta, turn @ shapes)
+    return chain, (basis @ (rows @ shapes).T).T * np.sqrt(chain[0])
+
+
+def modes_at_rest(network: Network, held: Array) -> tuple[Array, Array]:
+    """Squares (m,) and shapes (n, m) of unit modal mass of all coupled modes with rows (k, n) held at 0.
+
+    Belts stretch evenly: a frequency lies above that of its waves.
+    """
+    free = null_space(held) if held.size else np.eye(network.static_mass.shape[0])
+    squares, shapes = eigh(free.T @ network.static_stiffness @ free, free.T @ network.static_mass @ free)
+    return squares, free @ shapes
+
+
+def _split(squares: Array, shapes: Array, rigid: int, count: int, rows: Array) -> tuple[Array, Array, float]:
+    """Of all modes the rigid one and those that the motor (row 0) feels most; largest part of the rest."""
+    first = _merged(rows[0], shapes[:, :rigid])
+    assert first is not None
+    squares, shapes = np.append(0.0, squares[rigid:]), np.column_stack([first, shapes[:, rigid:]])
+    felt = np.argsort((rows[0] @ shapes[:, 1:]) ** 2 / squares[1:]) + 1
+    kept = np.append(0, np.sort(felt[-count:]))
+    omega = 2.0 * np.sqrt(squares[kept[1]]) * np.linspace(0.025, 1.0, _FREQUENCIES)
+    parts = _modal_parts(squares, shapes, rows, omega)
+    rest = np.abs(np.delete(parts, kept, axis=2).sum(axis=2)) / np.abs(parts[:, :, kept]).sum(axis=2)
+    return squares[kept], shapes[:, kept], float(rest.max())
 
 
 def _kept_modes(

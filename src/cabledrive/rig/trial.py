@@ -10,6 +10,7 @@ from cabledrive.control.own_controller import ControllerProtocol, checked_contro
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.closed_loop.other_plants import check_drawable
@@ -136,14 +137,16 @@ def track_pulses(
     if draws:
         found.summary["over_draws"] = over_draws(first, spec, motion, options, draws, seed)
     if isinstance(drive, AxisDrive):
-        found.summary["axis"] = _axis_words(drive, found.summary["peak_error_deg"])
+        found.summary["axis"] = _axis_words(drive, found, actual)
     return found
 
 
-def _axis_words(drive: AxisDrive, peak_error: float) -> dict[str, Any]:
-    """The chain of a machine with routes, with the error at a load that slides [mm]."""
-    error = {"peak_error_mm": 1e3 * abs(drive.gain) * peak_error * DEGREE} if drive.slides else {}
-    return drive.words | error
+def _axis_words(drive: AxisDrive, found: Tracking, actual: Drive) -> dict[str, Any]:
+    """The chain of a machine with routes, the error of a load that slides [mm], what the chain neglects."""
+    peak = found.summary["peak_error_deg"] * DEGREE
+    error = {"peak_error_mm": 1e3 * abs(drive.gain) * peak} if drive.slides else {}
+    assert isinstance(actual, AxisDrive)
+    return drive.words | error | {"cross_motion": cross_motion(actual, found.torque, found.time[1])}
 
 
 def over_draws(

@@ -13,7 +13,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.one_process import one_process
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
-from cabledrive.reduction.network_axis import as_axis
+from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
@@ -243,7 +243,7 @@ def _summary(
             "torque_ripple": ripple_limit(spec),
             "torque": limit if np.isfinite(limit) else None,
         },
-        "not_covered": list(NOT_COVERED),
+        "not_covered": [*NOT_COVERED, *axis_notes(spec.drive)[1:]],
         "drive": spec.drive.name,
         "drive_hash": content_hash(spec.drive),
     } | ({"axis": spec.drive.words} if isinstance(spec.drive, AxisDrive) else {})

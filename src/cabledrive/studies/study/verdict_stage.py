@@ -11,6 +11,7 @@ from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.carriage_verdict import carriage_cautions, carriage_remedies
@@ -19,6 +20,7 @@ from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.error_units import ErrorUnit, error_unit, goal_of
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.machine import WORDS
+from cabledrive.studies.study.resonance_stage import motion_torque
 from cabledrive.studies.study.verdict_words import (
     RECORD,
     held_words,
@@ -159,6 +161,9 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
             [_state_a_goal(chosen, unit), *([CORRECT] if found.knowledge.findings else [])],
         )
     short = [words for one in (chosen, cable) if one is not None for words in short_of(one, goal, unit)]
+    off, words = _coupling(found)
+    if off and chosen.reached and chosen.reached.error is not None and chosen.reached.error + off > goal:
+        short += words
     if doubts:
         remedies = [CORRECT] if found.knowledge.findings else []
         return UNKNOWN, [*doubts, *short], [*remedies, *([RECORD] if found.knowledge.open_names else [])]
@@ -259,12 +264,29 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
 
 def _of_an_axis(found: Findings) -> list[str]:
     """What a study of the lumped chain of an axis does not say of its machine."""
-    words = ["modes, lumped models and resonance are of the machine as its file gives it"]
+    words = [
+        "modes, lumped models and resonance are of the machine as its file gives it",
+        *_coupling(found)[1],
+    ]
     if found.knowledge.residual is not None:
         words.append(
             "drive.toml is the machine as given; identified numbers are those of its chain, in results.json"
         )
     return words
+
+
+def _coupling(found: Findings) -> tuple[float, list[str]]:
+    """How far the other axis of a coupled machine moves the load along the motion [rad], in words."""
+    drive = found.known
+    if not isinstance(drive, AxisDrive):
+        return 0.0, []
+    time, torque = motion_torque(drive, found.goals.motion)
+    other = cross_motion(drive, torque, time[1])
+    if other is None:
+        return 0.0, []
+    off = max(other["load"]) / (abs(drive.gain) if drive.slides else 1.0)
+    moved = error_unit(found.goals).words(off)
+    return off, [f"{drive.words['coupled']}: along this motion that adds up to {moved} to the error"]
 
 
 def _on_the_bound(found: Findings) -> list[str]:
