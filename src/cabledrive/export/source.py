@@ -130,6 +130,11 @@ def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> tuple[
     spec = spec_for(drive, motion, best=own is None, options=options)
     spec = replace(spec, feedback=options.feedback)
     made = own_law(own, spec) if own else best_controller(spec) if best else design(known, spec)
+    if made.field is not None:
+        raise InputRefused(
+            f"{made.name} is an open loop and no controller: the configuration of its shaper comes from "
+            "`cabledrive shaper LOG --json -o shaper.json` and `export shaper.json --format klipper`"
+        )
     loop = close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
     return loop, motion_numbers(drive, motion)
 

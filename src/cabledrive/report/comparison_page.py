@@ -108,7 +108,7 @@ def _costs(said: dict[str, Any]) -> Table:
             one["filter"],
             number(one["peak_torque"], 3),
             number(one["torque_ripple"], 3),
-            number(one["disk_margin"], 3),
+            margin(one["disk_margin"]),
             margin(one["gain_margin"]),
             margin(one["phase_margin_deg"]),
             number(one["tuning_seconds"], 3),

@@ -167,7 +167,7 @@ def _failures(loop: Loop, done: Run) -> list[str]:
 def _sensing(loop: Loop, actual: Drive, options: RigOptions) -> list[str]:
     """Sensors, delay and sampling."""
     found, rig = [], loop.rig
-    if not options.ideal_sensors:
+    if not options.ideal_sensors and loop.controller.field is None:
         found.append("states come from encoders")
     if rig.late_samples or rig.late_part > 0.0:
         found.append(f"delay of {1e3 * actual.sensors.delay:.4g} ms" if actual.sensors else "delay")

@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.control.bound import robust_conditions
 from cabledrive.control.numbers import DARC, HIGH, LawNumbers
-from cabledrive.mechanics.holding import FREE, left_out_under_torque
+from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import plant_model
 from cabledrive.rig.closed_loop.loop import Loop, Run
@@ -25,6 +25,8 @@ def why_ended(loop: Loop, done: Run) -> str | None:
             f"a span went slack at t = {time:.4g} s: the cable carried over {torque:.4g} N m; slow down, "
             "raise cable.pretension, or take --tension-only"
         )
+    if loop.controller.field is not None:
+        return f"the stepper lost its steps and ran away at t = {time:.4g} s: slow down, or raise its current"
     return f"the plant diverged at t = {time:.4g} s: lower the bandwidth, or feed back the motor's encoder"
 
 
@@ -88,12 +90,14 @@ def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[st
     return found
 
 
-def motor_words(actual: Drive) -> dict[str, str]:
+def motor_words(actual: Drive, *, stepper: bool = False) -> dict[str, str]:
     """How the rotor is held in a run: under torque control it turns freely.
 
-    ``actual``: as it is.
+    ``actual``: as it is; ``stepper``: it is held by its field.
     Returns with the reason where the drive has a holding stiffness, which is left out.
     """
+    if stepper:
+        return {"motor": HOLDING}
     reason = left_out_under_torque(actual)
     return {"motor": FREE} | ({"motor_reason": reason} if reason else {})
 

@@ -15,6 +15,7 @@ from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, SUMMARY, Array
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.eigenvalues import pole_words
+from cabledrive.rig.laws.stepper import NO_FILTER
 from cabledrive.rig.pair_words import pair_words, rest_words
 from cabledrive.rig.run_facts import (
     condition_words,
@@ -173,7 +174,11 @@ def summarize(
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
         summary |= margin_words(loop, estimates, log[:, column + 3 + 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
-    summary |= motor_words(actual) | rest_words(loop, error, motion) | pair_words(loop, done)
+    summary |= (
+        motor_words(actual, stepper=made.field is not None)
+        | rest_words(loop, error, motion)
+        | pair_words(loop, done)
+    )
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
     return Tracking(
@@ -219,7 +224,7 @@ def summary_of(
         "interpreted": done.interpreted,
         "slack_samples": int(score["slack"]),
         "free_play_samples": int(score["loose"]),
-        "observer": OBSERVERS[loop.observer.kind],
+        "observer": OBSERVERS[loop.observer.kind] if loop.controller.field is None else NO_FILTER,
         "feedback": list(loop.controller.shafts),
         "encoders": list(loop.encoder_shafts),
         "peak_error_deg": degrees(score["peak"]),

@@ -33,6 +33,7 @@ from cabledrive.rig.laws.fitting import fitted_encoders
 from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS, check_sample_rate, known_name
+from cabledrive.rig.laws.stepper import NO_FILTER, OPEN_LOOPS
 from cabledrive.rig.ranking.margins import Margins, margins_of
 from cabledrive.rig.setting import RigOptions
 
@@ -100,7 +101,10 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
             f"feedforward = {spec.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
             "leave it out"
         )
-    chosen = spec.best and spec.bandwidth is None and spec.motion is not None
+    if name in OPEN_LOOPS and spec.bandwidth is not None:
+        raise InputRefused(f"bandwidth = {spec.bandwidth:.4g} Hz: {name} is an open loop: leave it out")
+    tunable = name not in OPEN_LOOPS and spec.best
+    chosen = tunable and spec.bandwidth is None and spec.motion is not None
     made = _with_reason(name, spec) if chosen else CONTROLLERS[name](spec)
     check_sample_rate(made, spec.interval)
     check_least_bandwidth(CONTROLLERS[name], made, spec)
@@ -131,9 +135,8 @@ def law_as_tuned(name: str, hertz: float, words: str, spec: DesignSpec) -> Tuned
     """The same on its nominal plant, with its margins."""
     assert spec.options is not None
     loop = nominal_loop(law_at(name, hertz, words, spec), spec, spec.options)
-    return TunedLaw(
-        name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins_of(loop), reached=1.0
-    )
+    margins = UNLIMITED if name in OPEN_LOOPS else margins_of(loop)
+    return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=1.0)
 
 
 def _filtered(made: Controller, tuning: KalmanTuning | None) -> Controller:
@@ -184,6 +187,12 @@ def tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
 def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
     begun, options = time.perf_counter(), spec.options
     assert options is not None
+    if name in OPEN_LOOPS:
+        loop = nominal_loop(CONTROLLERS[name](spec), spec, options)
+        share = share_of_limits(loop, UNLIMITED, spec, disturbances.load_factor)
+        return TunedLaw(
+            name=name, loop=loop, bandwidth=0.0, filter=NO_FILTER, margins=UNLIMITED, reached=share
+        )
     found = [
         one
         for words, tuning in filters(name, spec)
@@ -204,8 +213,8 @@ def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
 
 def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | None]]:
     """Filters that are offered to a law; none: it brings its own."""
-    if name in KINDS:
-        yield "its own", None
+    if name in (*KINDS, *OPEN_LOOPS):
+        yield NO_FILTER if name in OPEN_LOOPS else "its own", None
         return
     made = CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[10]))
     fitted = fitted_encoders(spec.drive)

@@ -124,10 +124,11 @@ def _text(said: dict[str, Any], folder: Path) -> str:
         if one["worst_deg"] is None:
             lines.append(f"  {one['name']:<15} {one['reason'] or 'every run ended early'}")
             continue
+        disk = "none" if one["disk_margin"] is None else f"{one['disk_margin']:.2f}"
         lines.append(
             f"  {one['name']:<15} {one['median_deg']:7.4f} {one['error_99_deg']:7.4f}   "
             f"{one['worst_deg']:7.4f}  {percent(one['share_within'], ''):>6}  {one['peak_torque']:6.3f}  "
-            f"{one['torque_ripple']:6.3f} {one['disk_margin']:5.2f} {one['tuning_seconds']:7.1f}"
+            f"{one['torque_ripple']:6.3f} {disk:>5} {one['tuning_seconds']:7.1f}"
         )
     learning = [one["name"] for one in said["controllers"] if one["learns"]]
     if learning:

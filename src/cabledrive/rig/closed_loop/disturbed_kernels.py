@@ -47,6 +47,9 @@ class DisturbedNumbers(NamedTuple):
         Bandwidth of the torque loop [rad/s]; 0: none.
     step : float
         Longest internal step [s].
+    field, field_periods : float
+        Largest torque of a stepper whose command is the angle of its field [N m], and its periods per radian
+        of lag; 0: the command is a torque.
     """
 
     inertias: Array
@@ -72,6 +75,8 @@ class DisturbedNumbers(NamedTuple):
     load_time: float
     current_rate: float
     step: float
+    field: float
+    field_periods: float
 
 
 NONE = np.zeros(0)
@@ -99,6 +104,8 @@ UNDISTURBED = DisturbedNumbers(
     load_time=0.0,
     current_rate=0.0,
     step=1.0,
+    field=0.0,
+    field_periods=0.0,
 )
 """No inertias: the chain moves without disturbances."""
 
@@ -142,7 +149,9 @@ def disturbed_step(
     n = d.inertias.size
     for i in range(n):
         x[i] += 0.5 * h * x[n + i]
-    if d.current_rate > 0.0:
+    if d.field > 0.0:
+        x[2 * n] = d.field * sin(d.field_periods * (command - x[0]))
+    elif d.current_rate > 0.0:
         x[2 * n] += (1.0 - exp(-d.current_rate * h)) * (command - x[2 * n])
     else:
         x[2 * n] = command
@@ -176,17 +185,21 @@ def move_disturbed(
     d: DisturbedNumbers,
     x: Array,
     command: float,
+    turning: float,
     motor: float,
     load: float,
     begin: float,
     time: float,
     fresh: Array,
 ) -> int:
-    """Move the chain on from an instant under a constant command; returns whether the motor slips."""
+    """Move the chain on from an instant under a command that changes by ``turning`` a second.
+
+    Returns whether the motor slips.
+    """
     if time <= 0.0:  # jitter may take the next sample before this command acts
         return 0 if x[d.inertias.size] == 0.0 else 1
     steps = int(np.ceil(time / d.step - 1e-9))
     h = time / steps
     for i in range(steps):
-        disturbed_step(d, x, command, motor, load, begin + i * h, h, fresh)
+        disturbed_step(d, x, command + (i + 0.5) * h * turning, motor, load, begin + i * h, h, fresh)
     return 0 if x[d.inertias.size] == 0.0 else 1

@@ -9,7 +9,7 @@ from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.own_controller import is_compiled
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.reflected import reflected
@@ -196,14 +196,20 @@ def close_loop(
     shown = [
         i for i, shaft in enumerate(fitted_encoders(plant_drive)) if own is None or shaft in controller.shafts
     ]
-    gear = load_gear(plant_drive)
-    target = gear * motion.trajectory(np.asarray(interval * np.arange(samples), dtype=np.float64))[0]
+    gear, stepper = load_gear(plant_drive), controller.field is not None
+    late = np.maximum(interval * np.arange(samples, dtype=np.float64) - controller.late, 0.0)
+    target = gear * motion.trajectory(late)[0]
+    if stepper and (cable or plant is not None or options.pair or options.smooth_friction):
+        raise InputRefused(
+            f"{controller.name} is one stepper on a lumped chain with set-valued friction: leave --pair, "
+            "--smooth-friction and the plant out"
+        )
     rig = RigNumbers(
         interval=interval,
         encoders=encoders,
         counts=counts,
         phases=encoder_phases(plant_drive, options, generator)[shown],
-        torque_limit=torque_limit(plant_drive),
+        torque_limit=float("inf") if stepper else torque_limit(plant_drive),
         late_samples=int(delay // interval),
         late_part=float(delay % interval),
         jitter=late_samples(options, interval, samples, generator),
@@ -231,7 +237,7 @@ def close_loop(
         own_plant=own_plant,
         named=named,
         pieces=options.substeps,
-        **plant_parts(chain, interval, rate, options, *links),
+        **plant_parts(chain, interval, rate, options, *links, controller.field),
     )
 
 

@@ -1,6 +1,6 @@
 """The closed loop of the rig on a lumped chain, compiled: plant and controller, sample after sample."""
 
-from math import isfinite, sin
+from math import isfinite, pi, sin
 from typing import NamedTuple
 
 from cabledrive.control.numbers import LawNumbers
@@ -97,9 +97,14 @@ def move_chain(plant: ChainPlant, rig: RigNumbers, k: int, s: LoopState) -> None
     motor, load, late = rig.forces[k, 0], rig.forces[k, 1], rig.late_part
     if d.inertias.size > 0:
         begin, fresh = k * rig.interval, s.terms[0]
+        # The field of a stepper turns on between samples; a torque is held.
+        turning = (commands[1] - commands[0]) / rig.interval if d.field > 0.0 else 0.0
         if late > 0.0:
-            move_disturbed(d, s.x, commands[0], motor, load, begin, late, fresh)
-        s.discrete[0] = move_disturbed(d, s.x, commands[1], motor, load, begin + late, span - late, fresh)
+            older = commands[0] + turning * (rig.interval - late)
+            move_disturbed(d, s.x, older, turning, motor, load, begin, late, fresh)
+        s.discrete[0] = move_disturbed(
+            d, s.x, commands[1], turning, motor, load, begin + late, span - late, fresh
+        )
         return
     if late > 0.0:
         move(plant.linear, plant.piecewise, s, commands[0], motor, load, late)
@@ -133,6 +138,10 @@ def run_loop(
             return k
         see_chain(plant.disturbed, s)
         wanted, command, sigma = decide(observer, law, rig, reference, k, s.work, s)
+        if plant.disturbed.field > 0.0:  # the command is an angle: the torque is scored, and lost steps
+            lag = abs(plant.disturbed.field_periods * (command - s.x[0]))
+            command = s.x[s.x.size - 1]
+            wanted = command + (1.0 if lag > 0.5 * pi else 0.0)
         finish_sample(rig, target, k, s, log, s.x, wanted, command, sigma, s.discrete[0])
         move_chain(plant, rig, k, s)
     return last

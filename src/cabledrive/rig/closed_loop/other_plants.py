@@ -25,7 +25,7 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
     if np.isfinite(slack):
         slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
     play = 2.0 * loop.piecewise.play if play is None else play
-    parts = plant_parts(chain, interval, rate, options, play, slack)
+    parts = plant_parts(chain, interval, rate, options, play, slack, loop.controller.field)
     cable = loop.cable
     if cable is not None:
         cable = cable_plant(drive_like(cable.drive, chain), chain, interval, options, measured=False)
@@ -42,5 +42,5 @@ def check_drawable(loop: Loop) -> None:
             f'plant "{loop.own_plant.name}" is your own, and its parameters are not known: draws take the '
             "drive's models, lumped chains and the cable"
         )
-    if loop.disturbed is not None:
+    if loop.disturbed is not None and (loop.controller.field is None or loop.disturbed.load_factor != 1.0):
         raise InputRefused("the plant carries disturbances already: draw from the loop without them")

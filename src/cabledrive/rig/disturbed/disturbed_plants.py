@@ -9,6 +9,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers
 from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_plants import plain_numbers
 from cabledrive.rig.disturbed.disturbances_file import Disturbances
 from cabledrive.rig.laws.scheduled import announced, told_otherwise
 from cabledrive.rig.plant_samples import sampled_chain
@@ -16,8 +17,6 @@ from cabledrive.rig.setting import Payload, RigOptions
 
 ANNOUNCED = ("announced_error", "announced_late")
 """Drawn last, and for laws that are told the load alone: every law meets the same plants."""
-STEP = 20e-6
-"""Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
 
 
 def disturbed_loop(
@@ -87,21 +86,15 @@ def disturbed_numbers(
             "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
         )
     slack = loop.slack * loop.chain.stiffness[-1] / chain.stiffness[-1] if chain.size > 1 else inf
-    return DisturbedNumbers(
-        inertias=np.array(chain.inertias),
-        viscous=np.array(chain.viscous),
-        coulomb=np.array(chain.coulomb),
-        offsets=np.array(chain.offsets),
-        stiffness=np.array(chain.stiffness),
-        damping=np.array(chain.damping),
+    play = max(0.5 * drawn["backlash"], loop.piecewise.play)
+    plain = plain_numbers(chain, float(loop.plant.scalars[6]), play, slack, loop.controller.field)
+    return plain._replace(
         excess=drawn["stribeck_excess"],
         fading=drawn["stribeck_speed"],
         cogging=drawn["cogging"],
         cogging_lines=drawn["cogging_periods"],
         ripple=drawn["torque_ripple"],
         ripple_lines=drawn["ripple_periods"],
-        play=max(0.5 * drawn["backlash"], loop.piecewise.play),
-        slack=slack,
         eccentricity=drawn["encoder_eccentricity"] * loop.gear,
         turning=1.0 / loop.gear,
         phases=turned,
@@ -109,6 +102,4 @@ def disturbed_numbers(
         warming=drawn["warming"],
         load_factor=drawn["load_factor"],
         load_time=drawn["load_time"],
-        current_rate=float(loop.plant.scalars[6]),
-        step=STEP,
     )

@@ -84,6 +84,10 @@ class Controller:
         Of a law whose gains go by an announced load.
     believed : LumpedChain or None
         The chain with the drive's own load, of which that is a factor.
+    field : tuple of float, or None
+        Of a stepper, whose command is the angle of its field [rad]: largest torque [N m], periods per radian.
+    late : float
+        By how much the motion comes late as a whole, and errors are counted against it so late [s].
     """
 
     name: str
@@ -104,6 +108,8 @@ class Controller:
     load_motion: LoadMotion | None = None
     schedule: LoadSchedule | None = None
     believed: LumpedChain | None = None
+    field: tuple[float, float] | None = None
+    late: float = 0.0
 
     @property
     def load(self) -> float | None:

@@ -85,6 +85,8 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
         raise InputRefused(f"{controller.name} is no law of the chain, and only those have eigenvalues")
     feedback = np.zeros(2 * n)
     np.add.at(feedback, chosen, rows)
+    if controller.field is not None:  # the magnetic spring of a stepper
+        feedback[0] -= controller.field[0] * controller.field[1]
     values = np.linalg.eigvals(a + np.outer(b[:, 0], feedback))
     kept = sorted((v for v in values if v.imag >= 0.0), key=abs)
     return tuple(

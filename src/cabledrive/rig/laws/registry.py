@@ -16,6 +16,7 @@ from cabledrive.rig.laws.reference_model import NAME as MRAC
 from cabledrive.rig.laws.reference_model import reference_model
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.laws.scheduled import scheduled
+from cabledrive.rig.laws.stepper import SHAPED, STEPPER, stepper
 from cabledrive.rig.setting import DISSERTATION_ORDER
 
 CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
@@ -34,6 +35,8 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     CHANGING: lambda spec: load_learning(spec, CHANGING),
     MRAC: reference_model,
     SCHEDULED: scheduled,
+    STEPPER: stepper,
+    SHAPED: lambda spec: stepper(spec, shaped=True),
     **BASELINES,
 }
 

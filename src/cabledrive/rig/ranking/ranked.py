@@ -13,6 +13,7 @@ from cabledrive.rig.laws.load_learning import CHANGING
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS, main_laws
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
+from cabledrive.rig.laws.stepper import OPEN_LOOPS
 from cabledrive.rig.ranking.scores import Scores, rank, scored
 from cabledrive.rig.setting import RigOptions
 from cabledrive.rig.tuning import TunedLaw, law_as_tuned, tuned
@@ -26,10 +27,14 @@ COMPARED = RigOptions(forbid_slack=False)
 
 
 def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
-    """Laws that are compared where none are named, simplest first; two more where the load changes."""
+    """Laws that are compared where none are named, simplest first; two more where the load changes.
+
+    Two more for a stepper as well, the open loops that it is without an encoder.
+    """
     *fixed, learning = main_laws(drive)
+    steppers = OPEN_LOOPS if drive.motor is not None and drive.motor.holding_stiffness else ()
     changing = (SCHEDULED, CHANGING) if disturbances.changes_load else ()
-    return (*fixed, *changing, learning)
+    return (*steppers, *fixed, *changing, learning)
 
 
 def checked_names(names: Sequence[str]) -> tuple[str, ...]:
@@ -62,7 +67,7 @@ def goal_of(drive: Drive) -> float:
 
 @lru_cache(maxsize=8)
 def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None], ...]]:
-    """The law that ranks first on a drive, tuned, and what each reached on the first plants of a comparison.
+    """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants.
 
     ``spec``: with its motion.
     Raises `NotComputed` if no law can be tuned.
@@ -73,6 +78,8 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None
     found: list[tuple[tuple[float, float], TunedLaw]] = []
     reached: list[tuple[str, Scores | None]] = []
     for name in offered(spec.drive, disturbances):
+        if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
+            continue
         try:
             one = tuned(name, spec, disturbances)
             law = law_as_tuned(name, one.bandwidth, one.filter, spec)

@@ -47,7 +47,7 @@ def recorded(name: str, bandwidth: float, words: str, margins: Margins, seconds:
         name=name,
         bandwidth=bandwidth,
         filter=words,
-        disk=margins.disk,
+        disk=_finite(margins.disk),
         gain=_finite(margins.gain),
         phase=_finite(margins.phase),
         ripple=_finite(margins.ripple),

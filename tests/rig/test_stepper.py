@@ -1,0 +1,102 @@
+"""A stepper as an open loop: its spring, its lag, its shaper, and the steps it loses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.reduction.network_axis import as_axis
+from cabledrive.rig import Disturbance, Motion, RigOptions
+from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.laws.stepper import OPEN_LOOPS
+from cabledrive.rig.ranking.ranked import offered
+from command import answer, refusal
+
+QUICK = Motion(angle=8.0, rise=0.03, dwell=0.12)
+FREE_OF_FRICTION = ["body.head.coulomb_friction=0"]
+
+
+def printer(*overrides):
+    return cd.load_drive("printer-idlers", overrides=[*FREE_OF_FRICTION, *overrides])
+
+
+def test_the_load_is_that_of_the_whole_machine_on_its_magnetic_spring(measured):
+    """The belt as elements, the rotor on a linear spring to the field: nothing of the rig is in it."""
+    run = cd.track(printer(), controller="stepper", motion=QUICK)
+    stiffness = printer().motor[0].holding_stiffness
+    trajectory = QUICK.trajectory
+    end = 0.07
+
+    def field(time):  # the sign of the axis: the head goes one way where the motor turns the other
+        return stiffness * trajectory(np.minimum(np.asarray(time, dtype=float), end))[0]
+
+    truth = cd.simulate(printer(), end, torque={"motor": field})
+    time, head = np.asarray(truth.to_xarray().time), truth.channel("head.x")
+    rigged = run.summary["axis"]["gain"] * np.interp(time, run.time, run.load_angle)
+    off, wave = np.abs(head - head[0] - rigged).max(), np.abs(run.error).max() * 6.366e-3
+    measured(f"stepper: head within {1e6 * off:.2f} um of elements where it is {1e6 * wave:.1f} um off")
+    assert off < 0.05 * wave
+
+
+def test_at_a_constant_acceleration_the_rotor_lags_by_inertia_over_stiffness():
+    run = cd.track(printer(), controller="stepper", motion=Motion(angle=90.0, rise=0.5, dwell=0.1))
+    axis = run.summary["axis"]
+    lag = run.reference - run.angles[:, 0]
+    acceleration = np.gradient(np.gradient(run.reference, run.time), run.time)
+    middle = slice(1000, 4000)
+    expected = sum(axis["inertias"]) * acceleration / 20.0
+    np.testing.assert_allclose(lag[middle], expected[middle], atol=0.03 * np.abs(expected).max())
+
+
+def test_a_shaper_leaves_the_mode_at_rest():
+    plain, shaped = (
+        cd.track(printer(), controller=name, motion=QUICK) for name in ("stepper", "stepper-shaped")
+    )
+    after = (plain.time > 0.03 + 0.02) & (plain.time < 0.15)
+    assert np.abs(shaped.error[after]).max() < 0.1 * np.abs(plain.error[after]).max()
+    assert shaped.summary["gains"]["shaper_hz"] == pytest.approx(
+        cd.natural_frequencies(printer(), count=1)[0], rel=0.02
+    )
+
+
+def test_a_push_beyond_the_field_loses_steps():
+    """Beyond a quarter of a period the rotor falls behind, and comes to rest whole periods away."""
+    push = Disturbance(torque=-0.3, start=0.1, end=0.107, on="motor")
+    options = RigOptions(disturbances=(push,))
+    drive = cd.load_drive("printer-idlers", overrides=["cable.pretension=100 N"])
+    motion = replace(QUICK, dwell=0.6)
+    run = cd.track(drive, controller="stepper", motion=motion, options=options)
+    periods = (run.reference[-1] - run.angles[-1, 0]) * 20.0 / 0.235 / (2 * np.pi)
+    assert run.incomplete is None
+    assert run.summary["saturated_fraction"] > 0.0
+    assert periods > 0.9
+    assert periods == pytest.approx(round(periods), abs=0.1)
+
+
+def test_compare_lists_the_open_loops_of_a_stepper_and_draws_the_same_plants(tmp_path):
+    assert set(OPEN_LOOPS) < set(offered(as_axis(printer()), Disturbances()))
+    motion = ("--rise", "0.1", "--dwell", "0.05", "--pulses", "1", "--draws", "3")
+    found = answer(
+        "compare", "printer-idlers", "--controllers", ",".join(OPEN_LOOPS), *motion, "-o", tmp_path / "out"
+    )["controllers"]
+    plain, shaped = sorted(found, key=lambda one: one["name"])
+    assert 0.0 < shaped["worst_deg"] < plain["worst_deg"]
+    assert plain["disk_margin"] is None
+    assert 0.0 < plain["peak_torque"] < 0.235
+    drawn = answer("track", "printer-idlers", "--controller", "stepper", "--draws", "4")["over_draws"]
+    assert 0.0 < drawn["median_peak_error_deg"] < drawn["worst_peak_error_deg"] < 5.0
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        ("track dissertation-3 --controller stepper", "holding_stiffness"),
+        ("track printer-idlers --controller stepper --bandwidth 9", "open loop"),
+        ("track printer-idlers --controller stepper --smooth-friction", "set-valued friction"),
+        ("export printer-idlers --controller stepper-shaped --format c99 -o out", "open loop"),
+    ],
+)
+def test_what_is_no_stepper_is_refused(words, named, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert named in refusal(*words.split())
