@@ -118,13 +118,7 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
             f"{position.size} samples are too few to separate motion from noise, {FEWEST_SAMPLES} the least: "
             "record longer"
         )
-    segment = min(position.size, max(1024, int(8.0 / interval)))
-    detrended = np.diff(position)
-    frequency, power = signal.welch(detrended, 1 / interval, nperseg=min(segment, detrended.size))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        power = power / (2 - 2 * np.cos(2 * pi * frequency * interval))  # of the position itself
-    upper = frequency > 0.25 / interval
-    floor = float(np.median(power[upper]))
+    frequency, power, floor = _spectrum(position, interval)
     edges = frequency[1] * 2.0 ** (np.arange(0, 200) / 6)
     edges = edges[edges < 0.1 / interval]
     highest = edges[0]
@@ -133,3 +127,21 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
         if band.any() and power[band].mean() > 10.0 * floor:
             highest = high
     return float(min(highest, 0.1 / interval))
+
+
+def noise_level(position: Array, interval: float) -> float:
+    """Level of a channel's white noise by the upper half of its spectrum, one-sided [its unit^2 / Hz].
+
+    ``position``, shape (samples,); ``interval`` [s].
+    """
+    return _spectrum(position, interval)[2]
+
+
+def _spectrum(position: Array, interval: float) -> tuple[Array, Array, float]:
+    """Frequencies [Hz], power of a position, from its difference, and its median in the upper half."""
+    detrended = np.diff(position)
+    segment = min(detrended.size, max(1024, int(8.0 / interval)))
+    frequency, power = signal.welch(detrended, 1 / interval, nperseg=segment)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        power = power / (2 - 2 * np.cos(2 * pi * frequency * interval))
+    return frequency, power, float(np.median(power[frequency > 0.25 / interval]))

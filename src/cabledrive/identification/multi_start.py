@@ -1,6 +1,6 @@
 """Output error from many starts: a scout of each on part of the records, then a full fit of the best."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +19,11 @@ FAR = 1e6
 SCOUTED = 1000
 """Samples of each record that a scout compares."""
 SETTLED = 4000
-"""Samples of each record on which the fits of the best starts are compared; the best is then fitted whole."""
+"""Samples of each record on which the fits of the best starts are compared, in twice as long steps as the
+whole, to which the best is then fitted."""
 SCOUT_EVALUATIONS = 12
+ENOUGH = 1e-6
+"""Relative change of the squares at which the fit of all rows ends: far below what chance moves."""
 ALIKE = 1e-3
 """Relative distance of residuals at which two fits count as one minimum."""
 
@@ -53,6 +56,7 @@ def fit_from_many_starts(
     starts: Sequence[Mapping[str, float]],
     *,
     full: int = 2,
+    progress: Callable[[str], None] | None = None,
 ) -> StartedFit:
     """Fit from every start what the first samples show, the best to more of them, the best of those to all.
 
@@ -61,29 +65,33 @@ def fit_from_many_starts(
     Raises `NotComputed` if no start leads anywhere.
     """
     short, middle = _begun(records, SCOUTED), _begun(records, SETTLED)
-    scout = replace(models[0], substeps=max(1, models[0].substeps // 2))
+    quick = [replace(model, substeps=max(1, model.substeps // 2)) for model in models]
     scouts: list[tuple[float, dict[str, float]]] = []
-    for start in starts:
-        found = _tried(short, scout, start, SCOUT_EVALUATIONS)
+    say = progress or (lambda words: None)
+    for k, start in enumerate(starts):
+        say(f"two inertias: start {k + 1} of {len(starts)}")
+        found = _tried(short, quick[0], start, SCOUT_EVALUATIONS)
         if found is not None:
             scouts.append(found)
     scouts.sort(key=lambda entry: entry[0])
-    fits: list[RowFit] = []
-    for model in models:
+    fits: list[tuple[RowFit, ChainModel]] = []
+    own: list[float] = []
+    for model, coarse in zip(models, quick, strict=True):
         for _, start in scouts[: full if model is models[0] else 1]:
-            begin = fits[0].values if model is not models[0] and fits else start
+            say(f"two inertias: fit {len(fits) + 1} of the best starts")
+            begin = fits[0][0].values if model is not models[0] and fits else start
             try:
-                fits.append(fit_output_error(middle, model, _inside(model, begin)))
+                fits.append((fit_output_error(middle, coarse, _inside(coarse, begin)), model))
             except NotComputed:
                 continue
+            own += [fits[-1][0].residual] if model is models[0] else []
     if not fits:
         raise NotComputed(f"none of {len(starts)} starts leads to a model that reproduces the log")
-    best = min(fits, key=lambda fit: fit.residual)
-    own = [fit for fit in fits if fit.model is best.model]
-    near = sum(fit.residual < best.residual * (1.0 + ALIKE) for fit in own)
-    if any(r.compared_size > m.compared_size for r, m in zip(records, middle, strict=True)):
-        best = fit_output_error(records, best.model, _inside(best.model, best.values))
-    return StartedFit(fit=best, starts=len(starts), settled=len(own), agreeing=near)
+    best, model = min(fits, key=lambda entry: entry[0].residual)
+    near = sum(residual < min(own) * (1.0 + ALIKE) for residual in own)
+    say(f"two inertias: the best fit over all {sum(r.input.size for r in records)} rows")
+    whole = fit_output_error(records, model, _inside(model, best.values), tolerance=ENOUGH)
+    return StartedFit(fit=whole, starts=len(starts), settled=len(own), agreeing=near)
 
 
 def _begun(records: Sequence[Record], samples: int) -> list[Record]:

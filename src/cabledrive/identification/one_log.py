@@ -133,8 +133,8 @@ def identify(
     method = options.method if method is None else method
     if method not in METHODS:
         raise InputRefused(f'method "{method}" is unknown{nearest(method, METHODS)}')
-    if options.model == TWO_INERTIA and method == "inverse-dynamics":
-        raise InputRefused("model two-inertia is identified by output-error only: leave --method out")
+    if options.model == TWO_INERTIA and method != "auto":
+        raise InputRefused("the channels decide the method of model two-inertia: leave --method out")
     single = isinstance(logs, (str, Path, Log))
     given: Sequence[Any] = [logs] if single else list(logs)  # type: ignore[arg-type]
     if single and not isinstance(logs, Log):
@@ -145,7 +145,7 @@ def identify(
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
     with threadpool_limits(limits=1, user_api="blas"):
         if options.model == TWO_INERTIA:
-            return identify_two_inertia(read)
+            return identify_two_inertia(read, progress=progress)
         request = Request(axis=options.axis, method=method, check=options.check, torque=options.torque)
         return answer(read, request)
 

@@ -71,6 +71,7 @@ def fit_output_error(
     start: Mapping[str, float],
     *,
     most_evaluations: int = MOST_EVALUATIONS,
+    tolerance: float = 1e-8,
 ) -> RowFit:
     """Fit a lumped chain to several records at once.
 
@@ -108,6 +109,7 @@ def fit_output_error(
         bounds=(low, high),
         x_scale="jac",
         max_nfev=most_evaluations,
+        ftol=tolerance,
     )
     if found.status == 0:
         raise NotComputed(

@@ -4,11 +4,12 @@ The input is a torque, a force, or a voltage or current, in whose unit all param
 never changes its sign under an input that does is that of a sensor which shows its absolute value.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.both_sides import identify_by_equations
 from cabledrive.identification.chain_model import ChainModel, FreeParameter
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.finding import Finding
@@ -20,10 +21,10 @@ from cabledrive.identification.output_error import RowFit, fit_of
 from cabledrive.identification.record import Record
 from cabledrive.identification.sensor import Sensor
 from cabledrive.identification.two_inertia_channels import (
-    INPUTS,
     TwoInertiaChannels,
     channels_of,
     record_of,
+    unit_of,
 )
 from cabledrive.identification.two_inertia_starts import starts_for
 
@@ -38,11 +39,17 @@ FOLLOWS = 70.0
 SUBSTEPS = 4
 
 
-def identify_two_inertia(logs: Sequence[Log], seed: int = 0) -> Identification:
+def identify_two_inertia(
+    logs: Sequence[Log], seed: int = 0, progress: Callable[[str], None] | None = None
+) -> Identification:
     """Identify motor and load inertia, the spring between them, its damping and all frictions.
 
+    Logs that show both sides with their signs are solved by `both_sides`; a log of one side, or of a speed
+    without its sign, is simulated from many starts.
+
     ``logs``: of one machine, with the same channels: torque, force, voltage or current, and a velocity, angle
-    or position of the motor, the load ("load velocity") or both; ``seed``: of the starts.
+    or position of the motor, the load ("load velocity") or both; ``seed``: of the starts; ``progress``:
+    called with a line for each fit of a simulation.
     Returns ``inertia_motor``, ``inertia_load``, ``stiffness``, ``damping``, ``viscous_friction_motor``,
     ``viscous_friction_load``, ``coulomb_friction_motor``, ``coulomb_friction_load``, ``offset``; with a
     rectifying sensor its ``sensor_lag``. No intervals where the model does not follow the log.
@@ -50,10 +57,12 @@ def identify_two_inertia(logs: Sequence[Log], seed: int = 0) -> Identification:
     moves like the log.
     """
     channels = channels_of(logs)
+    if len(channels.outputs) == 2 and not channels.rectified:
+        return identify_by_equations(logs, channels)
     records = [record_of(log, channels) for log in logs]
     begins = starts_for(records, channels.rectified, np.random.default_rng(seed))
     models = [_model(channels, begins.scale, hold, delay) for hold, delay in _conventions(channels.input)]
-    found = fit_from_many_starts(records, models, begins.starts)
+    found = fit_from_many_starts(records, models, begins.starts, progress=progress)
     return _answer(logs, channels, records, found, seed)
 
 
@@ -123,7 +132,7 @@ def _answer(
             f"the model does not reproduce the log: it explains {min(explained):.3g} % of a measured speed"
         )
         doubts.insert(0, ("model-misfit", f"{message}, less than {FOLLOWS:g} %: no intervals are given"))
-    if found.agreeing < 2 <= found.settled:
+    if found.agreeing < 2:
         doubts.append(
             (
                 "one-start-only",
@@ -171,7 +180,7 @@ def _answer(
 def _estimate(
     fit: RowFit, name: str, follows: bool, channels: TwoInertiaChannels, log: Log, open_: Sequence[str]
 ) -> Estimate:
-    unit, infinite = _unit(name, channels, log), float("inf")
+    unit, infinite = unit_of(name, channels, log), float("inf")
     if name in open_:
         return Estimate(
             value=float("nan"), unit=unit, standard_error=infinite, low=-infinite, high=infinite,
@@ -179,20 +188,6 @@ def _estimate(
         )  # fmt: skip
     low, high = interval_of(fit, name) if follows and name not in at_bounds(fit) else (-infinite, infinite)
     return Estimate(value=fit.values[name], unit=unit, standard_error=fit.errors[name], low=low, high=high)
-
-
-def _unit(name: str, channels: TwoInertiaChannels, log: Log) -> str:
-    """In N m and rad, or in the unit of the input and of the motion."""
-    force = INPUTS[channels.input.rpartition("_")[2]]
-    way = log.units[channels.outputs[0]].split("/")[0]
-    if name == "sensor_lag":
-        return "s"
-    if name.startswith("inertia"):
-        plain = {("N m", "rad"): "kg m^2", ("N", "m"): "kg"}
-        return plain.get((force, way), f"{force} s^2/{way}")
-    if name.startswith(("viscous", "damping")):
-        return f"{force} s/{way}"
-    return f"{force}/{way}" if name == "stiffness" else force
 
 
 def _notes(channels: TwoInertiaChannels, fit: RowFit) -> tuple[str, ...]:
@@ -204,13 +199,7 @@ def _notes(channels: TwoInertiaChannels, fit: RowFit) -> tuple[str, ...]:
     )
     late = ", one sample late" if fit.model.delay else ""
     found = [f"the {readable(channels.input)} {how}{late}"]
-    if channels.rectified:
-        found.append("the speed is never negative: assumed to be its absolute value")
-    if channels.input.rpartition("_")[2] in ("voltage", "current"):
-        found.append(f"parameters are in the unit of the {readable(channels.input)}: the gain is not known")
-    if channels.motor is None:
-        found.append("only the load is measured: motor and load may be exchanged")
-    return tuple(found)
+    return (*found, *channels.notes)
 
 
 def _condition(covariance: Array) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cabledrive.identification.filters import difference
+from cabledrive.identification.identifiability import readable
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.record import Record
 from cabledrive.parameters import InputRefused
@@ -36,6 +37,16 @@ class TwoInertiaChannels:
     def outputs(self) -> tuple[str, ...]:
         """Those that are measured, the motor's first."""
         return tuple(name for name in (self.motor, self.load) if name is not None)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed of them."""
+        found = ["the speed is never negative: assumed to be its absolute value"] if self.rectified else []
+        if self.input.rpartition("_")[2] in ("voltage", "current"):
+            found.append(f"parameters are in the unit of the {readable(self.input)}: the gain is not known")
+        if self.motor is None:
+            found.append("only the load is measured: motor and load may be exchanged")
+        return tuple(found)
 
 
 def channels_of(logs: Sequence[Log]) -> TwoInertiaChannels:
@@ -72,3 +83,17 @@ def record_of(log: Log, channels: TwoInertiaChannels) -> Record:
         for name in channels.outputs
     ]
     return Record(input=log.channel(channels.input), output=np.column_stack(speeds), interval=log.interval)
+
+
+def unit_of(name: str, channels: TwoInertiaChannels, log: Log) -> str:
+    """Unit of a parameter: of N m and rad, or of the input and the motion."""
+    force = INPUTS[channels.input.rpartition("_")[2]]
+    way = log.units[channels.outputs[0]].split("/")[0]
+    if name == "sensor_lag":
+        return "s"
+    if name.startswith("inertia"):
+        plain = {("N m", "rad"): "kg m^2", ("N", "m"): "kg"}
+        return plain.get((force, way), f"{force} s^2/{way}")
+    if name.startswith(("viscous", "damping")):
+        return f"{force} s/{way}"
+    return f"{force}/{way}" if name == "stiffness" else force

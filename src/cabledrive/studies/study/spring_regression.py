@@ -1,16 +1,16 @@
 """What logs identify of the springs: the cable by the load's own equation, the motor joint by its twist."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
+from cabledrive.identification.regression import Factors, factor, joined, solve, suited_segments
+from cabledrive.identification.two_sides import SIGN_BANDS, Solution
 from cabledrive.parameters import Drive
-from cabledrive.studies.study.machine import LOAD_FRICTIONS, has_flexible_joint, values_of
+from cabledrive.studies.study.machine import LOAD_FRICTIONS, values_of
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float, float]
@@ -26,13 +26,7 @@ LEAST = {
 }
 """Narrowest relative half widths: what the equations leave out, such as the mass of the cable."""
 
-LOAD_NAMES = ("beta", "gamma", "viscous", "coulomb", "zero")
-SIGN_BANDS = 2.5
-SLOW = 0.5
-"""Speed below which friction's sign is not trusted [rad/s]."""
-FEWEST_ROWS = 200
 JOINT_BAND = 40.0
-LOAD_BANDS = (15.0, 10.0, 22.0)
 CERTAIN = 0.05
 """Largest relative half width with which a stiffness counts as identified."""
 
@@ -43,46 +37,7 @@ def around(name: str, value: float, half: float) -> tuple[float, float, float]:
     return value, value - half, value + half
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LoadFits:
-    """The load's own equation, solved with filters of several bandwidths; the middle one first.
-
-    Attributes
-    ----------
-    fits : tuple of Fit
-        Of the load's acceleration: beta, gamma (twist of the cable and its rate), viscous, coulomb (friction
-        of the load), zero (of the encoders).
-    """
-
-    fits: tuple[Fit, ...]
-
-    def of(self, name: str) -> tuple[float, float]:
-        """A coefficient and its half width, with what the choice of the filter moves."""
-        place = LOAD_NAMES.index(name)
-        values = np.array([fit.values[place] for fit in self.fits])
-        moved = float(np.abs(values - values[0]).max())
-        return float(values[0]), float(self.fits[0].half_width()[place]) + moved
-
-
-def load_fits(logs: Sequence[Log], drive: Drive) -> LoadFits | None:
-    """Solve the load's own equation: no torque enters it.
-
-    Returns none where the cable's twist is not measured, or the load hardly turns.
-    """
-    gear = drive.load_pulley.radius / drive.drive_pulley.radius
-    near = "drive_angle" if all("drive_angle" in log.channels for log in logs) else "angle"
-    if near == "angle" and has_flexible_joint(drive):
-        return None
-    fits = []
-    for band in LOAD_BANDS:
-        parts = [_load_rows(log, near, gear, band) for log in logs]
-        if any(part is None for part in parts):
-            return None
-        fits.append(solve(suited_segments(joined([part for part in parts if part is not None]))))
-    return LoadFits(fits=tuple(fits))
-
-
-def identify_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
+def identify_cable(load: Solution | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
     """Stiffness and damping of a span and friction of the load, from the load's equation and inertia.
 
     ``found``: what the sum of torques gave.
@@ -109,46 +64,6 @@ def identify_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interva
         damping = gamma * inertia / gear**2 / (spans * radius)
         result["cable_damping"] = around("cable_damping", damping, damping * (spread + half / gamma))
     return result
-
-
-def _load_rows(log: Log, near: str, gear: float, band: float) -> Factors | None:
-    """The load's acceleration by twist, its rate and friction; the constant takes the encoders' zeros."""
-    h = log.interval
-    band = min(band, 0.1 / h)
-    first, load = (
-        zero_phase(log.channel(near), h, band),
-        gear * zero_phase(log.channel("load_angle"), h, band),
-    )
-    speed = difference(load, h)
-    quick = quick_speed(gear * log.channel("load_angle"), h, band)
-    sign = zero_phase(np.sign(quick), h, band)
-    columns = np.column_stack([first - load, difference(first, h) - speed, -speed, -sign, np.ones(len(log))])
-    step, edge = max(1, int(0.02 / (band * h))), int(2.0 / (band * h))
-    keep = moving(quick, h, band) & (np.arange(len(log)) % step == 0)
-    keep[:edge] = keep[max(len(log) - edge, 0) :] = False
-    if keep.sum() < FEWEST_ROWS:
-        return None
-    segments = max(12, min(60, int(keep.sum()) // 20))
-    return factor(columns[keep], difference(speed, h)[keep], LOAD_NAMES, segments)
-
-
-def quick_speed(angle: Array, interval: float, band: float) -> Array:
-    """Speed that shows where a shaft turns round: filtered less than the equations are.
-
-    ``angle``, shape (samples,) [rad]; ``interval``, ``band`` [s], [Hz].
-    Returns shape (samples,) [rad/s].
-    """
-    return difference(zero_phase(angle, interval, min(SIGN_BANDS * band, 0.4 / interval)), interval)
-
-
-def moving(quick: Array, interval: float, band: float) -> NDArray[np.bool_]:
-    """Where a shaft turns so fast, for as long as the filter remembers, that the sign of friction is sure.
-
-    ``quick``, shape (samples,) [rad/s]; ``interval``, ``band`` [s], [Hz].
-    Returns shape (samples,).
-    """
-    reach = max(3, int(0.5 / (band * interval)))
-    return np.asarray(np.convolve(np.abs(quick) < SLOW, np.ones(reach), "same") <= 0.5)
 
 
 def identify_joint(
@@ -209,9 +124,9 @@ def _twist_rows(
 
     motor, pulley, end = smooth("angle"), smooth("drive_angle"), smooth("load_angle")
     speed = difference(end, h)
-    friction = rubbed["load_viscous_friction"] * speed + rubbed["load_coulomb_friction"] * zero_phase(
-        np.sign(quick_speed(log.channel("load_angle"), h, band)), h, band
-    )
+    quick = difference(zero_phase(log.channel("load_angle"), h, min(SIGN_BANDS * band, 0.4 / h)), h)
+    sides = zero_phase(np.sign(quick), h, band)
+    friction = rubbed["load_viscous_friction"] * speed + rubbed["load_coulomb_friction"] * sides
     torque = behind * twice(pulley) + (load * twice(end) + friction) / gear
     side = zero_phase(np.sign(torque), h, band)
     columns = np.column_stack([torque, difference(torque, h), np.ones(len(log)), side])

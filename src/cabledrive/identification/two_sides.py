@@ -1,0 +1,289 @@
+r"""Two inertias and the spring between them, both sides measured: two regressions that hold no simulation.
+
+The sum of the equations of motion holds no spring, the load's own equation no torque,
+
+.. math::
+    \tau &= J_1\ddot\theta_1 + J_2\ddot\theta_2 + b\,\dot\theta_1 + c\,\mathrm{sgn}\,\dot\theta_1
+        + b_2 (\dot\theta_2 - \dot\theta_1)
+        + c_2 (\mathrm{sgn}\,\dot\theta_2 - \mathrm{sgn}\,\dot\theta_1) - d,\\
+    \ddot\theta_2 &= \beta\,(\theta_1 - \theta_2) + \gamma\,(\dot\theta_1 - \dot\theta_2)
+        - (b_2\,\dot\theta_2 + c_2\,\mathrm{sgn}\,\dot\theta_2) / J_2 + e,
+
+with b, c of both sides together and all angles at the first shaft. Each is solved with low-pass filters of
+several bandwidths. An interval is that of its bandwidth, and what the values differ from those of the
+bandwidth below beyond chance: of two estimates, one of which uses what the other does and more, the variance
+of the difference is the difference of the variances (Hausman, Econometrica 46, 1978). The bandwidth with the
+narrowest interval is taken. Noise of the angles, which makes coefficients of accelerations too small, is
+taken out of the normal equations by its level, that of the upper half of a channel's spectrum.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, ndimage
+
+from cabledrive.identification.filters import difference, noise_level, zero_phase
+from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+
+BANDS = (6.7, 10.0, 15.0, 22.0, 33.0, 50.0, 75.0, 110.0)
+"""Bandwidths of the filter that are tried [Hz], as far as the sample rate allows."""
+SUM = ("motor_inertia", "load_inertia", "viscous", "coulomb", "offset", "lag")
+LOAD = ("beta", "gamma", "viscous", "coulomb", "zero")
+SIGN_BANDS = 2.5
+SLOW = 0.5
+"""Speed below which friction's sign is not trusted [rad/s]."""
+SEGMENTS = 120
+FEWEST_ROWS = 200
+NOISE_SURE = 0.25
+"""Share of the correction for noise that its level may be off."""
+UNMODELLED = 0.0007
+"""Share of an equation's left side that may hide in one parameter: reversals within a filter's memory."""
+NOISE_ALONE = 0.2
+"""Share of the weakest direction's power that must be more than noise."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TwoSides:
+    """Torque and angles, or speeds, of a log, each of shape (samples,), at the first shaft.
+
+    ``rates``: whether ``motor`` and ``load`` are speeds; ``pulley``: angle of the first pulley where a joint
+    lies between it and the motor; ``share``: of the motor in the inertia before the spring; ``twisted``:
+    whether the angles show the spring's twist; ``slow``: speed below which its sign is not trusted.
+    """
+
+    source: str
+    interval: float
+    torque: Array
+    motor: Array
+    load: Array
+    rates: bool = False
+    pulley: Array | None = None
+    share: float = 1.0
+    twisted: bool = True
+    saturated: NDArray[np.bool_] | None = None
+    slow: float = SLOW
+
+    def later(self, lag: float) -> "TwoSides":
+        """With the torque of the instants at which the angles were read, so late behind it [s].
+
+        A torque that is held is late by half a sample and weaker by (pi f h)^2 / 6; a straight line through
+        its samples is three times as much so there, and a spline not at all.
+        """
+        samples = lag / self.interval
+        lines, spline = (ndimage.shift(self.torque, samples, order=k, mode="nearest") for k in (1, 3))
+        return replace(self, torque=(lines + 2.0 * spline) / 3.0)
+
+    def speed_and_rate(self, values: Array, band: float) -> tuple[Array, Array]:
+        """Speed and acceleration below a bandwidth [Hz] of a channel, each of shape (samples,)."""
+        low = zero_phase(values, self.interval, band)
+        speed = low if self.rates else difference(low, self.interval)
+        return speed, difference(speed, self.interval)
+
+    def quick(self, values: Array, band: float) -> Array:
+        """Speed that shows where a shaft turns round: filtered less than the equations are, (samples,)."""
+        low = zero_phase(values, self.interval, min(SIGN_BANDS * band, 0.4 / self.interval))
+        return low if self.rates else difference(low, self.interval)
+
+    def noise(self, values: Array, band: float) -> Array:
+        """Mean squares of a channel's noise and its first two derivatives below a bandwidth, shape (3,)."""
+        level = noise_level(values, self.interval)
+        f = np.linspace(0.0, min(4.0 * band, 0.5 / self.interval), 400)
+        passed = level / (1.0 + (f / band) ** 8) ** 2
+        return np.array([np.trapezoid(passed * (2.0 * pi * f) ** k, f) for k in (0, 2, 4)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rows:
+    """Rows of an equation; ``noise``, shape (p + 1, p + 1): what noise adds to the mean of their products.
+
+    ``seconds``: of the log that they stand for; ``share``: of its samples.
+    """
+
+    factors: Factors
+    noise: Array
+    seconds: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """An equation solved at one bandwidth [Hz].
+
+    ``beyond``, shape (p,): what other bandwidths and the level of the noise may move, beside chance;
+    ``sizes``, shape (p,): root mean square of each regressor; ``kept``: share of the samples that is used.
+    """
+
+    fit: Fit
+    beyond: Array
+    sizes: Array
+    kept: float
+    band: float
+
+    @property
+    def halves(self) -> Array:
+        """Half widths of the 95 % intervals, shape (p,)."""
+        return self.fit.half_width() + self.beyond
+
+    def of(self, name: str) -> tuple[float, float]:
+        """A coefficient and the half width of its interval."""
+        place = self.fit.names.index(name)
+        return float(self.fit.values[place]), float(self.halves[place])
+
+
+def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
+    """Solve the load's own equation; None where no twist is measured or the load hardly moves."""
+    if not all(one.twisted for one in sides):
+        return None
+    try:
+        return _narrowest(lambda band: [_load_rows(one, band) for one in sides], sides, LOAD[:1])
+    except InputRefused:
+        return None
+
+
+def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solution, list[TwoSides], float]:
+    """Solve the sum of torques, with the friction of the load that its own equation gave.
+
+    Returns the solution; the sides with their torque at the instants of the angles, for which it is; by how
+    much the angles are later than the torque as logged [s].
+    Raises `InputRefused` if too few samples can be used.
+    """
+    sides, lag = list(sides), 0.0
+    for _ in range(2):  # the rate of the torque stands for its delay where that is small
+        found = _narrowest(partial(_sum_parts, sides, load), sides, SUM[:2])
+        rest = found.of("lag")[0]
+        sides, lag = [one.later(rest) for one in sides], lag + rest
+    return found, sides, lag
+
+
+def sum_at(sides: Sequence[TwoSides], load: Solution | None, band: float) -> Array:
+    """Values of the sum of torques at one bandwidth [Hz], as for another share of the motor, shape (6,)."""
+    found = _solved(_sum_parts(sides, load, band), band)
+    return np.full(len(SUM), np.nan) if found is None else found.fit.values
+
+
+def _narrowest(
+    rows: Callable[[float], list[Rows]], sides: Sequence[TwoSides], names: Sequence[str]
+) -> Solution:
+    """The solution at the bandwidth that bounds these parameters best."""
+    found: list[Solution] = []
+    refused = InputRefused(f"{sides[0].source}: noise alone is left of the motion: move the machine more")
+    for band in (band for band in BANDS if band <= max(0.1 / max(s.interval for s in sides), BANDS[0])):
+        try:
+            one = _solved(rows(band), band)
+        except InputRefused as refusal:
+            refused = refusal
+            continue
+        found += [] if one is None else [one]
+    if not found:
+        raise refused
+
+    for k, (one, other) in enumerate(pairwise(found)):
+        apart = _beyond_chance(one.fit, other.fit)
+        found[k] = replace(one, beyond=np.maximum(one.beyond, apart))
+        found[k + 1] = replace(other, beyond=np.maximum(other.beyond, apart))
+
+    def width(one: Solution) -> float:
+        return sum(half / max(abs(value), 1e-300) for value, half in map(one.of, names))
+
+    return min(found, key=width)
+
+
+def _beyond_chance(one: Fit, other: Fit) -> Array:
+    """By how much two estimates from one log differ beyond chance, shape (p,)."""
+    by_chance = np.abs(one.half_width() ** 2 - other.half_width() ** 2)
+    return np.asarray(np.sqrt(np.maximum((one.values - other.values) ** 2 - by_chance, 0.0)))
+
+
+def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
+    """One bandwidth's solution without the share of the noise; None where little else is there."""
+    factors = joined([part.factors for part in parts])
+    fit, p = solve(suited_segments(factors)), len(factors.names)
+    power = np.einsum("bij,bik->jk", factors.triangles[:, :, :p], factors.triangles[:, :, :p])
+    sizes = np.maximum(np.sqrt(np.diag(power) / factors.rows), 1e-300)
+    noise = np.sum([part.factors.rows * part.noise for part in parts], axis=0)
+    # in units of the regressors, without the directions that the rows do not show
+    shown = linalg.null_space(fit.unidentifiable * sizes) if len(fit.unidentifiable) else np.eye(p)
+    basis = shown / sizes[:, None]
+    whole = basis.T @ power @ basis
+    true = whole - basis.T @ noise[:p, :p] @ basis
+    if np.linalg.eigvalsh(true)[0] <= NOISE_ALONE * np.linalg.eigvalsh(whole)[0]:
+        return None
+    inverse = basis @ np.linalg.solve(true, basis.T)
+    values = inverse @ (power @ fit.values - noise[:p, p])
+    covariance = inverse @ power @ fit.covariance @ power @ inverse.T
+    rows = max(2.0 * band * sum(part.seconds for part in parts) - p, 1.0)
+    plain = fit.residual**2 * fit.rows / rows * np.diag(inverse)
+    grown = np.sqrt(np.maximum(plain / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    own = np.sqrt(fit.rows * np.diag(inverse))  # of what no other regressor can stand for
+    beyond = UNMODELLED * fit.scale * own + NOISE_SURE * np.abs(values - fit.values)
+    fit = replace(fit, values=values, covariance=covariance * np.outer(grown, grown))
+    kept = float(np.average([part.share for part in parts], weights=[part.factors.rows for part in parts]))
+    return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band)
+
+
+def _sum_parts(sides: Sequence[TwoSides], load: Solution | None, band: float) -> list[Rows]:
+    return [_sum_rows(one, band, load) for one in sides]
+
+
+def _sum_rows(one: TwoSides, band: float, load: Solution | None) -> Rows:
+    h = one.interval
+    viscous, coulomb = (load.of("viscous")[0], load.of("coulomb")[0]) if load is not None else (0.0, 0.0)
+    speed, rate = one.speed_and_rate(one.motor, band)
+    moved = one.noise(one.motor, band)
+    if one.pulley is not None:
+        rate = one.share * rate + (1.0 - one.share) * one.speed_and_rate(one.pulley, band)[1]
+        moved = np.maximum(moved, one.noise(one.pulley, band)) * (one.share**2 + (1.0 - one.share) ** 2)
+    turned, turned_rate = one.speed_and_rate(one.load, band)
+    quick = one.quick(one.motor, band), one.quick(one.load, band)
+    sign, own = (zero_phase(np.sign(q), h, band) for q in quick)
+    behind = turned_rate + viscous * (turned - speed) + coulomb * (own - sign)
+    left = zero_phase(one.torque, h, band)
+    columns = [rate, behind, speed, sign, -np.ones(left.size), difference(left, h), left]
+    noise = np.zeros((7, 7))
+    rank = 1 if one.rates else 2
+    noise[0, 0], noise[1, 1] = moved[rank], one.noise(one.load, band)[rank]
+    noise[2, 2] = moved[rank - 1]
+    return _rows(one, quick, band, np.column_stack(columns), SUM, noise)
+
+
+def _load_rows(one: TwoSides, band: float) -> Rows:
+    """The load's equation in angles, or in speeds as its derivative."""
+    h, near = one.interval, one.motor if one.pulley is None else one.pulley
+    first, load = zero_phase(near, h, band), zero_phase(one.load, h, band)
+    turned = difference(load, h)
+    quick = (one.quick(one.load, band),)
+    sign = zero_phase(np.sign(quick[0]), h, band)
+    columns = [first - load, difference(first, h) - turned, -turned]
+    columns += [-(difference(sign, h) if one.rates else sign), np.ones(load.size), difference(turned, h)]
+    noise, (n, m) = np.zeros((6, 6)), (one.noise(near, band), one.noise(one.load, band))
+    noise[0, 0], noise[1, 1], noise[2, 2], noise[5, 5] = n[0] + m[0], n[1] + m[1], m[1], m[2]
+    noise[1, 2] = noise[2, 1] = noise[0, 5] = noise[5, 0] = m[1]
+    return _rows(replace(one, saturated=None), quick, band, np.column_stack(columns), LOAD, noise)
+
+
+def _rows(
+    one: TwoSides, quick: tuple[Array, ...], band: float, columns: Array, names: tuple[str, ...], noise: Array
+) -> Rows:
+    """Rows away from the ends, from standstill and from saturation, thinned to what the filter leaves."""
+    h = one.interval
+    reach = np.ones(max(3, int(0.5 / (band * h))))
+    keep = np.convolve(np.min(np.abs(quick), axis=0) < one.slow, reach, "same") <= 0.5
+    if one.saturated is not None:
+        keep &= np.convolve(one.saturated, reach, "same") <= 0.5
+    step, edge = max(1, int(0.02 / (band * h))), int(2.0 / (band * h))
+    keep &= np.arange(len(columns)) % step == 0
+    keep[:edge] = keep[max(len(columns) - edge, 0) :] = False
+    count = int(keep.sum())
+    if count < FEWEST_ROWS:
+        why = "little rotation, or saturated torque"
+        raise InputRefused(f"{one.source}: {count} samples can be used ({why}): record again, move it more")
+    factors = factor(columns[keep, :-1], columns[keep, -1], names, max(12, min(SEGMENTS, count // 20)))
+    return Rows(factors=factors, noise=noise, seconds=count * step * h, share=count * step / len(columns))
