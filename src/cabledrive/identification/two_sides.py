@@ -44,7 +44,7 @@ SEGMENTS = 120
 FEWEST_ROWS = 200
 NOISE_SURE = 0.25
 """Share of the correction for noise that its level may be off."""
-UNMODELLED = 0.0007
+UNMODELLED = {SUM: 7e-4, LOAD: 2e-4}
 """Share of an equation's left side that may hide in one parameter: reversals within a filter's memory."""
 NOISE_ALONE = 0.2
 """Share of the weakest direction's power that must be more than noise."""
@@ -223,7 +223,7 @@ def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
     plain = fit.residual**2 * fit.rows / rows * np.diag(inverse)
     grown = np.sqrt(np.maximum(plain / np.maximum(np.diag(covariance), 1e-300), 1.0))
     own = np.sqrt(fit.rows * np.diag(inverse))  # of what no other regressor can stand for
-    beyond = UNMODELLED * fit.scale * own + NOISE_SURE * np.abs(values - fit.values)
+    beyond = UNMODELLED[fit.names] * fit.scale * own + NOISE_SURE * np.abs(values - fit.values)
     fit = replace(fit, values=values, covariance=covariance * np.outer(grown, grown))
     kept = float(np.average([part.share for part in parts], weights=[part.factors.rows for part in parts]))
     return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band)
