@@ -7,8 +7,7 @@ from harness import duration, side_by_side, table
 
 import cabledrive as cd
 from cabledrive.control.controller_kernels import controller_step
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run

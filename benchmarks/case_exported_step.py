@@ -13,9 +13,8 @@ from case_control_step import COMPARED, LAWS, made, steps
 from harness import duration, side_by_side, table
 
 import cabledrive as cd
-from cabledrive.export.c99 import controller_package
+from cabledrive.export.c99 import controller_package, stack_bytes
 from cabledrive.export.source import ExportSource
-from cabledrive.export.stack_usage import stack_bytes
 from cabledrive.rig.closed_loop.loop import loop_at_rest
 from cabledrive.rig.laws.controller_file import controller_from, controller_numbers
 

@@ -12,7 +12,7 @@ from harness import duration, side_by_side, table
 from cabledrive.reduction import fast_simulation
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
-from cabledrive.reduction.uniform_tension_integration import integrate
+from cabledrive.reduction.uniform_tension import integrate
 from cabledrive.simulation import Pluck, Recording, Scheme, Setting, Start, simulate
 from cabledrive.simulation.case import case_of
 

@@ -9,7 +9,7 @@ from harness import table
 
 from cabledrive.modal.tuning import tuned_pretension
 from cabledrive.parameters import load_drive
-from cabledrive.reduction import ensembles
+from cabledrive.reduction import oscillators as ensembles
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.studies.resonance_map import growth_map
 

@@ -10,8 +10,7 @@ from harness import side_by_side, table
 import cabledrive as cd
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import RoutedCarriage, RoutedPulley, RouteLayout
-from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.parameters.route.parts import Rope, Route, RoutedCarriage, RoutedPulley, RouteLayout
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.studies.mode_map import map_modes

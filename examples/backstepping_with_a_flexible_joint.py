@@ -7,7 +7,7 @@ twice the bandwidth, and misses by less than half. Its sufficient condition of s
 import numpy as np
 
 import cabledrive as cd
-from cabledrive.control.backstepping_stability import stability_margin
+from cabledrive.control.backstepping import stability_margin
 from cabledrive.rig import Motion, track
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.trial import spec_for

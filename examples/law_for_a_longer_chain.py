@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 import cabledrive as cd
-from cabledrive.control.kalman import KalmanTuning
+from cabledrive.control.observers import KalmanTuning
 from cabledrive.reduction.lumped_chain import natural_frequencies_of
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.controllers import law_for_chain

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import pi, sqrt
 
 from cabledrive.mechanics import Chain
-from cabledrive.mechanics.own_chain import own_chain
+from cabledrive.mechanics.chain import own_chain
 from cabledrive.modal.component import Fixed
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.rows import MASS

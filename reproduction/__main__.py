@@ -13,9 +13,13 @@ from cabledrive.app.messages import note
 from cabledrive.app.options import Subcommand, answering
 from cabledrive.app.results import Answer, plain
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.files import check_folder_writable, write_whole
-from cabledrive.parameters.one_process import one_process
-from cabledrive.parameters.own_hash import intact_object, with_own_hash
+from cabledrive.parameters.files import (
+    check_folder_writable,
+    intact_object,
+    one_process,
+    with_own_hash,
+    write_whole,
+)
 
 RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 

@@ -12,11 +12,12 @@ from cabledrive.reduction.averaging import (
     AveragedCoefficients,
     averaged_coefficients,
     averaged_rates,
+    plucked,
+    rigid_rotation,
     triangle_stretch,
 )
-from cabledrive.reduction.start_map import plucked, rigid_rotation
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
-from cabledrive.simulation.stopped import whole
+from cabledrive.simulation.run import whole
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -7,7 +7,7 @@ import numpy as np
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.simulation import Pluck, Scheme, Start, simulate
-from cabledrive.simulation.stopped import whole
+from cabledrive.simulation.run import whole
 from reproduction.chapter_3_shapes import SHAPE_DIFFERS, shapes
 from reproduction.chapter_3_transporter import transporter
 from reproduction.determinant import modal_determinant

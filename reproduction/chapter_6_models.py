@@ -4,8 +4,7 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
-from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of, speed_response
 from cabledrive.rig import Motion
 from cabledrive.trajectories import derivative_jump, rise_coefficients
 from reproduction.item import DIFFERS, ERRATUM, Entry, Item, Outcome, outcome, place

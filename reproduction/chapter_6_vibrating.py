@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from cabledrive.reduction.lumped_chain import natural_frequencies_of
-from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of
 from reproduction.item import DIFFERS, Outcome, outcome, place
 from reproduction.judge import claimed
 from reproduction.panel import Curve, Panel, curve

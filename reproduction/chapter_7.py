@@ -7,8 +7,7 @@ import numpy as np
 from cabledrive.modal import against_rigid_supports, modes, natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.lumped_chain import natural_frequencies_of
-from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.reduction.threshold import threshold_torque
 from reproduction.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome

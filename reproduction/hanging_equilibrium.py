@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.modal.hanging import HangingCarriage, hanging_carriage
+from cabledrive.modal.lateral import HangingCarriage, hanging_carriage
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 

@@ -5,8 +5,7 @@ from math import inf, pi
 
 import numpy as np
 
-from cabledrive.modal.hanging import HangingCarriage, hanging_carriage
-from cabledrive.modal.lateral import lateral_frequency
+from cabledrive.modal.lateral import HangingCarriage, hanging_carriage, lateral_frequency
 from cabledrive.modal.mode import LONGITUDINAL, Mode
 from cabledrive.parameters import Drive, InputRefused
 from reproduction.hanging_equilibrium import HangingEquilibrium, linear_equilibrium

@@ -11,7 +11,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.threshold import pulley_amplitude
 from cabledrive.simulation import Pluck, Recording, Scheme, SimulationResult, Sine, Start, simulate
-from cabledrive.simulation.stopped import whole
+from cabledrive.simulation.run import whole
 from reproduction.averaged_against_exact import (
     ForcedCase,
     averaged_motion,

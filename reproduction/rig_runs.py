@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import load_drive
-from cabledrive.reduction.models import rim_spring
+from cabledrive.reduction.lumped_chain import rim_spring
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 
 Array = NDArray[np.float64]

@@ -13,8 +13,7 @@ from typing import Any
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.files import write_whole
-from cabledrive.parameters.own_hash import intact_object, with_own_hash
+from cabledrive.parameters.files import intact_object, with_own_hash, write_whole
 from cabledrive.parameters.version import __version__
 from reproduction.item import AGREES, VERDICTS, Entry, Item, Outcome
 from reproduction.judge import INPUT

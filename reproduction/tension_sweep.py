@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.reduction.motion_kernels import transitions
+from cabledrive.reduction.ensemble_kernels import transitions
 
 Array = NDArray[np.float64]
 

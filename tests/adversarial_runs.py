@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.darc_gains import printed_bounds
+from cabledrive.control.darc import printed_bounds
 from cabledrive.parameters import Drive, InputRefused, load_drive
-from cabledrive.reduction.models import FLEXIBLE_JOINT, highest_model
+from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import Array

@@ -8,8 +8,7 @@ import numpy as np
 import cabledrive as cd
 from cabledrive.parameters import Cable, Carriage, Drive, Layout, Motor, Pulley
 from cabledrive.reduction.sagging_model import longitudinal_modes
-from cabledrive.reduction.static_state import static_state
-from cabledrive.reduction.transverse_shapes import free_stretches
+from cabledrive.reduction.static_state import free_stretches, static_state
 from cabledrive.studies.motion_response import prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 

@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from cabledrive.control.controller_state import ESTIMATES, ControllerState
+from cabledrive.control.numbers import ESTIMATES, ControllerState
 from cabledrive.parameters import load_drive
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import lumped_model
-from cabledrive.reduction.reflected import reflected
+from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, reflected
 
 DRIVE = load_drive("dissertation-3")
 INTERVAL = 1.0 / 5000.0

@@ -10,8 +10,14 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, Wave
 from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
-from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.parameters.route.parts import (
+    Rope,
+    Route,
+    RoutedCarriage,
+    RoutedMotor,
+    RoutedPulley,
+    RouteLayout,
+)
 from oracles.beam_fem import Beam
 from oracles.hanging_fem import HangingRope
 from oracles.network_fem import String

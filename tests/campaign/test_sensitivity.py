@@ -10,7 +10,7 @@ import xarray as xr
 
 import cabledrive as cd
 from cabledrive.campaign import run_sweep
-from cabledrive.campaign.sensitivity import indices
+from cabledrive.campaign.results import indices
 from campaign_computations import Dangerous, Ishigami
 from command import answer, refusal
 

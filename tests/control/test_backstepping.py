@@ -1,6 +1,6 @@
 """Backstepping: against the printed law, against differences of 60 digits, and the matrix of its errors.
 
-Compiled modules under test: cabledrive.control.backstepping_kernels,
+Compiled modules under test: cabledrive.control.law_kernels,
 cabledrive.control.backstepping_recursion.
 """
 
@@ -11,22 +11,21 @@ import pytest
 from cabledrive.control.backstepping import (
     backstepping_gains,
     backstepping_numbers,
-    unmatched_parameters,
-)
-from cabledrive.control.backstepping_chain import (
     chain_numbers,
     chain_parameters,
     chain_reference,
     chain_scales,
+    errors_matrix,
+    law_step,
+    stability_margin,
+    unmatched_parameters,
 )
-from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.backstepping_recursion import (
     backstepping_step,
     work_shape,
 )
-from cabledrive.control.backstepping_stability import errors_matrix, law_step, stability_margin
-from cabledrive.control.flat_output import flat_output
-from cabledrive.control.reference import flat_reference, joint_motion
+from cabledrive.control.law_kernels import backstepping_command
+from cabledrive.control.reference import flat_output, flat_reference, joint_motion
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, state_of
 from oracles.printed_backstepping import Gains, corrected_backstepping

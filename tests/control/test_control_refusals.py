@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
-from cabledrive.control.backstepping import backstepping_gains, unmatched_parameters
-from cabledrive.control.backstepping_chain import chain_numbers, chain_parameters
-from cabledrive.control.darc_gains import Bounds, darc_gains
+from cabledrive.control.backstepping import (
+    backstepping_gains,
+    chain_numbers,
+    chain_parameters,
+    unmatched_parameters,
+)
+from cabledrive.control.darc import Bounds, darc_gains
 from cabledrive.parameters import InputRefused
 from control_chains import INTERVAL, model
 

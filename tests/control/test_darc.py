@@ -12,13 +12,20 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cabledrive.control.bound import printed_uncertainty, robust_conditions, uncertainty
-from cabledrive.control.darc import darc_numbers, darc_step
-from cabledrive.control.darc_gains import Bounds, DarcGains, adaptation_gain, darc_gains, printed_bounds
-from cabledrive.control.flat_output import flat_output
+from cabledrive.control.darc import (
+    Bounds,
+    DarcGains,
+    adaptation_gain,
+    adapted,
+    darc_gains,
+    darc_numbers,
+    darc_step,
+    printed_bounds,
+    projected_rate,
+)
 from cabledrive.control.law_kernels import adapt, law_step
 from cabledrive.control.numbers import K_SIGMA, LawNumbers
-from cabledrive.control.projection import adapted, projected_rate
-from cabledrive.control.reference import flat_reference, joint_motion
+from cabledrive.control.reference import flat_output, flat_reference, joint_motion
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, row_of, state_of

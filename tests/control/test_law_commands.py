@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from cabledrive.control.controller_state import ControllerState
 from cabledrive.control.law_kernels import learn_from_innovations, learning_command, reference_model_command
-from cabledrive.control.numbers import GAIN, HIGH, LEARNING, LOW, REFERENCE_MODEL, LawNumbers
+from cabledrive.control.numbers import GAIN, HIGH, LEARNING, LOW, REFERENCE_MODEL, ControllerState, LawNumbers
 
 pytestmark = pytest.mark.kernel
 RNG = np.random.default_rng(11)

@@ -1,6 +1,6 @@
 """Learnt from readings: cable and motor in one pulse, a torque of the load from the filter's innovations.
 
-Compiled modules under test: cabledrive.control.innovations_of_load,
+Compiled modules under test: cabledrive.control.observer_kernels,
 cabledrive.control.law_kernels.
 """
 
@@ -11,14 +11,12 @@ import numpy as np
 import pytest
 from scipy.signal import StateSpace, lsim
 
-from cabledrive.control.flat_output import flat_output
-from cabledrive.control.innovations_of_load import whitening
-from cabledrive.control.kalman import QUIET, Sampling, kalman_filter
-from cabledrive.control.load_equation import estimate_load
 from cabledrive.control.load_torque import carried
 from cabledrive.control.momentum_sum import estimate_motor
-from cabledrive.control.reference import flat_reference, joint_motion
-from cabledrive.control.regression import filtered
+from cabledrive.control.observer_kernels import whitening
+from cabledrive.control.observers import QUIET, Sampling, kalman_filter
+from cabledrive.control.reference import flat_output, flat_reference, joint_motion
+from cabledrive.control.regression import estimate_load, filtered
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, row_of

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.load_row import load_row_numbers
-from cabledrive.control.load_torque import load_regressors
-from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.control.load_torque import load_regressors, load_row_numbers
+from cabledrive.control.numbers import KALMAN, ObserverNumbers
+from cabledrive.control.reference import MotionNumbers, reference_numbers
 from cabledrive.control.reference_kernels import reference_table
-from cabledrive.control.reference_numbers import MotionNumbers, reference_numbers
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig import Motion
 from cabledrive.rig.laws.controllers import motion_numbers
@@ -29,7 +28,7 @@ def table_of(name: str, motion: Motion, drive: cd.Drive = DRIVE):
     return made.reference, reference_table(made.generator, numbers, spec.interval, spec.samples)
 
 
-@pytest.mark.kernel  # cabledrive.control.reference_kernels, cabledrive.control.reference_part_kernels
+@pytest.mark.kernel  # cabledrive.control.reference_kernels, cabledrive.control.reference_kernels
 @pytest.mark.parametrize("name", [name for name in CONTROLLERS if name not in LOAD_LEARNING])
 def test_the_generator_makes_the_rows_of_the_table(name, measured):
     order = needed_order(name, DRIVE) + 2  # nothing jumps at an edge, which rounding may put to either side
@@ -41,7 +40,7 @@ def test_the_generator_makes_the_rows_of_the_table(name, measured):
     assert gap < 1e-9, f"observed {gap:.1e} of each column's peak"
 
 
-@pytest.mark.kernel  # cabledrive.control.load_row_kernels
+@pytest.mark.kernel  # cabledrive.control.reference_kernels
 @pytest.mark.parametrize("inertias", [2, 3])
 def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measured):
     """A random chain and a random stable filter; the arrays smooth and filter whole signals."""

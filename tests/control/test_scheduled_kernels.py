@@ -3,12 +3,18 @@
 import numpy as np
 import pytest
 
-from cabledrive.control.kalman import Sampling, kalman_filter
+from cabledrive.control.controller_kernels import new_target_state, start_target, target_step
 from cabledrive.control.linear_laws import pd_law
-from cabledrive.control.load_schedule_kernels import correct_by_load, grid_place, row_at
-from cabledrive.control.observer_numbers import BY_LOAD, ObserverNumbers
-from cabledrive.control.scheduled_kernels import ScheduledLaw, place_in, scheduled_step
-from cabledrive.control.target_kernels import new_target_state, start_target, target_step
+from cabledrive.control.numbers import BY_LOAD, ObserverNumbers
+from cabledrive.control.observers import Sampling, kalman_filter
+from cabledrive.control.schedule_kernels import (
+    ScheduledLaw,
+    correct_by_load,
+    grid_place,
+    place_in,
+    row_at,
+    scheduled_step,
+)
 from cabledrive.export.translation.source import interpreted
 from control_chains import INTERVAL, model
 

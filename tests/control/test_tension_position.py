@@ -6,8 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import lsq_linear
 
 from cabledrive.control.position_bound import place_answers
-from cabledrive.control.tension_allocation import PREFERENCE, allocate
-from cabledrive.control.tension_position import TensionGains, first_state, step
+from cabledrive.control.tension_position import PREFERENCE, TensionGains, allocate, first_state, step
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 
 PAIR = TwoMotors(  # a mass on a rail between two winches 8 m apart
@@ -69,7 +68,7 @@ def test_no_measurement_and_no_reference_takes_the_wanted_tension_outside_its_li
     assert reshaped > 100.0, "the limits were hardly reached"
 
 
-@pytest.mark.kernel("cabledrive.control.tension_allocation")
+@pytest.mark.kernel("cabledrive.control.tension_position")
 @pytest.mark.parametrize("m", [1, 2])
 def test_allocation_is_the_bounded_least_squares_solution(m):
     rng = np.random.default_rng(m)

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.controller_kernels import LAST_SAMPLE
+from cabledrive.control.controller_kernels import LAST_SAMPLE, new_target_state, start_target, target_step
 from cabledrive.control.numbers import start_estimates
-from cabledrive.control.target_kernels import new_target_state, start_target, target_step
 from cabledrive.export import export_to
 from cabledrive.export.c99 import controller_package
 from cabledrive.export.door import write_folder
@@ -150,7 +149,7 @@ def test_the_generator_in_c_makes_the_rows_of_the_interpreted_kernel(package):
         assert list(row) == rows[k].tolist()
 
 
-@pytest.mark.kernel  # cabledrive.control.target_kernels
+@pytest.mark.kernel  # cabledrive.control.controller_kernels
 def test_the_step_of_a_target_is_that_of_the_rig():
     """Readings and commands of a run on the rig, replayed: the settled filter, the same law."""
     from dataclasses import replace

@@ -10,7 +10,7 @@ import cabledrive as cd
 from cabledrive.export.fmu import cable_fmu
 from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.damping import rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.reduction.modal_cable import modal_cable
 from cabledrive.reduction.modal_cable_kernels import (

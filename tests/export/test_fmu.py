@@ -8,8 +8,8 @@ import pytest
 
 from cabledrive.export.door import write_folder
 from cabledrive.export.fmu import fmu_package, variables_of
-from cabledrive.export.plant_source import plant_source
 from cabledrive.export.self_test import self_test
+from cabledrive.export.source import plant_source
 from cabledrive.export.system_package import new_loop, system_package
 from cabledrive.export.translation.source import interpreted
 from cabledrive.rig.closed_loop.target_plant_kernels import loop_step

@@ -7,9 +7,8 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.export import export_to
-from cabledrive.export.drive_source import lumped_models
-from cabledrive.export.mjcf import mjcf_files
-from cabledrive.export.modelica import modelica_files
+from cabledrive.export.descriptions import mjcf_files, modelica_files
+from cabledrive.export.source import lumped_models
 from cabledrive.reduction.lumped_chain import state_space
 from export.designs import shaper_json
 

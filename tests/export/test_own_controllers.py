@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.own_target_kernels import own_target_step, start_own
+from cabledrive.control.controller_kernels import own_target_step, start_own
 from cabledrive.export import export_to
 from cabledrive.export.source import designed, designed_loop
-from cabledrive.export.target_kernel import target_kernel
+from cabledrive.export.target_program import target_kernel
 from cabledrive.rig.closed_loop.loop import run
 from export.compilers import WARNINGS, checked
 from export.designs import DRIVE, OWN, step

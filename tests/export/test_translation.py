@@ -11,9 +11,9 @@ import cabledrive as cd
 from cabledrive.control import law_kernels
 from cabledrive.export.c99 import controller_code
 from cabledrive.export.target_program import target_program
+from cabledrive.export.translation.nodes import BOOL, INT, REAL, Scalar, View
 from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
-from cabledrive.export.translation.types import BOOL, INT, REAL, Scalar, View
 from cabledrive.rig.laws.registry import CONTROLLERS
 from control_chains import state_of
 from export.compilers import WARNINGS

@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 from reproduction import expanded_equations
 
-from cabledrive.mechanics.cable_laws import LAWS, ConsistentWeakLaw, ExactLaw, LinearLaw, WeakLaw, cable_law
-from cabledrive.mechanics.tension_only import without_pushing
+from cabledrive.mechanics.cable_laws import (
+    LAWS,
+    ConsistentWeakLaw,
+    ExactLaw,
+    LinearLaw,
+    WeakLaw,
+    cable_law,
+    without_pushing,
+)
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 

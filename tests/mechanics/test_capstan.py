@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cabledrive.mechanics.capstan import no_slip_torque
+from cabledrive.mechanics.datasheet import no_slip_torque
 
 frictions = st.floats(0.01, 1.0)
 angles = st.floats(0.1, 8.0)

@@ -6,7 +6,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from cabledrive.mechanics.lumped_modes import lumped_cable_mode, lumped_joint_mode, span_stiffness
+from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, span_stiffness
 from cabledrive.parameters import load_drive
 
 DRIVE = load_drive("dissertation-3")

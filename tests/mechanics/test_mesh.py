@@ -9,11 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
-from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.mechanics.mesh_forces import cable_forces, strain_energy, weight_energy
-from cabledrive.mechanics.shafts import joint_of, shafts_of
-from cabledrive.parameters.carriage import Carriage
+from cabledrive.mechanics.holding import joint_of, shafts_of
+from cabledrive.mechanics.mesh import cable_forces, mesh_of, strain_energy, weight_energy
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 
 DRIVE = load_drive("dissertation-2")

@@ -11,8 +11,7 @@ from numpy.testing import assert_allclose
 import cabledrive as cd
 from cabledrive.mechanics import rest_state, strings_at_rest
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.mechanics.mesh_forces import gradients
+from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.sag import catenary_sag
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.modal.tuning import section_frequencies

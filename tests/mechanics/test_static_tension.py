@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.mechanics.mesh_forces import gradients
-from cabledrive.mechanics.static_tension import lowest_static_tension
+from cabledrive.mechanics.datasheet import lowest_static_tension
+from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters import Carriage, load_drive, packaged_drives
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.mechanics.mesh_forces import cable_forces
+from cabledrive.mechanics.mesh import cable_forces, mesh_of
 from cabledrive.mechanics.sag import catenary_sag, parabola_sag
 from cabledrive.mechanics.statics import equilibrium
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
 
 DRIVE = load_drive("dissertation-2")

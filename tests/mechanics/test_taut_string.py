@@ -8,8 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cabledrive.mechanics.sag import catenary_sag, parabola_sag
-from cabledrive.mechanics.taut_string import irvine_parameter, midspan_sag, squared_shear, tension_with_sag
+from cabledrive.mechanics.sag import (
+    catenary_sag,
+    irvine_parameter,
+    midspan_sag,
+    parabola_sag,
+    squared_shear,
+    tension_with_sag,
+)
 from cabledrive.parameters import load_drive
 
 NONE = np.array([])

@@ -9,12 +9,13 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
+    Rope,
+    Route,
     RoutedCarriage,
     RoutedMotor,
     RoutedPulley,
     RouteLayout,
 )
-from cabledrive.parameters.route.rope import Rope, Route
 
 GRAVITY = 9.81
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cabledrive.mechanics.own_chain import own_chain
+from cabledrive.mechanics.chain import own_chain
 from cabledrive.modal.component import Component
 from cabledrive.modal.elements import Rope
 from cabledrive.modal.networks import network_of_chain

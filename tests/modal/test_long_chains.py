@@ -4,8 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from cabledrive.mechanics.chain import Chain
-from cabledrive.mechanics.own_chain import own_chain
+from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.rows import lanes_at
 

@@ -17,8 +17,7 @@ from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.natural import straight_modes
 from cabledrive.modal.ranges import slope_error
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import Anchor, RoutedMotor, RoutedPulley, RouteLayout
-from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.parameters.route.parts import Anchor, Rope, Route, RoutedMotor, RoutedPulley, RouteLayout
 from network_samples import rope_of
 from oracles import hanging_machine
 from oracles.hanging_fem import HangingRope

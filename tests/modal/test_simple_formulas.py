@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cabledrive.modal import natural_frequencies
-from cabledrive.modal.lumped import against_lumped_springs
 from cabledrive.modal.rigid_supports import (
+    against_lumped_springs,
     against_rigid_supports,
     rigid_support_longitudinal,
     rigid_support_transverse,

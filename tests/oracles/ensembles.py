@@ -3,8 +3,7 @@
 import numpy as np
 
 from cabledrive.reduction.averaging import averaged_rates
-from cabledrive.reduction.ensembles import AVERAGED_STEP, Largest
-from cabledrive.reduction.oscillators import integrate_oscillators_reference
+from cabledrive.reduction.oscillators import AVERAGED_STEP, Largest, integrate_oscillators_reference
 
 
 def averaged_ensemble_reference(c, start, duration):

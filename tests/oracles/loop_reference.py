@@ -6,8 +6,7 @@ The plant is that of `oracles.readable_plant`, encoders and filter stand here; n
 import numpy as np
 
 from cabledrive.control.darc import darc_step
-from cabledrive.control.numbers import NOMINAL
-from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.control.numbers import KALMAN, NOMINAL
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from oracles.readable_plant import ReadablePlant

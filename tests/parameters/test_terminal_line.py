@@ -2,7 +2,7 @@
 
 import sys
 
-from cabledrive.parameters.terminal_line import TerminalLine, on_a_terminal
+from cabledrive.parameters.terminal import TerminalLine, on_a_terminal
 
 
 def seen(written: str) -> str:

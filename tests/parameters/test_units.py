@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.units import _by_pint, _Unit, to_si
-from cabledrive.parameters.usual_units import USUAL
+from cabledrive.parameters.units import USUAL, _by_pint, _Unit, to_si
 
 DECIMAL_UNITS = {
     ("g/m", "kg/m"): -3,

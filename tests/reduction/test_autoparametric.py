@@ -13,7 +13,6 @@ from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.tuning import pulley_mode, section_modes
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
 from cabledrive.reduction.threshold import (
     coulomb_onset_torque,
     critical_pumping,
@@ -24,6 +23,7 @@ from cabledrive.reduction.threshold import (
     required_detuning,
     threshold_torque,
 )
+from cabledrive.reduction.transverse_sections import fourth_power_of_slope, squared_slope, stretch_by
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from resonance_samples import TUNED, bare_model, damped
 

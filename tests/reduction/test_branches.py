@@ -7,16 +7,21 @@ from reproduction.exchange import exchange_period, largest_exchange
 from scipy.integrate import solve_ivp
 
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients, averaged_rates, triangle_stretch
-from cabledrive.reduction.branches import (
+from cabledrive.reduction.averaging import (
+    Motion,
+    averaged_coefficients,
+    averaged_rates,
     fold,
     hopf_torque_force,
     jacobian,
+    plucked,
+    reconstruct,
+    start_of,
     steady_amplitudes,
     steady_state,
+    triangle_stretch,
 )
 from cabledrive.reduction.continuation import follow_branch
-from cabledrive.reduction.start_map import Motion, plucked, reconstruct, start_of
 from cabledrive.reduction.threshold import growth_rates
 from resonance_samples import TUNED, averaged_step, bare_model, complex_of, damped, one_span, real, settings
 

@@ -1,6 +1,6 @@
 """Set-valued friction against closed forms, and sensitivities against differences.
 
-Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.chain_motion_kernels,
+Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.chain_kernels,
 cabledrive.reduction.axis_kernels.
 """
 

@@ -14,21 +14,21 @@ from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import (
     LumpedChain,
+    lumped_model,
     natural_frequencies_of,
+    reflected,
     speed_response,
     speed_transfer_function,
+    to_control,
 )
-from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
-from cabledrive.reduction.python_control import to_control
 from cabledrive.reduction.quality import (
     distributed_response,
     model_quality,
     model_response,
     with_measured_stiffness,
 )
-from cabledrive.reduction.reflected import reflected
 from cabledrive.rig import Motion, RigOptions
 from network_samples import as_route, without_gravity
 

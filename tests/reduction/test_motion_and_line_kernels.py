@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.reduction.motion_kernels import transitions
+from cabledrive.reduction.ensemble_kernels import transitions
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 
 pytestmark = pytest.mark.kernel

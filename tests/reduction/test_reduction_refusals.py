@@ -11,14 +11,12 @@ from reproduction.exchange import exchange_period
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.ensembles import averaged_ensemble
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.friction_integration import direction, integrate_chain
-from cabledrive.reduction.lumped_chain import speed_transfer_function
-from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.lumped_chain import lumped_model, speed_transfer_function, to_control
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.reduction.python_control import to_control
+from cabledrive.reduction.oscillators import averaged_ensemble
 from cabledrive.reduction.threshold import growth_torque
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.simulation import Pluck, Setting, Sine, Start

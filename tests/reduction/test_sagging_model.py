@@ -10,8 +10,7 @@ from scipy.optimize import brentq
 import cabledrive as cd
 from cabledrive.parameters import Cable, Drive, Layout, Pulley
 from cabledrive.reduction.sagging_kernels import integrate_sagging, rub
-from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
-from cabledrive.reduction.sagging_motion import numbers_of
+from cabledrive.reduction.sagging_model import longitudinal_modes, numbers_of, sagging_model
 from cabledrive.reduction.static_state import static_state
 
 

@@ -5,9 +5,8 @@ import re
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.reduction.coupling_integrals import largest_slope
 from cabledrive.reduction.sagging_model import _fixed_length
-from cabledrive.reduction.transverse_sections import span_tensions
+from cabledrive.reduction.transverse_sections import largest_slope, span_tensions
 
 DRIVE = load_drive("dissertation-2")
 

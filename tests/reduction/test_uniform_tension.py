@@ -8,14 +8,14 @@ from scipy.special import ellipk
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.ensembles import averaged_ensemble, oscillator_ensemble
-from cabledrive.reduction.oscillators import oscillator_coefficients
-from cabledrive.reduction.start_map import plucked
-from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
-from cabledrive.reduction.uniform_tension_kernels import integrate_reference, integration_kernel
-from cabledrive.reduction.uniform_tension_single import single_sine_kernel
+from cabledrive.reduction.averaging import averaged_coefficients, plucked
+from cabledrive.reduction.oscillators import averaged_ensemble, oscillator_coefficients, oscillator_ensemble
+from cabledrive.reduction.uniform_tension import coefficients, integrate, uniform_tension_model
+from cabledrive.reduction.uniform_tension_kernels import (
+    integrate_reference,
+    integration_kernel,
+    single_sine_kernel,
+)
 from oracles.ensembles import averaged_ensemble_reference, oscillator_ensemble_reference
 from resonance_samples import damped
 

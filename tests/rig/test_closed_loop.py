@@ -2,9 +2,9 @@
 
 Compiled modules under test: cabledrive.rig.closed_loop.loop_kernels,
 cabledrive.control.observer_kernels,
-cabledrive.control.kalman,
+cabledrive.control.observers,
 cabledrive.control.law_kernels,
-cabledrive.control.backstepping_kernels.
+cabledrive.control.law_kernels.
 """
 
 from dataclasses import replace

@@ -6,8 +6,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from cabledrive.control.kalman import KalmanTuning
 from cabledrive.control.load_torque import load_regressors
+from cabledrive.control.observers import KalmanTuning
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of

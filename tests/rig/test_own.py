@@ -9,8 +9,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.control.linear_laws import pd_law, pid_law
 from cabledrive.mechanics.compiled import numba_at_hand, why_plain
-from cabledrive.reduction.models import lumped_model
-from cabledrive.reduction.reflected import reflected
+from cabledrive.reduction.lumped_chain import lumped_model, reflected
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.own_loop import run_own

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.reduction.transporter import transporter_of
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions, track

@@ -1,6 +1,6 @@
 """The transporter: its model against certified modes, its plant against the model, its laws compared.
 
-Compiled modules under test: cabledrive.control.scheduled_kernels,
+Compiled modules under test: cabledrive.control.schedule_kernels,
 cabledrive.rig.carriage.transporter_kernels.
 """
 
@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.control.scheduled_kernels import scheduled_step
-from cabledrive.control.transporter_law import (
+from cabledrive.control.schedule_kernels import scheduled_step
+from cabledrive.control.transporter import (
     OBSERVED,
     STATES,
     TransporterTuning,
     scheduled_law,
+    shaped,
+    tuning_for,
 )
-from cabledrive.control.transporter_reference import shaped
-from cabledrive.control.transporter_tuning import tuning_for
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.transporter import (

@@ -6,8 +6,8 @@ import numpy as np
 
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.methods import method_named
 from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of

@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 from cabledrive.mechanics.cable_laws import LAWS
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import (
     Constant,

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 
 DURATION = 1e-3  # s; longitudinal waves cross a span one and a half times

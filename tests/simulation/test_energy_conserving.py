@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.case import case_of

@@ -88,8 +88,8 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, measured):
 @pytest.mark.kernel
 @pytest.mark.parametrize("model", ["exact", "weak"])
 def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
-    """The kernels of cabledrive.simulation.network.kernels, cabledrive.simulation.network.any_steps,
-    cabledrive.simulation.network.coordinates and cabledrive.simulation.network.observing, against numpy.
+    """The kernels of cabledrive.simulation.network.kernels, cabledrive.simulation.network.kernels,
+    cabledrive.simulation.network.coordinates and cabledrive.simulation.network.kernels, against numpy.
     """
     step, count = 2e-6, 20
     given = {

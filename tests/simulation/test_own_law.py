@@ -26,11 +26,10 @@ from cabledrive.simulation import (
 )
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.kernels import integrate
-from cabledrive.simulation.methods import NAMES, Method
+from cabledrive.simulation.methods import NAMES, Method, largest_stable_step
 from cabledrive.simulation.own_law import compiled_law
 from cabledrive.simulation.plan import DONE, INVERSE_SPACING, SLACK, STEPS, new_workspace
 from cabledrive.simulation.segment_laws import law_components
-from cabledrive.simulation.step_size import largest_stable_step
 from oracles.readable_chain.verlet import integrate_reference
 
 DRIVE = cd.load_drive("dissertation-2")

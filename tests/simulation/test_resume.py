@@ -25,7 +25,7 @@ from cabledrive.simulation import (
     run,
     simulate,
 )
-from cabledrive.simulation.labels import content_of
+from cabledrive.simulation.netcdf import content_of
 
 DRIVE = load_drive("dissertation-2")
 DURATION = 0.05

@@ -10,7 +10,7 @@ import xarray
 from cabledrive import __version__
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.hashing import content_hash
+from cabledrive.parameters.schema import content_hash
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.channels import CHANNELS
 

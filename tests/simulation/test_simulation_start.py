@@ -14,8 +14,8 @@ from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.sag import catenary_sag
 from cabledrive.mechanics.statics import equilibrium
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import (
     CarriageForce,
@@ -26,8 +26,8 @@ from cabledrive.simulation import (
     Start,
     simulate,
 )
+from cabledrive.simulation.methods import largest_stable_step
 from cabledrive.simulation.start import place_at_start
-from cabledrive.simulation.step_size import largest_stable_step
 
 DRIVE = load_drive("dissertation-2")
 LENGTH = DRIVE.pulley_distance

@@ -10,8 +10,8 @@ from scipy.special import ellipk
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.modal import modes
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 
 LOOP = load_drive("dissertation-2")

@@ -9,8 +9,8 @@ from kernel_cases import VERLET as integrate
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.plan import EVENTS, copy_state, new_state, new_workspace, plan_of
 from cabledrive.simulation.taut import rows_of, step_taut

@@ -89,8 +89,8 @@ def rise(whole, duration):
 @pytest.mark.kernel
 def test_a_traction_sheave_moves_as_scipy_integrates_it(machine, measured):
     """Car up by 5 m in 1.5 s; the kernels of cabledrive.simulation.travel.kernels,
-    cabledrive.simulation.travel.cells, cabledrive.simulation.travel.coordinates and
-    cabledrive.simulation.travel.observing.
+    cabledrive.simulation.travel.cells, cabledrive.simulation.travel.cells and
+    cabledrive.simulation.travel.kernels.
 
     The rope's own mass, 3 g, is all that differs.
     """

@@ -15,8 +15,7 @@ from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.compiled import njit
 from cabledrive.simulation.channels import CHANNELS, WIDTH
 from cabledrive.simulation.node_motion import solve_shafts
-from cabledrive.simulation.plan import COULOMB, FRICTION, NEW, OLD, RIGHT, SMOOTH, TURNS
-from cabledrive.simulation.runs import LARGEST_Z
+from cabledrive.simulation.plan import COULOMB, FRICTION, LARGEST_Z, NEW, OLD, RIGHT, SMOOTH, TURNS
 from cabledrive.simulation.segment_laws import segment_tensions
 from oracles.readable_chain import node_centred as readable_node_centred
 from oracles.readable_chain.shafts import solve_shafts_reference

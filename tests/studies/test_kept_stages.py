@@ -8,7 +8,7 @@ import pytest
 
 from cabledrive.app import finished_study
 from cabledrive.mechanics.sources import PACKAGE
-from cabledrive.parameters.own_hash import OWN_HASH, with_own_hash
+from cabledrive.parameters.files import OWN_HASH, with_own_hash
 from cabledrive.studies.study.log_files import log_files
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.stage_cache import StageCache
@@ -73,7 +73,7 @@ def test_a_stage_is_served_as_it_was_written_and_else_made_again(tmp_path, damag
 
 IN_EVERY_ROOM = [
     "parameters/drive.py", "mechanics/chain.py", "trajectories/segments.py", "modal/natural.py",
-    "reduction/lumped_chain.py", "identification/one_log.py", "control/kalman.py", "control/darc.py",
+    "reduction/lumped_chain.py", "identification/one_log.py", "control/observers.py", "control/darc.py",
     "rig/tracking.py", "studies/study/sampled_plants.py",
 ]  # fmt: skip
 

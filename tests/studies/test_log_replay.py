@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.control.kalman import Sampling, kalman_filter
+from cabledrive.control.observers import Sampling, kalman_filter
 from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive

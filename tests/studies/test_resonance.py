@@ -11,10 +11,9 @@ import cabledrive as cd
 from cabledrive.mechanics.warnings import ELASTIC_RULE, largest_pretension
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.branches import fold, steady_amplitudes
+from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
-from cabledrive.reduction.motion_kernels import exact_stiffness, transitions
+from cabledrive.reduction.ensemble_kernels import exact_stiffness, transitions
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
@@ -168,7 +167,7 @@ def test_transition_turns_by_exactly_the_frequency():
 
 @pytest.mark.kernel
 def test_compiled_transitions_equal_their_python():
-    """cabledrive.reduction.motion_kernels, compiled and as Python."""
+    """cabledrive.reduction.ensemble_kernels, compiled and as Python."""
     rng, n, h = np.random.default_rng(0), 200, 1e-3
     across, lift, q = 250 + rng.uniform(-1, 1, n), 1e7 * rng.standard_normal(n), 1e-4 * rng.standard_normal(n)
 

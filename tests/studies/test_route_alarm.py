@@ -16,8 +16,7 @@ from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotCompute
 from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.sagging_model import BAND, longitudinal_modes, sagging_model
-from cabledrive.reduction.static_state import static_state
-from cabledrive.reduction.static_strain import static_strain
+from cabledrive.reduction.static_state import static_state, static_strain
 from cabledrive.reduction.threshold import mode_thresholds
 from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
 from cabledrive.studies.motion_file import read_motion

@@ -6,8 +6,7 @@ from scipy.linalg import eigh
 
 import cabledrive as cd
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.mechanics.mesh_forces import gradients
+from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters import packaged_drives
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.files import check_folder_writable, require_regular
-from cabledrive.parameters.own_hash import intact_object
+from cabledrive.parameters.files import check_folder_writable, intact_object, require_regular
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
 

@@ -18,7 +18,7 @@ from cabledrive.app.results import Answer, json_text, provenance, show
 from cabledrive.mechanics.compile_time import LISTENERS
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
-from cabledrive.parameters.terminal_line import on_a_terminal
+from cabledrive.parameters.terminal import on_a_terminal
 from cabledrive.parameters.units import to_si
 
 Function = Callable[..., Any]

@@ -1,4 +1,4 @@
-"""Rows of a campaign as arrays: for loops of two turning pulleys without carriages, whatever is varied."""
+"""Rows of a campaign as arrays: modes and resonances of many drives at once."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.campaign.of_drives import DEFAULT_COUNT, IN_CLOSED_FORM, OF_BOTH_KINDS
 from cabledrive.campaign.spec import CampaignSpec
-from cabledrive.modal.loop_batch import LoopBatch
+from cabledrive.modal.batch import LoopBatch
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST
@@ -130,3 +131,79 @@ def loops_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> LoopBatc
         held=has("motor.holding_stiffness"),
         gravity_across=drive.layout.gravity_across,  # type: ignore[union-attr]  # a plain loop
     )
+
+
+def modes_fit(spec: CampaignSpec) -> bool:
+    """Whether the rows of a campaign can be computed at once: one drive, a loop of two turning pulleys."""
+    options = spec.computation.options if hasattr(spec.computation, "options") else {}
+    wanted = set(options.get("outputs", ()))
+    return "motor" not in options and not OF_BOTH_KINDS & wanted and are_plain_loops(spec)
+
+
+def many_modes(
+    spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
+) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
+    """Rows with allowed values and only simple modes, and their longitudinal modes; values in SI."""
+    from cabledrive.modal.batch import many_spectra
+
+    count = spec.computation.options.get("count", DEFAULT_COUNT)  # type: ignore[attr-defined]
+    allowed = allowed_rows(values)
+    chosen = {key: column[allowed] for key, column in values.items()}
+    done = allowed.copy()
+    frequency = np.full((allowed.size, count), np.nan)
+    if allowed.any():
+        omegas, proven = many_spectra(loops_of(spec, chosen).chains(), count)
+        frequency[allowed] = omegas / (2.0 * np.pi)
+        done[allowed] = proven
+    return done, {"longitudinal_hz": frequency, "longitudinal_proven": done.astype(np.int8)}
+
+
+def resonances_fit(spec: CampaignSpec) -> bool:
+    """Whether the rows of a campaign can be computed at once."""
+    options = spec.computation.options  # type: ignore[attr-defined]
+    wanted = set(options["outputs"]) <= IN_CLOSED_FORM and not options.get("load_torque", 0.0)
+    if not (wanted and are_plain_loops(spec)):
+        return False
+    layout: Any = next(iter(spec.drives.values())).layout
+    return layout.span_length is not None and layout.gravity_along == 0.0
+
+
+def many_resonances(
+    spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
+) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
+    """Rows with allowed values, and numbers of their internal resonance; values in SI."""
+    from cabledrive.studies import resonance_batch
+
+    allowed = allowed_rows(values)
+    done, outputs = allowed.copy(), {name: np.full(allowed.size, np.nan) for name in IN_CLOSED_FORM}
+    words = np.full(allowed.size, "", dtype=object)
+    if allowed.any():
+        chosen = {key: column[allowed] for key, column in values.items()}
+        found = resonance_batch.many_resonances(loops_of(spec, chosen), _torque(spec, chosen))
+        done[allowed], words[allowed] = found.done, found.verdict
+        numbers = {
+            "frequency_ratio": found.frequency_ratio,
+            "detuning": found.frequency_ratio - 0.5,
+            "tuned_pretension": found.tuned_pretension,
+            "threshold_torque": found.threshold_torque,
+            "threshold_torque_at_own_pretension": found.threshold_here,
+            "pulley_frequency_hz": found.pulley_frequency,
+        }
+        for name, numbers_of_rows in numbers.items():
+            outputs[name][allowed] = numbers_of_rows
+    return done, outputs | {"verdict": words}
+
+
+def _torque(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+    """Torque of the verdict in each row, as `cabledrive.studies.resonance.default_torque` has it [N m]."""
+    from cabledrive.studies.resonance import SLACK_SHARE
+
+    given = spec.computation.options.get("torque")  # type: ignore[attr-defined]
+    rows = len(next(iter(values.values())))
+    if "compute.torque" in values or given is not None:
+        return np.asarray(values.get("compute.torque", np.full(rows, given or 0.0)), dtype=float)
+    limit = column_of(spec, values, "motor.torque_limit")
+    if limit is not None:
+        return limit
+    loops = loops_of(spec, values)
+    return np.asarray(SLACK_SHARE * 2.0 * loops.radius[0] * loops.pretension)

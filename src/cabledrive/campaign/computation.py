@@ -170,12 +170,12 @@ class NamedComputation:
 
     def many(self, spec: Any, values: Mapping[str, NDArray[Any]]) -> Any:
         """Compute many rows at once where there is a way, see `cabledrive.campaign.rows.ManyRows`."""
-        from cabledrive.campaign import many_modes, many_resonances
+        from cabledrive.campaign import columns
 
-        if self.what == "modes" and many_modes.fits(spec):
-            return many_modes.many_modes(spec, values)
-        if self.what == "resonance" and many_resonances.fits(spec):
-            return many_resonances.many_resonances(spec, values)
+        if self.what == "modes" and columns.modes_fit(spec):
+            return columns.many_modes(spec, values)
+        if self.what == "resonance" and columns.resonances_fit(spec):
+            return columns.many_resonances(spec, values)
         return None
 
 

@@ -225,7 +225,7 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
 def _simulate_routes(drive: RoutedDrive, o: Mapping[str, Any]) -> Mapping[str, Any] | Found:
     """A run of a machine with routes: its spans and coordinates have names."""
     from cabledrive.simulation import Constant, Pluck, Recording, Scheme, Sine, simulate
-    from cabledrive.simulation.network.start import NetworkStart
+    from cabledrive.simulation.network.case import NetworkStart
 
     taken = {"duration", "torque_amplitude", "torque_frequency", "pluck", "pluck_span", "pluck_shape"}
     others = sorted(set(o) - taken - {"segments", "rate", "coordinate", "outputs"})
@@ -283,14 +283,14 @@ KINDS = {
         outputs=_modes_outputs,
         default=("longitudinal_hz", "longitudinal_proven"),
         one=_modes,
-        modules=("cabledrive.campaign.many_modes", "cabledrive.modal.batch"),
+        modules=("cabledrive.campaign.columns", "cabledrive.modal.batch"),
         options={"count": "count", "motor": TEXT},
     ),
     "resonance": Kind(
         outputs=_resonance_outputs,
         default=tuple(name for name in (*RESONANCE, "verdict") if name != IN_DETAIL),
         one=_resonance,
-        modules=("cabledrive.campaign.many_resonances", "cabledrive.studies.resonance_batch"),
+        modules=("cabledrive.campaign.columns", "cabledrive.studies.resonance_batch"),
         options={"torque": "N m", "load_torque": "N m"},
     ),
     "map": Kind(

@@ -9,12 +9,10 @@ from cabledrive.campaign import store
 from cabledrive.campaign.computation import Computation
 from cabledrive.campaign.design import Design
 from cabledrive.campaign.engine import Engine, chosen_engine, part_words
-from cabledrive.campaign.progress import CampaignProgress
 from cabledrive.campaign.spec import CampaignSpec, read_spec
-from cabledrive.campaign.work import Plan
+from cabledrive.campaign.work import CampaignProgress, Plan
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.result_card import ResultCard
-from cabledrive.parameters.terminal_line import on_a_terminal
+from cabledrive.parameters.terminal import ResultCard, on_a_terminal
 
 MANY_ROWS, MANY_BYTES = 10**7, 100e9
 """Above these a campaign has to be meant."""

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.axes import Axis
 from cabledrive.campaign.computation import (
     Computation,
     NamedComputation,
@@ -17,10 +16,9 @@ from cabledrive.campaign.computation import (
     kinds,
     named_computation,
 )
-from cabledrive.campaign.design import Design
-from cabledrive.campaign.design_table import design_of
+from cabledrive.campaign.design import Design, design_of
 from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, si_tables, unit_of
-from cabledrive.campaign.vary import axes_of, varied_keys
+from cabledrive.campaign.vary import Axis, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest

@@ -1,4 +1,4 @@
-"""The store of a campaign: one labelled Zarr group, each chunk of rows written by one process.
+"""The store of a campaign: one labelled Zarr group, each chunk of rows written by one worker.
 
 Chunks of work are the chunks of every array, so that no two processes write one file. The status of the rows
 is written last, when the rows are on the disk: a chunk whose status can be read is done, whatever killed
@@ -10,7 +10,8 @@ import os
 import shutil
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -20,12 +21,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, TEXT
-from cabledrive.campaign.on_disk import sync_chunk, sync_tree
 from cabledrive.campaign.rows import NOT_YET, UNKNOWN, Chunk, counts
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.files import sync_folder, umask
 from cabledrive.parameters.version import __version__
+
+AT_ONCE = 8
+"""Files that wait for the disk at a time."""
+
+
+def sync_chunk(store: Path, names: Iterable[str], number: int) -> None:
+    """Bring a chunk of some arrays to the disk; one that holds nothing but its fill value has no file.
+
+    All files at once, since the disk then writes its journal once for many of them.
+    """
+    files: list[Path] = []
+    folders: set[Path] = set()
+    for name in names:
+        place = store / name / "c" / str(number)
+        found = [path for path in (place.rglob("*") if place.is_dir() else [place]) if path.is_file()]
+        files += found
+        folders |= {store / name / "c", *(path.parent for path in found)}
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        list(pool.map(_sync, files))
+        list(pool.map(sync_folder, folders))
+
+
+def sync_tree(folder: Path) -> None:
+    """Bring a folder with all that is in it to the disk."""
+    for path in [*folder.rglob("*"), folder]:
+        if path.is_dir():
+            sync_folder(path)
+        else:
+            _sync(path)
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
 
 FORMAT = 1
 CAMPAIGN = "cabledrive_campaign"
@@ -256,7 +294,7 @@ def status_counts(path: Path) -> dict[str, int]:
 @contextmanager
 def only_driver(path: Path, part: str) -> Iterator[None]:
     """Keep the store, or a part such as "1 of 4", for this process; refused if another drives it."""
-    from cabledrive.parameters.one_process import one_process
+    from cabledrive.parameters.files import one_process
 
     folder = path.with_name(f"{path.name}.lock")
     with one_process(folder / f"part {part}" if part else folder / "whole"):

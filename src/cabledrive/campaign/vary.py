@@ -1,17 +1,182 @@
-"""The table ``[vary]`` of a SPEC: how each key is varied, read into the axes of the design."""
+"""What is varied: the table ``[vary]`` of a SPEC, its axes, and columns of table files."""
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from math import log
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cabledrive.campaign.axes import Axis, Multiple, Normal, Range, Spread, Triangular, Values, check_order
-from cabledrive.campaign.tables import column_of, digest_of
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest, written
+from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.toml_values import quantity_of, table_of, text_of, whole_of
+
+EDGE = 1e-16
+"""Shares are kept this far from 0 and 1 where a distribution has no ends."""
+
+
+class Spread(Protocol):
+    """Values of one key over the unit interval."""
+
+    def at(self, share: Array) -> NDArray[Any]:
+        """Values in SI. ``share``, shape (n,): between 0 and 1."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """Evenly between two values, or evenly in their logarithm."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def at(self, share: Array) -> NDArray[Any]:
+        """Values at shares of the way, the ends exact."""
+        if self.logarithmic:
+            inside = np.exp((1.0 - share) * log(self.low) + share * log(self.high))
+            return np.clip(inside, self.low, self.high)
+        return np.asarray((1.0 - share) * self.low + share * self.high)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Values:
+    """A list of values, each with the same share of the interval."""
+
+    values: NDArray[Any]  # (n,): numbers in SI, words, or true and false
+
+    def at(self, share: Array) -> NDArray[Any]:
+        """The value in whose part of the interval a share lies."""
+        place = np.minimum((share * self.values.size).astype(np.int64), self.values.size - 1)
+        return np.asarray(self.values[place])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Normal:
+    """A normal distribution, or one whose logarithm is normal."""
+
+    mean: float  # of a logarithm: the median
+    deviation: float  # of a logarithm: standard deviation of the natural logarithm
+    logarithmic: bool = False
+
+    def at(self, share: Array) -> NDArray[Any]:
+        """Quantiles."""
+        from scipy.special import ndtri
+
+        turned = ndtri(np.clip(share, EDGE, 1.0 - EDGE))
+        if self.logarithmic:
+            return np.asarray(self.mean * np.exp(self.deviation * turned))
+        return np.asarray(self.mean + self.deviation * turned)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Triangular:
+    """A triangular distribution."""
+
+    low: float
+    mode: float
+    high: float
+
+    def at(self, share: Array) -> NDArray[Any]:
+        """Quantiles."""
+        width = self.high - self.low
+        rising = (self.mode - self.low) / width
+        up = self.low + np.sqrt(share * width * (self.mode - self.low))
+        down = self.high - np.sqrt((1.0 - share) * width * (self.high - self.mode))
+        return np.where(share < rising, up, down)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Multiple:
+    """A key that follows another one."""
+
+    of: Spread  # of the other key
+    factor: float
+
+    def at(self, share: Array) -> NDArray[Any]:
+        """The other key's values times the factor."""
+        return np.asarray(self.factor * self.of.at(share))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Axis:
+    """One dimension of a design; linked keys and the columns of one table share it."""
+
+    spreads: dict[str, Spread]  # by key
+    units: dict[str, str]  # by key
+    levels: int | None  # number of points on a grid; None: not stated
+
+    @property
+    def counted(self) -> bool:
+        """Whether it has values one by one, and not a range."""
+        return any(isinstance(spread, Values) for spread in self.spreads.values())
+
+    def shares(self, count: int) -> Array:
+        """Where the points of a grid lie: ends included on a range, the middle of each part elsewhere."""
+        if all(isinstance(spread, (Range, Multiple)) for spread in self.spreads.values()) and count > 1:
+            return np.arange(count) / (count - 1)
+        return (np.arange(count) + 0.5) / count
+
+
+def check_order(key: str, *values: float, unit: str) -> None:
+    """Refuse values that do not ascend. ``unit``: in which they are."""
+    for low, high in pairwise(values):
+        if not low < high:
+            raise InputRefused(f"{key}: {low:.9g} {unit} is not below {high:.9g} {unit}: give them ascending")
+
+
+LARGEST_TABLE = 2_000_000_000
+"""Bytes of a table file."""
+
+
+def digest_of(path: Path) -> str:
+    """Hash of the content of a table file. Raises `InputRefused` if it is no regular file or too large."""
+    require_regular(path, "give a CSV or Parquet file")
+    if path.stat().st_size > LARGEST_TABLE:
+        raise InputRefused(f"larger than the {LARGEST_TABLE / 1e9:.0f} GB that are read").at(str(path))
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def column_of(path: Path, name: str) -> tuple[list[Any], str]:
+    """Values of a column without gaps, and the unit in its heading, ``cable.pretension [N]``, or none."""
+    table = _read(path, digest_of(path))
+    headings = {str(heading).partition("[")[0].strip(): str(heading) for heading in table.column_names}
+    if name not in headings:
+        raise InputRefused(f'no column "{name}"{nearest(name, headings)}').at(str(path))
+    column = table.column(headings[name])
+    if column.null_count or not len(column):
+        raise InputRefused(f'column "{name}" is empty or has gaps: fill them').at(str(path))
+    unit = headings[name].partition("[")[2].partition("]")[0].strip()
+    return column.to_pylist(), unit
+
+
+@cache
+def _read(path: Path, digest: str) -> Any:
+    """The table; ``digest``: of its content, so that a changed file is read again."""
+    import pyarrow
+
+    try:
+        if path.suffix.lower() in (".parquet", ".pq"):
+            from pyarrow.parquet import read_table
+
+            return read_table(path)
+        from pyarrow.csv import read_csv
+
+        return read_csv(path)
+    except (pyarrow.ArrowException, OSError, ValueError) as error:
+        why = str(error).splitlines()[0]
+        raise InputRefused(f"is no table that can be read ({why}): give CSV or Parquet").at(
+            str(path)
+        ) from None
+
 
 FORMS = ("from", "to", "values", "normal", "lognormal", "triangular", "table", "same_as")
 OTHER_WORDS = ("n", "scale", "column", "factor", "linked")

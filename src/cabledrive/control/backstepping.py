@@ -1,17 +1,55 @@
-r"""Backstepping for a rigid joint and a flexible cable of uncertain stiffness, (6.66)-(6.106).
+r"""Backstepping: for a rigid joint and a flexible cable, for a whole chain, and what its theorem asks.
 
 States are :math:`x_1 = \theta_2`, :math:`x_2 = \dot\theta_2`, :math:`\bar x_3 = \beta_n(\theta_1 -
 \theta_2)`,
 :math:`\bar x_4`; the seven parameters follow (6.69). The law itself is
 `cabledrive.control.backstepping_recursion`.
+
+States are :math:`x_1 = \theta_2`, :math:`x_3 = S_1(\theta_{12} - \theta_2)`, :math:`x_5 = S_2(\theta_{11} -
+\theta_{12})` and their rates, with :math:`S_1 = k_k/J_2` and :math:`S_2 = S_1k_m/J_{12}`:
+
+.. math::
+    \dot x_2 &= p_1x_3 + p_2 + w_1, \qquad
+    \dot x_4 = p_3x_5 - p_4x_3 - S_1p_2 + w_2, \\
+    \dot x_6 &= S_2p_{10}u - p_5x_5 + p_6x_3 - p_7\dot\theta_{11} - p_8S + p_9 + w_3
+
+What the dampers add, :math:`w_j`, is taken along the reference, with every derivative that the steps ask for.
+
+With signs :math:`s_i` of the errors,
+
+.. math::
+    D_z = -\tfrac12(A + A^T) - \tfrac12(S + S^T), \qquad
+    S_{ij} = s_is_j\Big|\frac{\partial\alpha_{i-1}}{\partial\hat p}\Big|\,|\Gamma\varphi_j|
+
+must be positive definite for every choice of signs. As printed it adds errors of different units. Derivatives
+are taken by complex steps, exact to round-off.
 """
 
 from dataclasses import dataclass
+from itertools import product
 from math import isfinite, pi
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cabledrive.control.numbers import BACKSTEPPING, LawNumbers, learning_table
+from cabledrive.control.backstepping_recursion import (
+    BacksteppingStep,
+    backstepping_step,
+    equal_bandwidth,
+    signal_count,
+)
+from cabledrive.control.darc import printed_bounds
+from cabledrive.control.numbers import (
+    BACKSTEPPING,
+    BY_REFERENCE,
+    GAIN,
+    NOMINAL,
+    SLOPE,
+    LawNumbers,
+    learning_table,
+)
+from cabledrive.control.reference import ReferenceNumbers, lagged, reference_numbers
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -20,7 +58,8 @@ PRINTED_HZ = 10.5
 SMOOTH = 0.5
 # Table 6.3 over its own nominal values, p5 and p7 corrected; p2 and p6 are not printed.
 _SHARES = {1: 0.05, 3: 0.03, 4: 0.03, 5: 0.03, 7: 0.03}
-_LOAD_ACCELERATION, _MOTOR_TORQUE = 2.0, 0.01  # rad/s^2, N m
+_LOAD_ACCELERATION = 2.0  # rad/s^2
+_MOTOR_TORQUE = 0.01  # N m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,3 +147,198 @@ def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval:
     return LawNumbers(
         kind=BACKSTEPPING, matrix=gains.matrix, rows=np.array([[beta]]), learning=learning, scalars=scalars
     )
+
+
+REFERENCE_SLOPE = 50.0
+
+# Relative half widths of stiffnesses and inertias: cable, load, joint, drive pulley.
+_CABLE, _LOAD, _JOINT, _PULLEY = 0.05, 0.05, 0.10, 0.05
+
+
+def chain_scales(chain: LumpedChain) -> tuple[float, float]:
+    """S_1 [1/s^2] and S_2 [1/s^4], which give the virtual controls gain one, of three inertias, Model 4."""
+    if chain.size != 3:
+        raise InputRefused(f"{chain.size} inertias given, backstepping of six states takes 3: use Model 4")
+    s1 = chain.stiffness[1] / chain.inertias[2]
+    return s1, s1 * chain.stiffness[0] / chain.inertias[1]
+
+
+def chain_parameters(chain: LumpedChain) -> tuple[Array, Array]:
+    """The ten parameters and their half widths, of three inertias between equal angles, Model 4.
+
+    Half widths: from 5 % of cable and load, 10 % of the joint, 5 % of the drive pulley, 2 rad/s^2 of load and
+    the printed bounds of the motor.
+    """
+    s2 = chain_scales(chain)[1]
+    motor, pulley, load = chain.inertias
+    joint, cable = chain.stiffness
+    bounds = printed_bounds(chain, flexible_joint=True)
+    inertia, friction = bounds.spread[0] / (2.0 * motor), bounds.spread[1:] / 2.0 * s2 / motor
+    matched = np.array([chain.viscous[0], chain.coulomb[0], chain.offsets[0]]) * s2 / motor
+    parameters = np.array(
+        [
+            1.0,
+            chain.offsets[2] / load,
+            1.0,
+            cable / pulley + cable / load,
+            joint / motor + joint / pulley,
+            joint * cable / pulley**2,
+            *matched,
+            1.0 / motor,
+        ]
+    )
+    shares = np.array(
+        [
+            _CABLE + _LOAD,
+            0.0,
+            _JOINT + _PULLEY,
+            _CABLE + _LOAD,
+            _JOINT + inertia,
+            _CABLE + _JOINT + 2.0 * _PULLEY,
+            0.0,
+            0.0,
+            0.0,
+            inertia,
+        ]
+    )
+    widths = shares * parameters
+    widths[1] = _LOAD_ACCELERATION
+    widths[6:9] = friction + inertia * np.abs(matched)
+    return parameters, widths
+
+
+def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array:
+    r"""What the law takes at each sample.
+
+    Along the reference :math:`x_3 = \ddot y_d/D_2` and :math:`x_5 = S_1(1 + J_2/J_{12})\ddot y_d/D_1 +
+    y_d^{(4)}/(D_1D_2)`; what the undamped chain lacks of their rates is :math:`w_j`.
+
+    ``wanted``, shape (7, samples): wanted load angle at the first shaft, to its sixth derivative. Returns
+    shape (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of the
+    motor.
+    """
+    joint, cable = _times(chain)
+    jointed = lagged(wanted, joint, interval)
+    stages = (wanted, lagged(wanted, cable, interval), jointed, lagged(jointed, cable, interval))
+    return np.ascontiguousarray(_signals(chain, *stages).T)
+
+
+def chain_generator(chain: LumpedChain, interval: float) -> ReferenceNumbers:
+    """The generator of the rows of `chain_reference`."""
+    joint, cable = _times(chain)
+    output = _signals(chain, *np.split(np.eye(28), 4))
+    return reference_numbers(output, (cable, joint, cable), interval, sources=(0, 0, 2))
+
+
+def _times(chain: LumpedChain) -> tuple[float, float]:
+    """Time constants b / k of joint and cable [s]."""
+    joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
+    return joint, cable
+
+
+def _signals(chain: LumpedChain, wanted: Array, cabled: Array, jointed: Array, both: Array) -> Array:
+    """The signals of time from the wanted motion and what cable, joint and both leave of it, (7, p) each."""
+    s1, s2 = chain_scales(chain)
+    motor, pulley, load = chain.inertias
+    x3 = cabled[2:]
+    x5 = s1 * (1.0 + load / pulley) * jointed[2:5] + both[4:]
+    p4 = chain.stiffness[1] / pulley + s1
+    w1 = wanted[2:] - x3
+    w2 = x3[2:] - x5 + p4 * x3[:3]
+    joint_torque = chain.damping[0] * x5[1] / s2
+    cable_torque = chain.damping[1] * x3[1] / s1
+    w3 = s2 * (cable_torque / pulley - joint_torque * (1.0 / motor + 1.0 / pulley))
+    speed = wanted[1] + x3[1] / s1 + x5[1] / s2
+    return np.vstack((wanted, w1, w2, w3, speed))
+
+
+def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, interval: float) -> LawNumbers:
+    """Freeze the law of six states; ``bandwidth`` [Hz]; ``adaptation``: gamma of (6.36), 0: none.
+
+    Refused: a bandwidth that is not positive, a negative adaptation.
+    """
+    if not isfinite(bandwidth) or bandwidth <= 0.0:
+        raise InputRefused(
+            f"bandwidth = {bandwidth:.6g} Hz must be finite and above 0: the errors grow otherwise"
+        )
+    if not isfinite(adaptation) or adaptation < 0.0:
+        raise InputRefused(f"adaptation = {adaptation:.6g} must not be negative: give 0 to switch it off")
+    parameters, widths = chain_parameters(chain)
+    learning = learning_table(
+        parameters, parameters - widths, parameters + widths, adaptation * (2.0 * widths) ** 2
+    )
+    return LawNumbers(
+        kind=BACKSTEPPING,
+        matrix=equal_bandwidth(3, 2.0 * pi * bandwidth),
+        rows=np.array([chain_scales(chain)]),
+        learning=learning,
+        scalars=np.array([interval, 0.0, REFERENCE_SLOPE, 1.0, 0.0, 1.0, 0.0]),
+    )
+
+
+STEP = 1e-30
+
+
+def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
+    """A of the errors' dynamics of 4 or 6 states with fixed estimates, (size, size), Eq. (6.103)."""
+    matrix = np.diag(np.ones(size - 1), 1) - law.matrix
+    for place in range(1, size - 1, 2):
+        matrix[place, place + 1] = estimate[place - 1]
+    return matrix
+
+
+def scaled_states(law: LawNumbers, states: Array) -> Array:
+    """States x of the law, (2n,), from angles and speeds, (2n,), from the motor to the load."""
+    n = len(states) // 2
+    x = np.empty(2 * n)
+    x[0], x[1] = states[n - 1], states[2 * n - 1]
+    for j in range(1, n):
+        scale = law.rows[0, j - 1]
+        x[2 * j] = scale * (states[n - 1 - j] - states[n - j])
+        x[2 * j + 1] = scale * (states[2 * n - 1 - j] - states[2 * n - j])
+    return x
+
+
+def backstepping_row(law: LawNumbers, size: int) -> list[float]:
+    """Command per angle and speed of 4 or 6 states, estimates fixed, without Coulomb friction and offset."""
+    estimate = law.learning[NOMINAL].copy()
+    estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
+    signals = np.zeros(signal_count(size // 2, bool(law.scalars[BY_REFERENCE])))
+
+    def command(states: Array) -> float:
+        x, speed = scaled_states(law, states), states[size // 2]
+        return float(law_step(law, estimate, x, signals, speed, 0.0).command)
+
+    return [command(unit) - command(np.zeros(size)) for unit in np.eye(size)]
+
+
+def law_step(
+    law: LawNumbers, estimate: NDArray[Any], x: Array, signals: Array, speed: float, friction: float
+) -> BacksteppingStep:
+    """One step of a frozen law from its scaled states."""
+    known = bool(law.scalars[BY_REFERENCE])
+    return backstepping_step(law.matrix, law.rows[0], known, estimate, x, signals, speed, friction)
+
+
+def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:
+    """Smallest eigenvalue [rad/s] of D_z over all signs at a state; above 0 Eq. (6.100) holds there."""
+    size = len(states)
+    x, speed = scaled_states(law, states), states[size // 2]
+    signals = reference[:-1] if law.scalars[BY_REFERENCE] else reference[: size + 1]
+    friction = np.tanh(law.scalars[SLOPE] * (reference[-1] if law.scalars[BY_REFERENCE] else speed))
+    given = (x, signals, speed, friction)
+    phi = law_step(law, estimate, *given).regressors
+    slopes = np.zeros((size, len(estimate)))
+    for m in range(len(estimate)):
+        moved = estimate.astype(complex)
+        moved[m] += 1j * STEP * abs(estimate[m] or 1.0)
+        slopes[1:, m] = law_step(law, moved, *given).virtual.imag / (STEP * abs(estimate[m] or 1.0))
+    learnt = np.linalg.norm(phi * law.learning[GAIN], axis=1)
+    coupling = np.outer(np.linalg.norm(slopes, axis=1), learnt)
+    fixed = errors_matrix(law, estimate, size)
+    worst = np.inf
+    for signs in product((1.0, -1.0), repeat=size - 1):
+        s = np.array([1.0, *signs])
+        matrix = fixed + coupling * np.outer(s, s)
+        worst = min(worst, float(np.linalg.eigvalsh(-0.5 * (matrix + matrix.T))[0]))
+    return worst

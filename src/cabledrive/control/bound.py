@@ -1,16 +1,42 @@
-r"""What the theorems bound: the sliding variable by the uncertainty, and the error of the load by both.
+r"""What the theorems bound, what drives the sliding variable along a run, and the bound of a learning law.
 
 All uncertainty acts as a torque of at most :math:`h = \sum_i (p_{max} - p_{min})_i|\varphi_i| + \delta`, so
 that
 :math:`\mu|\sigma|' \le -K_\sigma|\sigma| + h`.
+
+On a plant for which the theorem holds, :math:`\mu\dot\sigma + K_\sigma\sigma = g` with
+:math:`|g| = |-\varphi^T\tilde p + \tilde d| \le h`. Along a run of which the true states are known, g follows
+from the states alone, whatever drives them: with :math:`w = (z - z_d, \dots)` and the companion matrix F of
+:math:`(s + \lambda)^{2n-1}(s + K_\sigma/\mu)`,
+
+.. math:: w_{k+1} = e^{F T}w_k + \int_0^T e^{F s}\,ds\,\frac{b}{\mu}\,g_k + \dots
+
+Errors of sensors, delay, hold, friction, disturbance and parameters of the motor all enter g. What is left of
+the error of the load after the response to g cannot be made by a torque of the motor: an unmatched part.
+
+With p the load's true parameters, :math:`\delta_j` and :math:`\tau_j` what a unit of each asks of states
+and motor (`cabledrive.control.load_torque`) and K the feedback, :math:`\zeta = x - x_d - \sum_j p_j\delta_j`
+obeys
+
+.. math:: \zeta_{k+1} = (A + BK)\zeta_k + Bm_k + r_k, \qquad
+    m = \sum_j(\hat p_j - p_j)(\tau_j - K\delta_j) + d
+
+and :math:`\delta` leaves the load where it is: the load's error is that of :math:`\zeta`. d is a torque of
+the motor of at most :math:`\Delta`. An estimate lies within its bounds, and as long as it lies within five of
+its standard deviations, :math:`|m| \le h = \sum_j R_j|\tau_j - K\delta_j| + \Delta` with R the smaller of the
+two. Without r the error lies within :math:`|g| * h`, g the response of the load to a torque of one sample.
 """
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 
-from cabledrive.control.numbers import HIGH, LOW, NOMINAL, LawNumbers
+from cabledrive.control.linear_laws import sampled_motion
+from cabledrive.control.numbers import HIGH, INERTIAL, LOW, NOMINAL, SURFACE, LawNumbers
+from cabledrive.control.reference import FlatOutput
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.lumped_chain import LumpedChain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,3 +165,143 @@ def robust_conditions(
         worst=float(np.max(met)),
         dissipative=gain >= 0.0,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SlidingResidual:
+    """Sources of the load's error along a run."""
+
+    torque: Array  # (samples,): g, constant from each sample to the next; the last one repeats [N m]
+    unmatched: Array  # (samples,): part of the load's error that g does not make, at the first shaft [rad]
+    reach: Array  # (samples,): largest error that torques of the size of g make, at the first shaft [rad]
+
+    @property
+    def total(self) -> Array:
+        """Bound of the load's error by its sources, whatever their signs, shape (samples,)."""
+        return self.reach + np.abs(self.unmatched)
+
+
+def sliding_residual(
+    law: LawNumbers,
+    flat: FlatOutput,
+    bandwidth: float,
+    mu: float,
+    states: Array,
+    reference: Array,
+    error: Array,
+    interval: float,
+) -> SlidingResidual:
+    """What drove the sliding variable along a run.
+
+    ``law``: a law of the chain; ``flat``: of the chain it is made for; ``bandwidth``: lambda [rad/s]; ``mu``:
+    of the plant; ``states``, shape (samples, 2n): true angles, then speeds, of the inertias that the law
+    takes; ``reference``, shape (samples, 2n + 3); ``error``, shape (samples,): of the load, at the first
+    shaft [rad]; ``interval``: sample time [s].
+    """
+    count = states.shape[1]
+    scale = bandwidth ** np.arange(count)
+    deviation = (states @ law.matrix.T - reference[:, :count]) / scale
+    step, push = _discrete(bandwidth, law.k_sigma / mu, interval, count)
+    push = push / (mu * scale[-1])
+    torque = (deviation[1:, -1] - deviation[:-1] @ step[-1]) / push[-1]
+    output = flat.states[flat.size - 1] * scale
+    matched = _response(step, push, output, torque)
+    fading = float(np.exp(-law.k_sigma * interval / mu))
+    sliding = np.abs(_lagged(torque / law.k_sigma, fading))
+    return SlidingResidual(
+        torque=np.append(torque, torque[-1:]),
+        unmatched=error - matched,
+        reach=output_tube(sliding, bandwidth, count - 1, interval, flat.time_constants),
+    )
+
+
+def regressor_deviation(law: LawNumbers, states: Array, reference: Array) -> Array:
+    """Regressor of the true states less that of the reference, (samples, 4)."""
+    count = states.shape[1]
+    z = states @ law.matrix.T
+    error = z - reference[:, :count]
+    z_eq = reference[:, count] - error[:, 1:] @ law.rows[SURFACE, : count - 1]
+    inertial = z @ law.rows[INERTIAL, :count] + law.rows[INERTIAL, count] * z_eq
+    found = np.zeros((len(states), 4))
+    found[:, 0] = reference[:, count + 2] - inertial
+    found[:, 1] = reference[:, count + 1] - states[:, count // 2]
+    return found
+
+
+def _discrete(bandwidth: float, rate: float, interval: float, count: int) -> tuple[Array, Array]:
+    """Transition over a sample of w_i / lambda^i, and the response to a constant unit in its last rate."""
+    from scipy.linalg import expm
+
+    surface = np.array([comb(count - 1, i) for i in range(count)], dtype=np.float64)
+    both = np.append(0.0, surface) * bandwidth + np.append(surface, 0.0) * rate
+    block = np.zeros((count + 1, count + 1))
+    block[np.arange(count - 1), np.arange(1, count)] = bandwidth
+    block[count - 1, :count] = -both[:count]
+    block[count - 1, count] = 1.0
+    power = expm(block * interval)
+    return power[:count, :count], power[:count, count]
+
+
+def _response(step: Array, push: Array, output: Array, torque: Array) -> Array:
+    """Output under torques held from sample to sample, from rest; the impulse response doubles in length."""
+    from scipy.signal import fftconvolve
+
+    samples = len(torque)
+    rows, power = output[None], step
+    while len(rows) < samples:
+        rows = np.concatenate((rows, rows @ power))
+        power = power @ power
+    impulse = rows[:samples] @ push
+    found = fftconvolve(torque, impulse)[:samples] if samples else torque
+    return np.append(0.0, found)
+
+
+def _lagged(signal: Array, fading: float) -> Array:
+    """A signal held from sample to sample through a first-order lag, from zero."""
+    from scipy.signal import lfilter
+
+    return np.append(0.0, lfilter([1.0 - fading], [1.0, -fading], signal))
+
+
+DEVIATIONS = 5.0
+"""Within which an estimate is taken to lie."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class IdealLoop:
+    """The law on the chain it is made for, with true states: memory first, then angles and speeds."""
+
+    matrix: Array  # (k + 2n, k + 2n)
+    push: Array  # (k + 2n,): from the motor's torque
+    load: int  # place of the load's angle
+
+    def response(self, samples: int) -> Array:
+        """Load's angle after a torque of one sample, shape (samples,) [rad/(N m)]."""
+        found, state = np.zeros(samples), self.push
+        for k in range(1, samples):
+            found[k] = state[self.load]
+            state = self.matrix @ state
+        return found
+
+
+def ideal_loop(law: LawNumbers, chain: LumpedChain, interval: float) -> IdealLoop:
+    """The loop of a law that learns, or of a linear one; ``chain``: that it is made for."""
+    k, n = law.matrix.shape[0], chain.size
+    a, b = sampled_motion(chain, interval)
+    row = law.rows[:1, : k + 2 * n]
+    matrix = np.zeros((k + 2 * n, k + 2 * n))
+    matrix[:k] = law.matrix[:, : k + 2 * n]
+    matrix[k:, k:] = a
+    matrix[k:] += b @ row
+    return IdealLoop(matrix=matrix, push=np.concatenate((np.zeros(k), b[:, 0])), load=k + n - 1)
+
+
+def missing_torque(row: Array, states: Array, torque: Array) -> Array:
+    r"""Torque at the motor per error of each parameter, :math:`\tau_j - K\delta_j`, shape (samples, p)."""
+    return np.asarray((torque - states @ row).T)
+
+
+def believed_range(law: LawNumbers, estimates: Array, deviations: Array) -> Array:
+    """By how much each estimate may be off, shape (samples, p); ``estimates``, ``deviations``: the same."""
+    low, high = law.learning[LOW], law.learning[HIGH]
+    return np.minimum(np.maximum(high - estimates, estimates - low), DEVIATIONS * deviations)

@@ -1,17 +1,30 @@
-"""The sampled controller as it would run on a target, compiled: filter, law, torque limit.
+"""The sampled controller, compiled: as the rig runs it and as firmware calls it.
 
 One state, one step: readings and a reference in, a torque out. The rig reads the encoders and moves
 the plant.
+
+`start_target` and `target_step` are what `cabledrive export` writes in C; the rig calls the step inside them.
 """
 
+from collections.abc import Callable
 from math import isfinite
+from typing import Any, NamedTuple
 
-from cabledrive.control.controller_state import ControllerState
+import numpy as np
+from numpy.typing import NDArray
+
 from cabledrive.control.law_kernels import law_step
-from cabledrive.control.load_schedule_kernels import announced_load, correct_by_load, predict_by_load
-from cabledrive.control.numbers import SCHEDULED, LawNumbers
+from cabledrive.control.numbers import (
+    SCHEDULED,
+    ControllerState,
+    LawNumbers,
+    ObserverNumbers,
+    new_controller_state,
+)
 from cabledrive.control.observer_kernels import correct, predict
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.reference import MotionNumbers, ReferenceNumbers, ReferenceState
+from cabledrive.control.reference_kernels import reference_row
+from cabledrive.control.schedule_kernels import announced_load, correct_by_load, predict_by_load
 from cabledrive.mechanics.compiled import njit_part
 from cabledrive.parameters.arrays import Array
 
@@ -83,3 +96,152 @@ def controller_step(
     torque, sigma, valid = law_step(law, c, reference, k)
     wanted, command = issue(observer, limit, c, torque, valid)
     return wanted, command, sigma, valid
+
+
+class TargetState(NamedTuple):
+    """A controller with what it keeps on a target.
+
+    ``datum`` (m,): reading of each encoder at the start, NaN where there was none; ``readings`` (m,): less
+    that; ``missed`` (1,): samples since a command was computed.
+    """
+
+    controller: ControllerState
+    datum: Array
+    readings: Array
+    missed: NDArray[np.int64]
+
+
+class PathState(NamedTuple):
+    """A motion and the generator that follows it."""
+
+    motion: MotionNumbers
+    generator: ReferenceState
+
+
+def new_target_state(observer: ObserverNumbers, law: LawNumbers, late_samples: int) -> TargetState:
+    """A controller before its start; ``late_samples``: whole samples of the delay."""
+    m, none = len(observer.output), np.zeros(0)
+    controller = new_controller_state(observer, law, m, late_samples, none, none)
+    return TargetState(controller, np.zeros(m), np.zeros(m), np.zeros(1, dtype=np.int64))
+
+
+@njit_part
+def start_target(start: Array, t: TargetState, readings: Array) -> None:
+    """Start at rest at the angles read, which become zero; ``start``: estimates to begin with."""
+    for i in range(start.size):
+        t.controller.parameters[i] = start[i]
+    for j in range(readings.size):
+        t.datum[j] = readings[j]
+
+
+@njit_part
+def target_step(
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    limit: float,
+    t: TargetState,
+    readings: Array,
+    reference: Array,
+) -> tuple[float, bool]:
+    """One sample: limited command [N m], and whether it was computed; else the last one is held.
+
+    ``readings``, shape (m,): angles at the first shaft [rad]; ``reference``, shape (1, columns). A reading or
+    a reference that is not finite holds the command; the filter goes on with it.
+    """
+    known = True
+    for i in range(reference.shape[1]):
+        known = known and isfinite(reference[0, i])
+    for j in range(readings.size):
+        if not isfinite(t.datum[j]) and isfinite(readings[j]):
+            t.datum[j] = readings[j]
+        t.readings[j] = readings[j] - t.datum[j]
+    command, valid = 0.0, False
+    if known:
+        last = reference.shape[0] - 1  # the only row; a plain 0 would have all of the law compiled once more
+        _, command, _, valid = controller_step(
+            observer, law, limit, t.controller, t.readings, reference, last
+        )
+    else:
+        observe(observer, t.controller, t.readings)
+        _, command = issue(observer, limit, t.controller, 0.0, False)
+    t.missed[0] = 0 if valid else min(t.missed[0] + 1, LAST_SAMPLE)
+    return command, valid
+
+
+@njit_part
+def path_row(numbers: ReferenceNumbers, p: PathState, time: float, row: Array) -> None:
+    """The reference row at a time [s], to be called once a sample; writes ``row``, shape (columns,)."""
+    reference_row(numbers, p.motion, p.generator, time, row)
+
+
+class OwnTargetState(NamedTuple):
+    """As `target_kernels.TargetState`, with copies that the user's step may change."""
+
+    controller: ControllerState
+    datum: Array
+    readings: Array
+    missed: NDArray[np.int64]
+    memory: Array
+    measurement: Array
+    row: Array
+
+
+def new_own_target_state(
+    observer: ObserverNumbers, law: LawNumbers, late_samples: int, memory: Array, columns: int, filtered: bool
+) -> OwnTargetState:
+    """A controller before its start; ``memory``, shape (m,): how many numbers it keeps."""
+    plain = new_target_state(observer, law, late_samples)
+    controller = plain.controller._replace(memory=np.zeros(len(memory)))
+    seen = len(observer.chosen) if filtered else len(observer.output)
+    return OwnTargetState(
+        controller, *plain[1:], np.zeros(len(memory)), np.zeros(seen), np.zeros(columns)
+    )  # fmt: skip
+
+
+def start_own(start: Array, t: OwnTargetState, readings: Array) -> None:
+    """Start at rest at the angles read, which become zero; ``start``: memory to begin with."""
+    for i in range(start.size):
+        t.controller.memory[i] = start[i]
+    for j in range(readings.size):
+        t.datum[j] = readings[j]
+
+
+def own_target_step(step: Any, filtered: bool) -> Callable[..., tuple[float, bool]]:
+    """The kernel of a target around a step of the user's; ``filtered``: it takes states, not readings.
+
+    The rig runs the same order of work in `cabledrive.rig.closed_loop.own_kernels`.
+    """
+
+    def own_step(
+        observer: Any, own_gains: Any, limit: float, t: Any, readings: Array, reference: Array
+    ) -> tuple[float, bool]:
+        """One sample: limited command [N m], and whether it was computed; else the last one is held."""
+        known = True
+        for i in range(reference.shape[1]):
+            known = known and isfinite(reference[0, i])
+        for j in range(readings.size):
+            if not isfinite(t.datum[j]) and isfinite(readings[j]):
+                t.datum[j] = readings[j]
+            t.readings[j] = readings[j] - t.datum[j]
+            known = known and isfinite(t.readings[j])
+        seen = observe(observer, t.controller, t.readings)
+        torque, valid = 0.0, False
+        if known and seen:
+            for i in range(t.memory.size):
+                t.memory[i] = t.controller.memory[i]
+            for i in range(t.measurement.size):
+                t.measurement[i] = t.controller.states[i] if filtered else t.readings[i]
+            for i in range(t.row.size):
+                t.row[i] = reference[0, i]
+            fresh, torque = step(own_gains, t.memory, t.measurement, t.row)
+            valid = isfinite(torque)
+            for i in range(t.memory.size):
+                valid = valid and isfinite(fresh[i])
+            if valid:
+                for i in range(t.memory.size):
+                    t.controller.memory[i] = fresh[i]
+        _, command = issue(observer, limit, t.controller, torque, valid)
+        t.missed[0] = 0 if valid else min(t.missed[0] + 1, LAST_SAMPLE)
+        return command, valid
+
+    return own_step

@@ -1,4 +1,4 @@
-r"""Direct adaptive robust control of a lumped chain, from one derivation for any length and with damping.
+r"""Direct adaptive robust control of a lumped chain: the law, its gains, its projection.
 
 With z the flat output and :math:`\sigma = (s + \lambda)^{2n-1}(z - z_d)`, :math:`z_{eq}` is what
 :math:`z^{(2n)}` must be for :math:`\dot\sigma = 0`, and
@@ -12,12 +12,10 @@ printed laws.
 """
 
 from dataclasses import dataclass
-from math import comb
+from math import comb, isfinite, pi
 
 import numpy as np
 
-from cabledrive.control.darc_gains import Bounds, DarcGains, adaptation_gain, mu_of
-from cabledrive.control.flat_output import FlatOutput
 from cabledrive.control.numbers import (
     BY_REFERENCE,
     DARC,
@@ -35,8 +33,155 @@ from cabledrive.control.numbers import (
     LawNumbers,
     learning_table,
 )
-from cabledrive.control.projection import adapted
+from cabledrive.control.reference import FlatOutput
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+PRINTED_HZ = {1: (5.0, 5.0 * 13.0 / 11.0), 2: (22.0, 26.0), 3: (11.0, 13.0), 4: (23.0, 25.0)}
+"""Lambda/(2 pi) and K_sigma/(2 pi mu); printed for Models 3 and 4, for Model 2 lambda alone, not for 1."""
+RATIO = {1: 13.0 / 11.0, 2: 13.0 / 11.0, 3: 13.0 / 11.0, 4: 25.0 / 23.0}
+LEAST_HZ = {2: 12.0}
+"""Below this bandwidth the law is unstable on the drive it is made for, whatever else is done."""
+
+# Bounds of sections 6.5.1 and 6.6.1 over the values of Table 4.1: p2 with a rigid and with a flexible joint,
+# p3, p4; p5 over the Coulomb friction.
+_INERTIA = {False: (0.00165 / 0.001742, 0.00185 / 0.001742), True: (0.0009 / 0.0011, 0.0013 / 0.0011)}
+_VISCOUS, _COULOMB, _OFFSET = (
+    (0.0029 / 0.0031, 0.0033 / 0.0031),
+    (0.035 / 0.0376, 0.04 / 0.0376),
+    0.01 / 0.0376,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Bounds:
+    """What is known of p2 to p5: motor-side inertia, viscous and Coulomb friction, offset torque."""
+
+    nominal: Array  # (4,) [kg m^2], [N m s/rad], [N m], [N m], as the next two
+    low: Array
+    high: Array
+
+    def __post_init__(self) -> None:
+        names = ("p2 [kg m^2]", "p3 [N m s/rad]", "p4 [N m]", "p5 [N m]")
+        for name, value, low, high in zip(names, self.nominal, self.low, self.high, strict=True):
+            if not low <= value <= high:
+                raise InputRefused(
+                    f"{name} = {value:.6g} lies outside its bounds {low:.6g} to {high:.6g}: widen the bounds"
+                )
+
+    @property
+    def spread(self) -> Array:
+        """Widths of the bounds."""
+        return self.high - self.low
+
+
+def printed_bounds(chain: LumpedChain, *, flexible_joint: bool) -> Bounds:
+    """Bounds in the proportions of sections 6.5.1 and 6.6.1 (there 0.0009 for the misprinted 0.009).
+
+    The chain's first inertia gives the nominal values; with a ``flexible_joint``, Models 2 and 4, it is the
+    motor's alone.
+    """
+    nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+    pairs = (_INERTIA[flexible_joint], _VISCOUS, _COULOMB)
+    low = np.array([pair[0] * value for pair, value in zip(pairs, nominal, strict=False)])
+    high = np.array([pair[1] * value for pair, value in zip(pairs, nominal, strict=False)])
+    offset = max(_OFFSET * nominal[2], 2.0 * abs(nominal[3]))
+    return Bounds(nominal=nominal, low=np.append(low, -offset), high=np.append(high, offset))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DarcGains:
+    """Gains of a law of the chain."""
+
+    bandwidth: float  # lambda of the sliding surface [rad/s]
+    sliding_rate: float  # K_sigma / mu [rad/s]
+    damping_ratio: float = 1.0  # zeta_d of (6.35); default: 1, the source gives none
+    adaptation_share: float = 1.0  # factor on the adaptation gain of (6.37); 0: estimates stay
+
+    def __post_init__(self) -> None:
+        for name in ("bandwidth", "sliding_rate", "damping_ratio"):
+            value = getattr(self, name)
+            if not isfinite(value) or value <= 0.0:
+                raise InputRefused(
+                    f"{name} = {value:.6g} must be finite and above 0, or the surface is unstable"
+                )
+        if not isfinite(self.adaptation_share) or self.adaptation_share < 0.0:
+            raise InputRefused(
+                f"adaptation_share = {self.adaptation_share:.6g} must not be negative: give 0 or 1"
+            )
+
+
+def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: float = 1.0) -> DarcGains:
+    """Printed gains of a model, or the same proportions at another bandwidth lambda/(2 pi) [Hz].
+
+    Refused if it is not positive, and below `LEAST_HZ`.
+    """
+    lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)
+    least = LEAST_HZ.get(model, 0.0)
+    if not isfinite(lam) or lam <= 0.0:
+        raise InputRefused(f"bandwidth = {lam:.6g} Hz must be finite and above 0, or the surface is unstable")
+    if lam < least:
+        raise InputRefused(
+            f"bandwidth = {lam:.4g} Hz is below {least:.4g} Hz, where the law of Model {model} is unstable "
+            "on a flexible drive (it feeds the twist back positively): raise it"
+        )
+    return DarcGains(
+        bandwidth=2.0 * pi * lam, sliding_rate=2.0 * pi * rate, adaptation_share=adaptation_share
+    )
+
+
+def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: float) -> Array:
+    r"""Diagonal of :math:`\Gamma`, Eqs. (6.35)-(6.37).
+
+    .. math::
+        \Gamma = \gamma W_p^2, \quad W_p = \mathrm{diag}(p_{max} - p_{min}), \quad
+        \gamma = \frac{k_m^2}{4\zeta_d^2\,\sup(\varphi_d^T W_p^2\varphi_d/\mu)}, \quad k_m = K_\sigma/\mu
+
+    ``regressor``, shape (samples, 4): phi along the reference; ``mu``: of the sliding variable's dynamics.
+    Returns shape (4,).
+    """
+    squares = bounds.spread**2
+    largest = float(np.max(regressor**2 @ squares)) / mu
+    if largest == 0.0:
+        return np.zeros(4)
+    gamma = gains.sliding_rate**2 / (4.0 * gains.damping_ratio**2 * largest)
+    return gains.adaptation_share * gamma * squares
+
+
+def mu_of(flat: FlatOutput, inertia: float) -> float:
+    r"""Inertia :math:`\mu` of the sliding variable by the first [kg m^2], (6.23), (6.45), (6.56), (6.65)."""
+    return inertia * flat.leading
+
+
+def projected_rate(rate: Array, estimate: Array, low: Array, high: Array) -> Array:
+    r"""Rate of the estimates that does not leave their bounds, Eq. (6.24), of the wanted one, Gamma tau.
+
+    It has property P1, estimates within bounds, and for diagonal :math:`\Gamma` property P2, :math:`\tilde
+    p^T(\Gamma^{-1}\mathrm{Proj}(\Gamma\tau) - \tau) \le 0`.
+    """
+    outwards = ((estimate >= high) & (rate > 0.0)) | ((estimate <= low) & (rate < 0.0))
+    return np.where(outwards, 0.0, rate)
+
+
+def limited_rate(rate: Array, limit: Array) -> Array:
+    r"""Each component cut to its largest rate: :math:`\max(-l_i, \min(l_i, \dot p_i))`.
+
+    The theorems speak of a rate limited law and define none; this is the definition used here. P1 stays; P2
+    holds while no limit acts, and part (B) of the theorems with it. An infinite limit is none.
+    """
+    return np.clip(rate, -limit, limit)
+
+
+def adapted(
+    estimate: Array, rate: Array, low: Array, high: Array, interval: float, limit: Array | None = None
+) -> Array:
+    """Estimates after one sample at a rate Gamma tau; a step that would cross a bound ends on it."""
+    allowed = projected_rate(rate, estimate, low, high)
+    if limit is not None:
+        allowed = limited_rate(allowed, limit)
+    return np.clip(estimate + interval * allowed, low, high)
+
 
 PRINTED_SLOPE, REFERENCE_SLOPE = 0.5, 50.0
 

@@ -22,8 +22,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.control.observer_kernels import correct, predict
-from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters.arrays import Array
 

@@ -11,9 +11,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.control.linear_laws import FRICTION_SLOPE
-from cabledrive.control.load_schedule_kernels import grid_place
-from cabledrive.control.numbers import HIGH, LINEAR, LOW, SCHEDULED, LawNumbers, learning_table
-from cabledrive.control.observer_numbers import BY_LOAD, KALMAN, ObserverNumbers
+from cabledrive.control.numbers import (
+    BY_LOAD,
+    HIGH,
+    KALMAN,
+    LINEAR,
+    LOW,
+    SCHEDULED,
+    LawNumbers,
+    ObserverNumbers,
+    learning_table,
+)
+from cabledrive.control.schedule_kernels import grid_place
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 

@@ -1,10 +1,11 @@
-"""Frozen numbers of a control law, laid out so that one compiled step serves every law."""
+"""Frozen numbers of a law and an observer, and what a controller keeps from sample to sample."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.parameters.arrays import Array
+from cabledrive.control.backstepping_recursion import work_shape
+from cabledrive.parameters.arrays import Array, Integers
 
 DARC, LINEAR, BACKSTEPPING, OWN, LEARNING, REFERENCE_MODEL, SCHEDULED = 0, 1, 2, 3, 4, 5, 6
 SURFACE, ELASTIC, INERTIAL = 0, 1, 2
@@ -58,3 +59,73 @@ def start_estimates(law: LawNumbers) -> Array:
 def learning_table(nominal: Array, low: Array, high: Array, gain: Array, limit: Array | None = None) -> Array:
     """What the adaptation needs of each estimate, shape (5, p); unless given, no rate is limited."""
     return np.array([nominal, low, high, gain, np.full(len(nominal), np.inf) if limit is None else limit])
+
+
+IDEAL, DIFFERENCE, KALMAN, BY_LOAD = 0, 1, 2, 3
+
+
+class ObserverNumbers(NamedTuple):
+    """What turns m readings into the 2n angles and speeds of a law."""
+
+    kind: int  # IDEAL, DIFFERENCE, KALMAN or BY_LOAD: a Kalman filter scheduled by an announced load
+    chosen: Integers  # (2n,): which of the estimated quantities the law takes
+    places: Integers  # (2,): of the Kalman filter's states, the motor's speed and the disturbance
+    model: Array
+    """(states, states + 4): Kalman: transition, then inputs: shaft torque at the sample, the commands before
+    and after the delay has passed, friction and offset. By load: that of each point of the grid below the
+    other."""
+    output: Array  # (m, states)
+    gains: Array  # (samples, states, m): of which the last one stays. By load: of the points of the grid
+    scalars: Array
+    """(9,): interval [s]; share of the newest slope in a filtered difference; the current loop's factors of
+    torque, older and newer command; Coulomb friction, K of tanh(K w), offset torque; whether the law is to
+    cancel the disturbance. By load (11,): then one over the heaviest load, and the step between points."""
+
+
+ESTIMATES = 12
+
+
+class ControllerState(NamedTuple):
+    """Everything that a controller keeps from sample to sample, and scratch.
+
+    ``sample`` (1,): of the filter's schedule. ``held``: torque of the observer's shaft, last command before
+    the limit. ``memory``: of a linear law, or of a controller of the user's own. ``commands``: limited, those
+    not yet at the motor, oldest first. ``states``: angles and speeds that the law takes.
+    """
+
+    sample: Integers
+    estimate: Array
+    held: Array
+    parameters: Array
+    memory: Array
+    commands: Array
+    states: Array
+    regressor: Array
+    work: Array
+    table: Array
+
+
+def new_controller_state(
+    observer: ObserverNumbers, law: LawNumbers, readings: int, late_samples: int, start: Array, memory: Array
+) -> ControllerState:
+    """A controller at rest at angle zero with some ``readings`` of encoders.
+
+    ``late_samples``: whole samples of the delay; ``start``, (<= 12,): parameter estimates to begin with;
+    ``memory``, (m,): of a controller of the user's own.
+    """
+    size = law.matrix.shape[0] if law.kind in (LINEAR, LEARNING, SCHEDULED) else 0
+    parameters = np.zeros(ESTIMATES)
+    parameters[: len(start)] = start
+    observed = max(observer.output.shape[1], 2 * readings if observer.kind == DIFFERENCE else 0)
+    return ControllerState(
+        sample=np.zeros(1, dtype=np.int64),
+        estimate=np.zeros(observed),
+        held=np.zeros(2),
+        parameters=parameters,
+        memory=np.concatenate((np.zeros(size), memory)),
+        commands=np.zeros(late_samples + 2),
+        states=np.zeros(len(observer.chosen)),
+        regressor=np.zeros(ESTIMATES),
+        work=np.zeros(max(observed, size, ESTIMATES)),
+        table=np.zeros(work_shape(len(law.matrix) // 2) if law.kind == BACKSTEPPING else (0, 0)),
+    )

@@ -1,12 +1,279 @@
-"""The reference as a law takes it: flat output and derivatives that lead to the wanted load angle."""
+r"""The flat output of a lumped chain, and the reference as a law takes it.
 
-from dataclasses import replace
+Of inertias :math:`J_1` (motor) to :math:`J_N` (load), joined by springs :math:`k_i` with dampers :math:`b_i`,
+:math:`D_i = 1 + (b_i/k_i)s`. From the load backwards, without a polynomial division:
+
+.. math::
+    R_N = 1, \quad a_N = J_N s^2, \qquad
+    R_i = D_i R_{i+1} + a_{i+1}/k_i, \quad a_i = J_i s^2 R_i + D_i a_{i+1}
+
+Then :math:`\theta_i = D_1 \cdots D_{i-1} R_i z`, link 1 carries :math:`D_1 a_2 z`, and the motor needs
+:math:`J_1 s^2 R_1 z + D_1 a_2 z` besides its friction. Without dampers z is the load angle.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import exp
+from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.flat_output import FlatOutput
-from cabledrive.control.reference_numbers import ReferenceNumbers, lag_coefficients, reference_numbers
-from cabledrive.parameters.arrays import Array
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array, Integers
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlatOutput:
+    """Polynomials of a chain of n inertias, coefficients of rising powers of s, all of length 2n + 1."""
+
+    angles: Array  # (n, 2n + 1): each angle per flat output
+    inertial: Array  # (2n + 1,): acceleration of the first inertia per flat output, s^2 R_1 [1/s^2]
+    elastic: Array  # (2n + 1,): torque of the first link per flat output, D_1 a_2 [N m]
+    time_constants: Array  # (n - 1,): b_i / k_i of the links [s]: the load is z through 1 + (b_i / k_i) s
+    states: Array  # (2n, 2n): angles, then speeds, per z and its first 2n - 1 derivatives
+
+    @property
+    def size(self) -> int:
+        """Number of inertias."""
+        return int(self.angles.shape[0])
+
+    @property
+    def leading(self) -> float:
+        """Coefficient c of the highest derivative in the first inertia's acceleration; mu is J_1 c."""
+        return float(self.inertial[-1])
+
+    @property
+    def from_states(self) -> Array:
+        """Z and its first 2n - 1 derivatives per angles, then speeds, shape (2n, 2n)."""
+        inverse: Array = np.asarray(np.linalg.inv(self.states), dtype=np.float64)
+        return inverse
+
+
+def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
+    """Polynomials of a lumped chain whose links join equal angles; others are refused, see `reflected`.
+
+    Its viscous friction beyond the first inertia is counted, that of the first is the control law's business;
+    ``damped``: whether the dampers of the links are; the laws of the dissertation leave them out.
+    """
+    if any(ratio != (1.0, 1.0) for ratio in chain.ratios):
+        raise InputRefused("a link joins unequal angles: reflect the lumped chain to its first shaft")
+    n = chain.size
+    length = 2 * n + 1
+    times = np.array(chain.damping) / np.array(chain.stiffness) if damped else np.zeros(n - 1)
+    rest = np.zeros(length)
+    rest[0] = 1.0
+    torque = _moved(rest, chain, n - 1, damped)
+    carried = np.zeros(length)
+    angles = np.zeros((n, length))
+    angles[n - 1] = rest
+    for i in range(n - 2, -1, -1):
+        rest, carried = _through(rest, times[i]) + torque / chain.stiffness[i], _through(torque, times[i])
+        angles[i] = rest
+        torque = _moved(rest, chain, i, damped) + carried
+    for i in range(1, n):
+        for time in times[:i]:
+            angles[i] = _through(angles[i], time)
+    inertial = _shifted(rest, 2)
+    states = np.zeros((2 * n, 2 * n))
+    states[:n] = angles[:, : 2 * n]
+    states[n:, 1:] = angles[:, : 2 * n - 1]
+    return FlatOutput(angles=angles, inertial=inertial, elastic=carried, time_constants=times, states=states)
+
+
+def _through(polynomial: Array, time: float) -> Array:
+    """(1 + time s) polynomial."""
+    return polynomial + time * _shifted(polynomial, 1)
+
+
+def _shifted(polynomial: Array, power: int) -> Array:
+    """s^power polynomial, cut to its length."""
+    return np.concatenate((np.zeros(power), polynomial[:-power]))
+
+
+def _moved(polynomial: Array, chain: LumpedChain, i: int, damped: bool) -> Array:
+    """Torque that moves inertia i along the polynomial."""
+    friction = chain.viscous[i] if damped else 0.0
+    return chain.inertias[i] * _shifted(polynomial, 2) + friction * _shifted(polynomial, 1)
+
+
+TORQUES = 3
+"""Friction of Coulomb, viscous friction, inertia."""
+
+
+class LoadRowNumbers(NamedTuple):
+    """How columns follow from a wanted motion; without elements where a law has none."""
+
+    sign: Array
+    """(r, 2h + 1): weights that smooth the sign of the speed over samples around, and its derivatives."""
+    lags: Array  # filters of the chain's dampers, as of `reference_numbers.ReferenceNumbers`
+    sources: Integers  # of these filters
+    output: Array
+    """(2n + 1, (l + 1) r): angles, speeds and motor torque that a torque of the load asks for, from all
+    stages."""
+    transition: Array
+    """(states, states + 1): of the filter; the last column is what a torque of the load does between two
+    samples."""
+    seen: Array  # (m, states): readings from the filter's states
+    gains: Array  # (states, m): on which the filter settles
+    chosen: Integers  # (2n,): states of the filter that the law takes
+    white: Array  # (m, m): what makes innovations white
+    scalars: Array  # (2,): sample time [s]; K of tanh(K w / largest w)
+
+    @property
+    def columns(self) -> int:
+        """How many columns there are."""
+        return TORQUES * (len(self.chosen) + 1 + len(self.white)) if len(self.sign) else 0
+
+    @property
+    def turning(self) -> float:
+        """Time over which the sign turns [s]; zero where there is none."""
+        return float((self.sign.shape[1] - 1) * self.scalars[0]) if len(self.sign) else 0.0
+
+
+class LoadRowState(NamedTuple):
+    """What the generator keeps: signs about the next sample, torques now and next, filters, filter error.
+
+    ``window`` (2h + 1,), ``now``, ``next`` (3, r), ``memory`` (3, l, r), ``error`` (3, states); scratch:
+    ``stages`` (l + 1, r), ``wanted`` (r + 2,), ``innovation`` (m,), ``fresh`` (states,).
+    """
+
+    window: Array
+    now: Array
+    next: Array
+    memory: Array
+    stages: Array
+    error: Array
+    wanted: Array
+    innovation: Array
+    fresh: Array
+
+
+NO_LOAD = LoadRowNumbers(
+    sign=np.zeros((0, 0)),
+    lags=np.zeros((0, 3)),
+    sources=np.zeros(0, dtype=np.int64),
+    output=np.zeros((0, 0)),
+    transition=np.zeros((0, 0)),
+    seen=np.zeros((0, 0)),
+    gains=np.zeros((0, 0)),
+    chosen=np.zeros(0, dtype=np.int64),
+    white=np.zeros((0, 0)),
+    scalars=np.zeros(0),
+)
+
+
+def new_load_row_state(load: LoadRowNumbers) -> LoadRowState:
+    """A generator before its first row."""
+    r, taps = load.sign.shape
+    held = TORQUES if r else 0
+    return LoadRowState(
+        window=np.zeros(taps),
+        now=np.zeros((held, r)),
+        next=np.zeros((held, r)),
+        memory=np.zeros((held, len(load.lags), r)),
+        stages=np.zeros((len(load.lags) + 1 if r else 0, r)),
+        error=np.zeros((held, len(load.transition))),
+        wanted=np.zeros(r + 2 if r else 0),
+        innovation=np.zeros(len(load.white)),
+        fresh=np.zeros(len(load.transition)),
+    )
+
+
+AT_ONCE = ((0.0, 1.0),)
+
+
+class ReferenceNumbers(NamedTuple):
+    """How a row follows from the wanted load angle and its derivatives y to y^(K)."""
+
+    taps: Array  # (t, 2): delay [s] and weight of each copy of the motion; of an input shaper two, else one
+    lags: Array  # (l, 3): first-order filters, exact for lines: shares of newest and last value, fading
+    sources: Integers  # (l,): stage of each filter's input: 0 is the motion, i the output of filter i - 1
+    output: Array  # (columns, (l + 1) (K + 1)): the row from all stages, stage after stage
+    constant: Array  # (columns,): what is added to the row
+    friction: Array  # (f, 2): c [N m] and K [s/rad] of each Coulomb friction c tanh(K w), added to a column
+    places: Integers  # (f, 2): that column, and the column of the speed w
+    load: LoadRowNumbers = NO_LOAD  # further columns, of a law that learns the load's torque
+
+    @property
+    def columns(self) -> int:
+        """Columns of a row."""
+        return len(self.output) + self.load.columns
+
+    @property
+    def derivatives(self) -> int:
+        """Highest derivative K of the load angle."""
+        return self.output.shape[1] // (len(self.lags) + 1) - 1
+
+
+class MotionNumbers(NamedTuple):
+    """Pulses of the load: coefficients of the rise from the constant up; angle [rad], rise, dwell [s], count.
+
+    The angle is at the first shaft.
+    """
+
+    coefficients: Array
+    scalars: Array
+
+
+class ReferenceState(NamedTuple):
+    """What a generator keeps: whether it has begun, of each filter and derivative; and scratch, by stages."""
+
+    begun: Integers
+    memory: Array
+    stages: Array
+    load: LoadRowState
+
+
+def lag_coefficients(time: float, interval: float) -> tuple[float, float, float]:
+    """Shares of the newest and of the last value, and fading, of 1/(1 + T s) between samples."""
+    if time == 0.0:
+        return 1.0, 0.0, 0.0
+    fading = exp(-interval / time)
+    mean = time / interval * (1.0 - fading)
+    return 1.0 - mean, mean - fading, fading
+
+
+def reference_numbers(
+    output: Array,
+    times: Sequence[float] = (),
+    interval: float = 1.0,
+    *,
+    sources: Sequence[int] | None = None,
+    taps: Sequence[tuple[float, float]] = AT_ONCE,
+    constant: Array | None = None,
+    friction: Sequence[tuple[float, float, int, int]] = (),
+) -> ReferenceNumbers:
+    """Numbers of a generator; unless ``sources`` say else, each filter takes the one before it.
+
+    ``output``, (columns, c): of all stages, or of the last one alone; ``times``: time constant of each filter
+    [s]; ``friction``: c, K, column that it is added to, column of the speed, of each.
+    """
+    stages = len(times) + 1
+    if sources is None:  # a series of filters, of which only the end is used
+        output = np.hstack([np.zeros((len(output), (stages - 1) * output.shape[1])), output])
+        sources = range(stages - 1)
+    return ReferenceNumbers(
+        taps=np.array(taps, dtype=float),
+        lags=np.array([lag_coefficients(float(time), interval) for time in times]).reshape(-1, 3),
+        sources=np.array(sources, dtype=np.int64),
+        output=np.ascontiguousarray(output),
+        constant=np.zeros(len(output)) if constant is None else constant,
+        friction=np.array([one[:2] for one in friction], dtype=float).reshape(-1, 2),
+        places=np.array([one[2:] for one in friction], dtype=np.int64).reshape(-1, 2),
+    )
+
+
+def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
+    """A generator at rest at angle zero."""
+    width, lags = numbers.derivatives + 1, len(numbers.lags)
+    begun = np.zeros(1, dtype=np.int64)
+    return ReferenceState(
+        begun=begun,
+        memory=np.zeros((lags, width)),
+        stages=np.zeros((lags + 1, width)),
+        load=new_load_row_state(numbers.load),
+    )
 
 
 def lagged(signal: Array, time: float, interval: float) -> Array:

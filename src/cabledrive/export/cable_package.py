@@ -1,12 +1,12 @@
-"""A distributed cable in modes as C: the sources of its FMU, whose inputs are torques and forces."""
+"""A distributed cable in modes as C: the sources of its FMU."""
 
 import re
+from dataclasses import dataclass
 from typing import Any
 
-from cabledrive.export.shells import runtime_text, templates
+from cabledrive.export.target_program import runtime_text, templates
+from cabledrive.export.translation.nodes import REAL, Value, View
 from cabledrive.export.translation.program import Program
-from cabledrive.export.translation.types import REAL, Value, View
-from cabledrive.export.variables import Variable
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.version import __version__
@@ -19,6 +19,17 @@ from cabledrive.reduction.modal_cable_kernels import (
     new_modal_cable_state,
     start_cable,
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """A variable of an FMU: causality "input", "output" or "parameter"; ``unit`` may be empty."""
+
+    name: str
+    causality: str
+    unit: str
+    about: str
+    start: float = 0.0
 
 
 def cable_notes(cable: ModalCable) -> list[str]:

@@ -9,14 +9,10 @@ from typing import Any
 
 from cabledrive.control.own_controller import ControllerProtocol
 from cabledrive.export.c99 import controller_package
-from cabledrive.export.drive_source import read_drive, read_machine
+from cabledrive.export.descriptions import klipper_files, mjcf_files, modelica_files
 from cabledrive.export.fmu import cable_fmu, fmu_package
-from cabledrive.export.klipper import klipper_files
-from cabledrive.export.mjcf import mjcf_files
-from cabledrive.export.modelica import modelica_files
-from cabledrive.export.plant_source import NOTE
 from cabledrive.export.single_precision import single_precision
-from cabledrive.export.source import ExportSource, read_source
+from cabledrive.export.source import NOTE, ExportSource, read_drive, read_machine, read_source
 from cabledrive.export.system_package import system_package
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.files import umask

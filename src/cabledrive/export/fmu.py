@@ -13,14 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.export.c99 import controller_code
-from cabledrive.export.cable_package import cable_code, cable_notes, cable_variables
-from cabledrive.export.plant_source import NOTE, plant_source
-from cabledrive.export.shells import templates
-from cabledrive.export.source import ExportSource
+from cabledrive.export.cable_package import Variable, cable_code, cable_notes, cable_variables
+from cabledrive.export.source import NOTE, ExportSource, plant_source
 from cabledrive.export.system_package import system_code
-from cabledrive.export.target_program import target_program
-from cabledrive.export.translation.literals import Precision
-from cabledrive.export.variables import Variable
+from cabledrive.export.target_program import target_program, templates
+from cabledrive.export.translation.nodes import Precision
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.version import __version__

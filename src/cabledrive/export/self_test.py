@@ -5,12 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.load_row_numbers import NO_LOAD
+from cabledrive.control.controller_kernels import PathState, path_row
 from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
-from cabledrive.control.reference_numbers import new_reference_state
-from cabledrive.control.target_kernels import PathState, path_row
-from cabledrive.export.target_kernel import target_kernel
-from cabledrive.export.target_program import columns_of, needed_rise, path_state
+from cabledrive.control.reference import NO_LOAD, new_reference_state
+from cabledrive.export.target_program import columns_of, needed_rise, path_state, target_kernel
 from cabledrive.export.translation.source import interpreted
 from cabledrive.rig.laws.controller_file import ControllerFile
 

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.controller_kernels import new_target_state, path_row, start_target, target_step
 from cabledrive.control.numbers import DARC, LINEAR, start_estimates
-from cabledrive.control.target_kernels import new_target_state, path_row, start_target, target_step
-from cabledrive.export.plant_source import loop_on
 from cabledrive.export.self_test import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
-from cabledrive.export.source import ExportSource
+from cabledrive.export.source import ExportSource, loop_on
 from cabledrive.export.target_program import columns_of, needed_rise, path_state
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused

@@ -1,20 +1,25 @@
-"""What is exported: a study's folder, a controller.json, or a drive with the name of a law."""
+"""What is exported: a study's folder, a controller, a drive, or the plant of one."""
 
 import json
 from dataclasses import dataclass, replace
+from math import sqrt
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
+from cabledrive.control.numbers import BY_LOAD, HIGH, LOW, SCHEDULED
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
-from cabledrive.control.reference_numbers import MotionNumbers
-from cabledrive.export.gain_cut import gain_cut
+from cabledrive.control.reference import MotionNumbers
+from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
-from cabledrive.rig.closed_loop.loop import Loop, close_loop
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.loop_numbers import RigNumbers
+from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
+from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 from cabledrive.rig.laws.controller_file import (
     FILE,
     ControllerFile,
@@ -24,12 +29,71 @@ from cabledrive.rig.laws.controller_file import (
     read_controller,
 )
 from cabledrive.rig.laws.controllers import motion_numbers
+from cabledrive.rig.laws.file_law import law_from_file
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import known_name, needed_order
 from cabledrive.rig.ranking.best import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import check_motion, spec_for
 from cabledrive.rig.tuning import design
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainCut:
+    """The loss along the standard pulse on the lumped plant.
+
+    ``samples``: gains left out; ``peak``, ``rms``: error of the load with the last gain alone, over that with
+    the whole schedule; None where the two are one.
+    """
+
+    samples: int
+    peak: float | None
+    rms: float | None
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """As a controller.json holds it."""
+        return {
+            "gains_left_out": self.samples,
+            "peak_error_ratio": self.peak,
+            "rms_error_ratio": self.rms,
+            "tried_on": "standard pulse, lumped plant",
+        }
+
+    @property
+    def note(self) -> str:
+        """In words."""
+        if self.peak is None or self.rms is None:
+            return "the filter has one gain: nothing of its schedule is left out"
+        return (
+            f"{self.samples} gains that lead to the last one are left out: along the standard pulse on the "
+            f"lumped plant the peak error is {self.peak:.6g} times, the rms error {self.rms:.6g} times that "
+            "with all of them"
+        )
+
+
+def gain_cut(loop: Loop, motion: MotionNumbers) -> GainCut | None:
+    """Run a loop with its schedule of gains and with the last one alone; None where a run does not end."""
+    gains = loop.observer.gains
+    if len(gains) < 2 or loop.observer.kind == BY_LOAD:
+        return GainCut(samples=0, peak=None, rms=None)
+    made = loop.controller
+    if made.generator is not None and made.generator.load.columns:
+        table = reference_table(made.generator, motion, loop.rig.interval, len(made.reference))
+        made = replace(made, reference=table)
+    settled = replace(
+        loop, controller=made, observer=loop.observer._replace(gains=gains[-1:].copy())
+    )  # fmt: skip
+    whole, cut = (run(one, log=False) for one in (loop, settled))
+    if min(whole.ended, cut.ended) < len(loop.target):
+        return None
+    before, after = whole.state.summary, cut.state.summary
+    return GainCut(
+        samples=len(gains) - 1,
+        peak=float(after[0] / before[0]),
+        rms=sqrt(after[3] / before[3]),
+    )
+
 
 DRIVE = "drive.toml"
 LEARNS = (
@@ -144,3 +208,71 @@ def _notes(law: ControllerFile) -> tuple[str, ...]:
         low, high = law.law.learning[[LOW, HIGH], 0]
         return (ANNOUNCE.format(low=low, high=high),)
     return (LEARNS,) if law.name == "darc-indirect" else ()
+
+
+def read_drive(source: Any, axis: str | None = None) -> Drive:
+    """A drive, its name or file, or a study's identified one; an axis of one with routes; else refused."""
+    return as_axis(read_machine(source), axis)
+
+
+def read_machine(source: Any) -> Drive | RoutedDrive:
+    """As `read_drive`, a machine with routes as it stands."""
+    if isinstance(source, Drive | RoutedDrive):
+        return source
+    place = Path(str(source))
+    if place.is_dir() or place.name == FILE:
+        beside = (place if place.is_dir() else place.parent) / DRIVE
+        if not beside.is_file():
+            raise InputRefused(f"{source}: no {DRIVE} beside it, and mechanics are wanted: give the drive")
+        return load_drive(str(beside))
+    return load_drive(str(source))
+
+
+def lumped_models(drive: Drive) -> dict[int, LumpedChain]:
+    """Models 1 to 4 of a drive that its data allow, by number; refused with the highest's reason if none."""
+    found = {}
+    for number in (1, 2, 3, 4):
+        try:
+            found[number] = lumped_model(drive, number)
+        except InputRefused:
+            continue
+    return found or {0: lumped_model(drive, highest_model(drive))}
+
+
+NOTE = (
+    "the plant is the highest lumped model of the drive with stick-slip friction; a slack span carries "
+    "nothing; encoder phases of seed 0"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlantSource:
+    """A plant in numbers: lumped chain, its pieces where links are not linear, rig, names of its shafts."""
+
+    plant: PlantNumbers
+    piecewise: PiecewiseNumbers
+    rig: RigNumbers
+    shafts: tuple[str, ...]
+
+
+def plant_source(source: ExportSource) -> PlantSource:
+    """The plant on which `cabledrive.track --tension-only` runs the law; refused if it is not at hand."""
+    loop = plant_loop(source)
+    return PlantSource(plant=loop.plant, piecewise=loop.piecewise, rig=loop.rig, shafts=loop.chain.names)
+
+
+def plant_loop(source: ExportSource) -> Loop:
+    """The loop that the rig runs for that law, along the standard pulse."""
+    drive = source.drive
+    if drive is None or content_hash(drive) != source.law.drive_hash:
+        raise InputRefused(
+            "the plant needs the drive, and no drive.toml with the law's hash is beside it: give the drive"
+        )
+    return loop_on(source, drive, Motion(order=needed_order(source.law.name, drive)))
+
+
+def loop_on(source: ExportSource, drive: Drive, motion: Motion, *, slack: bool = True) -> Loop:
+    """The loop of a law from its file on a drive along a motion; ``slack``: whether spans may go slack."""
+    options = RigOptions(forbid_slack=not slack, feedback=source.law.feedback)
+    made = law_from_file(source.law, spec_for(drive, motion, feedback=options.feedback, options=options))
+    return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))

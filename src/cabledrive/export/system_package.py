@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.controller_kernels import new_target_state
 from cabledrive.control.numbers import start_estimates
-from cabledrive.control.target_kernels import new_target_state
-from cabledrive.export.plant_source import NOTE, PlantSource, plant_source
-from cabledrive.export.shells import runtime_text, templates
-from cabledrive.export.source import ExportSource
-from cabledrive.export.target_program import needed_rise, path_state
+from cabledrive.export.source import NOTE, ExportSource, PlantSource, plant_source
+from cabledrive.export.target_program import needed_rise, path_state, runtime_text, templates
+from cabledrive.export.translation.nodes import REAL, Scalar, Value
 from cabledrive.export.translation.program import Program, Translated
 from cabledrive.export.translation.source import interpreted
-from cabledrive.export.translation.types import REAL, Scalar, Value
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.version import __version__

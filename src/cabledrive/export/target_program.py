@@ -1,19 +1,87 @@
-"""The controller of a design as a program in C: kernels specialised to it, its frozen numbers, its state."""
+"""The controller of a design as a program in C, specialised to it."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from cabledrive.control.reference_numbers import MotionNumbers, new_reference_state
-from cabledrive.control.target_kernels import PathState, path_row
-from cabledrive.export.target_kernel import target_kernel
-from cabledrive.export.translation.literals import Precision
+from cabledrive.control.controller_kernels import (
+    PathState,
+    new_own_target_state,
+    new_target_state,
+    own_target_step,
+    path_row,
+    start_own,
+    start_target,
+    target_step,
+)
+from cabledrive.control.numbers import start_estimates
+from cabledrive.control.own_controller import stepped
+from cabledrive.control.reference import MotionNumbers, new_reference_state
+from cabledrive.export.translation.nodes import REAL, Precision, Scalar, Value, View, mentions
 from cabledrive.export.translation.program import Program, Translated
-from cabledrive.export.translation.types import REAL, Scalar, Value, View
-from cabledrive.parameters import NotComputed
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.trajectories import rise_coefficients
+
+Array = np.ndarray
+GAINS = "numbers, arrays, or a tuple or NamedTuple of them"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TargetKernel:
+    """Kernels of a controller, frozen numbers by name, a state before the start, values to begin with."""
+
+    start: Callable[..., None]
+    step: Callable[..., tuple[float, bool]]
+    numbers: dict[str, Any]
+    state: Any
+    begin: Array
+
+
+def target_kernel(law: ControllerFile) -> TargetKernel:
+    """The kernels of a controller; refused: a user's gains that are no numbers, a step that returns none."""
+    if law.own is None:
+        return TargetKernel(
+            start=start_target,
+            step=target_step,
+            numbers={"observer": law.observer, "law": law.law},
+            state=new_target_state(law.observer, law.law, law.late_samples),
+            begin=start_estimates(law.law),
+        )
+    begin, filtered = np.array(law.own.initial_state, dtype=np.float64), law.own.measures == "states"
+    gains = as_numbers(law.own.gains, law.name)
+    seen = len(law.observer.chosen if filtered else law.observer.output)
+    tried = replace(law.own, gains=gains)
+    stepped(tried, begin.copy(), np.zeros(seen), np.zeros(len(law.columns)), "when it was tried on zeros")
+    return TargetKernel(
+        start=start_own,
+        step=own_target_step(law.own.step, filtered),
+        numbers={"observer": law.observer, "own_numbers": gains},
+        state=new_own_target_state(
+            law.observer, law.law, law.late_samples, begin, len(law.columns), filtered
+        ),
+        begin=begin,
+    )
+
+
+def as_numbers(gains: Any, name: str) -> Any:
+    """Gains of a controller of the user's own as a number, an array, or a NamedTuple of them."""
+    if hasattr(gains, "_asdict"):
+        return gains._replace(**{key: as_numbers(part, name) for key, part in gains._asdict().items()})
+    if isinstance(gains, bool | int):
+        return gains
+    try:
+        array = np.array(gains)
+    except (TypeError, ValueError):
+        array = np.array(None)
+    if array.dtype.kind not in "iuf":
+        raise InputRefused(f'controller "{name}": its gains cannot be exported: give {GAINS}')
+    if array.dtype.kind == "f" and array.ndim == 0:
+        return float(array)
+    return array.astype(np.float64) if isinstance(gains, tuple | list) or array.dtype.kind == "f" else array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,3 +158,20 @@ def path_state(law: ControllerFile, order: int) -> PathState:
     assert law.reference is not None
     motion = MotionNumbers(coefficients=np.array(rise_coefficients(order)), scalars=np.zeros(4))
     return PathState(motion=motion, generator=new_reference_state(law.reference))
+
+
+EXPONENTS = {False: ("uint64_t", "0x7ff0000000000000u"), True: ("uint32_t", "0x7f800000u")}
+
+
+def templates() -> Environment:
+    """The shells around translated kernels, and models in other languages."""
+    return Environment(
+        loader=PackageLoader("cabledrive.export"), undefined=StrictUndefined, keep_trailing_newline=True
+    )
+
+
+def runtime_text(precision: Precision, text: str) -> str:
+    """The few functions below the kernels, those that a text uses."""
+    word, exponent = EXPONENTS[precision.single]
+    template = templates().get_template("runtime.c.jinja")
+    return template.render(word=word, exponent=exponent, used=lambda name: mentions(text, name))

@@ -17,8 +17,12 @@ from cabledrive.identification.shaper_choice import (
 )
 from cabledrive.identification.spectrum_peaks import SpectrumPeak, spectrum_peaks
 from cabledrive.parameters import InputRefused
-from cabledrive.trajectories.input_shaping import LARGEST_DAMPING, input_shaper, residual_vibration
-from cabledrive.trajectories.shaped_corner import CORNER_SPEED
+from cabledrive.trajectories.input_shaping import (
+    CORNER_SPEED,
+    LARGEST_DAMPING,
+    input_shaper,
+    residual_vibration,
+)
 
 DAMPING = 0.1
 """Damping ratio of the design, where none is given: that of the firmware."""

@@ -19,11 +19,12 @@ from cabledrive.trajectories.input_shaping import (
     LARGEST_DAMPING,
     TOLERANCE,
     InputShaper,
+    highest_acceleration,
     input_shaper,
     insensitive_band,
     residual_vibration,
+    smoothing,
 )
-from cabledrive.trajectories.shaped_corner import highest_acceleration, smoothing
 
 Array = NDArray[np.float64]
 

@@ -1,18 +1,162 @@
-r"""The four cable laws: exact geometry, weakly nonlinear as printed and with a potential, linear."""
+"""The four cable laws, a law of the user's own, and any of them as a cable that goes slack."""
 
 from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from math import isfinite
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw, Components
-from cabledrive.mechanics.own_model import Model, check_law, made_law
-from cabledrive.mechanics.tension_only import without_pushing
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TensionOnly(CableLaw):
+    """Another law, for a cable that goes slack instead of pushing."""
+
+    taut: CableLaw  # the law of the taut cable
+
+    @property
+    def tension_only(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def slack_strain(self) -> float:
+        """That of the taut law [-]."""
+        return self.taut.slack_strain
+
+    def components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components of the tension, zero where the cable is slack; see `CableLaw.components`."""
+        x, y, z = self.excess_components(u_x, v_x, w_x)
+        return self.pretension + x, y, z
+
+    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components above the pretension, see `CableLaw.excess_components`."""
+        slack = self.is_slack(u_x, v_x, w_x)
+        x, y, z = self.taut.excess_components(u_x, v_x, w_x)
+        return np.where(slack, -self.pretension, x), np.where(slack, 0.0, y), np.where(slack, 0.0, z)
+
+    def strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Apparent strain [-], see `CableLaw.strain`."""
+        return self.taut.strain(u_x, v_x, w_x)
+
+    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Derivative of the strain, zero where the cable is slack; see `CableLaw.strain_gradient`."""
+        slack = self.is_slack(u_x, v_x, w_x)
+        x, y, z = (np.where(slack, 0.0, part) for part in self.taut.strain_gradient(u_x, v_x, w_x))
+        return x, y, z
+
+    def tension(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Tension, not below zero [N]; see `CableLaw.tension`."""
+        return np.maximum(self.taut.tension(u_x, v_x, w_x), 0.0)
+
+    def is_slack(self, u_x: Array, v_x: Array, w_x: Array) -> NDArray[np.bool_]:
+        """Where the taut law would push, see `CableLaw.is_slack`."""
+        return self.taut.is_slack(u_x, v_x, w_x)
+
+    def energy_density(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Energy density [J/m]; where the cable is slack, minus the work of the pretension."""
+        limit, zero = np.array(self.taut.slack_strain), np.array(0.0)
+        at_limit = self.taut.energy_density(limit, zero, zero) + self.pretension * limit
+        taut = self.taut.energy_density(u_x, v_x, w_x)
+        return np.where(self.is_slack(u_x, v_x, w_x), at_limit - self.pretension * u_x, taut)
+
+    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Derivative of the components, zero where the cable is slack [N]."""
+        slack = self.is_slack(u_x, v_x, w_x)
+        return np.where(slack[..., None, None], 0.0, self.taut.stiffness_matrix(u_x, v_x, w_x))
+
+    def largest_stiffness(self) -> float:
+        """That of the taut law [N]."""
+        return self.taut.largest_stiffness()
+
+
+def taut_law(law: CableLaw) -> CableLaw:
+    """The law of the taut cable, whether it may go slack or not."""
+    return law.taut if isinstance(law, TensionOnly) else law
+
+
+def without_pushing(law: CableLaw) -> TensionOnly:
+    """The law of a cable that goes slack where the tension would be negative."""
+    return TensionOnly(pretension=law.pretension, axial_rigidity=law.axial_rigidity, taut=law)
+
+
+Model: TypeAlias = str | type[CableLaw] | CableLaw | Callable[..., CableLaw]
+
+
+def made_law(model: Any, cable: Cable) -> CableLaw:
+    """A law for a cable from what stands for it."""
+    if isinstance(model, CableLaw):
+        return model
+    if not callable(model):
+        raise InputRefused(
+            f"model is {model!r}: give the name of a law, a subclass of CableLaw, or a function making one"
+        )
+    try:
+        law = model(pretension=cable.pretension, axial_rigidity=cable.axial_rigidity)
+    except TypeError as error:
+        raise InputRefused(
+            f"model = {label(model)} cannot be made from pretension and axial_rigidity ({error}): give "
+            "further fields a default, or functools.partial(...)"
+        ) from None
+    if not isinstance(law, CableLaw):
+        raise InputRefused(f"model = {label(model)} makes a {type(law).__name__}: return a CableLaw")
+    return law
+
+
+def check_law(law: CableLaw, cable: Cable, known: Mapping[str, type[CableLaw]]) -> None:
+    """Refuse a law of another cable, one that is no function of arrays, or one without the pretension."""
+    if isinstance(law, TensionOnly):
+        raise InputRefused(f'model = {label(law)}: give the taut law and slack = "tension-only"')
+    for name, unit in (("pretension", "N"), ("axial_rigidity", "N")):
+        ours, theirs = getattr(law, name), getattr(cable, name)
+        if ours != theirs:
+            raise InputRefused(
+                f"model = {label(law)} has {name} = {ours:.6g} {unit}, the cable {theirs:.6g} {unit}: give "
+                "the class, or make it for this cable"
+            )
+    if law.name in known and type(law) is not known[law.name]:
+        raise InputRefused(f'model = {label(law)}: "{law.name}" is the name of another law: give it its own')
+    zero = np.zeros(3)
+    try:
+        parts = [np.asarray(part, dtype=np.float64) for part in law.components(zero, zero, zero)]
+        table = np.array([np.broadcast_to(part, zero.shape) for part in parts])
+    except (TypeError, ValueError) as error:
+        raise InputRefused(
+            f"model = {label(law)}: components fails on arrays ({error}): use numpy functions and np.where"
+        ) from None
+    if table.shape != (3, 3):
+        raise InputRefused(f"model = {label(law)}: components gives {len(table)} parts: return Tx, Ty, Tz")
+    rng = np.random.default_rng(0)
+    at = rng.uniform(-1e-3, 1e-3, (3, 50))
+    total, excess = (
+        np.stack(np.broadcast_arrays(*part(*at))) for part in (law.components, law.excess_components)
+    )
+    total[0] -= law.pretension
+    if not np.allclose(total, excess, rtol=1e-9, atol=1e-9 * law.pretension, equal_nan=True):
+        raise InputRefused(
+            f"model = {label(law)}: excess_components and components disagree: define one of the two"
+        )
+    off = float(np.max(np.abs(table - np.array([[cable.pretension], [0.0], [0.0]]))))
+    if not (isfinite(off) and off <= 1e-9 * cable.pretension):
+        raise InputRefused(
+            f"model = {label(law)}: the straight cable carries {table[0, 0]:.6g}, {table[1, 0]:.6g}, "
+            f"{table[2, 0]:.6g} N instead of its pretension, {cable.pretension:.6g} N: add what is missing"
+        )
+
+
+def label(model: Model) -> str:
+    """Name of a model in messages and results."""
+    if isinstance(model, str):
+        return model
+    kind = model if isinstance(model, type) else getattr(model, "func", model)
+    return str(getattr(kind, "name", None) or getattr(kind, "__name__", type(kind).__name__))
 
 
 class _Hookean(CableLaw):

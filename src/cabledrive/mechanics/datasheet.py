@@ -1,21 +1,68 @@
-"""The datasheet of a drive: what follows from its file by closed formulas, before any calculation."""
+"""The datasheet of a drive: what follows from its file by closed formulas, before any mode is computed."""
 
 import dataclasses
 from dataclasses import dataclass
-from math import pi
+from math import pi, tanh
 from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.capstan import no_slip_torque
-from cabledrive.mechanics.lumped_modes import lumped_cable_mode, lumped_joint_mode
-from cabledrive.mechanics.shafts import shafts_of
+from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, shafts_of
+from cabledrive.mechanics.sag import irvine_parameter, midspan_sag, squared_shear, tension_with_sag
 from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.mechanics.static_tension import lowest_static_tension
-from cabledrive.mechanics.taut_string import irvine_parameter, midspan_sag, squared_shear, tension_with_sag
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.pulley import Pulley
+from cabledrive.parameters.drive_parts import Pulley
 from cabledrive.parameters.route.drive import require_two_pulleys
+
+
+def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
+    r"""Largest torque a pulley of a loop transmits before the cable slips.
+
+    One span gains what the other loses, :math:`T_{tight} + T_{slack} = 2 T_0`, so that with the ratio
+    :math:`T_{tight}/T_{slack} \le e^{\mu\alpha}` of Euler and Eytelwein
+
+    .. math:: \tau = r\,(T_{tight} - T_{slack}) = 2 r T_0\,\frac{e^{\mu\alpha} - 1}{e^{\mu\alpha} + 1}
+                   = 2 r T_0 \tanh\frac{\mu\alpha}{2}
+
+    It is below the slack torque 2 r T0 at any friction: a loop slips before a span goes slack.
+
+    ``radius``: radius r of the pulley [m]; ``pretension``: pretension T0 [N]; ``friction``: coefficient of
+    friction mu between cable and pulley [-]; ``wrap_angle``: angle alpha the cable wraps round the pulley
+    [rad].
+    Returns torque [N m].
+    """
+    return 2.0 * radius * pretension * tanh(friction * wrap_angle / 2.0)
+
+
+def lowest_static_tension(drive: Drive) -> float:
+    r"""Lowest tension on the cable at rest, the drive pulley held, the load pulley free unless it is fixed.
+
+    Gravity along the line, from drive to load, is :math:`g_s = -g\sin\varphi`. At distance s from the drive
+    pulley a span carries the mass M(s) between there and the load pulley,
+
+    .. math:: T(s) = \sigma + g_s\,M(s), \qquad \frac{1}{N L}\sum_{spans}\int_0^L T\,ds = T_0
+              \;\Rightarrow\;
+              \sigma = T_0 - \frac{g_s}{N}\sum_{spans}\Big(\tfrac12\rho_0 L + \sum_i m_i\frac{x_i}{L}\Big),
+
+    because the stretch of all N spans together stays what the pretension made it (:math:`x_i` is the distance
+    of carriage i from the drive pulley). A fixed load pulley keeps the stretch of each span apart. The lowest
+    tension is at the lower end. Sag and friction are left out.
+
+    Returns lowest tension [N]; zero or less means that a span hangs slack at rest.
+    """
+    length = drive.span_length
+    pull = -drive.layout.gravity_along
+    masses, moments = [], []
+    for span in drive.spans:
+        carriages = drive.carriages_on(span)
+        from_drive = [c.position if span == "upper" else length - c.position for c in carriages]
+        masses.append(drive.cable.mass_per_length * length + sum(c.mass for c in carriages))
+        moment = sum(c.mass * x for c, x in zip(carriages, from_drive, strict=True))
+        moments.append(drive.cable.mass_per_length * length / 2.0 + moment / length)
+    if not drive.load_pulley.fixed:
+        moments = [sum(moments) / len(moments)] * len(moments)
+    at_load = [drive.cable.pretension - pull * moment for moment in moments]
+    return min(t + min(0.0, pull * mass) for t, mass in zip(at_load, masses, strict=True))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,6 +4,10 @@ Nodes are material points of the cable, numbered round the loop: node 0 is the d
 span, then the load rim (node n), then the lower span back to the drive rim. Arrays over nodes have one entry
 more than there are segments; in a loop the last entry is node 0 again. Each carriage sits on a node of its
 own, with equal segments between neighbouring carriages and rims, so that its place costs no accuracy.
+
+Displacements are arrays of shape (3, nodes): u, v, w at each node. A segment stores
+:math:`h\,e(u', v', w')` with the differences of its ends as gradients; the forces on the nodes are minus the
+derivative of the sum, so that a law with a potential gives a conservative chain.
 """
 
 from dataclasses import dataclass
@@ -11,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.shafts import Joint, Shaft, joint_of, shafts_of
+from cabledrive.mechanics.cable_law import Array, CableLaw, Components
+from cabledrive.mechanics.holding import Joint, Shaft, joint_of, shafts_of
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 
@@ -188,3 +192,43 @@ def _cells(
             array[0] += array[-1]
             array[-1] = array[0]
     return cable_mass, (weight[0], weight[1])
+
+
+def gradients(mesh: Mesh, displacement: Array) -> Components:
+    """Displacement gradients u', v', w' of the segments [-] from displacements, shape (3, nodes) [m]."""
+    u_x, v_x, w_x = np.diff(displacement, axis=1) / mesh.spacing
+    return u_x, v_x, w_x
+
+
+def cable_forces(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
+    """Forces of the cable on its nodes, the pretension's own pull left out.
+
+    ``displacement``, shape (3, nodes): u, v, w [m].
+    Returns shape (3, nodes): along u, v, w [N]. At the drive rim of a loop both spans pull; in a line each
+    pulley is taken to carry the constant torque that balances the pretension.
+    """
+    return nodal_differences(mesh, np.stack(law.excess_components(*gradients(mesh, displacement))))
+
+
+def nodal_differences(mesh: Mesh, components: Array) -> Array:
+    """Force on each node, shape (3, nodes) [N], by what each segment carries, shape (3, segments) [N]."""
+    force = np.zeros((3, mesh.nodes))
+    force[:, :-1] += components
+    force[:, 1:] -= components
+    if mesh.closed:
+        force[:, 0] += force[:, -1]
+        force[:, -1] = force[:, 0]
+    return force
+
+
+def strain_energy(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
+    """Elastic energy of each span [J] above the straight pretensioned cable; u, v, w, (3, nodes) [m]."""
+    density = law.energy_density(*gradients(mesh, displacement))
+    return np.sum((density * mesh.spacing).reshape(len(mesh.spans), -1), axis=1)
+
+
+def weight_energy(mesh: Mesh, displacement: Array) -> float:
+    """Potential energy of the weight [J], zero for the straight cable; u, v, w, (3, nodes) [m]."""
+    last = -1 if mesh.closed else None
+    lowered = mesh.weight_u * displacement[0] + mesh.weight_w * displacement[2]
+    return -float(np.sum(lowered[:last]))

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Chain, Pendant
+from cabledrive.mechanics.chain import HOLDING_SPRING, MOTOR_JOINT, Chain, LabelledChain, Pendant, Stretch
 from cabledrive.mechanics.holding import (
     DRIVE_PULLEY,
     HELD,
@@ -19,7 +19,6 @@ from cabledrive.mechanics.holding import (
     joint_stiffness,
     motor_condition,
 )
-from cabledrive.mechanics.labelled_chain import HOLDING_SPRING, MOTOR_JOINT, LabelledChain, Stretch
 from cabledrive.mechanics.rest import RestingSection, RestState, rest_state
 from cabledrive.parameters import Carriage, Drive, NotComputed
 

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.mesh import Mesh
-from cabledrive.mechanics.mesh_forces import cable_forces, gradients
+from cabledrive.mechanics.mesh import Mesh, cable_forces, gradients
 from cabledrive.parameters.errors import InputRefused, NotComputed
 
 MOST_ITERATIONS = 100

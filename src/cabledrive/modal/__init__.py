@@ -2,15 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-from cabledrive.modal.certified import Certificate, Modes
-from cabledrive.modal.mode import Mode
+from cabledrive.modal.mode import Certificate, Mode, Modes
 from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequencies
 from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
     from cabledrive.modal.lateral import LateralMode, lateral_mode
-    from cabledrive.modal.lumped import against_lumped_springs
-    from cabledrive.modal.rigid_supports import Comparison, against_rigid_supports
+    from cabledrive.modal.rigid_supports import Comparison, against_lumped_springs, against_rigid_supports
 
 __getattr__ = on_demand(
     __name__,

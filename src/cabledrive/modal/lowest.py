@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics import derived_quantities
 from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
-from cabledrive.modal.certified import Modes
+from cabledrive.modal.mode import Modes
 from cabledrive.modal.natural import natural_frequencies
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.route import RoutedDrive

@@ -7,21 +7,19 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.chain import Chain
+from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.mechanics.holding import held_joints, motor_condition
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.own_chain import own_chain
 from cabledrive.mechanics.warnings import warnings_of_rest
-from cabledrive.modal.certified import Certificate, Modes
-from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Mode, Modes
 from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive
 from cabledrive.modal.ranges import INCOMPLETE, route_limit, route_range_warnings, slack_line
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
 from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.mechanics.chain import HOLDING_SPRING, MOTOR_JOINT, LabelledChain
 from cabledrive.mechanics.holding import (
     DRIVE_PULLEY,
     HELD,
@@ -20,7 +21,6 @@ from cabledrive.mechanics.holding import (
     held_joints,
     motor_condition,
 )
-from cabledrive.mechanics.labelled_chain import HOLDING_SPRING, MOTOR_JOINT, LabelledChain
 from cabledrive.mechanics.rest import RestingSection, RestingStretch, rest_state
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.modal.component import Component, Fixed

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
-from cabledrive.mechanics.network.elements import Element, carriage_at, element_of
 from cabledrive.mechanics.network.hanging import HangingElement, hanging_elements
+from cabledrive.mechanics.network.pieces import Element, carriage_at, element_of
 from cabledrive.modal.component import Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, Rope, Row, Tag, Wave
 from cabledrive.modal.networks import ModalNetwork, PieceOfSpan

@@ -18,8 +18,8 @@ from math import pi
 
 import numpy as np
 
+from cabledrive.mechanics.chain import LabelledChain
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode

@@ -4,7 +4,6 @@ Units exist only here, at the door; every other room works with SI floats.
 """
 
 from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.drive_file import (
     drive_text,
@@ -13,13 +12,9 @@ from cabledrive.parameters.drive_file import (
     packaged_text,
     save_drive,
 )
+from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.hashing import content_hash
-from cabledrive.parameters.instruments import Goal, Lumped, Sensors
-from cabledrive.parameters.layout import Layout
-from cabledrive.parameters.motor import Motor
-from cabledrive.parameters.pulley import Pulley
-from cabledrive.parameters.schema import drive_schema
+from cabledrive.parameters.schema import content_hash, drive_schema
 
 __all__ = [
     "Cable",

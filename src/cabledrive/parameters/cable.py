@@ -1,11 +1,41 @@
-"""The cable, belt or tendon: stiffness, mass, pretension, damping."""
+"""The cable, belt or tendon: stiffness, mass, pretension, damping, and packaged types by name."""
 
+import tomllib
 from dataclasses import dataclass, replace
+from functools import cache
+from importlib import resources
 from math import sqrt
+from typing import Any
 
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, quantity, words
-from cabledrive.parameters.rigidity import Rigidity, check_one_rigidity
+from cabledrive.parameters.fields import check_fields, kind_of, nearest, quantity, words
+
+
+class Rigidity:
+    """What every cable knows of its EA; the fields are those of the class that takes it up."""
+
+    __slots__ = ()
+    youngs_modulus: float | None
+    area: float | None
+    given_rigidity: float | None
+
+    @property
+    def axial_rigidity(self) -> float:
+        """Axial rigidity EA of one cable [N]."""
+        if self.given_rigidity is not None:
+            return self.given_rigidity
+        assert self.youngs_modulus is not None
+        assert self.area is not None
+        return self.youngs_modulus * self.area
+
+
+def check_one_rigidity(cable: Rigidity) -> None:
+    """Refuse a rigidity beside modulus or area."""
+    if cable.given_rigidity is not None and (cable.youngs_modulus, cable.area) != (None, None):
+        raise InputRefused(
+            f"axial_rigidity = {cable.given_rigidity:.9g} N beside youngs_modulus or area: give the "
+            "rigidity, or modulus and area"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,3 +135,30 @@ class Cable(Rigidity):
     def transverse_wave_speed(self) -> float:
         """Transverse wave speed c_w along the pretensioned cable [m/s], c_w^2 = T0 / rho."""
         return sqrt(self.pretension / self.stretched_mass_per_length)
+
+
+RIGIDITY = ("youngs_modulus", "area")
+
+
+@cache
+def cable_types() -> dict[str, dict[str, Any]]:
+    """The table: keys of ``[cable]`` by name of the belt or rope, and ``source``."""
+    text = (resources.files("cabledrive.parameters") / "cable_types.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def with_type(table: Any, place: str) -> Any:
+    """A ``[cable]`` table, what it leaves out from its packaged type; an unknown type is refused."""
+    if not isinstance(table, dict) or "type" not in table:
+        return table
+    name = table["type"]
+    if not isinstance(name, str):
+        raise InputRefused(f"{place}.type is {kind_of(name)}, not text: write it between quotation marks")
+    if name not in cable_types():
+        raise InputRefused(
+            f'{place}.type = "{name[:60]}" is not in the table{nearest(name[:60], cable_types())}'
+        )
+    listed = {key: value for key, value in cable_types()[name].items() if key != "source"}
+    if any(key in table for key in RIGIDITY):  # a rigidity of the file's own, by modulus and area
+        listed.pop("axial_rigidity", None)
+    return listed | table

@@ -5,14 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
-from cabledrive.parameters.instruments import Goal, Lumped, Sensors
-from cabledrive.parameters.layout import Layout
-from cabledrive.parameters.motor import Motor
-from cabledrive.parameters.pulley import Pulley
 
 SCHEMA_VERSION = 1
 MOST_CARRIAGES = 100_000

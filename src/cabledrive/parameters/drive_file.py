@@ -13,8 +13,7 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.route.drive import RoutedDrive
-from cabledrive.parameters.route.moving import POSE, is_pose_key
-from cabledrive.parameters.route.strain_free import moved
+from cabledrive.parameters.route.strain_free import POSE, is_pose_key, moved
 from cabledrive.parameters.route.tables import ROUTE_ARRAYS, routed_from_tables, tables_from_routed
 from cabledrive.parameters.tables import ARRAYS, check_schema, drive_from_tables, tables_from_drive
 from cabledrive.parameters.toml_values import LARGEST_FILE, toml_of

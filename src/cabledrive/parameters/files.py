@@ -1,11 +1,15 @@
-"""Files that appear whole or not at all, and never replace another unasked."""
+"""Files that appear whole or not at all, folders of one process at a time, JSON that carries its hash."""
 
+import hashlib
+import json
 import os
 import stat
 import tempfile
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from errno import EMLINK, ENOTSUP, EPERM
 from pathlib import Path
+from typing import Any
 
 from cabledrive.parameters.errors import InputRefused, NotComputed
 
@@ -169,3 +173,67 @@ def umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+LOCK = ".lock"
+TRIES = 10
+
+
+@contextmanager
+def one_process(folder: Path) -> Iterator[None]:
+    """Make a folder and keep it for this process alone; the system ends the lock with the process.
+
+    It is removed if it is empty in the end, and so is its parent if it was made here. Refused if another
+    process works in the folder, or it cannot be made or written.
+    """
+    from filelock import FileLock, Timeout
+
+    removed = [folder] if folder.parent.exists() else [folder, folder.parent]
+    lock = FileLock(folder / LOCK, timeout=0.0, is_singleton=False)
+    try:
+        for attempt in range(TRIES):
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+                lock.acquire()
+                break
+            except FileNotFoundError:  # a process that has just finished removed the folder
+                if attempt == TRIES - 1:
+                    raise
+    except Timeout:
+        raise InputRefused(
+            f"{folder}: another process works there: wait until it ends, or choose another name"
+        ) from None
+    except OSError as error:
+        raise InputRefused(
+            f"{folder}: cannot be written ({error.strerror or error}): choose another place"
+        ) from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # while it is held: whoever waits for this file finds that it is gone
+            (folder / LOCK).unlink()
+        lock.release()
+        for place in removed:
+            with suppress(OSError):  # not empty
+                place.rmdir()
+
+
+OWN_HASH = "sha256"
+
+
+def with_own_hash(data: dict[str, Any]) -> dict[str, Any]:
+    """An object of JSON, numbers finite, with the hash of its content under `OWN_HASH` at the end."""
+    content = {key: value for key, value in data.items() if key != OWN_HASH}
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return content | {OWN_HASH: hashlib.sha256(canonical.encode()).hexdigest()}
+
+
+def intact_object(path: Path) -> dict[str, Any] | None:
+    """The object of a file from `with_own_hash`; None where it is absent or does not agree with its hash."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(data, dict) or OWN_HASH not in data:
+        return None
+    return data if with_own_hash(data)[OWN_HASH] == data[OWN_HASH] else None

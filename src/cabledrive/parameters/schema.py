@@ -1,17 +1,19 @@
-"""JSON Schema of the drive file, for editors, made from the same declarations the loader uses."""
+"""JSON Schema of the drive file, and a name for its content that is the same on every machine."""
 
 import dataclasses
+import hashlib
+import json
 from math import pi
 from typing import Any
 
-from cabledrive.parameters.cable_types import cable_types
+from cabledrive.parameters.cable import cable_types
 from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST, key_of
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import MOVES
-from cabledrive.parameters.route.shaft import KEY, RELATIVE
-from cabledrive.parameters.route.tables import ROUTE_ARRAYS, ROUTE_TABLES
-from cabledrive.parameters.tables import ARRAYS, TABLES
+from cabledrive.parameters.route.tables import KEY, RELATIVE, ROUTE_ARRAYS, ROUTE_TABLES, tables_from_routed
+from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.tables import ARRAYS, TABLES, tables_from_drive
 
 _LIMITS: dict[str, dict[str, float]] = {
     "positive": {"minimum": SMALLEST, "maximum": LARGEST},
@@ -184,3 +186,34 @@ def _field_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
     if field.default not in (dataclasses.MISSING, None):
         schema["default"] = field.default
     return schema
+
+
+def content_hash(drive: Drive | RoutedDrive) -> str:
+    """Hash of everything that can change a result: all SI values, not the words around them.
+
+    Defaults are left out, so that a key added to the format later leaves the hashes of older drives alone;
+    so are names and other text.
+
+    Parameters
+    ----------
+    drive : Drive or RoutedDrive
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
+    """
+    if isinstance(drive, RoutedDrive):
+        return _digest(tables_from_routed(drive, words=False))
+    content = tables_from_drive(drive, words=False)
+    if isinstance(drive, AxisDrive):
+        content["machine"] = tables_from_routed(drive.machine, words=False)
+    for number, carriage in enumerate(drive.carriage):
+        if carriage.coupled:  # by the number of the other one, which a new name does not change
+            content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
+    return _digest(content)
+
+
+def _digest(content: dict[str, Any]) -> str:
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()

@@ -5,17 +5,12 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.cable_types import with_type
-from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.cable import Cable, with_type
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
+from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import key_of, kind_of, nearest, written
-from cabledrive.parameters.instruments import Goal, Lumped, Sensors
-from cabledrive.parameters.layout import Layout
-from cabledrive.parameters.motor import Motor
-from cabledrive.parameters.pulley import Pulley
 from cabledrive.parameters.units import to_si
 
 TABLES: dict[str, type] = {

@@ -1,4 +1,4 @@
-"""Units at the door: text such as "3 cm" becomes an SI number, once, and never silently the wrong kind."""
+"""Units at the door: text such as "3 cm" becomes an SI number, once, and never silently."""
 
 import re
 from decimal import Context, Decimal
@@ -7,7 +7,59 @@ from typing import Any, NamedTuple
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import written
-from cabledrive.parameters.usual_units import USUAL
+
+USUAL: dict[str, tuple[str, str, str]] = {
+    "1": ("1", "dimensionless", "a plain number"),
+    "1/s": ("1", "1 / [time]", "a rate [1/s]"),
+    "GPa": ("1E+9", "[mass] / [length] / [time] ** 2", ""),
+    "Hz": ("1", "1 / [time]", "a frequency [Hz]"),
+    "MPa": ("1E+6", "[mass] / [length] / [time] ** 2", ""),
+    "N": ("1", "[length] * [mass] / [time] ** 2", ""),
+    "N m": ("1", "[length] ** 2 * [mass] / [time] ** 2", ""),
+    "N m s/rad": ("1", "[length] ** 2 * [mass] / [time]", "a multiple of rad^-1"),
+    "N m/V": ("1", "[current] * [time]", ""),
+    "N m/rad": ("1", "[length] ** 2 * [mass] / [time] ** 2", "a multiple of rad^-1"),
+    "N m^2": ("1", "[length] ** 3 * [mass] / [time] ** 2", ""),
+    "N mm": ("0.001", "[length] ** 2 * [mass] / [time] ** 2", ""),
+    "N s": ("1", "[length] * [mass] / [time]", ""),
+    "N s/m": ("1", "[mass] / [time]", ""),
+    "N s/rad": ("1", "[length] * [mass] / [time]", "a multiple of rad^-1"),
+    "N/m": ("1", "[mass] / [time] ** 2", ""),
+    "N/mm": ("1E+3", "[mass] / [time] ** 2", ""),
+    "Pa": ("1", "[mass] / [length] / [time] ** 2", ""),
+    "cm": ("0.01", "[length]", ""),
+    "count": ("1", "dimensionless", "a plain number"),
+    "deg": ("0.01745329251994329576923690768", "dimensionless", "an angle [rad]"),
+    "deg/s": ("0.01745329251994329576923690768", "1 / [time]", "an angular speed [rad/s]"),
+    "g": ("0.001", "[mass]", ""),
+    "g cm^2": ("1E-7", "[length] ** 2 * [mass]", ""),
+    "g/m": ("0.001", "[mass] / [length]", ""),
+    "kHz": ("1E+3", "1 / [time]", "a frequency [Hz]"),
+    "kN": ("1E+3", "[length] * [mass] / [time] ** 2", ""),
+    "kN m": ("1E+3", "[length] ** 2 * [mass] / [time] ** 2", ""),
+    "kN s": ("1E+3", "[length] * [mass] / [time]", ""),
+    "kg": ("1", "[mass]", ""),
+    "kg cm^2": ("0.0001", "[length] ** 2 * [mass]", ""),
+    "kg m^2": ("1", "[length] ** 2 * [mass]", ""),
+    "kg/m": ("1", "[mass] / [length]", ""),
+    "m": ("1", "[length]", ""),
+    "m/s": ("1", "[length] / [time]", ""),
+    "m/s^2": ("1", "[length] / [time] ** 2", ""),
+    "mN m": ("0.001", "[length] ** 2 * [mass] / [time] ** 2", ""),
+    "m^2": ("1", "[length] ** 2", ""),
+    "mm": ("0.001", "[length]", ""),
+    "mm/s": ("0.001", "[length] / [time]", ""),
+    "mm^2": ("0.000001", "[length] ** 2", ""),
+    "ms": ("0.001", "[time]", ""),
+    "rad": ("1", "dimensionless", "an angle [rad]"),
+    "rad/s": ("1", "1 / [time]", "an angular speed [rad/s]"),
+    "rpm": ("0.1047197551196597746154214461", "1 / [time]", "an angular speed [rad/s]"),
+    "s": ("1", "[time]", ""),
+    "um": ("0.000001", "[length]", ""),
+    "us": ("0.000001", "[time]", ""),
+}
+"""By the text as it is written: factor to SI, then dimension and meaning as pint gives them."""
+
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*")
 _FACTOR = r"[A-Za-zµμΩ°%]+(?:\^-?[0-9])?"

@@ -12,9 +12,7 @@ if TYPE_CHECKING:
     from cabledrive.reduction.decay import damping_from_decay
     from cabledrive.reduction.fast_members import fast_ensemble
     from cabledrive.reduction.fast_simulation import simulate_fast
-    from cabledrive.reduction.lumped_chain import LumpedChain
-    from cabledrive.reduction.models import lumped_model
-    from cabledrive.reduction.python_control import speed_to_control, to_control
+    from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, speed_to_control, to_control
 
 __getattr__ = on_demand(
     __name__,

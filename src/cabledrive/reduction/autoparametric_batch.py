@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
-from cabledrive.modal.loop_batch import LoopBatch
+from cabledrive.modal.batch import LoopBatch
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.transverse_sections import HIGHEST_NUMBER
@@ -172,7 +172,7 @@ def _turning(loops: LoopBatch, modes: PulleyModes) -> list[tuple[Array, Array]]:
 
 
 def _modal_damping(loops: LoopBatch, modes: PulleyModes) -> Array:
-    """Damping c_q of each pulley mode, `cabledrive.reduction.pulley_motion.modal_damping` [1/s]."""
+    """Damping c_q of each pulley mode, `cabledrive.reduction.autoparametric.modal_damping` [1/s]."""
     arm, twist = loops.radius[0] ** 2, modes.motor - modes.drive
     springs = loops.joint_stiffness * twist**2 + loops.holding_stiffness * modes.motor**2
     strain = modes.omega**2 - springs / arm / modes.mass

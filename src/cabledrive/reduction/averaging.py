@@ -1,4 +1,4 @@
-r"""Averaged equations of the internal resonance: slow amplitudes in place of oscillations.
+r"""Averaged equations of the internal resonance, their steady states, and what can be seen of them.
 
 With forcing :math:`\tau\sin\Omega t`, :math:`\nu = \Omega/2`,
 :math:`q = \operatorname{Re} Qe^{i\Omega t} + q_0` and
@@ -19,9 +19,25 @@ m_jMW^2)`. To second order, Eq. (A.15), the slow rates of change and the third h
     \dot z_j &= R_j + \frac{i}{2\nu}(\dot R_j + \Gamma R_j) + \frac{i}{16\nu^3}\frac{G_j^2}{m_j^2}|Q|^2 z_j
 
 The state is Cartesian (real and imaginary parts): amplitude and phase are singular at rest.
+
+In a steady state the pulley mode is pinned, :math:`|k Q| = \sqrt{\Gamma^2/4 + D^2}` with :math:`D = \delta_1
++ nX`, and the squared amplitude X solves a quadratic,
+
+.. math:: (\alpha kX + \tfrac14 c\Gamma - \delta D)^2 + (\tfrac12 cD + \tfrac12\delta\Gamma)^2 = k^2|f|^2.
+          \qquad \text{Eq. (A.27)}
+
+One span alone, or both with equal amplitudes a quarter turn apart, X their sum; other steady states of equal
+spans do not exist but for turns of the plane of vibration.
+
+.. math::
+    q = \operatorname{Re} Qe^{i\Omega t} + q_0, \qquad a_j = \operatorname{Re}\Big[z_j e^{i\nu t} +
+    \frac{G_j}{8\nu^2 m_j} Q z_j e^{3i\nu t}\Big] \qquad \text{Eq. (A.18)}
+
+A pluck at rest is not Q = 0: the tension of the plucked span holds the pulleys away from where the averaged
+motion swings about, and the difference is a real Q(0).
 """
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -154,3 +170,192 @@ def triangle_stretch(pluck: ArrayLike) -> Array:
     Returns [m^2].
     """
     return (8 / np.pi**2) ** 2 * (np.pi**2 / 8 - 1.0) * np.asarray(pluck, dtype=float) ** 2
+
+
+Kind = Literal["one", "both"]
+
+
+def effective_cubic(c: AveragedCoefficients, kind: Kind) -> float:
+    """Detuning per squared amplitude, n of `quadratic`, of two equal spans of which one or both vibrate."""
+    own = 0.75 * c.cubic[0, 0] - c.static[0, 0]
+    if kind == "one":
+        return float(own)
+    return float(0.5 * (own + 0.25 * c.cubic[0, 1] - c.static[0, 1]))
+
+
+def quadratic(c: AveragedCoefficients, kind: Kind) -> Array:
+    """Condition for a steady state as a polynomial in X, shape (3,), highest power first, Eq. (A.27)."""
+    first, second = _linear_parts(c, kind)
+    total = np.polyadd(np.polymul(first, first), np.polymul(second, second))
+    total[-1] -= float(np.abs(c.pump[0] * c.force) ** 2)
+    return total
+
+
+def _linear_parts(c: AveragedCoefficients, kind: Kind) -> tuple[Array, Array]:
+    """The two brackets of `quadratic`, each as slope and value at X = 0."""
+    n, detuning, gamma = (
+        effective_cubic(c, kind),
+        float(c.transverse_detuning[0]),
+        float(c.transverse_damping),
+    )
+    damping, delta = float(c.damping), float(c.detuning)
+    first = [float(c.feedback[0] * c.pump[0]) - delta * n, 0.25 * damping * gamma - delta * detuning]
+    second = [0.5 * damping * n, 0.5 * (damping * detuning + delta * gamma)]
+    return np.array(first), np.array(second)
+
+
+def steady_amplitudes(c: AveragedCoefficients, kind: Kind) -> Array:
+    """Squared amplitudes X of steady states of two equal spans without drift, ascending [m^2].
+
+    Two where a large motion and none can both persist.
+    """
+    a, b, rest = quadratic(c, kind)
+    inside = b * b - 4 * a * rest
+    if inside < 0.0:
+        return np.zeros(0)
+    half = -0.5 * (b + np.copysign(np.sqrt(inside), b))
+    roots = np.array([half / a, rest / half]) if half != 0.0 else np.zeros(0)
+    return np.sort(roots[roots > 0.0])
+
+
+def fold(c: AveragedCoefficients, kind: Kind) -> tuple[float, float] | None:
+    """Size of f [m/s] and X [m^2] where two steady states meet; None: amplitudes grow without a jump."""
+    (a1, a0), (b1, b0) = _linear_parts(c, kind)
+    slope = a1 * a0 + b1 * b0
+    size = a1**2 + b1**2
+    if slope >= 0.0:
+        return None
+    return abs(a1 * b0 - a0 * b1) / np.sqrt(size) / abs(float(c.pump[0])), -slope / size
+
+
+def steady_state(c: AveragedCoefficients, squared: float, kind: Kind) -> Complex:
+    """Slow amplitudes Q and both z [m] of the steady state of a squared amplitude X [m^2]."""
+    shifted = float(c.transverse_detuning[0]) + effective_cubic(c, kind) * squared
+    pinned = (-shifted - 0.5j * float(c.transverse_damping)) / float(c.pump[0])
+    along = -0.5 * float(c.damping) + 1j * float(c.detuning)
+    turned = complex(c.force) / (along * pinned + 1j * float(c.feedback[0]) * squared)
+    turned /= abs(turned)
+    first = np.sqrt(turned)
+    spans = [np.sqrt(squared), 0.0] if kind == "one" else [np.sqrt(squared / 2), 1j * np.sqrt(squared / 2)]
+    return np.array([pinned * turned, *(amplitude * first for amplitude in spans)])
+
+
+def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
+    """Derivative of the first-order rates by real, then imaginary parts, shape (2 + 2 J, 2 + 2 J)."""
+    q, z = state[0], state[1:]
+    across, along = linear_rates(c, np.inf if c.drift_decay > 0.0 else 0.0)
+    plain, conjugate = (np.zeros((state.size, state.size), dtype=complex) for _ in range(2))
+    bare = 0.5 * c.cubic - c.static
+    plain[0, 0] = along
+    plain[0, 1:] = 2j * c.feedback * z
+    plain[1:, 0] = 1j * c.pump * z.conj()
+    plain[1:, 1:] = 1j * (bare * np.outer(z, z.conj()) + 0.5 * c.cubic * np.outer(z.conj(), z))
+    conjugate[1:, 1:] = 1j * bare * np.outer(z, z)
+    own = np.arange(1, state.size)
+    plain[own, own] += across + 1j * bare @ np.abs(z) ** 2
+    conjugate[own, own] += 1j * c.pump * q + 0.25j * c.cubic @ z**2
+    both, apart = plain + conjugate, plain - conjugate
+    return np.block([[both.real, -apart.imag], [both.imag, apart.real]])
+
+
+def hopf_torque_force(c: AveragedCoefficients) -> float | None:
+    r"""Size of the force f at which one span's steady state gives way to permanent beats, Eq. (A.28).
+
+    With :math:`b = 2\alpha kX` and :math:`H = c^2 + 4\delta^2`
+
+    .. math:: b = \frac{\Gamma cH[H + 4\Gamma(\Gamma + c)]}
+                       {4(\Gamma + c)^2[-(8\delta_1\delta + 4\delta^2 + c(c + 2\Gamma))]}
+
+    ``c``: its cubic and static terms are left out.
+    Returns [m/s]; None where there are no permanent beats.
+    """
+    gamma, damping, delta = float(c.transverse_damping), float(c.damping), float(c.detuning)
+    detuning, pump = float(c.transverse_detuning[0]), float(c.pump[0])
+    opposed = -(8 * detuning * delta + 4 * delta**2 + damping * (damping + 2 * gamma))
+    if opposed <= 0.0:
+        return None
+    size = damping**2 + 4 * delta**2
+    b = gamma * damping * size * (size + 4 * gamma * (gamma + damping))
+    b /= 4 * (gamma + damping) ** 2 * opposed
+    first = 0.5 * b + 0.25 * damping * gamma - delta * detuning
+    second = 0.5 * (damping * detuning + delta * gamma)
+    return float(np.hypot(first, second) / abs(pump))
+
+
+PASSES = 12
+
+
+class Motion(NamedTuple):
+    """Displacements and speeds of the model's oscillators."""
+
+    q: Array  # (...) [m]
+    q_rate: Array  # (...) [m/s]
+    a: Array  # (J, ...) [m]
+    a_rate: Array  # (J, ...) [m/s]
+
+
+def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second: bool = True) -> Motion:
+    """The motion that belongs to slow amplitudes, shape (1 + J, ...) [m], at a time [s], Eq. (A.18)."""
+    rates = averaged_rates(c, state, time, second=second)
+    q, z, q_rate, z_rate = state[0], state[1:], rates[0], rates[1:]
+    nu = 0.5 * c.forcing
+    turn = np.exp(1j * nu * time)
+    third = c.pump / (2.0 * c.forcing) * second  # G / (8 nu^2 m), third harmonic per Q z
+    wave = z + third * q * z * turn**2
+    wave_rate = z_rate + 1j * nu * z + third * turn**2 * (q_rate * z + q * z_rate + 3j * nu * q * z)
+    static, static_rate = _static(c, z, z_rate, time)
+    return Motion(
+        q=(q * turn**2).real + static,
+        q_rate=((q_rate + 1j * c.forcing * q) * turn**2).real + static_rate,
+        a=(wave * turn).real,
+        a_rate=(wave_rate * turn).real,
+    )
+
+
+def start_of(c: AveragedCoefficients, motion: Motion, *, second: bool = True) -> Complex:
+    """Slow amplitudes whose reconstruction is a motion at t = 0, Eq. (A.19), by repeated correction."""
+    nu = 0.5 * c.forcing
+    lanes = np.broadcast_shapes(c.force.shape, np.shape(motion.q), c.transverse_detuning.shape[1:])
+    state = np.zeros((1 + c.pump.shape[0], *lanes), dtype=complex)
+    for _ in range(PASSES):
+        found = reconstruct(c, state, 0.0, second=second)
+        state[0] += motion.q - found.q - 1j * (motion.q_rate - found.q_rate) / c.forcing
+        state[1:] += motion.a - found.a - 1j * (motion.a_rate - found.a_rate) / nu
+    return state
+
+
+def plucked(c: AveragedCoefficients, plucks: ArrayLike, *, second: bool = True) -> Complex:
+    """Slow amplitudes of half-sine plucks [m], shape (J, ...), let go at rest, the pulleys at angle zero."""
+    a = np.asarray(plucks, dtype=float)
+    zero = np.zeros(a.shape[1:])
+    return start_of(c, Motion(q=zero, q_rate=zero, a=a, a_rate=np.zeros_like(a)), second=second)
+
+
+def _static(c: AveragedCoefficients, z: Complex, z_rate: Complex, time: float) -> tuple[Array, Array]:
+    """Static rotation q0 by the mean stretch and by the drift, and its rate."""
+    passive = c.passive * np.exp(-c.transverse_damping * time)
+    drift = c.drift_offset * np.exp(-c.drift_decay * time)
+    size, growth = np.abs(z) ** 2 + passive, 2.0 * (z.conj() * z_rate).real - c.transverse_damping * passive
+    q0 = drift - np.sum(c.offset * size, axis=0)
+    return q0, -c.drift_decay * drift - np.sum(c.offset * growth, axis=0)
+
+
+def rigid_rotation(
+    model: AutoparametricModel, time: Array, torque: float, forcing: float | None = None
+) -> Array:
+    r"""Rim displacement of the rigid rotation under a sine torque that starts at t = 0, Eq. (A.21).
+
+    .. math:: s = \frac{\tau}{r_1 M_0\Omega}\Big[\frac{1 - e^{-\sigma t}}{\sigma}
+              - \frac{\sin\Omega t}{\Omega}\Big], \qquad \sigma = c_{11}/M_0
+
+    for :math:`\sigma \ll \Omega`; the pulley mode's friction on it is left out.
+
+    ``time``, shape (n,) [s]; ``torque``: amplitude [N m]; ``forcing``: omega [rad/s]; the pulley mode's own
+    unless given.
+    Returns shape (n,) [m]; zero where a pulley is held.
+    """
+    omega = model.natural if forcing is None else forcing
+    speed = torque * model.rigid_arm / (model.rigid_mass * omega)
+    decay = model.rigid_damping / model.rigid_mass
+    drift = -np.expm1(-decay * time) / decay if decay > 0.0 else time
+    return np.asarray(speed * (drift - np.sin(omega * time) / omega))

@@ -6,21 +6,165 @@ the sensitivity of its speed jumps by the ratio of its accelerations after and b
 `cabledrive.reduction.friction_integration`.
 """
 
+from math import exp, tanh
+from typing import NamedTuple
+
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters.arrays import Integers
-from cabledrive.reduction.chain_motion_kernels import (
-    COULOMB,
-    EXCESS,
-    INERTIA,
-    SLOPE,
-    ChainNumbers,
-    Work,
-    load_on,
-    runge_kutta,
-)
+
+Work = tuple[Array, Array, Array, Array, Array]
+
+
+class ChainNumbers(NamedTuple):
+    """The chain in few arrays, since every array costs at every call; what varies, in which directions.
+
+    ``body`` has a column per inertia and the rows INERTIA to SLOPE, ``link`` a column per link and the rows
+    STIFFNESS to Q. ``directions`` has one column per parameter; rows: inertia, viscous, coulomb, offset,
+    gain (n each), stiffness, damping (n - 1 each), initial angle, initial speed (n each).
+    """
+
+    body: Array
+    link: Array
+    directions: Array
+
+
+INERTIA, VISCOUS, COULOMB, OFFSET, GAIN, EXCESS, FADING, SLOPE = range(8)
+STIFFNESS, DAMPING, GAP, P, Q = range(5)
+
+
+@njit
+def link_force(c: ChainNumbers, j: int, x: Array, n: int) -> tuple[float, float]:
+    """Force of link j: stretch beyond the gap times stiffness, and damping while it is in contact."""
+    stretch = c.link[P, j] * x[j] - c.link[Q, j] * x[j + 1]
+    rate = c.link[P, j] * x[n + j] - c.link[Q, j] * x[n + j + 1]
+    half = 0.5 * c.link[GAP, j]
+    if half > 0.0:
+        if abs(stretch) <= half:
+            return 0.0, 0.0
+        beyond = stretch - half if stretch > 0.0 else stretch + half
+        force = c.link[STIFFNESS, j] * beyond + c.link[DAMPING, j] * rate
+        if force * beyond <= 0.0:
+            return 0.0, 0.0
+        return force, beyond
+    return c.link[STIFFNESS, j] * stretch + c.link[DAMPING, j] * rate, stretch
+
+
+@njit
+def load_on(c: ChainNumbers, i: int, x: Array, u: float, n: int) -> float:
+    """Torque on inertia i without its Coulomb friction."""
+    load = c.body[GAIN, i] * u + c.body[OFFSET, i] - c.body[VISCOUS, i] * x[n + i]
+    if i < n - 1:
+        load -= c.link[P, i] * link_force(c, i, x, n)[0]
+    if i > 0:
+        load += c.link[Q, i - 1] * link_force(c, i - 1, x, n)[0]
+    return load
+
+
+@njit
+def coulomb_of(c: ChainNumbers, i: int, speed: float, slip: int) -> float:
+    """Coulomb friction of inertia i that slips in direction ``slip``."""
+    if c.body[SLOPE, i] > 0.0:
+        return c.body[COULOMB, i] * tanh(c.body[SLOPE, i] * speed)
+    friction = c.body[COULOMB, i]
+    if c.body[EXCESS, i] != 0.0:
+        friction += c.body[EXCESS, i] * exp(-((speed / c.body[FADING, i]) ** 2))
+    return slip * friction
+
+
+@njit
+def derivative(c: ChainNumbers, x: Array, s: Array, slip: Integers, u: float, dx: Array, ds: Array) -> None:
+    """Rates of the state ``x`` (2n) and of its sensitivities ``s`` (2n, m)."""
+    n = c.body.shape[1]
+    m = s.shape[1]
+    for i in range(n):
+        dx[i] = x[n + i]
+        for k in range(m):
+            ds[i, k] = s[n + i, k]
+        if slip[i] == 0:
+            dx[n + i] = 0.0
+            for k in range(m):
+                ds[n + i, k] = 0.0
+            continue
+        speed = x[n + i]
+        acceleration = (load_on(c, i, x, u, n) - coulomb_of(c, i, speed, slip[i])) / c.body[INERTIA, i]
+        dx[n + i] = acceleration
+        for k in range(m):
+            force = c.directions[4 * n + i, k] * u + c.directions[3 * n + i, k]
+            force -= c.directions[n + i, k] * speed + c.body[VISCOUS, i] * s[n + i, k]
+            force -= c.directions[i, k] * acceleration
+            if c.body[SLOPE, i] > 0.0:
+                level = tanh(c.body[SLOPE, i] * speed)
+                force -= c.directions[2 * n + i, k] * level
+                force -= c.body[COULOMB, i] * c.body[SLOPE, i] * (1.0 - level * level) * s[n + i, k]
+            else:
+                force -= slip[i] * c.directions[2 * n + i, k]
+                if c.body[EXCESS, i] != 0.0:
+                    ratio = speed / c.body[FADING, i]
+                    fall = -2.0 * ratio / c.body[FADING, i] * exp(-ratio * ratio)
+                    force -= slip[i] * c.body[EXCESS, i] * fall * s[n + i, k]
+            if i < n - 1:
+                force -= c.link[P, i] * link_sensitivity(c, i, x, s, k, n)
+            if i > 0:
+                force += c.link[Q, i - 1] * link_sensitivity(c, i - 1, x, s, k, n)
+            ds[n + i, k] = force / c.body[INERTIA, i]
+
+
+@njit
+def link_sensitivity(c: ChainNumbers, j: int, x: Array, s: Array, k: int, n: int) -> float:
+    """Derivative of the force of link j by parameter k."""
+    force, beyond = link_force(c, j, x, n)
+    if beyond == 0.0 and force == 0.0 and c.link[GAP, j] > 0.0:
+        return 0.0
+    rate = c.link[P, j] * x[n + j] - c.link[Q, j] * x[n + j + 1]
+    stretch_s = c.link[P, j] * s[j, k] - c.link[Q, j] * s[j + 1, k]
+    rate_s = c.link[P, j] * s[n + j, k] - c.link[Q, j] * s[n + j + 1, k]
+    by_stiffness = c.directions[5 * n + j, k] * beyond
+    by_damping = c.directions[6 * n - 1 + j, k] * rate
+    return by_stiffness + by_damping + c.link[STIFFNESS, j] * stretch_s + c.link[DAMPING, j] * rate_s
+
+
+@njit
+def runge_kutta(
+    c: ChainNumbers,
+    x: Array,
+    s: Array,
+    slip: Integers,
+    u0: float,
+    u1: float,
+    h: float,
+    xe: Array,
+    se: Array,
+    work_x: Work,
+    work_s: Work,
+) -> None:
+    """One step of order 4 with the torque running linearly from u0 to u1; result in ``xe``, ``se``."""
+    k0, k1, k2, k3, xt = work_x
+    s0, s1, s2, s3, st = work_s
+    um = 0.5 * (u0 + u1)
+    derivative(c, x, s, slip, u0, k0, s0)
+    advance(x, s, 0.5 * h, k0, s0, xt, st)
+    derivative(c, xt, st, slip, um, k1, s1)
+    advance(x, s, 0.5 * h, k1, s1, xt, st)
+    derivative(c, xt, st, slip, um, k2, s2)
+    advance(x, s, h, k2, s2, xt, st)
+    derivative(c, xt, st, slip, u1, k3, s3)
+    for a in range(x.size):
+        xe[a] = x[a] + h / 6.0 * (k0[a] + 2.0 * (k1[a] + k2[a]) + k3[a])
+        for k in range(s.shape[1]):
+            se[a, k] = s[a, k] + h / 6.0 * (s0[a, k] + 2.0 * (s1[a, k] + s2[a, k]) + s3[a, k])
+
+
+@njit
+def advance(x: Array, s: Array, part: float, dx: Array, ds: Array, xt: Array, st: Array) -> None:
+    """State and sensitivities after a part of a step at given rates."""
+    for a in range(x.size):
+        xt[a] = x[a] + part * dx[a]
+        for k in range(s.shape[1]):
+            st[a, k] = s[a, k] + part * ds[a, k]
+
 
 MOST_EVENTS = 24
 CROSSING_STEPS = 12

@@ -14,10 +14,13 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.version import __version__
-from cabledrive.reduction.fast_record import STEEPEST
-from cabledrive.reduction.fast_simulation import FastScheme, check_band, grid_of, start_amplitudes
-from cabledrive.reduction.uniform_tension import UniformTensionModel, uniform_tension_model
-from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
+from cabledrive.reduction.fast_simulation import STEEPEST, FastScheme, check_band, grid_of, start_amplitudes
+from cabledrive.reduction.uniform_tension import (
+    UniformTensionModel,
+    coefficients,
+    integrate,
+    uniform_tension_model,
+)
 from cabledrive.simulation import Pluck, Recording, Setting, Start
 from cabledrive.simulation.ensemble import UNITS, members_of
 

@@ -7,8 +7,7 @@ import numpy as np
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.axis_kernels import PARAMETERS, integrate_axis
-from cabledrive.reduction.chain_kernels import integrate
-from cabledrive.reduction.chain_motion_kernels import ChainNumbers
+from cabledrive.reduction.chain_kernels import ChainNumbers, integrate
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset", "gain", "stiffness", "damping", "angle", "speed")

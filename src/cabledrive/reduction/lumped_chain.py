@@ -1,15 +1,16 @@
-r"""Inertias in line, joined by springs and dampers: Models 1 to 4 of a cable drive, and longer chains.
+r"""Inertias in line, joined by springs and dampers: Models 1 to 4 of a cable drive.
 
 Link j joins inertia j to inertia j + 1. Its stretch is :math:`e_j = p_j\theta_j - q_j\theta_{j+1}`; a joint
 has :math:`p = q = 1`, a cable between rims has the radii. With :math:`\tau_c` the torque left after Coulomb
 friction and offset, the chain obeys Eqs. (4.18), (6.10), (6.11), (6.13) for its length.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 
 
@@ -165,3 +166,207 @@ def natural_frequencies_of(chain: LumpedChain) -> Array:
     root = 1.0 / np.sqrt(np.array(chain.inertias))
     squares = np.linalg.eigvalsh(root[:, None] * chain.stiffness_matrix * root)
     return np.sqrt(np.clip(squares[0 if chain.holding > 0.0 else 1 :], 0.0, None))
+
+
+def reflected(chain: LumpedChain) -> tuple[LumpedChain, Array]:
+    r"""The same row in angles of its first shaft, so that every link has :math:`p = q = 1`.
+
+    With :math:`\varphi_i = g_i\theta_i`, :math:`g_1 = 1`, :math:`g_{j+1} = g_j q_j/p_j`, torques are divided
+    by
+    :math:`g_i` and inertias and viscous frictions by :math:`g_i^2`; a stretch :math:`p_j\theta_j -
+    q_j\theta_{j+1}` is :math:`(p_j/g_j)(\varphi_j - \varphi_{j+1})`.
+
+    Returns ``chain``: stiffness and damping in N m/rad and N m s/rad of the first shaft; ``gears``, shape
+    (n,): :math:`g_i`, angle at the first shaft per angle of inertia i.
+    """
+    gears = np.ones(chain.size)
+    for j, (p, q) in enumerate(chain.ratios):
+        gears[j + 1] = gears[j] * q / p
+    arms = np.array([p for p, _ in chain.ratios]) / gears[:-1]
+
+    def scaled(values: tuple[float, ...], factors: Array) -> tuple[float, ...]:
+        return tuple(float(v) for v in np.array(values) * factors)
+
+    return replace(
+        chain,
+        inertias=scaled(chain.inertias, gears**-2),
+        viscous=scaled(chain.viscous, gears**-2),
+        coulomb=scaled(chain.coulomb, 1.0 / gears),
+        offsets=scaled(chain.offsets, 1.0 / gears),
+        stiffness=scaled(chain.stiffness, arms**2),
+        damping=scaled(chain.damping, arms**2),
+        ratios=((1.0, 1.0),) * (chain.size - 1),
+    ), gears
+
+
+FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
+FLEXIBLE_CABLE = {1: False, 2: False, 3: True, 4: True}
+
+
+def rim_spring(drive: Drive) -> tuple[float, float]:
+    """Stiffness [N/m] and damping [N s/m] of all spans together, 2 k and 2 b_c / r of (6.11) for a loop.
+
+    ``[lumped]``, where given: what was measured; else EA / L and the cable's own axial damping.
+    """
+    cable, radius = drive.cable, drive.drive_pulley.radius
+    stiffness = cable.axial_rigidity / drive.span_length
+    damping = cable.axial_damping / drive.span_length
+    if drive.lumped is not None:
+        if drive.lumped.cable_stiffness is not None:
+            stiffness = drive.lumped.cable_stiffness
+        if drive.lumped.cable_damping is not None:
+            damping = drive.lumped.cable_damping / radius
+    spans = len(drive.spans)
+    return spans * stiffness, spans * damping
+
+
+def highest_model(drive: Drive) -> int:
+    """The most detailed model that the drive's data allow. Returns 4 with a flexible motor joint, else 3."""
+    return 4 if drive.motor is not None and drive.motor.joint_stiffness is not None else 3
+
+
+def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
+    """One of the Models 1 to 4 of a drive, Eqs. (6.9), (6.10), (6.11), (6.13), for any two radii.
+
+    Parameters
+    ----------
+    drive : Drive
+    model : {1, 2, 3, 4}, optional
+        1: rigid joint and cable; 2: flexible joint; 3: flexible cable; 4: both. Default: `highest_model`.
+
+    Returns
+    -------
+    LumpedChain
+        Inertias in the order motor (with the drive pulley where the joint is rigid), drive, load; the motor
+        on its holding stiffness where the drive has one.
+
+    Raises
+    ------
+    InputRefused
+        If the drive lacks what the model needs, or carries masses on its cable.
+    """
+    model = highest_model(drive) if model is None else model
+    _check(drive, model)
+    drive_pulley, load = drive.drive_pulley, drive.load_pulley
+    ratio = drive_pulley.radius / load.radius
+    flexible_joint, flexible_cable = FLEXIBLE_JOINT[model], FLEXIBLE_CABLE[model]
+    names, rows = ["drive"], [_shaft(drive_pulley)]
+    if drive.motor is not None:
+        motor = (*_shaft(drive.motor), drive.motor.offset_torque)
+        rows[0] = (*rows[0], 0.0)
+        if flexible_joint:
+            names, rows = ["motor", "drive"], [motor, rows[0]]
+        else:
+            names, rows = ["motor"], [tuple(a + b for a, b in zip(motor, rows[0], strict=True))]
+    rows = [(*row, 0.0)[:4] for row in rows]
+    j, b, c = _shaft(load)
+    if flexible_cable:
+        names.append("load")
+        rows.append((j, b, c, 0.0))
+    else:
+        turned = (j * ratio**2, b * ratio**2, c * ratio, 0.0)
+        rows[-1] = tuple(a + t for a, t in zip(rows[-1], turned, strict=True))
+    links = []
+    if flexible_joint:
+        assert drive.motor is not None
+        assert drive.motor.joint_stiffness is not None
+        links.append((drive.motor.joint_stiffness, drive.motor.joint_damping, (1.0, 1.0)))
+    if flexible_cable:
+        links.append((*rim_spring(drive), (drive_pulley.radius, load.radius)))
+    columns = list(zip(*rows, strict=True))
+    return LumpedChain(
+        names=tuple(names),
+        inertias=columns[0],
+        viscous=columns[1],
+        coulomb=columns[2],
+        offsets=columns[3],
+        stiffness=tuple(link[0] for link in links),
+        damping=tuple(link[1] for link in links),
+        ratios=tuple(link[2] for link in links),
+        holding=(drive.motor.holding_stiffness or 0.0) if drive.motor is not None else 0.0,
+    )
+
+
+def _shaft(part: object) -> tuple[float, ...]:
+    return tuple(getattr(part, name) for name in ("inertia", "viscous_friction", "coulomb_friction"))
+
+
+def _check(drive: Drive, model: int) -> None:
+    if model not in FLEXIBLE_JOINT:
+        raise InputRefused(f"model = {model} is none of 1, 2, 3, 4: choose one of them")
+    if FLEXIBLE_JOINT[model] and (drive.motor is None or drive.motor.joint_stiffness is None):
+        raise InputRefused(
+            f"model {model} needs motor.joint_stiffness [N m/rad]: give it, or take model {model - 1}"
+        )
+    if drive.carriage:
+        raise InputRefused(
+            f"the lumped models do not support carriages, the drive has {len(drive.carriage)}: use `study` "
+            "(guided carriage) or `simulate`"
+        )
+    fixed = [name for name, pulley in zip(("drive", "load"), drive.pulley, strict=True) if pulley.fixed]
+    if fixed:
+        raise InputRefused(
+            f"the lumped models need two rotating pulleys, the {fixed[0]} pulley is fixed: use `simulate`"
+        )
+
+
+def to_control(chain: LumpedChain) -> Any:
+    """A lumped chain as a state-space object of python-control.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+
+    Returns
+    -------
+    control.StateSpace
+        Torque on the first inertia in, angles of all inertias out; both and the states with their names.
+
+    Raises
+    ------
+    InputRefused
+        If python-control is not installed.
+    """
+    a, b = state_space(chain)
+    n = chain.size
+    angles = [f"{name}_angle" for name in chain.names]
+    return _control().ss(
+        a,
+        b[:, :1],
+        np.eye(n, 2 * n),
+        np.zeros((n, 1)),
+        inputs=["torque"],
+        outputs=angles,
+        states=[*(f"{name}.state" for name in angles), *(f"{name}_speed" for name in chain.names)],
+    )
+
+
+def speed_to_control(chain: LumpedChain, torque_on: int = 0, speed_of: int = 0) -> Any:
+    """A transfer function from torque to speed as an object of python-control.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    torque_on, speed_of : int, default 0
+        Numbers of the inertias, from the motor.
+
+    Returns
+    -------
+    control.TransferFunction
+
+    Raises
+    ------
+    InputRefused
+        If python-control is not installed.
+    """
+    return _control().tf(*speed_transfer_function(chain, torque_on, speed_of))
+
+
+def _control() -> Any:
+    try:
+        import control
+    except ImportError:
+        raise InputRefused(
+            "to_control needs python-control: install cabledrive with its extra [control]"
+        ) from None
+    return control

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.linalg import eigh, expm
 
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.assembly import DIRECTIONS
-from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
+from cabledrive.mechanics.network.assembly import DIRECTIONS, dampers_of, rotor_turn
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.response import dynamic_stiffness
@@ -17,12 +16,10 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.reduction.fast_record import STEEPEST
-from cabledrive.reduction.fast_simulation import finest_step
+from cabledrive.reduction.fast_simulation import STEEPEST, finest_step
 from cabledrive.reduction.modal_cable_kernels import ModalCableNumbers
 from cabledrive.reduction.network_chain import coupled_modes
-from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, uniform_tension_model
-from cabledrive.reduction.uniform_tension_integration import coefficients
+from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, coefficients, uniform_tension_model
 
 DEFAULT_RATE = 1000.0
 """Of a drive without sensors [Hz]."""

@@ -12,17 +12,23 @@ import numpy as np
 from scipy.signal import StateSpace, lsim
 
 from cabledrive.mechanics.holding import FREE
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
-from cabledrive.mechanics.network.damping import dampers_of, relative_turn, rotor_turn
+from cabledrive.mechanics.network.assembly import (
+    DIRECTIONS,
+    Network,
+    dampers_of,
+    network_of,
+    relative_turn,
+    rotor_turn,
+)
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedMotor
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains
 from cabledrive.reduction.two_motors import is_winched
 

@@ -1,4 +1,4 @@
-r"""The lumped chain that the motor of a machine with routes drives, and whether the load is its end.
+r"""The lumped chain that the motor of a machine with routes drives, and whether the rest may be left out.
 
 Of the certified modes the rigid one and the few that the motor feels most are kept, each with its exact
 frequency. Lanczos' recursion on :math:`\mathrm{diag}(\omega_j^2)`, begun with the motor's row, gives a
@@ -24,7 +24,7 @@ from scipy.linalg import eigh, null_space
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.damping import rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.route_network import network_of_routes
@@ -32,7 +32,35 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.reduction.lanczos import chain_numbers, lanczos
+
+
+def lanczos(squares: Array, start: Array) -> tuple[Array, Array, Array]:
+    """Tridiagonal matrix of distinct squares begun with a row: diagonal, off-diagonal, rows of the basis."""
+    n = squares.size
+    alpha, beta, basis = np.zeros(n), np.zeros(n - 1), np.zeros((n, n))
+    basis[0] = start / np.linalg.norm(start)
+    for i in range(n):
+        alpha[i] = basis[i] @ (squares * basis[i])
+        if i == n - 1:
+            break
+        rest = squares * basis[i]
+        for _ in range(2):  # twice is enough for full orthogonality
+            rest = rest - basis[: i + 1].T @ (basis[: i + 1] @ rest)
+        beta[i] = np.linalg.norm(rest)
+        basis[i + 1] = -rest / beta[i]  # minus: a positive spring pulls neighbours together
+    return alpha, beta, basis
+
+
+def chain_numbers(alpha: Array, beta: Array, start: Array) -> tuple[Array, Array, float]:
+    """Inertias, springs, and the spring left over at the end."""
+    inertias, stiffness, before = [1.0 / float(start @ start)], [], 0.0
+    for i, off in enumerate(beta):
+        link = alpha[i] * inertias[i] - before
+        stiffness.append(link)
+        inertias.append(link**2 / (off**2 * inertias[i]))
+        before = link
+    return np.array(inertias), np.array(stiffness), float(alpha[-1] * inertias[-1] - before)
+
 
 SUM, DIFFERENCE = "sum", "difference"
 MOST_OFF_THE_END = 0.02

@@ -9,9 +9,14 @@ from cabledrive.mechanics.holding import released
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.axis import AxisDrive
-from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
-from cabledrive.reduction.models import highest_model, lumped_model, rim_spring
+from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.reduction.lumped_chain import (
+    highest_model,
+    lumped_model,
+    natural_frequencies_of,
+    rim_spring,
+    speed_response,
+)
 from cabledrive.reduction.network_axis import as_axis, response_of_axis
 
 LOWEST_HZ, HIGHEST_HZ, POINTS, POINTS_OF_AXIS = 0.05, 2000.0, 6000, 1500

@@ -1,11 +1,16 @@
-"""The cable at rest as a motion finds it: tension and slope of every segment, what holds the drive pulley."""
+"""The cable at rest as a motion finds it: tension, slope, strain, and transverse modes under that tension."""
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from cabledrive.mechanics.chain import LabelledChain
+from cabledrive.mechanics.holding import DRIVE_PULLEY, MOTOR
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.rest import rest_state
+from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
 
@@ -54,3 +59,154 @@ def static_state(drive: Drive, *, load_torque: float = 0.0, segments: int = 120)
         slope=slope,
         holding_torque=rest.holding_torque,
     )
+
+
+def static_strain(drive: Drive, mesh: Mesh, shafts: Sequence[str]) -> Array:
+    """Strain per pretensioned metre and force at each of some shafts, shape (shafts, segments) [1/N].
+
+    What nothing holds accelerates as a rigid body: its inertia, the cable's too, balances the force.
+    A "motor" that is joined rigidly is the drive pulley.
+    """
+    found = np.zeros((len(shafts), mesh.spacing.size))
+    for chain in longitudinal_chains(drive):
+        for row, shaft in enumerate(shafts):
+            name = DRIVE_PULLEY if shaft == MOTOR and MOTOR not in chain.joints else shaft
+            if name in chain.joints:
+                found[row] += _of_chain(drive, mesh, chain, chain.joints.index(name))
+    return found
+
+
+def _of_chain(drive: Drive, mesh: Mesh, chain: LabelledChain, pushed: int) -> Array:
+    """Strain per force at one joint of a chain."""
+    parts = chain.chain
+    joints, size, rigidity = parts.masses.size, len(chain.joints), drive.cable.axial_rigidity
+    stiffness, mass = np.zeros((size, size)), np.array(parts.all_masses, dtype=np.float64)
+    ends = [(i, (i + 1) % joints) for i in range(parts.lengths.size)]
+    springs = [(*pair, rigidity / length) for pair, length in zip(ends, parts.lengths, strict=True)]
+    springs += [(p.joint, joints + n, p.stiffness) for n, p in enumerate(parts.pendants)]
+    for one, other, k in springs:
+        turned = np.zeros(size)
+        turned[other] += 1.0
+        turned[one] -= 1.0
+        stiffness += k * np.outer(turned, turned)
+    if parts.grounds is not None:
+        stiffness[:joints, :joints] += np.diag(parts.grounds)
+    for n, pendant in enumerate(parts.pendants):
+        stiffness[joints + n, joints + n] += pendant.ground
+    density = drive.cable.mass_per_length
+    for (one, other), length in zip(ends, parts.lengths, strict=True):  # each half of a stretch at its end
+        mass[one] += 0.5 * density * length
+        mass[other] += 0.5 * density * length
+    force = np.zeros(size)
+    force[pushed] = 1.0
+    speeding = 1.0 / mass.sum() if parts.rigid_body_modes else 0.0
+    held = [0] * parts.fixed[0] + [joints - 1] * parts.fixed[1]
+    free = np.setdiff1d(np.arange(size), held)
+    moved = np.zeros(size)
+    if free.size:
+        balanced = (force - speeding * mass)[free]
+        moved[free] = np.linalg.lstsq(stiffness[np.ix_(free, free)], balanced, rcond=None)[0]
+    return _along(drive, mesh, chain, [(moved[b] - moved[a]) for a, b in ends], speeding * density / rigidity)
+
+
+def _along(drive: Drive, mesh: Mesh, chain: LabelledChain, longer: Sequence[float], rise: float) -> Array:
+    """Strain of each segment: the mean of its stretch, and the rise along it by acceleration."""
+    factor = 1.0 + drive.cable.prestrain
+    found = np.zeros(mesh.spacing.size)
+    for stretch, elongation in zip(chain.stretches, longer, strict=True):
+        span, length = mesh.spans.index(stretch.span), stretch.end - stretch.start
+        middle = 0.5 * (mesh.position[span, 1:] + mesh.position[span, :-1]) / factor
+        inside = (middle >= stretch.start) & (middle < stretch.end)
+        place = middle[inside] - 0.5 * (stretch.start + stretch.end)
+        found[span * mesh.segments + np.flatnonzero(inside)] = (elongation / length + rise * place) / factor
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FreeStretch:
+    """A part of a span between two neighbouring points that are held across."""
+
+    span: str  # "upper" or "lower"
+    ends: tuple[float, float]  # unstretched positions from the pulley where the span starts [m]
+    segments: slice  # its segments among those of all spans
+    travel_time: float  # time a transverse wave takes along it [s]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TransverseShapes(FreeStretch):
+    """Some modes of a free stretch, of unit largest displacement."""
+
+    numbers: tuple[int, ...]  # which modes, from 1
+    omega: Array  # (m,) [rad/s]
+    mass: Array  # (m,): modal mass [kg]
+    loss: Array  # (m,): modal damping [1/s]; carriages on the stretch are not damped
+    shapes: Array  # (m, nodes of the stretch)
+    slopes: Array  # (m, segments of the stretch) [1/m]
+
+
+def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
+    """Stretches between pulleys and guided carriages, upper span first."""
+    mesh, stretch = state.mesh, 1.0 + drive.cable.prestrain
+    times = mesh.spacing * np.sqrt(mesh.density * state.stretch / np.maximum(state.tension, 1e-300))
+    found = []
+    for number, span in enumerate(mesh.spans):
+        held = np.flatnonzero(~mesh.sways[mesh.span_nodes(span)])
+        first = number * mesh.segments
+        for start, end in itertools.pairwise(held):
+            here = slice(first + int(start), first + int(end))
+            places = mesh.position[number, [start, end]] / stretch
+            found.append(
+                FreeStretch(
+                    span=span,
+                    ends=(float(places[0]), float(places[1])),
+                    segments=here,
+                    travel_time=float(times[here].sum()),
+                )
+            )
+    return tuple(found)
+
+
+def transverse_shapes(
+    drive: Drive, state: StaticState, numbers: Sequence[Sequence[int]]
+) -> tuple[TransverseShapes, ...]:
+    """Some transverse modes of every free stretch. ``numbers``: which of each stretch, ascending from 1."""
+    parts = free_stretches(drive, state)
+    return tuple(_shapes(drive, state, part, own) for part, own in zip(parts, numbers, strict=True))
+
+
+def _shapes(drive: Drive, state: StaticState, part: FreeStretch, numbers: Sequence[int]) -> TransverseShapes:
+    from scipy.linalg import eigh
+
+    here, mesh = part.segments, state.mesh
+    h = mesh.spacing[here]
+    inner = slice(here.start + 1, here.stop)
+    spring = state.tension[here] / (h * state.stretch[here])
+    stiffness = _tridiagonal(spring[:-1] + spring[1:], -spring[1:-1])
+    # the mean of lumped and consistent mass: frequencies are right to fourth order in the segment
+    cell = mesh.density * h
+    cable = _tridiagonal(5.0 / 12.0 * (cell[:-1] + cell[1:]), cell[1:-1] / 12.0)
+    total = cable + np.diag(mesh.carriage_mass[inner])
+    chosen = np.array([number - 1 for number in numbers if number < h.size])
+    squared, vectors = eigh(stiffness, total, subset_by_index=[0, int(chosen[-1])])
+    shapes = np.zeros((chosen.size, h.size + 1))
+    shapes[:, 1:-1] = vectors[:, chosen].T
+    largest = np.abs(shapes).max(axis=1)
+    shapes *= (np.where(shapes[:, 1] < 0.0, -1.0, 1.0) / largest)[:, None]
+    mass = 1.0 / largest**2
+    moved = np.einsum("mi,ij,mj->m", shapes[:, 1:-1], cable, shapes[:, 1:-1])
+    return TransverseShapes(
+        span=part.span,
+        ends=part.ends,
+        segments=here,
+        travel_time=part.travel_time,
+        numbers=tuple(int(number) + 1 for number in chosen),
+        omega=np.sqrt(squared[chosen]),
+        mass=mass,
+        loss=drive.cable.transverse_damping * moved / mass,
+        shapes=shapes,
+        slopes=np.diff(shapes, axis=1) / h,
+    )
+
+
+def _tridiagonal(diagonal: Array, beside: Array) -> Array:
+    return np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.network.sections import gravity
+from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array

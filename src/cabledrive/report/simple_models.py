@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from cabledrive.modal.lateral import lateral_mode
-from cabledrive.modal.lumped import against_lumped_springs
-from cabledrive.modal.rigid_supports import against_rigid_supports
+from cabledrive.modal.rigid_supports import against_lumped_springs, against_rigid_supports
 from cabledrive.parameters import Drive
 from cabledrive.report.blocks import Cell, Column, RowGroup, Table
 from cabledrive.report.numbers import fixed, number

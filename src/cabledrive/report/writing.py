@@ -10,7 +10,7 @@ from pathlib import Path
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.axis import require_own_spans
+from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.report.context import ReportContext, make_context
 from cabledrive.report.machine.page import machine_view
 from cabledrive.report.machine.route import route_view

@@ -11,7 +11,7 @@ import numpy as np
 
 from cabledrive.control.numbers import BY_REFERENCE, DARC, HIGH, LOW, SLOPE
 from cabledrive.parameters import Drive
-from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
 from cabledrive.rig.closed_loop.user_plant import models_of

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping_stability import stability_margin
+from cabledrive.control.backstepping import stability_margin
 from cabledrive.control.numbers import BACKSTEPPING
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array

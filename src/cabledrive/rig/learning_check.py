@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.control.bound import ErrorBound
-from cabledrive.control.darc_gains import printed_bounds
-from cabledrive.control.learning_bound import (
+from cabledrive.control.bound import (
     DEVIATIONS,
+    ErrorBound,
     IdealLoop,
     believed_range,
     ideal_loop,
     missing_torque,
 )
+from cabledrive.control.darc import printed_bounds
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.linear_loop import driven

@@ -10,8 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cabledrive.control.bound import ErrorBound
-from cabledrive.control.learning_bound import IdealLoop, ideal_loop
+from cabledrive.control.bound import ErrorBound, IdealLoop, ideal_loop
 from cabledrive.control.load_schedule import law_at, with_load
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.reduction.lumped_chain import LumpedChain

@@ -5,9 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.bound import ErrorBound, error_bound
+from cabledrive.control.bound import (
+    ErrorBound,
+    SlidingResidual,
+    error_bound,
+    regressor_deviation,
+    sliding_residual,
+)
 from cabledrive.control.numbers import DARC, DESIRED, LEARNING, NOMINAL, SCHEDULED
-from cabledrive.control.sliding_residual import SlidingResidual, regressor_deviation, sliding_residual
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import true_parameters
 from cabledrive.rig.closed_loop.loop import Loop

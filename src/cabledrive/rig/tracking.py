@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
-from cabledrive.parameters.result_card import ResultCard
+from cabledrive.parameters.terminal import ResultCard
 from cabledrive.rig.assumptions import Departure, broken_assumptions, departures
 from cabledrive.rig.backstepping_condition import margin_words
 from cabledrive.rig.closed_loop.cable_plant import cable_words

@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run

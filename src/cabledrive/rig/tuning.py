@@ -13,13 +13,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from cabledrive.control.flat_output import flat_output
-from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.linear_laws import feedforward
-from cabledrive.control.observer_numbers import KALMAN
-from cabledrive.control.reference import flat_reference
+from cabledrive.control.numbers import KALMAN
+from cabledrive.control.observers import QUIET, KalmanTuning
+from cabledrive.control.reference import flat_output, flat_reference
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.closed_loop.other_plants import with_plant

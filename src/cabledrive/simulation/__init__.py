@@ -1,12 +1,11 @@
 """The nonlinear cable loop in time, with an audit of its own error."""
 
-from cabledrive.simulation.audit import SlackEvent
 from cabledrive.simulation.case import CarriageForce, Recording
 from cabledrive.simulation.ensemble import Setting
 from cabledrive.simulation.error_estimate import ErrorEstimate
 from cabledrive.simulation.one_run import simulate
-from cabledrive.simulation.result import SimulationResult
-from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.result import SimulationResult, SlackEvent
+from cabledrive.simulation.run import SimulationInterrupted
 from cabledrive.simulation.signals import (
     Constant,
     FromFunction,
@@ -16,8 +15,7 @@ from cabledrive.simulation.signals import (
     Sine,
     Sweep,
 )
-from cabledrive.simulation.start import Pluck, Start
-from cabledrive.simulation.stopped import SimulationInterrupted
+from cabledrive.simulation.start import Pluck, Scheme, Start
 
 __all__ = [
     "CarriageForce",

@@ -1,4 +1,4 @@
-"""Everything that is decided before the first step of a run."""
+"""Everything that is decided before the first step of a run, and its steps chunk by chunk."""
 
 import json
 from collections.abc import Sequence
@@ -7,36 +7,47 @@ from functools import cached_property
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.sources import digest_with_imports
-from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.hashing import content_hash
+from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation.channels import WIDTH
-from cabledrive.simulation.methods import Method, method_named
-from cabledrive.simulation.own_law import law_fingerprint, why_interpreted
-from cabledrive.simulation.plan import OWN, Plan, State, half_step_before, new_state, plan_of
-from cabledrive.simulation.scheme import Scheme
-from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
-from cabledrive.simulation.start import (
-    PLANES,
-    Start,
-    place_at_start,
-    velocity_at_start,
+from cabledrive.simulation.methods import (
+    Method,
+    TimeGrid,
+    check_resolved,
+    largest_stable_step,
+    method_named,
+    time_grid,
 )
-from cabledrive.simulation.step_size import TimeGrid, check_resolved, largest_stable_step, time_grid
-
-if TYPE_CHECKING:
-    from cabledrive.simulation.loop_steps import LoopStepper
+from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
+from cabledrive.simulation.plan import (
+    DONE,
+    OWN,
+    SLACK,
+    STEPS,
+    TOO_STIFF,
+    Plan,
+    State,
+    Workspace,
+    copy_state,
+    half_step_before,
+    new_state,
+    new_workspace,
+    plan_of,
+    set_state,
+)
+from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
+from cabledrive.simulation.start import PLANES, Scheme, Start, place_at_start, velocity_at_start
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -168,8 +179,6 @@ class Case:
 
     def stepper(self) -> "LoopStepper":
         """What takes the steps."""
-        from cabledrive.simulation.loop_steps import LoopStepper
-
         return LoopStepper(self)
 
 
@@ -256,3 +265,103 @@ def _checked_probes(mesh: Mesh, recording: Recording) -> tuple[tuple[str, float]
                 f"probe at {place} m of the {span} span, which is {length:.6g} m long: move it"
             )
     return recording.probes
+
+
+class LoopStepper:
+    """Takes the steps of a loop or a line; see `cabledrive.simulation.records`."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self._work = new_workspace(case.plan)
+
+    def chunk(self, state: State, done: int, count: int) -> tuple[Array, Array, str | None]:
+        """Steps of some records; returns what was recorded and why it is less than asked for, if so."""
+        case, work = self.case, self._work
+        every, steps = case.grid.every, count * case.grid.every
+        rows = np.zeros((count, case.width))
+        fields = np.zeros((count if case.recording.fields else 0, 3, case.mesh.nodes))
+        before = copy_state(state)
+        torque, forces = case.inputs(done * every, steps)
+        bad = np.flatnonzero(~(np.isfinite(torque) & np.isfinite(forces).all(axis=1)))
+        if bad.size:
+            steps = int(bad[0])
+        code = case.method.integrate(
+            case.plan, state, work, torque[:steps], forces[:steps], every, rows, fields
+        )
+        taken = int(state.counts[STEPS]) - done * every
+        whole = -(-taken // every)
+        stopped = None
+        if code == SLACK:
+            stopped = slack_line(case, state)
+        elif code == TOO_STIFF:
+            stopped = _too_stiff_line(case, state)
+        elif code != DONE:
+            whole -= 1
+            set_state(state, before)
+            stopped = _not_finite_line(case, state, work, torque, forces)
+        elif bad.size:
+            stopped = (
+                f"the torque or a force is not finite at t = {(done * every + steps) * case.grid.step:.6g} s"
+            )
+        if case.recording.fields:
+            fields = fields[:whole][-done % case.recording.fields :: case.recording.fields]
+        return rows[:whole], fields, stopped
+
+    def last(self, state: State) -> tuple[Array, Array, str | None]:
+        """The record at the end of the run, of a step beyond it that is taken back but for the extremes."""
+        case, work, stopped = self.case, self._work, None
+        beyond = copy_state(state)
+        rows = np.zeros((1, case.width))
+        keeps_field = case.recording.fields and case.grid.records % case.recording.fields == 0
+        fields = np.zeros((1 if keeps_field else 0, 3, case.mesh.nodes))
+        torque, forces = case.inputs(case.grid.steps, 1)
+        code = case.method.integrate(case.plan, beyond, work, torque, forces, 1, rows, fields)
+        for mine, theirs in ((state.extremes, beyond.extremes), (state.events, beyond.events)):
+            mine[...] = theirs
+        state.counts[1:] = beyond.counts[1:]
+        if code == SLACK:
+            stopped = slack_line(case, state)
+        elif code == TOO_STIFF:
+            stopped = _too_stiff_line(case, state)
+        elif code != DONE:
+            stopped = _not_finite_line(case, state, work, torque, forces)
+        return rows, fields, stopped
+
+
+def slack_line(case: Case, state: State) -> str:
+    """One line about the span that went slack last."""
+    step, span, segment, tension = state.events[min(int(state.counts[1]), len(state.events)) - 1]
+    place = case.mesh.position[int(span), int(segment) : int(segment) + 2].mean()
+    return (
+        f"the {case.mesh.spans[int(span)]} span goes slack at t = {step * case.grid.step:.6g} s, "
+        f"x = {place:.4g} m ({tension:.3g} N): raise cable.pretension, lower the input or allow slack"
+    )
+
+
+def _too_stiff_line(case: Case, state: State) -> str:
+    """One line about the segment that is too stiff for the step."""
+    over = stiffness_over_limit(case.plan, case.law, state.x)
+    span, segment = divmod(int(np.argmax(over)), case.mesh.segments)
+    return (
+        f"the law {case.law_name} is too stiff for the step of {case.grid.step:.4g} s at "
+        f"t = {state.counts[STEPS] * case.grid.step:.6g} s in the {case.mesh.spans[span]} span at "
+        f"{case.mesh.position[span, segment]:.4g} m: give a step of at most "
+        f"{case.grid.step / np.sqrt(over.max()):.4g} s"
+    )
+
+
+def _not_finite_line(case: Case, state: State, work: Workspace, torque: Array, forces: Array) -> str:
+    """Repeat the chunk step by step up to the first energy that is not finite."""
+    rows, no_fields = np.zeros((1, case.width)), np.zeros((0, 3, case.mesh.nodes))
+    for j in range(torque.size):
+        inputs = torque[j : j + 1], forces[j : j + 1]
+        if case.method.integrate(case.plan, state, work, *inputs, 1, rows, no_fields) != DONE:
+            break
+    size = np.max(np.abs(state.x), axis=0)
+    farthest = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
+    span, segment = divmod(min(farthest, case.mesh.spacing.size - 1), case.mesh.segments)
+    time_there = state.counts[STEPS] * case.grid.step
+    return (
+        f"diverged: the energy is not finite from t = {time_there:.6g} s on, the motion largest in the "
+        f"{case.mesh.spans[span]} span at {case.mesh.position[span, segment]:.4g} m: lower cfl or the input"
+    )

@@ -1,6 +1,6 @@
 r"""Compiled step of the energy-conserving scheme on equal segments under the exact law: two passes.
 
-With the gain g of `cabledrive.simulation.runs` a segment carries, beyond the linear law,
+With the gain g of `cabledrive.simulation.plan` a segment carries, beyond the linear law,
 
 .. math:: h\,(r_u, r_v, r_w) = g\,(\Delta u, \Delta v, \Delta w) + (g h - EA\,\Delta u, 0, 0)
 
@@ -24,11 +24,13 @@ from cabledrive.simulation.observe import (
     tally_shafts,
 )
 from cabledrive.simulation.plan import (
+    CENTRE,
     DRAG,
     DRIVE_LOST,
     FALL_U,
     FALL_W,
     FORCE,
+    GAIN,
     INVERSE_SPACING,
     KEEP_T,
     KICK_T,
@@ -39,6 +41,7 @@ from cabledrive.simulation.plan import (
     NEW,
     OLD,
     RADIUS,
+    REACH,
     SHIFT,
     SPACING,
     STEPS,
@@ -49,7 +52,6 @@ from cabledrive.simulation.plan import (
     State,
     Workspace,
 )
-from cabledrive.simulation.runs import CENTRE, GAIN, REACH
 from cabledrive.simulation.taut import record_exact
 
 

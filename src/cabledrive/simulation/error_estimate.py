@@ -13,7 +13,7 @@ from cabledrive.simulation.case import Case
 from cabledrive.simulation.channels import COLUMN, probe_columns
 from cabledrive.simulation.records import RecordsInMemory
 from cabledrive.simulation.run import integrate_run
-from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.start import Scheme
 
 ORDER_AT_LEAST, ORDER_AT_MOST = 0.5, 2.0
 

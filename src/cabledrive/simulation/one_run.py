@@ -6,23 +6,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from cabledrive.mechanics.own_model import Model
+from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.axis import require_own_spans
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.simulation.case import CarriageForce, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
-from cabledrive.simulation.kept_run import how_to_go_on, keep_again, keep_run
-from cabledrive.simulation.labels import content_of
+from cabledrive.simulation.netcdf import content_of
 from cabledrive.simulation.network import NetworkStart, simulate_network
 from cabledrive.simulation.network.door import refuse_of_routes
 from cabledrive.simulation.result import SimulationResult
-from cabledrive.simulation.result_of_run import result_of
-from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.run import SimulationInterrupted, how_to_go_on, keep_again, keep_run, result_of
 from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import Start
-from cabledrive.simulation.stopped import SimulationInterrupted
+from cabledrive.simulation.start import Scheme, Start
 from cabledrive.simulation.travel import PlannedMove, simulate_travel
 
 

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.simulation.plan import (
     EVENTS,
     INVERSE_SPACING,

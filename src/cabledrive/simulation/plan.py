@@ -1,4 +1,10 @@
-"""The cable of one run as its kernels take it: what stays (`Plan`), what moves (`State`), room (`Workspace`).
+r"""The cable of one run as its kernels take it: what stays, what moves, runs of equal segments.
+
+A run ends where the spacing changes and at a stop, a node with a carriage or a force; at a rim only where the
+cable has a weight along its span, which then changes sign. The numbers of a run are scaled by its spacing h,
+so that the pass works with the differences of displacements of a segment's ends: with
+:math:`y = h^2 z = \Delta u\,(2h + \Delta u) + \Delta v^2 + \Delta w^2` the gain of the exact law is
+:math:`EA\,z\,s(z)`, a polynomial in y.
 
 Few arrays with many rows: each array costs a kernel time to compile.
 """
@@ -8,11 +14,74 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import ConsistentWeakLaw, ExactLaw, LinearLaw, WeakLaw
+from cabledrive.mechanics.cable_laws import (
+    ConsistentWeakLaw,
+    ExactLaw,
+    LinearLaw,
+    WeakLaw,
+    taut_law,
+    without_pushing,
+)
 from cabledrive.mechanics.mesh import Mesh
-from cabledrive.mechanics.tension_only import taut_law, without_pushing
+from cabledrive.parameters.arrays import Integers
 from cabledrive.simulation.channels import EXTREMES, TALLIES
-from cabledrive.simulation.runs import Integers, numbers_of_runs, runs_of, segments_beside
+
+# s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
+LARGEST_Z = 0.02
+SERIES = (
+    0.49999999999999994,
+    -0.37499999999999994,
+    0.3125000000029696,
+    -0.2734375000028212,
+    0.24609371288165302,
+    -0.22558590223736838,
+    0.2096211067498548,
+    -0.1965216438263875,
+)
+
+# Columns of the table of runs: spacing [m]; velocity gained over a step per pull h p along u, and by weight;
+# the same across, with the share of the velocity that is kept; transverse loss per square of twice the mean
+# velocity; bounds of the y at which a segment is taut and the series holds; coefficients of the gain in y.
+H, SPEED_U, RUN_FALL_U, SPEED_T, KEPT, LOSS, CENTRE, REACH, GAIN = range(9)
+COLUMNS = GAIN + len(SERIES)
+
+
+def runs_of(mesh: Mesh, stops: Integers) -> Integers:
+    """First and last segment of each run, the last not included, shape (runs, 2)."""
+    h = mesh.spacing
+    changes = np.abs(np.diff(h)) > 1e-12 * h[:-1]
+    if mesh.weight_u.any():
+        changes[mesh.segments - 1 :: mesh.segments] = True
+    starts = np.unique([0, *(np.flatnonzero(changes) + 1), *stops])
+    return np.stack([starts, np.append(starts[1:], h.size)], axis=1).astype(np.int64)
+
+
+def segments_beside(mesh: Mesh, stops: Integers) -> Integers:
+    """Segments beside rims and stops, shape (number,)."""
+    ends = np.unique([*range(0, mesh.nodes, mesh.segments), *stops])
+    return np.unique([ends[:-1], ends[1:] - 1]).astype(np.int64)
+
+
+def numbers_of_runs(
+    mesh: Mesh, runs: Integers, rigidity: float, slack_strain: float, step: float, damping: float
+) -> Array:
+    """Table of the runs, shape (runs, COLUMNS); ``damping``: transverse, Gamma [1/s]."""
+    h = mesh.spacing[runs[:, 0]]
+    mass, damped = mesh.density * h, 0.5 * step * damping
+    table = np.zeros((len(runs), COLUMNS))
+    table[:, H] = h
+    table[:, SPEED_U] = step / mass / h
+    table[:, SPEED_T] = step / mass / (1.0 + damped) / h
+    table[:, KEPT] = (1.0 - damped) / (1.0 + damped)
+    table[:, RUN_FALL_U] = step / mass * mesh.weight_u[np.minimum(runs[:, 0] + 1, runs[:, 1] - 1)]
+    table[:, LOSS] = 0.25 * step * damping * mass
+    lowest = max((1.0 + slack_strain) ** 2 - 1.0, -LARGEST_Z)
+    table[:, CENTRE] = 0.5 * (LARGEST_Z + lowest) * h**2
+    table[:, REACH] = 0.5 * (LARGEST_Z - lowest) * h**2
+    for power, coefficient in enumerate(SERIES, start=1):
+        table[:, GAIN + power - 1] = rigidity * coefficient / h ** (2 * power)
+    return table
+
 
 AnyState = TypeVar("AnyState", bound=tuple[Any, ...])
 
@@ -74,7 +143,7 @@ class Plan(NamedTuple):
     stop: Integers  # (stops,): nodes with a carriage or a force, in rising order
     beside: Integers  # (number,): segments beside rims and stops
     runs: Integers  # (runs, 2): first and last segment of each run of equal segments, the last not included
-    run: Array  # (runs, columns): their numbers, see `cabledrive.simulation.runs`
+    run: Array  # (runs, columns): their numbers, see `cabledrive.simulation.plan`
 
 
 class State(NamedTuple):

@@ -1,4 +1,4 @@
-"""Where the records of a run go: into memory, or into files that survive whatever ends the process."""
+"""What a run asks of what moves in it, and where its records go."""
 
 import json
 import os
@@ -8,27 +8,88 @@ from abc import ABC, abstractmethod
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.simulation.checkpoint import Damaged, checkpoint_bytes, read_checkpoint
-from cabledrive.simulation.prepared_run import PreparedRun
-from cabledrive.simulation.records_hash import RecordsHash
-from cabledrive.simulation.run_folder import (
+from cabledrive.simulation.case import Recording
+from cabledrive.simulation.checkpoint import (
     CHECKPOINT,
     FIELDS,
     MADE_HERE,
     NEW,
     ROWS,
     SETTING,
+    Damaged,
+    RecordsHash,
+    checkpoint_bytes,
     clear,
     left_behind,
     open_at,
+    read_checkpoint,
     replace_whole,
 )
+from cabledrive.simulation.methods import TimeGrid
+
+
+class Stepper(Protocol):
+    """Takes the steps of one run. A state is a NamedTuple of arrays, with the steps done in ``counts``."""
+
+    def chunk(self, state: Any, done: int, count: int) -> tuple[Array, Array, str | None]:
+        """Steps of some records, into ``state``; ``done``: records before them.
+
+        Returns rows, shape (n, width), whole fields, and why n is less than ``count``, if so.
+        """
+        ...
+
+    def last(self, state: Any) -> tuple[Array, Array, str | None]:
+        """The record at the end of the run; ``state`` keeps no more than extremes and events of it."""
+        ...
+
+
+class PreparedRun(Protocol):
+    """A run that has not begun."""
+
+    @property
+    def grid(self) -> TimeGrid:
+        """Steps and records."""
+        ...
+
+    @property
+    def recording(self) -> Recording:
+        """What is kept."""
+        ...
+
+    @property
+    def width(self) -> int:
+        """Numbers per record."""
+        ...
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of all ropes."""
+        ...
+
+    @property
+    def field_records(self) -> int:
+        """Whole fields that are kept."""
+        ...
+
+    @property
+    def fingerprint(self) -> dict[str, Any]:
+        """What a resumed run must have in common with the interrupted one; plain data."""
+        ...
+
+    def first_state(self) -> Any:
+        """State before the first step."""
+        ...
+
+    def stepper(self) -> Stepper:
+        """What takes its steps."""
+        ...
+
 
 Shapes = tuple[tuple[int, ...], tuple[int, ...]]
 
@@ -95,7 +156,7 @@ class RecordsInFolder(Records):
     The checkpoint is replaced as a whole after the records it stands for have reached the disk, and holds
     their hashes. What lies behind it (a process was killed in between) is cut off on resuming; where less
     lies there, or something else, the run is not resumed. The folder is held by this process alone
-    (`cabledrive.parameters.one_process`).
+    (`cabledrive.parameters.files`).
     """
 
     def __init__(self, folder: Path, case: PreparedRun, *, resume: bool) -> None:

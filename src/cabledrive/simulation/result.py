@@ -1,4 +1,4 @@
-"""What comes out of a run."""
+"""What comes out of a run, and what it says about its own error."""
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -7,16 +7,106 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array
-from cabledrive.parameters.result_card import ResultCard
-from cabledrive.simulation.audit import SlackEvent
-from cabledrive.simulation.channels import COLUMN, probe_columns
+from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_laws import LAWS, taut_law
+from cabledrive.mechanics.mesh import Mesh, strain_energy, weight_energy
+from cabledrive.mechanics.sag import parabola_sag
+from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
+from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.terminal import ResultCard
+from cabledrive.simulation.case import Case
+from cabledrive.simulation.channels import AXIAL, COLUMN, WEIGHT_ENERGY, probe_columns
+from cabledrive.simulation.plan import EVENTS, MOST_EVENTS, State
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
     from cabledrive.simulation.error_estimate import ErrorEstimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlackEvent:
+    """A span that went slack.
+
+    Attributes
+    ----------
+    time : float
+        When [s].
+    span : {"upper", "lower"}
+    position : float
+        Where first, as the distance from the span's start along the pretensioned cable [m].
+    tension : float
+        What the taut law gives there at that step [N], just below zero.
+    """
+
+    time: float
+    span: str
+    position: float
+    tension: float
+
+
+def slack_events(case: Case, state: State) -> tuple[SlackEvent, ...]:
+    """Where and when spans went slack up to the end of a run, in order, the first thousand times."""
+    noted = state.events[: min(int(state.counts[EVENTS]), MOST_EVENTS)]
+    return tuple(
+        SlackEvent(
+            time=float(step * case.grid.step),
+            span=case.mesh.spans[int(span)],
+            position=float(case.mesh.position[int(span), int(segment) : int(segment) + 2].mean()),
+            tension=float(tension),
+        )
+        for step, span, segment, tension in noted
+    )
+
+
+def budget_error(rows: Array) -> Array:
+    """Error of the energy budget at each record: energy plus losses less work, less its start [J]."""
+    balance = rows[:, COLUMN["balance"]]
+    error: Array = balance - balance[:1]
+    return error
+
+
+def energy_handled(rows: Array, energy_at_rest: float) -> float:
+    """Largest energy [J] of a run: what it started with above `rest_energy`, and the work done on it."""
+    if not len(rows):
+        return 0.0
+    start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) - energy_at_rest
+    work = rows[:, COLUMN["torque_work"]] + rows[:, COLUMN["force_work"]]
+    return max(start, 0.0) + float(np.max(work, initial=0.0))
+
+
+def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
+    r"""Energy of the drive at rest under gravity, relative to the straight pretensioned cable.
+
+    Without carriages, that of the parabola: with :math:`q = \int \tfrac12 w'^2 dx = L_e (P/H)^2/24`,
+    :math:`E = T_0 q + \tfrac{K}{2 L_e} q^2 - 2 H q` for each span.
+
+    Returns energy [J], zero or negative.
+    """
+    if not drive.layout.gravity:
+        return 0.0
+    spring = rotor_stiffness(mesh)
+    if not drive.carriage and not spring and type(taut_law(law)) in LAWS.values():
+        return len(mesh.spans) * _parabola_energy(drive, mesh, law)
+    try:
+        rest = equilibrium(mesh, law).displacement
+    except (
+        InputRefused,
+        NotComputed,
+    ):  # gravity turns the pulleys: there is no rest, so count from held ones
+        rest = equilibrium(mesh, law, hold="both").displacement
+    held = 0.5 * spring * float(rest[0, 0]) ** 2
+    return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest) + held
+
+
+def _parabola_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
+    tension = parabola_sag(drive).horizontal_tension
+    length = drive.pulley_distance
+    stretch = length * (float(np.abs(mesh.weight_w).max()) / mesh.spacing[0] * length / tension) ** 2 / 24.0
+    stored = law.pretension * stretch + 0.5 * law.stiffness / length * stretch**2
+    return stored - 2.0 * tension * stretch
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -151,8 +241,7 @@ class SimulationResult(ResultCard):
     @cached_property
     def dataset(self) -> "xarray.Dataset":
         """Everything as one labelled dataset with units; read from the file as needed if there is one."""
-        from cabledrive.simulation.dataset import dataset_of
-        from cabledrive.simulation.labels import content_of
+        from cabledrive.simulation.netcdf import content_of, dataset_of
 
         return dataset_of(content_of(self))
 
@@ -174,8 +263,6 @@ class SimulationResult(ResultCard):
         -------
         matplotlib.figure.Figure
         """
-        from cabledrive.simulation.result_plot import result_figure
-
         return result_figure(self)
 
     @property
@@ -232,3 +319,19 @@ class SimulationResult(ResultCard):
     def _least_tension(self) -> float | None:
         columns = [COLUMN[f"least_tension_{span}"] for span in self.spans]
         return float(np.min(self.rows[:, columns])) if len(self.rows) else None
+
+
+def result_figure(result: SimulationResult) -> "Figure":
+    """Load angle, and w of the midpoint of each span, over time."""
+    from matplotlib import pyplot
+
+    figure, (above, below) = pyplot.subplots(2, 1, sharex=True, layout="constrained")
+    above.plot(result.time, np.degrees(result.load_angle))
+    above.set_ylabel("load angle [deg]")
+    above.set_title(result.provenance["drive"])
+    for span in result.spans:
+        below.plot(result.time, 1e3 * result.midpoint(span)[:, 2], label=f"{span} span")
+    below.set_xlabel("time [s]")
+    below.set_ylabel("w at midspan [mm]")
+    below.legend()
+    return figure

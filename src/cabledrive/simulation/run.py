@@ -1,14 +1,66 @@
-"""The run: chunk after chunk of steps, recorded, committed, watched for whatever ends it early."""
+"""The run: chunk after chunk of steps, recorded, committed, taken to its end or gone on with."""
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from cabledrive.simulation.plan import copy_state
-from cabledrive.simulation.prepared_run import PreparedRun
-from cabledrive.simulation.progress import Progress
-from cabledrive.simulation.records import Records
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.files import check_writable, one_process
+from cabledrive.parameters.terminal import TerminalLine, on_a_terminal
+from cabledrive.simulation.case import Case
+from cabledrive.simulation.checkpoint import RESULT, left_behind, part_of
+from cabledrive.simulation.netcdf import Content, write_netcdf
+from cabledrive.simulation.plan import RADIUS, copy_state
+from cabledrive.simulation.records import PreparedRun, Records, RecordsInFolder, RecordsInMemory
+from cabledrive.simulation.result import SimulationResult, energy_handled, rest_energy, slack_events
+
+if TYPE_CHECKING:
+    from cabledrive.simulation.network.result import NetworkResult
+
+
+SECONDS_BETWEEN = 0.5
+
+
+class Progress:
+    """Progress of a run of some length [s], rewritten twice a second, by default where a terminal reads."""
+
+    def __init__(self, duration: float, shown: bool | None) -> None:
+        self._duration = duration
+        self._shown = on_a_terminal() if shown is None else shown
+        self._began = self._last = time.monotonic()
+        self._from: float | None = None
+        self._line = TerminalLine()
+
+    def at(self, simulated: float) -> None:
+        """Show the time reached in the run [s]."""
+        now = time.monotonic()
+        if self._from is None:
+            self._from, self._began = simulated, now
+        if not self._shown or now - self._last < SECONDS_BETWEEN or simulated <= self._from:
+            return
+        self._last = now
+        left = (now - self._began) * (self._duration - simulated) / (simulated - self._from)
+        share = 100.0 * simulated / self._duration
+        words = f"{simulated:.4g} s of {self._duration:.4g} s ({share:.0f} %)"
+        self._line.write(f"{words}, {rounded_time(left)} left")
+
+    def end(self) -> None:
+        """Clear the line."""
+        self._line.clear()
+
+
+def rounded_time(seconds: float) -> str:
+    """A time [s] in seconds, minutes or hours."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60.0
+    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"
+
 
 NODE_STEPS_PER_CHUNK = 20_000_000
 SECONDS_PER_COMMIT = 5.0
@@ -92,3 +144,195 @@ def _written(action: Callable[..., None], *content: Any) -> str | None:
     except OSError as error:
         return f"{UNWRITTEN} ({error.strerror}): free space and resume"
     return None
+
+
+# What comes out of a kind of run: a frozen dataclass with `path` and `stopped`.
+Kept = TypeVar("Kept", bound=Any)
+
+
+def keep_run(
+    case: PreparedRun,
+    result_of: Callable[[Records, Outcome], Kept],
+    content_of: Callable[[Kept], Content],
+    *,
+    output: str | Path | None,
+    force: bool,
+    resume: bool,
+    progress: bool | None,
+) -> tuple[Kept, Outcome]:
+    """Take a run to its end, or as far as it goes; options as of `cabledrive.simulation.simulate`."""
+    if output is None:
+        if resume:
+            raise InputRefused("resume needs the output of the interrupted run: name it")
+        records = RecordsInMemory(case)
+        outcome = integrate_run(case, records, progress=progress)
+        return result_of(records, outcome), outcome
+    path = Path(output)
+    check_writable(path, force=force)
+    folder = part_of(path)
+    if left_behind(folder) and not (resume or force):
+        raise InputRefused(
+            f"{folder}: left by an interrupted run: go on with it (resume) or replace it (force)"
+        )
+    with one_process(folder):
+        check_writable(path, force=force)  # by now another process may have ended with this file
+        try:
+            kept = RecordsInFolder(folder, case, resume=resume)
+            try:
+                return _take(kept, case, result_of, content_of, path, force=force, progress=progress)
+            finally:
+                kept.close()
+        except KeyboardInterrupt:  # before the first step, or at the end
+            if not left_behind(folder):
+                raise
+            raise KeyboardInterrupt("go on with the same command and --resume") from None
+        except OSError as error:
+            why = f"cannot be written ({error.strerror or error})"
+            raise NotComputed(f"{folder}: {why}: free space and go on with --resume") from error
+
+
+def _take(
+    records: RecordsInFolder,
+    case: PreparedRun,
+    result_of: Callable[[Records, Outcome], Kept],
+    content_of: Callable[[Kept], Content],
+    path: Path,
+    *,
+    force: bool,
+    progress: bool | None,
+) -> tuple[Kept, Outcome]:
+    outcome = integrate_run(case, records, resumed=records.resumed, progress=progress)
+    if outcome.interrupted or outcome.unwritten:
+        return result_of(records, outcome), outcome
+    records.check(outcome.records)
+    result = result_of(records, outcome)
+    try:
+        write_netcdf(content_of(result), path, records.folder / RESULT, force=force)
+    except OSError as error:
+        stopped = f"{path}: cannot be written ({error.strerror or error}): free space and resume"
+        return replace(result, stopped=stopped), outcome
+    try:
+        records.remove()
+    except KeyboardInterrupt:
+        records.remove()
+        raise KeyboardInterrupt(f"{path} was written before") from None
+    return replace(result, path=path), outcome
+
+
+def keep_again(content: Content, path: Path) -> None:
+    """Replace a file that was just written by one that says more."""
+    with one_process(part_of(path)):
+        try:
+            write_netcdf(content, path, part_of(path) / RESULT, force=True)
+        except OSError as error:
+            why = f"cannot be written again ({error.strerror or error})"
+            raise NotComputed(f"{path}: {why}: it lacks the estimate of its error") from error
+
+
+def how_to_go_on(reached: float, output: str | Path | None) -> str:
+    """One line about an interrupted run; ``reached``: time up to there [s]."""
+    line = f"{reached:.6g} s were simulated"
+    if output is None:
+        return f"{line}; with an output file the run could be resumed"
+    return f"{line}; go on with the same command and --resume"
+
+
+MOST_LOADED = 1_000_000_000  # bytes
+
+
+def result_of(case: Case, records: Records, outcome: Outcome) -> SimulationResult:
+    """Result of a run, as far as it went."""
+    rows, fields = records.arrays()
+    rows = loaded(rows[: outcome.records])
+    every = case.recording.fields or 1
+    time: Array = np.arange(len(rows), dtype=np.float64) * case.grid.interval
+    fields = fields[: -(-len(rows) // every)]
+    return SimulationResult(
+        time=time,
+        rows=rows,
+        probes=(
+            *((span, 0.5 * float(case.mesh.position[0, -1])) for span in case.mesh.spans),
+            *case.recording.probes,
+        ),
+        field_time=np.array(time[::every][: len(fields)]),
+        fields=loaded(fields),
+        spans=case.mesh.spans,
+        position=case.mesh.position,
+        steps=int(outcome.state.counts[0]),
+        step=case.grid.step,
+        cfl=case.grid.cfl,
+        energy_handled=energy_handled(rows, rest_energy(case.drive, case.mesh, case.law)),
+        slack_events=slack_events(case, outcome.state),
+        extremes=_extremes(case, outcome),
+        provenance=_provenance(case),
+        stopped=outcome.stopped,
+        wall_time=outcome.wall_time,
+    )
+
+
+def loaded(array: Array) -> Array:
+    """Moderate records in memory; larger ones stay in their file, which lives as long as it is mapped."""
+    return np.array(array) if array.nbytes <= MOST_LOADED else array
+
+
+def _extremes(case: Case, outcome: Outcome) -> dict[str, float]:
+    found = {}
+    for k, shaft in enumerate(("drive", "load", "motor")):
+        for side, word in enumerate(("min", "max")):
+            place = float(outcome.state.extremes[2 * k + side])
+            found[f"{shaft}_angle_{word}"] = (
+                place / float(case.plan.shaft[RADIUS, k]) if np.isfinite(place) else 0.0
+            )
+    for number, span in enumerate(case.mesh.spans):
+        found[f"{span}_v_peak"] = float(outcome.state.extremes[6 + 2 * number])
+        found[f"{span}_w_peak"] = float(outcome.state.extremes[7 + 2 * number])
+    return found
+
+
+def _provenance(case: Case) -> dict[str, Any]:
+    scheme = case.scheme
+    return {
+        "cabledrive": case.fingerprint["cabledrive"],
+        "drive": case.drive.name,
+        "drive_hash": case.fingerprint["drive_hash"],
+        "method": {
+            "name": scheme.method,
+            "model": case.law_name,
+            "compiled": case.interpreted is None,
+            "interpreted": case.interpreted,
+            "segments": case.mesh.segments,
+            "step": case.grid.step,
+            "largest_step": case.grid.largest_step,
+            "cfl": case.grid.cfl,
+            "friction": scheme.friction,
+            "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
+            "slack": scheme.slack,
+        },
+        "duration": case.grid.steps * case.grid.step,
+        "torque": case.torque.fingerprint,
+        "torque_offset": case.offset,
+    }
+
+
+Result = TypeVar("Result", bound="SimulationResult | NetworkResult")
+
+
+def whole(result: Result) -> Result:
+    """A result of a run that came to its end; `NotComputed` with the reason of one that did not."""
+    if result.stopped is not None:
+        raise NotComputed(result.stopped)
+    return result
+
+
+class SimulationInterrupted(KeyboardInterrupt):
+    """The run was interrupted from outside; its line says how to go on.
+
+    Attributes
+    ----------
+    result : SimulationResult or NetworkResult
+        Everything up to there.
+    """
+
+    def __init__(self, message: str, result: "SimulationResult | NetworkResult") -> None:
+        super().__init__(message)
+        self.result = result

@@ -8,13 +8,14 @@ from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.plan import (
     EVENTS,
     INVERSE_SPACING,
+    LARGEST_Z,
     MOST_EVENTS,
+    SERIES,
     STEPS,
     UPPER_SLACK,
     Plan,
     State,
 )
-from cabledrive.simulation.runs import LARGEST_Z, SERIES
 
 EXACT, WEAK, WEAK_CONSISTENT, LINEAR = range(4)
 

@@ -5,7 +5,7 @@ A segment carries
 .. math:: h\,(p_u, p_v, p_w) = (T_0 + g)\,(\Delta u, \Delta v, \Delta w) + (g h, 0, 0)
 
 above the pretension, with the differences of displacements of its ends and the gain g of
-`cabledrive.simulation.runs`. The pass goes over runs of equal segments and treats every node inside a run
+`cabledrive.simulation.plan`. The pass goes over runs of equal segments and treats every node inside a run
 alike; the rims, and the stops with a mass of their own or a force, are put right after it. All steps between
 two records are taken in one call.
 """
@@ -18,25 +18,33 @@ from cabledrive.simulation.channels import BALANCE, FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.node_motion import move_rims, shaft_forces, speed_shafts
 from cabledrive.simulation.observe import add_to, copy_rows, keep_before, keep_extremes, observe, tally_shafts
 from cabledrive.simulation.plan import (
+    CENTRE,
     DRAG,
     ENERGY,
     FALL_U,
     FALL_W,
+    GAIN,
     INVERSE_SPACING,
     KEEP_T,
+    KEPT,
     KICK_T,
     KICK_U,
+    LOSS,
     LOWER_SLACK,
     NEW,
     RADIUS,
+    REACH,
+    RUN_FALL_U,
+    SPEED_T,
+    SPEED_U,
     STEPS,
     TENSION,
     UPPER_SLACK,
+    H,
     Plan,
     State,
     Workspace,
 )
-from cabledrive.simulation.runs import CENTRE, GAIN, KEPT, LOSS, REACH, RUN_FALL_U, SPEED_T, SPEED_U, H
 from cabledrive.simulation.segment_laws import EXACT, segment_tensions, strains
 
 BEFORE, AFTER, PLACE = range(3)

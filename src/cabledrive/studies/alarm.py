@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.reduction.sagging_motion import Extremes
+from cabledrive.reduction.sagging_model import Extremes
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 

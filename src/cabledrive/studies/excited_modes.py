@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive
-from cabledrive.reduction.static_state import StaticState
-from cabledrive.reduction.transverse_shapes import FreeStretch, free_stretches
+from cabledrive.reduction.static_state import FreeStretch, StaticState, free_stretches
 
 Array = NDArray[np.float64]
 

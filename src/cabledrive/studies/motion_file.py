@@ -12,7 +12,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.moving import POSE
+from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.units import to_si
 from cabledrive.studies.planned_motion import PlannedMotion
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.span_table import follows
-from cabledrive.mechanics.network.unheld import unheld_words
+from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.margins import (
     EXCEEDED,

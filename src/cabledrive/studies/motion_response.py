@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.sagging_model import (
+    Extremes,
     LongitudinalModes,
     SaggingModel,
+    SaggingNumbers,
+    integrate,
     longitudinal_modes,
+    numbers_of,
     sagging_model,
 )
-from cabledrive.reduction.sagging_motion import Extremes, SaggingNumbers, integrate, numbers_of
-from cabledrive.reduction.static_state import StaticState, static_state
-from cabledrive.reduction.transverse_shapes import free_stretches
+from cabledrive.reduction.static_state import StaticState, free_stretches, static_state
 from cabledrive.studies.excited_modes import TensionLines, amplitudes, excited_modes
 from cabledrive.studies.planned_motion import PlannedMotion, drive_along
 

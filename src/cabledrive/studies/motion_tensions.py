@@ -18,9 +18,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
-from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
-from cabledrive.mechanics.network.dry_friction import coulomb_of
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, coulomb_of, dampers_of, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive

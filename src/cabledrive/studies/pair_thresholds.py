@@ -16,8 +16,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.reduction.sagging_model import BAND, SaggingModel, longitudinal_modes, sagging_model
-from cabledrive.reduction.static_state import static_state
-from cabledrive.reduction.transverse_shapes import free_stretches
+from cabledrive.reduction.static_state import free_stretches, static_state
 
 ONE_TO_TWO, SUM = "1:2", "sum"
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.modal.batch import many_spectra
-from cabledrive.modal.loop_batch import LoopBatch
+from cabledrive.modal.batch import LoopBatch, many_spectra
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.autoparametric_batch import (

@@ -8,10 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.ensembles import averaged_ensemble, oscillator_ensemble
-from cabledrive.reduction.oscillators import oscillator_coefficients
-from cabledrive.reduction.start_map import plucked
+from cabledrive.reduction.averaging import averaged_coefficients, plucked
+from cabledrive.reduction.oscillators import averaged_ensemble, oscillator_coefficients, oscillator_ensemble
 from cabledrive.reduction.threshold import threshold_torque
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.damping import rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import InputRefused, NotComputed

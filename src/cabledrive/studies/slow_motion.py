@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
-from cabledrive.mechanics.network.damping import rotor_turn
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive, moved

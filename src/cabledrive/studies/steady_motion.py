@@ -1,6 +1,6 @@
 """Steady motion under a torque: every branch of it, where a steady load splits the spans as well.
 
-Where both spans are tuned alike the branches are known in closed form, see `cabledrive.reduction.branches`.
+Where both spans are tuned alike the branches are known in closed form, see `cabledrive.reduction.averaging`.
 Under a steady load one span alone still has the closed form; both together are followed by continuation.
 """
 
@@ -11,8 +11,14 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients, averaged_rates
-from cabledrive.reduction.branches import jacobian, steady_amplitudes, steady_state
+from cabledrive.reduction.averaging import (
+    AveragedCoefficients,
+    averaged_coefficients,
+    averaged_rates,
+    jacobian,
+    steady_amplitudes,
+    steady_state,
+)
 from cabledrive.reduction.continuation import Branch, follow_branch
 from cabledrive.studies.vanishing_motion import (
     PRESENT,

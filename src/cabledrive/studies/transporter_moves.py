@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.transporter_law import frozen_poles
+from cabledrive.control.transporter import frozen_poles
 from cabledrive.parameters import Carriage, Drive, InputRefused, Motor, Sensors
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies, transporter_of
 from cabledrive.rig.carriage.carriage_move import MARGIN, CarriageMove, CarriageRun, force_limit, one_count

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import key_of, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
-from cabledrive.parameters.route.moving import POSE
+from cabledrive.parameters.route.strain_free import POSE
 
 Machine = TypeVar("Machine", Drive, RoutedDrive)
 

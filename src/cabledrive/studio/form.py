@@ -8,7 +8,7 @@ from typing import Any
 
 from cabledrive.parameters import drive_schema
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.moving import POSE
+from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.units import to_si
 
 LEFT_OUT = {"schema", "name", "kind", "title", "source"}

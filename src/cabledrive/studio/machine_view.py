@@ -10,8 +10,7 @@ from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
-from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.modal.mode_table import certificate_line
+from cabledrive.modal.mode_rows import certificate_line, mode_rows
 from cabledrive.parameters import Drive, InputRefused, NotComputed, packaged_drives
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.datasheet_words import DATASHEET

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.files import check_folder_writable
-from cabledrive.parameters.one_process import one_process
+from cabledrive.parameters.files import check_folder_writable, one_process
 
 EXTRA = "the studio needs an extra: pip install 'cabledrive[studio]'"
 HOST = "127.0.0.1"

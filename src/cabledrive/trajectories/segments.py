@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.trajectories.rise import check_order, derivative_jump, peak_factor, smooth_rise
+from cabledrive.trajectories.limits import check_order, derivative_jump, peak_factor, smooth_rise
 
 SHORTEST_RISE = 1e-9
 MOST_PULSES = 10_000

@@ -12,7 +12,7 @@ with Coulomb friction f in :math:`c\,\mathrm{Sgn}(\dot x_{j+1/2})`.
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.tension_only import taut_law
+from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
     BALANCE,

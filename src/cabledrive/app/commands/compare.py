@@ -105,8 +105,7 @@ def _asked(drive: Drive, controllers: str | None, disturbances: str | None, spec
 
 def _write(folder: Path, page: str, data: dict[str, Any]) -> None:
     """Page, then results with its hash: they stand for a finished comparison."""
-    from cabledrive.parameters.files import write_whole
-    from cabledrive.parameters.own_hash import with_own_hash
+    from cabledrive.parameters.files import with_own_hash, write_whole
 
     write_whole(folder / REPORT, page, force=True)
     data = with_own_hash(data | {"files": {REPORT: hashlib.sha256(page.encode()).hexdigest()}})

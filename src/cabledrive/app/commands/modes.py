@@ -10,7 +10,7 @@ from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
-from cabledrive.modal.mode_table import certificate_line, mode_table
+from cabledrive.modal.mode_rows import certificate_line, mode_table
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route.drive import RoutedDrive

@@ -9,8 +9,7 @@ from cabledrive.app.options import Subcommand, answering
 from cabledrive.app.results import Answer, provenance
 
 if TYPE_CHECKING:
-    from cabledrive.campaign.screening import Screening
-    from cabledrive.campaign.sensitivity import Sensitivity
+    from cabledrive.campaign.results import Screening, Sensitivity
 
 SOBOL = "Saltelli (first) and Jansen (total) estimators, percentile bootstrap over groups"
 MORRIS = "elementary effects of Morris' paths, percentile bootstrap over paths"
@@ -29,8 +28,7 @@ def command(store: str, output: str, seed: int) -> Answer:
     """Sobol indices of an output of STORE.zarr, first and total; of a design of kind morris, effects."""
     import numpy as np
 
-    from cabledrive.campaign.screening import is_screening, screening
-    from cabledrive.campaign.sensitivity import sensitivity
+    from cabledrive.campaign.results import is_screening, screening, sensitivity
 
     generator = np.random.default_rng(seed)
     if is_screening(store):

@@ -12,7 +12,7 @@ from cabledrive.app.options import Subcommand, answering, axis_or_machine
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent
-from cabledrive.parameters.one_process import one_process
+from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route import RoutedDrive
 
 if TYPE_CHECKING:

@@ -1,10 +1,105 @@
-"""Statements of C as a tree, in which every local is declared where it is first needed."""
+"""Statements of C as a tree, the types of its expressions, and numbers as C writes them."""
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import isinf, isnan
+from typing import Any, TypeAlias
 
-from cabledrive.export.translation.types import Kind
+import numpy as np
+
+REAL, INT, BOOL = "real", "int", "bool"
+C_NAMES = {REAL: "real", INT: "int32_t", BOOL: "bool"}
+
+
+@dataclass(frozen=True, slots=True)
+class Scalar:
+    """A number or truth value; ``value`` where an integer or truth value is known before the program runs."""
+
+    kind: str
+    value: int | bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Contiguous part of an array, whose shape is known."""
+
+    kind: str
+    shape: tuple[int, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return int(np.prod(self.shape, dtype=int))
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A NamedTuple: frozen tables of a design, or a struct of state behind a pointer."""
+
+    name: str
+    fields: tuple[tuple[str, "Kind"], ...]
+    frozen: bool
+
+    def field(self, name: str) -> "Kind | None":
+        """Type of a field; none where there is no such field."""
+        return dict(self.fields).get(name)
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Several values, as a kernel returns them; none of them: nothing."""
+
+    items: tuple["Kind", ...] = ()
+
+
+Kind: TypeAlias = Scalar | View | Record | Group
+NOTHING = Group()
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """An expression in C with its type.
+
+    ``roots``: the names that a view may be a part of; ``pure``: whether evaluating it changes nothing.
+    """
+
+    text: str
+    type: Kind
+    roots: frozenset[str] = frozenset()
+    pure: bool = True
+
+
+def unknown(kind: Kind) -> Kind:
+    """The type without what is known of its value."""
+    return replace(kind, value=None) if isinstance(kind, Scalar) else kind
+
+
+def kind_of(value: Any, name: str, frozen: bool) -> Kind:
+    """Type of a Python value; a NamedTuple becomes a record called ``name``."""
+    if isinstance(value, bool | np.bool_):
+        return Scalar(BOOL, bool(value) if frozen else None)
+    if isinstance(value, int | np.integer):
+        return Scalar(INT, int(value) if frozen else None)
+    if isinstance(value, float):
+        return Scalar(REAL)
+    if isinstance(value, np.ndarray):
+        return View(INT if value.dtype.kind in "iu" else REAL, value.shape)
+    fields = tuple(
+        (field, kind_of(part, f"{name}_{field}", frozen)) for field, part in value._asdict().items()
+    )
+    return Record(name, fields, frozen)
+
+
+def c_type(kind: Kind, constant: bool = False) -> str:
+    """How C declares it; ``constant``: a view that nothing is written through."""
+    if isinstance(kind, Scalar):
+        return C_NAMES[kind.kind] + " "
+    if isinstance(kind, View):
+        return ("const " if constant else "") + C_NAMES[kind.kind] + " *"
+    assert isinstance(kind, Record)
+    return kind.name + " *"
+
 
 Block = list["Node"]
 
@@ -116,3 +211,41 @@ def printed(block: Block, depth: int = 1) -> list[str]:
                     lines += printed(other, depth + 1)
             lines.append(pad + "}")
     return lines
+
+
+@dataclass(frozen=True, slots=True)
+class Precision:
+    """The floating-point type of a program: ``single`` or double."""
+
+    single: bool = False
+
+    @property
+    def suffix(self) -> str:
+        """What follows literals and the names of math functions."""
+        return "f" if self.single else ""
+
+    def literal(self, value: float) -> str:
+        """A floating-point constant."""
+        if isnan(value):
+            return "(real)NAN"
+        if isinf(value):
+            return "(real)INFINITY" if value > 0.0 else "(-(real)INFINITY)"
+        rounded = np.float32(value) if self.single else value
+        text = repr(float(value)) if not self.single else np.format_float_scientific(rounded, unique=True)
+        text = text if any(mark in text for mark in ".en") else text + ".0"
+        text = f"{text}{self.suffix}"
+        return f"({text})" if text.startswith("-") else text
+
+    def _entry(self, value: float, kind: str) -> str:
+        if kind == INT:
+            return str(int(value))
+        text = self.literal(float(value))
+        return text.strip("()") if np.isfinite(value) else text
+
+    def table(self, name: str, array: np.ndarray, about: str = "") -> str:
+        """Definition of a constant table, a row of the last dimension a line."""
+        kind = INT if array.dtype.kind in "iu" else REAL
+        rows = array.reshape(-1, array.shape[-1]) if array.ndim > 1 else [array]
+        lines = ",\n".join("    " + ", ".join(self._entry(value, kind) for value in row) for row in rows)
+        comment = f"/* {about} */\n" if about else ""
+        return f"{comment}static const {C_NAMES[kind]} {name}[{array.size}] = {{\n{lines}\n}};\n"

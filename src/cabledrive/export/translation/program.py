@@ -8,24 +8,37 @@ from typing import Any
 import numpy as np
 
 from cabledrive.export.translation.expressions import Expressions, bare
-from cabledrive.export.translation.literals import Precision
-from cabledrive.export.translation.nodes import Block, declare, drop_unread, mentions, printed, walk
-from cabledrive.export.translation.scope import FROZEN, Promoted, Scope, c_name, constant
-from cabledrive.export.translation.source import Source, plain, source_of
-from cabledrive.export.translation.statements import Statements
-from cabledrive.export.translation.types import (
+from cabledrive.export.translation.nodes import (
     C_NAMES,
     NOTHING,
+    Block,
     Group,
     Kind,
+    Precision,
     Record,
     Scalar,
     Value,
     View,
     c_type,
+    declare,
+    drop_unread,
     kind_of,
+    mentions,
+    printed,
     unknown,
+    walk,
 )
+from cabledrive.export.translation.source import (
+    FROZEN,
+    Promoted,
+    Scope,
+    Source,
+    c_name,
+    constant,
+    plain,
+    source_of,
+)
+from cabledrive.export.translation.statements import Statements
 from cabledrive.parameters import InputRefused
 
 KERNELS = "cabledrive."

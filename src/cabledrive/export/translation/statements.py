@@ -2,21 +2,22 @@
 
 import ast
 
-from cabledrive.export.translation.calls import Calls
-from cabledrive.export.translation.expressions import bare
-from cabledrive.export.translation.nodes import Block, Node, mentions
-from cabledrive.export.translation.scope import c_name, constant
-from cabledrive.export.translation.types import (
+from cabledrive.export.translation.expressions import Calls, bare
+from cabledrive.export.translation.nodes import (
     INT,
     NOTHING,
     REAL,
+    Block,
     Group,
     Kind,
+    Node,
     Record,
     Scalar,
     Value,
     View,
+    mentions,
 )
+from cabledrive.export.translation.source import c_name, constant
 
 
 class Statements(Calls):

@@ -1,4 +1,4 @@
-r"""The network of a machine: spans that carry waves, masses and springs, with the rows by which q moves them.
+r"""The network of a machine: spans, masses, springs, dampers and dry friction, with their rows.
 
 Waves along a span have :math:`R = EA`, waves across it :math:`R = T/(1+\varepsilon)` per unstretched metre.
 Of a rope that runs with speed v the waves across it have
@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.holding import HOLDING
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, condition
 from cabledrive.mechanics.network.pieces import Piece, pieces_of
-from cabledrive.mechanics.network.statics import Statics, statics_of
-from cabledrive.mechanics.network.turning import geometric_stiffness
+from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
@@ -267,3 +266,61 @@ def _check_held(network: Network) -> None:
                     "pulley or stiffness"
                 )
             raise InputRefused(f"pulley {name}: no route passes it: add it to a path, or leave it out")
+
+
+def dampers_of(network: Network) -> tuple[Array, Array]:
+    """Dampers [N s/m], [N m s/rad], shape (k,), and their rows, shape (k, n); ropes have their own."""
+    drive, motion = network.drive, network.motion
+    parts: list[tuple[float, Array]] = []
+    for body in drive.body:
+        parts += [(body.damping, motion.unit(f"{body.name}.{move}")) for move in body.moves]
+    motors = dict(zip(drive.driven, drive.motor, strict=True))
+    for number, pulley in enumerate(drive.pulley):
+        turn = relative_turn(network, number)
+        parts.append((pulley.viscous_friction, turn))
+        motor = motors.get(number)
+        if motor is None:
+            continue
+        rotor = rotor_turn(network, number)
+        parts.append((motor.viscous_friction, rotor))
+        if motor.joint_stiffness is not None:
+            parts.append((motor.joint_damping, rotor - turn))
+    kept = [(value, row) for value, row in parts if value > 0.0 and row.any()]
+    rows = np.array([row for _, row in kept]) if kept else np.zeros((0, len(motion.names)))
+    return np.array([value for value, _ in kept]), rows
+
+
+def relative_turn(network: Network, pulley: int) -> Array:
+    """Turn of a pulley against what carries it, shape (n,)."""
+    part = network.drive.pulley[pulley]
+    mount = network.motion.rotation(network.drive.body_number(part.on, part.name))
+    return network.motion.angle(pulley) - mount
+
+
+def rotor_turn(network: Network, pulley: int) -> Array:
+    """Turn of the rotor that drives a pulley, against what carries the motor, shape (n,)."""
+    part = network.drive.pulley[pulley]
+    name = f"rotor of {part.name}"
+    if name not in network.motion.names:
+        return relative_turn(network, pulley)
+    mount = network.motion.rotation(network.drive.body_number(part.on, part.name))
+    return network.motion.unit(name) - mount
+
+
+def coulomb_of(network: Network) -> list[tuple[str, Array, float]]:
+    """Name, row, shape (n,), and friction [N], [N m] of all that rubs, but for ropes on their wraps."""
+    drive, motion = network.drive, network.motion
+    parts = [
+        (f"{body.name}.{move}", motion.unit(f"{body.name}.{move}"), body.coulomb_friction)
+        for body in drive.body
+        for move in body.moves
+    ]
+    parts += [
+        (pulley.name, relative_turn(network, number), pulley.coulomb_friction)
+        for number, pulley in enumerate(drive.pulley)
+    ]
+    for number, motor in zip(drive.driven, drive.motor, strict=True):
+        parts.append(
+            (f"motor of {drive.pulley[number].name}", rotor_turn(network, number), motor.coulomb_friction)
+        )
+    return [part for part in parts if part[2] > 0.0 and part[1].any()]

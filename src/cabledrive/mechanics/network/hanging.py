@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.elements import Element, carriage_at, end_place, straight_element
-from cabledrive.mechanics.network.pieces import Piece
-from cabledrive.mechanics.network.sections import gravity
-from cabledrive.mechanics.taut_string import irvine_parameter
+from cabledrive.mechanics.network.motion import gravity
+from cabledrive.mechanics.network.pieces import Element, Piece, carriage_at, end_place, straight_element
+from cabledrive.mechanics.sag import irvine_parameter
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.geometry import Place
 

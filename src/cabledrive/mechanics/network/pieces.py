@@ -1,15 +1,25 @@
-"""Free spans cut at the carriages that are clamped to them."""
+r"""Free spans cut at carriages, and pieces that are no straight string of even tension.
+
+A rope of bending stiffness EI leaves a pulley of radius r where its curvature has grown to 1/r. With
+:math:`e = \sqrt{EI/T}` that is e before the tangent point of a string, since the curvature decays as
+:math:`e^{-x/e}/r` and turns the rope by e/r in all. Linearised about this state, displacement and slope of
+the rope are those of the pulley at the point of lift-off; that the point moves enters to second order. So
+the beam is clamped there, and longer than the string by e at each pulley that it wraps so far, else by half
+the wrap. An anchor clamps it, and a guided carriage; a hanging carriage turns with it.
+"""
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion
-from cabledrive.mechanics.network.sections import gravity
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, gravity
 from cabledrive.mechanics.network.statics import Statics
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import Place
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,3 +83,99 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
             )
             tension = after
     return found
+
+
+EVEN = 5e-6
+"""Change of the tension along a piece, relative, below which it is even: (EVEN)^2/300 of a frequency."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Element:
+    """One rope across: a string whose tension changes along it, or a tensioned beam."""
+
+    start_tension: float  # [N]
+    end_tension: float  # [N]
+    length: float  # under tension, lift-off from pulleys included [m]
+    before: float  # part of it before the tangent point at the start [m]
+    density: float  # mass per unstretched length [kg/m]
+    axial_rigidity: float  # EA [N]
+    bending: float  # EI [N m^2]; 0: a string
+
+    @property
+    def tension(self) -> float:
+        """Tension of the even string with the same travel time [N]."""
+        return (0.5 * (sqrt(self.start_tension) + sqrt(self.end_tension))) ** 2
+
+    @property
+    def stretch(self) -> float:
+        """Length under tension over the unstretched one."""
+        return 1.0 + self.tension / self.axial_rigidity
+
+
+def element_of(drive: RoutedDrive, piece: Piece, direction: str) -> Element | None:
+    """The element of a piece in one direction; None: a straight string of even tension, as running ropes."""
+    span = drive.free_spans[piece.span]
+    rope, route = drive.ropes[span.route], drive.route[span.route]
+    change = abs(piece.end_tension - piece.start_tension) / piece.start_tension
+    if direction == ALONG or route.speed or (change <= EVEN and not rope.bending_stiffness):
+        return None
+    return straight_element(drive, piece)
+
+
+def straight_element(drive: RoutedDrive, piece: Piece) -> Element:
+    """One rope of a piece across, from lift-off to lift-off."""
+    rope = drive.ropes[drive.free_spans[piece.span].route]
+    bending = rope.bending_stiffness or 0.0
+    before, after = (lift_off(drive, piece, start=own) if bending else 0.0 for own in (True, False))
+    return Element(
+        start_tension=piece.start_tension,
+        end_tension=piece.end_tension,
+        length=before + piece.length + after,
+        before=before,
+        density=rope.density,
+        axial_rigidity=rope.axial_rigidity,
+        bending=bending,
+    )
+
+
+def lift_off(drive: RoutedDrive, piece: Piece, *, start: bool) -> float:
+    """How far beyond the tangent point the rope leaves its pulley [m]; 0 at anchors and carriages."""
+    span = drive.free_spans[piece.span]
+    place = end_place(drive, piece, start)
+    if place is None or place.sense == 0:
+        return 0.0
+    bending = drive.ropes[span.route].bending_stiffness or 0.0
+    free = sqrt(bending / (piece.start_tension if start else piece.end_tension))
+    wrap = wrap_at(drive, piece.span, start)
+    return free if wrap is None else min(free, 0.5 * wrap[1] * place.radius)
+
+
+def end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
+    """Anchor or pulley at one end of a piece; None: a carriage."""
+    span = drive.free_spans[piece.span]
+    if start:
+        return span.start if piece.start == 0.0 else None
+    return span.end if piece.end == span.length else None
+
+
+def carriage_at(drive: RoutedDrive, span: int, place: float) -> int:
+    """Number of the carriage at a place inside a span; ``place`` [m] from its start."""
+    places = drive.carriage_places
+    return next(number for number, (own, at) in enumerate(places) if own == span and at == place)
+
+
+def wrap_at(drive: RoutedDrive, span: int, start: bool) -> tuple[int, float] | None:
+    """The span that ends at the pulley at one end of a span, and the wrap there [rad]; None on a drum."""
+    number = span_before(drive, span) if start else span
+    wrap = None if number is None else drive.free_spans[number].wrap
+    return None if number is None or wrap is None else (number, wrap)
+
+
+def span_before(drive: RoutedDrive, span: int) -> int | None:
+    """Number of the span before one of the same route; None at the start of an open one."""
+    spans, route = drive.free_spans, drive.free_spans[span].route
+    if span > 0 and spans[span - 1].route == route:
+        return span - 1
+    if not drive.route[route].closed:
+        return None
+    return max(number for number, other in enumerate(spans) if other.route == route)

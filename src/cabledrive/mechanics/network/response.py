@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
-from cabledrive.mechanics.network.damping import dampers_of
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, dampers_of, network_of
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.errors import InputRefused, NotComputed

@@ -1,17 +1,30 @@
-"""What a machine with routes is at rest, span by span and pulley by pulley, and what looks odd about it."""
+"""What a machine with routes is at rest, span by span and pulley by pulley, and what must be known of it."""
 
 from collections.abc import Iterator
-from math import asin, degrees, log, sqrt
+from math import asin, degrees, hypot, log, sqrt
 from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.network.motion import Motion
-from cabledrive.mechanics.network.statics import Statics, statics_of
-from cabledrive.mechanics.network.straightness import lean, sag_parameter
-from cabledrive.mechanics.network.unheld import unheld_words
+from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
 from cabledrive.mechanics.warnings import ELASTIC_RULE
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Rope, RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan
+
+
+def sag_parameter(rigidity: float, tension: float, load: Array, span: FreeSpan) -> float:
+    r"""Irvine's :math:`\lambda^2 = (w L/T)^2\,EA/T` of a rope, w the weight across it per metre."""
+    across = abs(load[0] * span.across[0] + load[1] * span.across[1])
+    return (across * span.length / tension) ** 2 * rigidity / tension
+
+
+def lean(span: FreeSpan, direction: tuple[float, float]) -> float:
+    """Sine of the angle between a span and a direction."""
+    cross = span.along[0] * direction[1] - span.along[1] * direction[0]
+    return abs(cross) / hypot(*direction)
+
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
 """Angles [deg] between which a span was probably meant to be parallel to a slide."""

@@ -1,4 +1,4 @@
-r"""Tensions of a machine at rest: every body in balance, weights of bodies and ropes included.
+r"""A machine at rest: its tensions, bodies that turn under them, pulleys that they would turn.
 
 A section is a piece of a route along which the tension is passed on: between clamps, drums, guides, driven
 pulleys, and pulleys that several ropes turn. Its tension grows against gravity by :math:`\rho g` per metre of
@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.motion import Motion
-from cabledrive.mechanics.network.sections import Offsets, gravity, section_numbers, sections_of
+from cabledrive.mechanics.network.motion import Motion, Offsets, gravity, section_numbers, sections_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import Point
 
 _BALANCED = 1e-6
 _SINGULAR = 1e-10
@@ -261,3 +261,74 @@ def _preload(drive: RoutedDrive, motion: Motion, pulled: Array) -> dict[str, flo
         for name, force in zip(motion.names, total, strict=True)
         if name.rpartition(".")[0] in sprung
     }
+
+
+def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
+    r"""Stiffness of turning bodies under constant forces, Eq. (N.4).
+
+    .. math:: K_{ij} = -\sum F \cdot \frac{\partial^2 c}{\partial q_i\,\partial q_j}, \qquad
+              \frac{\partial^2 c}{\partial q_a\,\partial q_b} = e_z \times \frac{\partial c}{\partial q_b}
+
+    where a turns and carries b, or is b itself; zero else.
+    """
+    drive = motion.drive
+    total = np.zeros((len(motion.names), len(motion.names)))
+    if not any("turn" in body.moves for body in drive.body):
+        return total
+    g = gravity(drive)
+    loads: list[tuple[Array, Point, int | None]] = [
+        (body.mass * g + np.array(body.load), body.at, i) for i, body in enumerate(drive.body)
+    ]
+    loads += [
+        (pulley.mass * g, pulley.at, drive.body_number(pulley.on, pulley.name)) for pulley in drive.pulley
+    ]
+    for number, span in enumerate(drive.free_spans):
+        for end, place in enumerate((span.start, span.end)):
+            loads.append((statics.forces[number, end], place.centre, motion.body_of(place)))
+    for force, at, body in loads:
+        rows = motion.point(at, body)
+        turned = force[1] * rows[0] - force[0] * rows[1]  # F . (e_z x dc/dq)
+        chain = drive.carried_by(body)
+        for position, outer in enumerate(chain):
+            if "turn" not in drive.body[outer].moves:
+                continue
+            a = motion.unit(f"{drive.body[outer].name}.turn")
+            for inner in chain[: position + 1]:
+                for move in drive.body[inner].moves:
+                    b = motion.unit(f"{drive.body[inner].name}.{move}")
+                    value = -float(turned @ b)
+                    total += value * np.outer(a, b)
+                    total += value * np.outer(b, a) if inner != outer else 0.0
+    return total
+
+
+"""Torque over the largest of any rope at its rim that counts as none."""
+
+
+def unheld_pulleys(motion: Motion, statics: Statics) -> dict[str, float]:
+    """Torques of the ropes at rest that no motor, friction or other rope balances, by pulley [N m]."""
+    drive = motion.drive
+    driven = drive.driven or (0,)
+    torques = np.zeros(len(drive.pulley))
+    for span, forces in zip(drive.free_spans, statics.forces, strict=True):
+        for place, contact, force in zip((span.start, span.end), span.contacts, forces, strict=True):
+            if place.pulley is not None:
+                arm = np.subtract(contact, place.centre)
+                torques[place.pulley] += arm[0] * force[1] - arm[1] * force[0]
+    largest = float(np.abs(statics.forces).max(initial=0.0))
+    return {
+        pulley.name: float(torque)
+        for number, (pulley, torque) in enumerate(zip(drive.pulley, torques, strict=True))
+        if motion.turns(number)
+        and number not in driven
+        and abs(torque) > pulley.coulomb_friction + _BALANCED * largest * pulley.radius
+    }
+
+
+def unheld_words(motion: Motion, statics: Statics) -> list[str]:
+    """A warning for each pulley that nothing in the file holds at rest, such as the far drum of a line."""
+    return [
+        f"the ropes at rest turn pulley {name} by {abs(torque):.4g} N m and nothing in the file holds it: "
+        "what is computed holds where a load does; else give it a motor, or fixed = true where a brake does"
+        for name, torque in unheld_pulleys(motion, statics).items()
+    ]

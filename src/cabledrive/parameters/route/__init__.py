@@ -2,10 +2,16 @@
 
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Place
-from cabledrive.parameters.route.moving import posed
-from cabledrive.parameters.route.parts import Anchor, Body, RoutedCarriage, RoutedMotor, RoutedPulley
-from cabledrive.parameters.route.rope import Rope, Route
-from cabledrive.parameters.route.strain_free import followers, moved
+from cabledrive.parameters.route.parts import (
+    Anchor,
+    Body,
+    Rope,
+    Route,
+    RoutedCarriage,
+    RoutedMotor,
+    RoutedPulley,
+)
+from cabledrive.parameters.route.strain_free import followers, moved, posed
 
 __all__ = [
     "Anchor",

@@ -6,20 +6,22 @@ from functools import cached_property
 from typing import Any, NoReturn
 
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count, check_excitation
+from cabledrive.parameters.drive_parts import Goal, Sensors
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
-from cabledrive.parameters.instruments import Goal, Sensors
 from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
+    Rope,
+    Route,
     RoutedCarriage,
     RoutedMotor,
     RoutedPulley,
     RouteLayout,
+    rope_of,
 )
-from cabledrive.parameters.route.rope import Rope, Route, rope_of
 
 _UNDER_GRAVITY = RouteLayout()
 ONLY_TWO_PULLEYS = frozenset(
@@ -39,7 +41,7 @@ def refuse_route(what: str = "this calculation") -> NoReturn:
 
 def require_two_pulleys(drive: object, what: str) -> None:
     """Refuse a machine with routes at a door that knows two pulleys only; ``what``: the door's name."""
-    from cabledrive.parameters.route.axis import require_own_spans
+    from cabledrive.parameters.route.two_pulleys import require_own_spans
 
     if isinstance(drive, RoutedDrive):
         refuse_route(what)

@@ -1,11 +1,20 @@
-"""A loop or line round two pulleys as a machine with routes."""
+"""A loop round two pulleys as a machine with routes, and an axis of a route as such a loop."""
 
-from cabledrive.parameters.carriage import Carriage
+from dataclasses import dataclass, field
+from typing import Any
+
 from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
-from cabledrive.parameters.route.parts import RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
-from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.parameters.route.parts import (
+    Rope,
+    Route,
+    RoutedCarriage,
+    RoutedMotor,
+    RoutedPulley,
+    RouteLayout,
+)
 
 NAMES = ("drive pulley", "load pulley")
 _ROPE = ("mass_per_length", "pretension", "transverse_damping", "axial_damping", "strength", "tooth_pitch")
@@ -65,3 +74,26 @@ def _carriage(drive: Drive, own: Carriage) -> RoutedCarriage:
     before = drive.pulley_distance if own.span == "lower" else 0.0
     place = own.position * (1.0 + drive.cable.prestrain) + before
     return RoutedCarriage(name=own.name, mass=own.mass, guided=own.guided, position=place)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisDrive(Drive):
+    """The chain that a motor of a machine with routes drives, for control: it has no spans of its own.
+
+    Its cable has the chain's stiffness, no mass, and the pretension of a loop slack at the same torque.
+    """
+
+    machine: RoutedDrive  # where it comes from
+    load: str  # coordinate that is the load
+    gain: float  # its motion per motor angle [m/rad], [rad/rad]
+    slides: bool  # whether the load slides: its "load angle" is then its place over the gain
+    words: dict[str, Any] = field(compare=False)  # how the chain was found, for results
+
+
+def require_own_spans(drive: object, what: str) -> None:
+    """Refuse an axis of a machine with routes where the spans themselves are needed; ``what``: by whom."""
+    if isinstance(drive, AxisDrive):
+        raise InputRefused(
+            f'kind = "route": {what} needs the spans, and the axis of {drive.load} is a lumped chain: '
+            "take a lumped plant"
+        )

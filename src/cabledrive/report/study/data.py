@@ -1,6 +1,6 @@
 """Chapter "Drive and data": what the file and the logs hold, and what is odd about them."""
 
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.datasheet_words import DATASHEET
 from cabledrive.report.numbers import quantity

@@ -1,14 +1,14 @@
 """The loop under the planned torque, as a figure that moves."""
 
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Block, Figure, Paragraph
 from cabledrive.report.wording import texts
 from cabledrive.simulation import Recording, Scheme, simulate
+from cabledrive.simulation.run import whole
 from cabledrive.simulation.signals import Sampled
-from cabledrive.simulation.stopped import whole
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.resonance_stage import motion_torque
 

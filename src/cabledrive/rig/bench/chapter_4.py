@@ -13,8 +13,7 @@ from cabledrive.identification.excitation import (
 )
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model
 from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig
 from cabledrive.rig.setting import sample_interval
 

@@ -19,8 +19,8 @@ from cabledrive.identification.excitation import (
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.bench.chapter_4 import rig_of

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.transporter_law import OBSERVED
+from cabledrive.control.transporter import OBSERVED
 from cabledrive.reduction.transporter import Transporter
 from cabledrive.rig.carriage.transporter_kernels import CarriageLoop, TransporterPlant, run_transporter
 

@@ -6,9 +6,15 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.scheduled_kernels import ScheduledLaw
-from cabledrive.control.transporter_law import STATES, TransporterTuning, scheduled_law
-from cabledrive.control.transporter_reference import flat_motion, rigid_motion, shaped
+from cabledrive.control.schedule_kernels import ScheduledLaw
+from cabledrive.control.transporter import (
+    STATES,
+    TransporterTuning,
+    flat_motion,
+    rigid_motion,
+    scheduled_law,
+    shaped,
+)
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.transporter import Transporter, transporter_of
 from cabledrive.rig.carriage.carriage_loop import run_carriage

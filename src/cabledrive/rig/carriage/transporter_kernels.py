@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.scheduled_kernels import ScheduledLaw, scheduled_step
+from cabledrive.control.schedule_kernels import ScheduledLaw, scheduled_step
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters.arrays import Array
 
@@ -29,7 +29,7 @@ class CarriageLoop(NamedTuple):
     """Everything of a run but the plant."""
 
     law: ScheduledLaw
-    reference: Array  # (samples, 10): of `cabledrive.control.transporter_reference.flat_motion`
+    reference: Array  # (samples, 10): of `cabledrive.control.transporter.flat_motion`
     wind: Array  # (samples,): force on the payload [N]
     interval: float  # sample time [s]
     substeps: int  # internal steps of the plant per sample

@@ -3,8 +3,7 @@
 from math import exp, isfinite
 from typing import NamedTuple
 
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers

@@ -5,12 +5,11 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
-from cabledrive.parameters.route.axis import require_own_spans
+from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.closed_loop.cable_kernels import CableNumbers, run_cable_loop

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cabledrive.control.darc import darc_step
-from cabledrive.control.numbers import DARC, NOMINAL, LawNumbers
-from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.control.numbers import DARC, KALMAN, NOMINAL, LawNumbers, ObserverNumbers
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers

@@ -4,15 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.control.kalman import Sampling
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import ObserverNumbers
+from cabledrive.control.observers import Sampling
 from cabledrive.control.own_controller import is_compiled
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import highest_model, lumped_model
-from cabledrive.reduction.reflected import reflected
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
 from cabledrive.rig.closed_loop.by_sample import run_by_sample
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
 from cabledrive.rig.closed_loop.disturbed_kernels import UNDISTURBED, DisturbedNumbers

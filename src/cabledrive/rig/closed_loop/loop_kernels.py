@@ -3,8 +3,7 @@
 from math import isfinite, pi, sin
 from typing import NamedTuple
 
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers, move_disturbed
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, Array, LoopState, RigNumbers

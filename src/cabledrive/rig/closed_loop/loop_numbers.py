@@ -5,9 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.controller_state import ESTIMATES, ControllerState, new_controller_state
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import (
+    ESTIMATES,
+    ControllerState,
+    LawNumbers,
+    ObserverNumbers,
+    new_controller_state,
+)
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 
 Array = NDArray[np.float64]

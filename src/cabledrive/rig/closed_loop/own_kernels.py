@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Any
 
 from cabledrive.control.controller_kernels import issue, observe
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.closed_loop.loop_kernels import ChainPlant, chain_ends, move_chain, see_chain
 from cabledrive.rig.closed_loop.loop_numbers import Array, LoopState, RigNumbers

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.flank_torque import FlankLaw, first_memory
-from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
-from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.control.numbers import KALMAN, ObserverNumbers
+from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers

@@ -12,8 +12,7 @@ import numpy as np
 
 from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.flank_torque import COMMANDS, FlankLaw, preload_step
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.rig.closed_loop.disturbed_kernels import link_torque, rubbed
 from cabledrive.rig.closed_loop.loop_numbers import (

@@ -6,8 +6,7 @@ from itertools import islice
 
 import numpy as np
 
-from cabledrive.control.numbers import DARC, ELASTIC, INERTIAL, LIMIT, SURFACE, LawNumbers
-from cabledrive.control.observer_numbers import IDEAL
+from cabledrive.control.numbers import DARC, ELASTIC, IDEAL, INERTIAL, LIMIT, SURFACE, LawNumbers
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop import batch_kernels as row
 from cabledrive.rig.closed_loop.batch_kernels import (

@@ -5,9 +5,7 @@ from math import isfinite, nan
 import numpy as np
 
 from cabledrive.control.controller_kernels import controller_step
-from cabledrive.control.controller_state import ControllerState
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import ControllerState, LawNumbers, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers, LoopState, RigNumbers
 

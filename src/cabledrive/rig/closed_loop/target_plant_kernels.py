@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
-from cabledrive.control.reference_numbers import ReferenceNumbers
-from cabledrive.control.target_kernels import PathState, TargetState, path_row, target_step
+from cabledrive.control.controller_kernels import PathState, TargetState, path_row, target_step
+from cabledrive.control.numbers import LawNumbers, ObserverNumbers
+from cabledrive.control.reference import ReferenceNumbers
 from cabledrive.mechanics.compiled import njit_part
 from cabledrive.rig.closed_loop.loop_kernels import move
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers, RigNumbers

@@ -6,9 +6,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import highest_model, lumped_model
-from cabledrive.reduction.reflected import reflected
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, checked_plant
 from cabledrive.rig.laws.fitting import fitted_encoders, load_gear
 from cabledrive.rig.setting import RigOptions

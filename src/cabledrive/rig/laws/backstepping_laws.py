@@ -1,8 +1,8 @@
 """Backstepping of six states, ready for a drive with a flexible motor joint."""
 
-from cabledrive.control.backstepping_chain import chain_generator, chain_numbers, chain_reference
+from cabledrive.control.backstepping import chain_generator, chain_numbers, chain_reference
 from cabledrive.control.backstepping_recursion import gain_names
-from cabledrive.control.kalman import QUIET
+from cabledrive.control.observers import QUIET
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.fitting import law_shafts
 

@@ -10,13 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.adaptive_laws import l1_law
-from cabledrive.control.flat_output import FlatOutput, flat_output
 from cabledrive.control.hinf import hinf_law
-from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.linear_laws import (
     feedforward,
     feedforward_generator,
+    l1_law,
     lq_law,
     lq_torque,
     lqi_law,
@@ -26,11 +24,10 @@ from cabledrive.control.linear_laws import (
     rigid_inertia,
 )
 from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.reference import flat_reference
-from cabledrive.control.reference_numbers import AT_ONCE
+from cabledrive.control.observers import QUIET, KalmanTuning
+from cabledrive.control.reference import AT_ONCE, FlatOutput, flat_output, flat_reference
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, natural_frequencies_of, state_space
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.fitting import load_count

@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.load_row_numbers import NO_LOAD, LoadRowNumbers
-from cabledrive.control.numbers import BACKSTEPPING, DARC, OWN, LawNumbers
-from cabledrive.control.observer_numbers import BY_LOAD, KALMAN, ObserverNumbers
+from cabledrive.control.numbers import BACKSTEPPING, BY_LOAD, DARC, KALMAN, OWN, LawNumbers, ObserverNumbers
 from cabledrive.control.own_controller import OwnController
-from cabledrive.control.reference_numbers import ReferenceNumbers
+from cabledrive.control.reference import NO_LOAD, LoadRowNumbers, ReferenceNumbers
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import require_regular
 from cabledrive.rig.closed_loop.loop import Loop
@@ -21,7 +19,7 @@ from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controller_words import ARRAYS, reference_columns
 from cabledrive.rig.laws.registry import CONTROLLERS
 
-ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers"
+ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.numbers"
 FILE = "controller.json"
 UNITS = {
     "sample_time": "s",

@@ -7,20 +7,23 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.backstepping import PRINTED_HZ, backstepping_gains, backstepping_numbers
-from cabledrive.control.darc import darc_numbers
-from cabledrive.control.darc_gains import Bounds, darc_gains, printed_bounds
-from cabledrive.control.flat_output import FlatOutput, flat_output
-from cabledrive.control.kalman import QUIET, KalmanTuning
+from cabledrive.control.darc import Bounds, darc_gains, darc_numbers, printed_bounds
 from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.observers import QUIET, KalmanTuning
 from cabledrive.control.own_controller import OwnController
-from cabledrive.control.reference import flat_generator, flat_reference
-from cabledrive.control.reference_numbers import MotionNumbers, ReferenceNumbers, reference_numbers
+from cabledrive.control.reference import (
+    FlatOutput,
+    MotionNumbers,
+    ReferenceNumbers,
+    flat_generator,
+    flat_output,
+    flat_reference,
+    reference_numbers,
+)
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import FLEXIBLE_JOINT, lumped_model
-from cabledrive.reduction.reflected import reflected
+from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, LumpedChain, lumped_model, reflected
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.fitting import law_shafts, load_gear
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
@@ -31,7 +34,7 @@ DAMPED_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadMotion:
-    """What a law that learns the load takes for granted; see `cabledrive.control.learning_bound`.
+    """What a law that learns the load takes for granted; see `cabledrive.control.bound`.
 
     Attributes
     ----------

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping_stability import backstepping_row
+from cabledrive.control.backstepping import backstepping_row
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR, NOMINAL
 from cabledrive.parameters import Drive, InputRefused

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from cabledrive.control.kalman import KalmanTuning
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import highest_model
+from cabledrive.control.observers import KalmanTuning
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, own_filter
 from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts

@@ -4,10 +4,16 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.control.difference import filtered_difference, ideal_states
-from cabledrive.control.kalman import QUIET, KalmanTuning, Sampling, kalman_filter
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_filter, with_load
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.numbers import ObserverNumbers
+from cabledrive.control.observers import (
+    QUIET,
+    KalmanTuning,
+    Sampling,
+    filtered_difference,
+    ideal_states,
+    kalman_filter,
+)
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers

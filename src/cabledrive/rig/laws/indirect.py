@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.darc_gains import Bounds, printed_bounds
-from cabledrive.control.kalman import Sampling
-from cabledrive.control.load_equation import LoadEstimate, estimate_load
+from cabledrive.control.darc import Bounds, printed_bounds
 from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estimate_motor
+from cabledrive.control.observers import Sampling
+from cabledrive.control.regression import LoadEstimate, estimate_load
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law

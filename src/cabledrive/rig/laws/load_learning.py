@@ -5,16 +5,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from cabledrive.control.innovations_of_load import missed_by_filter, whitening
-from cabledrive.control.kalman import KalmanTuning, Sampling
 from cabledrive.control.linear_laws import feedforward_generator, lq_law
-from cabledrive.control.load_row import load_row_numbers
-from cabledrive.control.load_torque import carried, load_regressors
-from cabledrive.control.numbers import LEARNING, LawNumbers, learning_table, start_estimates
-from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.control.load_torque import carried, load_regressors, load_row_numbers
+from cabledrive.control.numbers import (
+    KALMAN,
+    LEARNING,
+    LawNumbers,
+    ObserverNumbers,
+    learning_table,
+    start_estimates,
+)
+from cabledrive.control.observer_kernels import missed_by_filter, whitening
+from cabledrive.control.observers import KalmanTuning, Sampling
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.baselines import feedforward_table, inverse_of, weights

@@ -4,14 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.flat_output import flat_output
-from cabledrive.control.kalman import QUIET
 from cabledrive.control.linear_laws import feedforward_generator
 from cabledrive.control.numbers import OWN, LawNumbers
+from cabledrive.control.observers import QUIET
 from cabledrive.control.own_controller import OwnController, checked_controller
-from cabledrive.control.reference_numbers import ReferenceNumbers, reference_numbers
+from cabledrive.control.reference import ReferenceNumbers, flat_output, reference_numbers
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table
 from cabledrive.rig.laws.controllers import Controller, DesignSpec

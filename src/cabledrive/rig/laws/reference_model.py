@@ -4,13 +4,17 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.control.adaptive_laws import reference_model_generator, reference_model_law
-from cabledrive.control.darc_gains import printed_bounds
-from cabledrive.control.flat_output import flat_output
-from cabledrive.control.kalman import QUIET
-from cabledrive.control.linear_laws import FRICTION_SLOPE, feedforward, lq_law
-from cabledrive.control.reference import flat_reference
-from cabledrive.reduction.models import highest_model
+from cabledrive.control.darc import printed_bounds
+from cabledrive.control.linear_laws import (
+    FRICTION_SLOPE,
+    feedforward,
+    lq_law,
+    reference_model_generator,
+    reference_model_law,
+)
+from cabledrive.control.observers import QUIET
+from cabledrive.control.reference import flat_output, flat_reference
+from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.laws.baselines import rigid_bandwidth, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 

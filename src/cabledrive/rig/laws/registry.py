@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.laws.baselines import BASELINES
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, darc

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.control.kalman import QUIET
 from cabledrive.control.linear_laws import feedforward_generator, lqi_law
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_law, with_load
 from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.reference_numbers import ReferenceNumbers
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import highest_model
+from cabledrive.control.observers import QUIET
+from cabledrive.control.reference import ReferenceNumbers
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec

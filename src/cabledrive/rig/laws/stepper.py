@@ -9,11 +9,10 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.control.kalman import QUIET
 from cabledrive.control.linear_laws import linear_law
+from cabledrive.control.observers import QUIET
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.lumped_chain import state_space
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import highest_model, state_space
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.trajectories.input_shaping import input_shaper
 

@@ -13,10 +13,17 @@ from math import pi
 import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
-from cabledrive.control.backstepping_stability import backstepping_row
+from cabledrive.control.backstepping import backstepping_row
 from cabledrive.control.load_schedule import filter_at, law_at
-from cabledrive.control.numbers import BACKSTEPPING, DARC, LEARNING, LINEAR, REFERENCE_MODEL, LawNumbers
-from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.control.numbers import (
+    BACKSTEPPING,
+    DARC,
+    KALMAN,
+    LEARNING,
+    LINEAR,
+    REFERENCE_MODEL,
+    LawNumbers,
+)
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.linear_loop import feedback_row
 from cabledrive.rig.closed_loop.loop import Loop

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.result_card import ResultCard
+from cabledrive.parameters.terminal import ResultCard
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)

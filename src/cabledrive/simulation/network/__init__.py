@@ -1,7 +1,7 @@
 """Machines with routes in time: every span divided as that of a loop, bodies and pulleys between them."""
 
+from cabledrive.simulation.network.case import NetworkStart
 from cabledrive.simulation.network.door import simulate_network
 from cabledrive.simulation.network.result import NetworkResult
-from cabledrive.simulation.network.start import NetworkStart
 
 __all__ = ["NetworkResult", "NetworkStart", "simulate_network"]

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -11,30 +11,119 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.sources import digest_with_imports
-from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation.case import Recording
 from cabledrive.simulation.channels import Channel
-from cabledrive.simulation.network.channels import channels_of
-from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh
-from cabledrive.simulation.network.plan import NetworkPlan, network_plan
-from cabledrive.simulation.network.rubbing import rubbing_of
-from cabledrive.simulation.network.start import NetworkStart, placed
-from cabledrive.simulation.network.state import NetworkState, new_network_state
-from cabledrive.simulation.network.wraps import wraps_of
-from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.methods import TimeGrid, check_resolved, time_grid
+from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, rubbing_of, wraps_of
+from cabledrive.simulation.network.plan import NetworkPlan, NetworkState, network_plan, new_network_state
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
-from cabledrive.simulation.step_size import TimeGrid, check_resolved, time_grid
+from cabledrive.simulation.start import PLANES, Pluck, Scheme, named_shape
 
 if TYPE_CHECKING:
-    from cabledrive.simulation.network.stepper import NetworkStepper
+    from cabledrive.simulation.network.door import NetworkStepper
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NetworkStart:
+    """Where a machine with routes is at t = 0.
+
+    Attributes
+    ----------
+    plucks : tuple of Pluck
+        Displacements of spans, called by their names; planes u, v, w.
+    places, speeds : dict of str to float
+        Coordinates such as "head.x" or a pulley, from rest [m], [rad]; [m/s], [rad/s]. Ropes follow linearly.
+    """
+
+    plucks: tuple[Pluck, ...] = ()
+    places: Mapping[str, float] = field(default_factory=dict)
+    speeds: Mapping[str, float] = field(default_factory=dict)
+
+
+def placed(
+    mesh: NetworkMesh, given: Mapping[str, float], what: str, plucks: tuple[Pluck, ...]
+) -> tuple[Array, Array]:
+    """Displacements or velocities of nodes and coordinates; ropes follow their ends linearly."""
+    q, x = np.zeros(len(mesh.names)), np.zeros((3, mesh.size))
+    for name, value in given.items():
+        if name not in mesh.names:
+            raise InputRefused(f'start: {what} of "{str(name)[:60]}": take one of {", ".join(mesh.names)}')
+        if not np.isfinite(value):
+            raise InputRefused(f"start: {what} of {name} = {value} must be finite")
+        q[mesh.names.index(name)] = value
+    for k, (first, last) in enumerate(mesh.nodes):
+        share = mesh.position(k) / mesh.length[k]
+        ends = [mesh.ends[k, side] @ q for side in range(2)]
+        x[:, first : last + 1] = ends[0][:, None] + (ends[1] - ends[0])[:, None] * share
+    for pluck in plucks:
+        if pluck.span not in mesh.pieces:
+            raise InputRefused(f'pluck: "{pluck.span[:60]}" is no span: take one of {"; ".join(mesh.pieces)}')
+        k = mesh.pieces.index(pluck.span)
+        first, last = mesh.nodes[k]
+        x[PLANES.index(pluck.plane), first : last + 1] += _shape(pluck, mesh.position(k))
+    return x, q
+
+
+def _shape(pluck: Pluck, x: Array) -> Array:
+    """Profile of a pluck along one piece, zero at its ends."""
+    if not abs(pluck.height) < x[-1]:
+        raise InputRefused(f"pluck: {pluck.height:.6g} m is longer than its span of {x[-1]:.6g} m: lower it")
+    if isinstance(pluck.shape, str):
+        return pluck.height * named_shape(pluck.shape, x, 0.0, pluck.place * x[-1], x[-1])
+    values = pluck.shape(x) if callable(pluck.shape) else pluck.shape
+    profile = np.asarray(values, dtype=np.float64)
+    if not callable(pluck.shape):
+        profile = np.interp(x / x[-1], np.linspace(0.0, 1.0, profile.size), profile)
+    profile = pluck.height * profile
+    if profile.shape != x.shape or not np.isfinite(profile).all() or abs(profile[[0, -1]]).max() > 1e-12:
+        raise InputRefused("pluck: the profile must be finite, and zero at both ends of its span")
+    return np.asarray(profile)
+
+
+def channels_of(mesh: NetworkMesh, motors: tuple[str, ...]) -> tuple[Channel, ...]:
+    """Columns of a record, in order."""
+    units = ["m" if slides(name) else "rad" for name in mesh.names]
+    found = [Channel(name, unit, f"place of {name}") for name, unit in zip(mesh.names, units, strict=True)]
+    found += [
+        Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}")
+        for name, unit in zip(mesh.names, units, strict=True)
+    ]
+    found += [Channel(f"torque on {name}", "N m", f"torque of the motor of {name}") for name in motors]
+    found += [Channel(f"mean tension, {one}", "N", f"tension of {one}, mean along it") for one in mesh.pieces]
+    found += [Channel(f"least tension, {one}", "N", f"least tension of {one}") for one in mesh.pieces]
+    found += [
+        Channel(f"{plane} at the middle of {one}", "m", f"displacement {plane} at the middle of {one}")
+        for one in mesh.pieces
+        for plane in PLANES
+    ]
+    return (
+        *found,
+        Channel("rope_energy", "J", "kinetic energy of the ropes"),
+        Channel("body_energy", "J", "kinetic energy of bodies, pulleys and motors"),
+        Channel("strain_energy", "J", "elastic energy of the ropes above that at rest"),
+        Channel("spring_energy", "J", "energy of springs and of turning bodies above that at rest"),
+        Channel("torque_work", "J", "work of the torques since the start"),
+        Channel("transverse_loss", "J", "energy lost to transverse damping since the start"),
+        Channel("axial_loss", "J", "energy lost to axial damping of the ropes since the start"),
+        Channel("viscous_loss", "J", "energy lost to bearings, bodies and joints since the start"),
+        Channel("coulomb_loss", "J", "energy lost to Coulomb friction and slipping ropes since the start"),
+        Channel(
+            "balance", "J", "energy of the method, plus losses, minus work: constant if the budget closes"
+        ),
+    )
+
+
+def slides(name: str) -> bool:
+    """Whether a coordinate is a length."""
+    return name.endswith((".x", ".y", " along", " across", " out of plane")) or name.startswith("slip at ")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,7 +182,7 @@ class NetworkCase:
 
     def stepper(self) -> "NetworkStepper":
         """What takes the steps."""
-        from cabledrive.simulation.network.stepper import NetworkStepper
+        from cabledrive.simulation.network.door import NetworkStepper
 
         return NetworkStepper(self)
 

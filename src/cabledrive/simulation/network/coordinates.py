@@ -20,8 +20,9 @@ from cabledrive.simulation.network.plan import (
     TORQUE_WORK,
     VISCOUS_LOSS,
     NetworkPlan,
+    NetworkState,
+    NetworkWorkspace,
 )
-from cabledrive.simulation.network.state import NetworkState, NetworkWorkspace
 from cabledrive.simulation.observe import add_to
 
 MOST_SWEEPS = 200

@@ -1,16 +1,62 @@
-"""A network of spans divided into segments, with the rows by which its coordinates move the ends."""
+r"""A network of spans divided into segments, with wraps where ropes slide, dry friction and axial damping.
+
+A damper :math:`\beta = b(1+\varepsilon_0)/h` in each segment acts along the straight span on the mean speeds
+V over the step, which its tension q itself changes: :math:`q_i/\beta = V_{i+1} - V_i`,
+:math:`V_i = V_i^* + \tfrac{g}{2} (q_i - q_{i-1})`, :math:`g = \Delta t/m`. The speeds of the ends are left
+open, :math:`q = q_0 + q_a V_a + q_b V_b`; what :math:`q_a, q_b` do to the coordinates is a constant matrix.
+"""
 
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network
-from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
+from cabledrive.mechanics.network.assembly import coulomb_of, dampers_of, rotor_turn
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
+from cabledrive.mechanics.network.span_table import follows
+from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.simulation.network.wraps import Wrap
-from cabledrive.simulation.runs import Integers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wrap:
+    r"""A wrap on which the rope slips where :math:`T_1 > T_2 e^{\mu\varphi}`."""
+
+    name: str  # of the pulley
+    before: int  # piece of rope that meets it
+    behind: int  # piece of rope that leaves it
+    factor: float  # e^(mu phi) - 1: largest friction per tension of the slacker side
+    ropes: int
+
+
+def wraps_of(network: Network) -> list[Wrap]:
+    """Wraps of all pulleys with a friction coefficient, those at the ends of a route left out."""
+    drive, found = network.drive, []
+    pieces = [piece.span for piece in network.pieces]
+    for number, span in enumerate(drive.free_spans):
+        if span.wrap is None or span.end.pulley is None:
+            continue
+        pulley = drive.pulley[span.end.pulley]
+        if pulley.capstan_friction is None:
+            continue
+        after = next(
+            i
+            for i, other in enumerate(drive.free_spans)
+            if other.route == span.route and follows(drive, number, i)
+        )
+        found.append(
+            Wrap(
+                name=pulley.name,
+                before=len(pieces) - 1 - pieces[::-1].index(number),
+                behind=pieces.index(after),
+                factor=exp(pulley.capstan_friction * span.wrap) - 1.0,
+                ropes=drive.route[span.route].ropes,
+            )
+        )
+    return found
+
 
 AXES = (ALONG, OUT_OF_PLANE, ACROSS)
 """Directions of u, v, w."""
@@ -133,3 +179,86 @@ def _names(network: Network) -> tuple[str, ...]:
         place = spans[: number + 1].count(span)
         names.append(f"{name}, part {place}" if spans.count(span) > 1 else name)
     return tuple(names)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rubbing:
+    """What rubs, and how much."""
+
+    names: tuple[str, ...]
+    rows: Array  # (k, n): speed of what rubs per speed of the coordinates
+    bound: Array  # (k,): largest friction [N], [N m]; of a wrap per tension of its slacker side
+    wrap: Integers  # (k, 2): pieces before and behind a wrap; -1 elsewhere
+    rest: Array
+    """(n,): difference of the tensions at rest on both sides of a wrap, which its friction holds [N]."""
+
+
+def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> Rubbing:
+    """All Coulomb friction; ``tension``, shape (pieces,): at rest, of one rope [N]."""
+    parts, motion = coulomb_of(network), network.motion
+    n, rest = len(motion.names), np.zeros(len(motion.names) + len(wraps))
+    rows = np.zeros((len(parts) + len(wraps), rest.size))
+    for k, (_, row, _) in enumerate(parts):
+        rows[k, :n] = row
+    for k, wrap in enumerate(wraps):
+        rows[len(parts) + k, n + k] = 1.0
+        rest[n + k] = wrap.ropes * (tension[wrap.behind] - tension[wrap.before])
+    return Rubbing(
+        names=(*(name for name, _, _ in parts), *(f"wrap at {wrap.name}" for wrap in wraps)),
+        rows=rows,
+        bound=np.array([*(bound for _, _, bound in parts), *(wrap.ropes * wrap.factor for wrap in wraps)]),
+        wrap=np.array(
+            [*((-1, -1) for _ in parts), *((wrap.before, wrap.behind) for wrap in wraps)], dtype=np.int64
+        ).reshape(-1, 2),
+        rest=rest,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AxialDampers:
+    """Constant parts of the damping tensions."""
+
+    compliance: Array  # (pieces,): 1 / beta of a segment [m/s/N]; 0 where no rope is damped
+    pivot: Array  # (nodes - 1,): pivots of the elimination
+    start: Array  # (nodes - 1,): damping tension per speed of the start [N s/m]
+    end: Array  # (nodes - 1,): per speed of the end [N s/m]
+    matrix: Array  # (n, n): what they do to the coordinates, as dampers
+
+
+def axial_dampers(mesh: NetworkMesh, step: float) -> AxialDampers:
+    """The dampers of all pieces; ``step`` [s]."""
+    from scipy.linalg import solveh_banded
+
+    size = mesh.size - 1
+    pivot, start, end = np.ones(size), np.zeros(size), np.zeros(size)
+    matrix = np.zeros_like(mesh.mass)
+    compliance = np.zeros(len(mesh.length))
+    for k, (first, last) in enumerate(mesh.nodes):
+        damping = float(mesh.axial_damping[k]) * (1.0 + float(mesh.tension[k] / mesh.rigidity[k]))
+        if damping == 0.0:
+            continue
+        h, here = float(mesh.spacing[k]), slice(first, last)
+        compliance[k] = h / damping
+        half = 0.5 * step / float(mesh.density[k] * h)
+        diagonal = np.full(last - first, compliance[k] + 2.0 * half)
+        diagonal[0] -= half  # the ends are no nodes of the piece's own
+        diagonal[-1] -= half
+        pivot[here] = _pivots(diagonal, half)
+        sides = np.zeros((last - first, 2))
+        sides[0, 0], sides[-1, 1] = -1.0, 1.0
+        bands = np.stack([np.append(0.0, np.full(last - first - 1, -half)), diagonal])
+        solved = solveh_banded(bands, sides) if last - first > 1 else sides / diagonal[:, None]
+        start[here], end[here] = solved.T
+        a, b = mesh.ends[k, 0, 0], mesh.ends[k, 1, 0]
+        first_row = start[first] * a + end[first] * b
+        last_row = start[last - 1] * a + end[last - 1] * b
+        matrix += mesh.ropes[k] * (np.outer(b, last_row) - np.outer(a, first_row))
+    return AxialDampers(compliance=compliance, pivot=pivot, start=start, end=end, matrix=matrix)
+
+
+def _pivots(diagonal: Array, half: float) -> Array:
+    """Pivots of the tridiagonal matrix with this diagonal and -half beside it."""
+    found = diagonal.copy()
+    for i in range(1, found.size):
+        found[i] -= half * half / found[i - 1]
+    return found

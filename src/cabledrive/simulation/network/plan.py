@@ -1,4 +1,4 @@
-"""Numbers of a run of a network of spans, worked out once, as its kernels take them."""
+"""Numbers of a run of a network, worked out once, and what changes from step to step."""
 
 from typing import NamedTuple
 
@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.simulation.network.axial_damping import axial_dampers
-from cabledrive.simulation.network.mesh import NetworkMesh
-from cabledrive.simulation.network.rubbing import Rubbing
+from cabledrive.simulation.network.mesh import NetworkMesh, Rubbing, axial_dampers
 from cabledrive.simulation.plan import KERNEL_LAWS
 
 # Columns of NetworkPlan.run: spacing [m]; velocity gained per pull h p along u, and across; share of the
@@ -48,7 +46,7 @@ class NetworkPlan(NamedTuple):
     inverse: Array  # (n, n): of M / step + C / 2, axial damping of the ropes included
     back: Array  # (n, n): M / step - C / 2
     axially_damped: bool
-    compliance: Array  # (pieces,): see `cabledrive.simulation.network.axial_damping`
+    compliance: Array  # (pieces,): see `cabledrive.simulation.network.mesh`
     damper: Array  # (3, nodes - 1): pivots, tension per speed of the start and of the end
     rest: Array  # (n,): forces at rest that friction alone holds [N]
     motor: Array  # (motors, n): turn of each rotor
@@ -104,7 +102,7 @@ def network_plan(
 
 
 def _number(law: CableLaw) -> int:
-    from cabledrive.mechanics.tension_only import taut_law
+    from cabledrive.mechanics.cable_laws import taut_law
 
     kind = type(taut_law(law))
     if kind not in KERNEL_LAWS:
@@ -131,3 +129,75 @@ def _rows(mesh: NetworkMesh) -> tuple[Integers, Integers, Array]:
     start = np.concatenate(([0], np.cumsum(np.count_nonzero(rows, axis=1)))).astype(np.int64)
     column: NDArray[np.int64] = np.nonzero(rows)[1].astype(np.int64)
     return start, column, rows[rows != 0.0]
+
+
+MOST_EVENTS = 1000
+
+# Entries of NetworkState.counts.
+STEPS, EVENTS = range(2)
+
+
+class NetworkState(NamedTuple):
+    """Displacements at the time of a step, velocities half a step before it, and what was counted."""
+
+    x: Array  # (3, nodes): u, v, w [m]
+    x_t: Array  # (3, nodes) [m/s]
+    q: Array  # (n,): coordinates [m], [rad]
+    q_t: Array  # (n,)
+    tallies: Array  # (2, TALLIES): works and losses [J], and what rounding took from them
+    extremes: Array  # (2, n): least and largest of each coordinate
+    peaks: Array  # (pieces,): largest |w| at the middle [m]
+    events: Array  # (MOST_EVENTS, 3): step, piece and least tension [N] where a piece went slack
+    slack: Integers  # (pieces,): whether it was slack at the last step
+    counts: Integers  # (2,): steps done, events
+
+
+class NetworkWorkspace(NamedTuple):
+    """Arrays without meaning between steps."""
+
+    before: Array  # (2, 3, nodes): displacements, and velocities before the kick, of a recorded step
+    before_q: Array  # (2, n)
+    before_tallies: Array  # (2, TALLIES)
+    p: Array  # (3, nodes - 1): components above the pretension [N]
+    pull: Array  # (pieces, 2, 3): those beside both ends
+    damping: Array  # (nodes - 1,): damping tensions [N]
+    force: Array  # (n,)
+    right: Array  # (n,)
+    new: Array  # (n,)
+    friction: Array  # (frictions,)
+    bound: Array  # (frictions,)
+
+
+def new_network_state(plan: NetworkPlan, x: Array, x_t: Array, q: Array, q_t: Array) -> NetworkState:
+    """State at the start of a run; velocities half a step before it."""
+    pieces = len(plan.nodes)
+    return NetworkState(
+        x=np.array(x),
+        x_t=np.array(x_t),
+        q=np.array(q),
+        q_t=np.array(q_t),
+        tallies=np.zeros((2, TALLIES)),
+        extremes=np.stack([np.full(q.size, np.inf), np.full(q.size, -np.inf)]),
+        peaks=np.zeros(pieces),
+        events=np.zeros((MOST_EVENTS, 3)),
+        slack=np.zeros(pieces, dtype=np.int64),
+        counts=np.zeros(2, dtype=np.int64),
+    )
+
+
+def new_network_workspace(plan: NetworkPlan) -> NetworkWorkspace:
+    """Work space for a run."""
+    nodes, n, pieces = int(plan.nodes[-1, 1]) + 1, len(plan.mass), len(plan.nodes)
+    return NetworkWorkspace(
+        before=np.zeros((2, 3, nodes)),
+        before_q=np.zeros((2, n)),
+        before_tallies=np.zeros((2, TALLIES)),
+        p=np.zeros((3, nodes - 1)),
+        pull=np.zeros((pieces, 2, 3)),
+        damping=np.zeros(nodes - 1),
+        force=np.zeros(n),
+        right=np.zeros(n),
+        new=np.zeros(n),
+        friction=np.zeros(plan.bound.size),
+        bound=np.zeros(plan.bound.size),
+    )

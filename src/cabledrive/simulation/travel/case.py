@@ -11,22 +11,142 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.network import Network
+from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.sources import digest_with_imports
-from cabledrive.parameters.hashing import content_hash
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation.case import Recording
 from cabledrive.simulation.channels import Channel
-from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.methods import TimeGrid
+from cabledrive.simulation.network.case import slides
 from cabledrive.simulation.signals import Signal
-from cabledrive.simulation.step_size import TimeGrid
-from cabledrive.simulation.travel.channels import travel_channels
+from cabledrive.simulation.start import Scheme
 from cabledrive.simulation.travel.plan import TALLIES, TravelPlan, TravelState
-from cabledrive.simulation.travel.way import Way
 from cabledrive.trajectories import smooth_rise
 
 if TYPE_CHECKING:
-    from cabledrive.simulation.travel.stepper import TravelStepper
+    from cabledrive.simulation.travel.door import TravelStepper
+
+
+def travel_channels(
+    names: tuple[str, ...], motors: tuple[str, ...], spans: tuple[str, ...]
+) -> tuple[Channel, ...]:
+    """Columns of a record, in order."""
+    units = ["m" if slides(name) else "rad" for name in names]
+    both = list(zip(names, units, strict=True))
+    found = [Channel(name, unit, f"place of {name} from the pose of the file") for name, unit in both]
+    found += [Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}") for name, unit in both]
+    found += [Channel(f"torque on {name}", "N m", f"torque of the motor of {name}") for name in motors]
+    found += [
+        Channel(f"mean tension, {one}", "N", f"tension of {one} with its damping, mean along it")
+        for one in spans
+    ]
+    found += [
+        Channel(f"least tension, {one}", "N", f"least tension of {one} with its damping") for one in spans
+    ]
+    found += [Channel(f"free length, {one}", "m", f"free length of {one}") for one in spans]
+    return (
+        *found,
+        Channel("rope_energy", "J", "kinetic energy of the ropes in their spans"),
+        Channel("body_energy", "J", "kinetic energy of bodies, pulleys and motors, of drums with their rope"),
+        Channel("strain_energy", "J", "elastic energy of the ropes in their spans"),
+        Channel("spring_energy", "J", "energy of springs, weights and loads above that at rest"),
+        Channel("torque_work", "J", "work of the torques since the start"),
+        Channel("weight_work", "J", "work of the ropes' weight since the start"),
+        Channel("axial_loss", "J", "energy lost to axial damping of the ropes since the start"),
+        Channel("viscous_loss", "J", "energy lost to bearings, bodies and joints since the start"),
+        Channel("coulomb_loss", "J", "energy lost to Coulomb friction since the start"),
+        Channel("creep_loss", "J", "energy lost where rope creeps on pulleys, since the start"),
+        Channel("wound_energy", "J", "energy that rope took onto rims and drums since the start"),
+        Channel("balance", "J", "energies plus losses minus works: constant if the budget closes"),
+    )
+
+
+POSES = 25
+_SMALL = 1e-7
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Way:
+    """Poses over the part of a move that is done, from 0 to 1."""
+
+    part: Array  # (poses,)
+    places: Array  # (poses, n): coordinates from the pose of the file, without strain beyond that at rest
+    shortest: Array  # (spans,): least free length of each span [m]
+    networks: list[Network]  # the machine at a few poses, first and last among them
+
+    def turns(self, part: Array, coordinate: int) -> Array:
+        """Turn of a rotor where parts of the move are done, shape (p,) [rad]."""
+        from scipy.interpolate import CubicSpline  # here, for asking for help does not need it
+
+        return np.asarray(CubicSpline(self.part, self.places[:, coordinate])(part), dtype=np.float64)
+
+
+def way_of(drive: RoutedDrive, moves: Mapping[str, float]) -> Way:
+    """Poses through which bodies go by their distances [m]; other bodies follow or keep their places.
+
+    Raises `InputRefused` if the machine cannot be in one of them, or moves do not go together.
+    """
+    network = network_of(drive, motor="free")
+    names = network.motion.names
+    slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
+    for name, distance in moves.items():
+        if name not in slides:
+            raise InputRefused(f'move: "{name[:60]}" slides no body{nearest(name[:60], slides)}')
+        if not np.isfinite(distance):
+            raise InputRefused(f"move {name} = {distance} m must be finite: give a distance")
+    if not any(moves.values()):
+        raise InputRefused("move: no body moves: give a distance, such as car.y=10m")
+    places, networks = [np.zeros(len(names))], [network]
+    part = np.linspace(0.0, 1.0, POSES)
+    for step in np.diff(part):  # second order: rates at the middle of each step
+        half = places[-1] + 0.5 * step * _rates(networks[-1], moves, slides)
+        middle = _posed(drive, half, names, slides)
+        places.append(places[-1] + step * _rates(middle, moves, slides))
+        networks.append(_posed(drive, places[-1], names, slides))
+    lengths = np.array([[span.length for span in one.drive.free_spans] for one in networks])
+    return Way(
+        part=part, places=np.array(places), shortest=lengths.min(axis=0), networks=networks[:: POSES // 4]
+    )
+
+
+def _posed(drive: RoutedDrive, place: Array, names: tuple[str, ...], slides: list[str]) -> Network:
+    """The machine with its bodies at a place."""
+    at = {f"{body.name}.{axis}": body.at["xy".index(axis)] for body in drive.body for axis in "xy"}
+    pose = {name: at[name] + float(place[names.index(name)]) for name in slides}
+    try:
+        return network_of(moved(drive, pose), motor="free")
+    except InputRefused as refusal:
+        raise InputRefused(f"move: {refusal}") from None
+
+
+def _rates(network: Network, moves: Mapping[str, float], slides: list[str]) -> Array:
+    """Rates of all coordinates where bodies move and neither a rope nor a spring is strained."""
+    names = network.motion.names
+    along = network.direction == 0
+    strained = np.vstack([network.start[along] - network.end[along], network.spring_rows])
+    _, sizes, rows = np.linalg.svd(strained)
+    rank = int(np.sum(sizes > _SMALL * sizes[0]))
+    free = rows[rank:].T  # motions that strain nothing, shape (n, m)
+    wanted: list[tuple[Array, float]] = []
+    for name in (*moves, *(name for name in slides if name not in moves)):
+        row, value = free[names.index(name)], moves.get(name, 0.0)
+        known = np.array([other for other, _ in wanted]).reshape(-1, free.shape[1])
+        share, *_ = np.linalg.lstsq(known.T, row, rcond=None) if len(known) else (np.zeros(0),)
+        if np.linalg.norm(row - known.T @ share) > _SMALL:
+            wanted.append((row, value))
+        elif name in moves and abs(share @ np.array([v for _, v in wanted]) - value) > _SMALL * abs(value):
+            raise InputRefused(
+                f"move: {name} cannot go {value:.6g} m without straining a rope or a spring: leave it out, "
+                "as it follows the others, or give the distance that they leave it"
+            )
+    matrix, values = np.array([row for row, _ in wanted]), np.array([value for _, value in wanted])
+    share, *_ = np.linalg.lstsq(matrix, values, rcond=None)
+    return np.asarray(free @ share)
+
 
 ORDER = 9
 """Of the rise of a move: smooth up to its fourth derivative."""
@@ -155,6 +275,6 @@ class TravelCase:
 
     def stepper(self) -> "TravelStepper":
         """What takes the steps."""
-        from cabledrive.simulation.travel.stepper import TravelStepper
+        from cabledrive.simulation.travel.door import TravelStepper
 
         return TravelStepper(self)

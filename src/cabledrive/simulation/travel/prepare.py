@@ -6,23 +6,27 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
-from cabledrive.mechanics.network.motion import condition
-from cabledrive.mechanics.network.sections import gravity
+from cabledrive.mechanics.network.assembly import dampers_of, rotor_turn
+from cabledrive.mechanics.network.motion import condition, gravity
+from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.case import Recording
-from cabledrive.simulation.network.case import motor_torques
-from cabledrive.simulation.network.rubbing import rubbing_of
-from cabledrive.simulation.network.start import NetworkStart
-from cabledrive.simulation.runs import Integers
-from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.methods import check_resolved, time_grid
+from cabledrive.simulation.network.case import NetworkStart, motor_torques
+from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.step_size import check_resolved, time_grid
-from cabledrive.simulation.travel.case import PlannedMove, TravelCase
-from cabledrive.simulation.travel.plan import ANCHOR, DENSITY, DRUM, RIGIDITY, ROPES, TravelPlan
-from cabledrive.simulation.travel.stable_step import largest_travel_step
-from cabledrive.simulation.travel.way import Way, way_of
+from cabledrive.simulation.start import Scheme
+from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
+from cabledrive.simulation.travel.plan import (
+    ANCHOR,
+    DENSITY,
+    DRUM,
+    RIGIDITY,
+    ROPES,
+    TravelPlan,
+    largest_travel_step,
+)
 
 SEGMENTS = 16
 SHORTEST = 0.5

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.parameters.result_card import ResultCard
+from cabledrive.parameters.terminal import ResultCard
 from cabledrive.rig.ranking.margins import Margins
 from cabledrive.rig.ranking.scores import Scores, rank
 from cabledrive.rig.setting import DEGREE

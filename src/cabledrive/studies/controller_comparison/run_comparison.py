@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
-from cabledrive.parameters.one_process import one_process
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances, standard_disturbances

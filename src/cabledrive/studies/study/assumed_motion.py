@@ -5,7 +5,7 @@ from math import ceil, floor, log10
 
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.carriage_machine import MARGIN, ORDER, missing_for_carriage

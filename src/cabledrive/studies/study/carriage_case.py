@@ -7,9 +7,7 @@ from math import ceil, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.transporter_law import frozen_poles, scheduled_law
-from cabledrive.control.transporter_reference import flat_motion
-from cabledrive.control.transporter_tuning import WIND_TIME, tuning_for
+from cabledrive.control.transporter import WIND_TIME, flat_motion, frozen_poles, scheduled_law, tuning_for
 from cabledrive.parameters import Drive
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies
 from cabledrive.rig.carriage.carriage_loop import CARRIAGE, FORCE, PAYLOAD, run_carriage

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 
-from cabledrive.control.transporter_law import ENCODERS
+from cabledrive.control.transporter import ENCODERS
 from cabledrive.parameters import Drive
 from cabledrive.reduction.transporter import (
     SWING_RATIO,

@@ -11,7 +11,7 @@ from cabledrive.mechanics.holding import left_out_under_torque
 from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.rig.laws.fitting import SHAFTS
 from cabledrive.studies.study.carriage_machine import missing_for_carriage
 

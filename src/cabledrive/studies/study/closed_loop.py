@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.control.darc_gains import Bounds
+from cabledrive.control.darc import Bounds
 from cabledrive.parameters import Drive
-from cabledrive.reduction.models import FLEXIBLE_JOINT
+from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain
 from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.disturbances import joint_backlash

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cabledrive.control.darc_gains import RATIO
+from cabledrive.control.darc import RATIO
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import run

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.control.kalman import KalmanTuning
+from cabledrive.control.observers import KalmanTuning
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY

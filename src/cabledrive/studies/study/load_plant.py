@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.setting import Motion

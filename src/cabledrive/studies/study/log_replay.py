@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
-from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
+from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.control.observer_kernels import correct, predict
-from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
 from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.reduction.friction_integration import integrate_chain
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.disturbances import joint_backlash
 from cabledrive.rig.laws.fitting import load_gear, place

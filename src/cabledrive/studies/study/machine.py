@@ -6,7 +6,7 @@ from math import inf
 from typing import Any
 
 from cabledrive.parameters import Drive, Lumped, Motor, Pulley
-from cabledrive.reduction.models import rim_spring
+from cabledrive.reduction.lumped_chain import rim_spring
 
 POSITIVE = 1e-3
 """Smallest share of its best value that a quantity can have."""

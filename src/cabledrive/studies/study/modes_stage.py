@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.modal import modes
 from cabledrive.parameters import Drive
-from cabledrive.reduction.models import highest_model
+from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.ranking.ranked import one_count

@@ -8,8 +8,8 @@ from math import isfinite
 from typing import Any
 
 from cabledrive.parameters import Drive
-from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.tables import tables_from_routed
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 
 

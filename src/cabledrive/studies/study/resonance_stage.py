@@ -7,8 +7,8 @@ import numpy as np
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route.axis import AxisDrive
-from cabledrive.parameters.route.moving import POSE
+from cabledrive.parameters.route.strain_free import POSE
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm

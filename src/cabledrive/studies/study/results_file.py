@@ -9,9 +9,8 @@ import numpy as np
 
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.drive_file import drive_text
-from cabledrive.parameters.files import write_whole
-from cabledrive.parameters.own_hash import with_own_hash
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.files import with_own_hash, write_whole
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
 from cabledrive.rig.laws.controller_file import plain_numbers
@@ -157,7 +156,7 @@ def _carriage_numbers(result: StudyResult, found: CarriageController) -> dict[st
     case = case_of(result.known, result.goals)
     law = loop_at(case, found.bandwidth).law
     return {
-        "about": "See cabledrive.control.transporter_law.ScheduledLaw and scheduled_kernels beside it",
+        "about": "See cabledrive.control.transporter.ScheduledLaw and scheduled_kernels beside it",
         "name": found.name,
         "bandwidth_hz": found.bandwidth,
         "radius": case.design.radius,

@@ -14,8 +14,7 @@ from typing import Any, Generic, TypeVar
 
 from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.files import write_whole
-from cabledrive.parameters.own_hash import intact_object, with_own_hash
+from cabledrive.parameters.files import intact_object, with_own_hash, write_whole
 from cabledrive.parameters.version import __version__
 from cabledrive.studies.study.plain_data import as_plain, revived
 

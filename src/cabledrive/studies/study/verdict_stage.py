@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
-from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.carriage_controller import CarriageController

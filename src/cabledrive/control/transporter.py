@@ -1,18 +1,32 @@
-r"""A transporter's law and observer, made at several frozen positions and tabled over them.
+r"""A transporter's law and observer over the positions, its reference, and its weights by one bandwidth.
 
 States of the observer: displacements and speeds of drive pulley, carriage, load pulley and payload, a force
 on the motor that walks at random, and the wind on the payload, which fades.
+
+The payload's place y is the flat output of transporter and swing: carriage, cable force and motor follow from
+y and its derivatives, without a differential equation but the lags of the dampers.
+
+A mass M on a cost of :math:`x^2/e^2 + u^2/F^2` closes at :math:`\omega^2 = F/(eM)`; a steady observer whose
+accelerations are noise of density q and whose readings are noise of density R, at :math:`\omega^4 = q/R`.
 """
 
 from dataclasses import dataclass
+from math import exp, pi, sqrt
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
-from cabledrive.control.scheduled_kernels import ScheduledLaw
+from cabledrive.control.reference import lagged
+from cabledrive.control.schedule_kernels import ScheduledLaw
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.transporter import BODIES, Transporter, frozen_state_space
+from cabledrive.reduction.transporter import (
+    BODIES,
+    Transporter,
+    compliance,
+    frozen_state_space,
+    held_frequencies,
+)
 
 STATES = 2 * BODIES
 OBSERVED = STATES + 2
@@ -162,3 +176,104 @@ def frozen_poles(
         ]
     )
     return np.linalg.eigvals(matrix)
+
+
+SLOPE = 500.0
+"""K of tanh(K v) by which friction follows the reference's speed [s/m]."""
+
+
+def flat_motion(transporter: Transporter, payload: Array, interval: float) -> Array:
+    r"""States and force along a motion of the payload, Eqs. (T.4) and (T.5).
+
+    .. math::
+        s - y &= \frac{\ell}{g}\frac{\ddot y}{1 + T_s p}, \qquad F = m\ddot s + m_p\ddot y + b\dot s, \\
+        q_1 - s &= \frac{c(x_0 + s)F}{1 + Tp}
+
+    with p the derivative; those of :math:`c(x_0 + s)F` follow by the product rule from those of y.
+
+    ``payload``, shape (7, samples): wanted displacement of the payload and its derivatives [m/s^k];
+    ``interval``: sample time [s].
+    Returns shape (samples, 10): displacements and speeds of drive pulley, carriage, load pulley, payload;
+    force of the motor with its friction; that friction [N].
+    """
+    t, y = transporter, payload
+    s = y[:5] + t.line_length / t.gravity * lagged(y[2:], t.swing_damping, interval)
+    share = t.span_length / (2.0 * t.span_length - t.start - s[0])  # of the load pulley that moves with s
+    mass = t.carriage_mass + t.load_mass * share
+    force = mass * s[2:] + t.payload_mass * y[2:5] + t.rail_friction * s[1:4]
+    c0, c1, c2 = compliance(t, t.start + s[0])
+    stretch = np.array(
+        [
+            c0 * force[0],
+            c1 * s[1] * force[0] + c0 * force[1],
+            (c2 * s[1] ** 2 + c1 * s[2]) * force[0] + 2.0 * c1 * s[1] * force[1] + c0 * force[2],
+        ]
+    )
+    motor = s[:3] + lagged(stretch, t.damping_time, interval)
+    load = share * s[:3] + (1.0 - share) * motor[:3]
+    needed = t.drive_mass * motor[2] + t.load_mass * load[2] + t.carriage_mass * s[2] + t.payload_mass * y[2]
+    needed = needed + t.rail_friction * s[1]
+    return _rows(t, (motor, s, load, y), needed)
+
+
+def rigid_motion(transporter: Transporter, wanted: Array) -> Array:
+    """As `flat_motion` of a transporter without flexibility and swing, Eq. (T.8), from derivatives to s''."""
+    t = transporter
+    force = t.masses.sum() * wanted[2] + t.rail_friction * wanted[1]
+    return _rows(t, (wanted,) * BODIES, force)
+
+
+def _rows(transporter: Transporter, motions: tuple[Array, ...], force: Array) -> Array:
+    t, speed = transporter, motions[0][1]
+    friction = t.viscous * speed + t.coulomb * np.tanh(SLOPE * speed) - t.offset
+    dry = friction - t.viscous * speed
+    columns = [m[0] for m in motions] + [m[1] for m in motions] + [force + friction, dry]
+    return np.ascontiguousarray(np.column_stack(columns))
+
+
+def shaped(transporter: Transporter, wanted: Array, interval: float, position: float) -> tuple[Array, float]:
+    """A motion through zero-vibration shapers for swing and carriage, Eq. (T.9), and by how much longer [s].
+
+    ``position``: of the carriage for which the shaper is made, the motor held [m].
+    """
+    t, late = transporter, 0.0
+    swing, cable = (float(f) for f in held_frequencies(t, position)[:2])
+    for omega, ratio in ((swing, 0.5 * t.swing_damping * swing), (cable, 0.5 * t.damping_time * cable)):
+        omega_d = omega * sqrt(1.0 - ratio**2)
+        fade = exp(-ratio * pi / sqrt(1.0 - ratio**2))
+        shift = round(pi / omega_d / interval)
+        held_back = np.concatenate((np.zeros((len(wanted), shift)), wanted[:, :-shift]), axis=1)
+        wanted = (wanted + fade * held_back) / (1.0 + fade)
+        late += shift * interval
+    return wanted, late
+
+
+OBSERVER = 1.5
+"""Bandwidth of the observer over that of the law."""
+STRETCHING = 0.24
+"""Speed against the drive pulley that weighs as much as the error, over bandwidth times error."""
+ERROR, WIND_TIME, READING = 2e-3, 2.0, 1000.0
+UNWEIGHED = 1e6
+
+
+def tuning_for(
+    transporter: Transporter, bandwidth: float, *, interval: float, count: float, hanging: bool = True
+) -> TransporterTuning:
+    """Weights of law and observer by the bandwidth [rad/s] of the loop round the rigid whole.
+
+    ``count``: one count of the encoders at the rim [m]; not ``hanging``: only the carriage's error counts.
+    """
+    mass, error = float(transporter.masses.sum()), ERROR / sqrt(2.0) if hanging else ERROR
+    density = READING * count**2 / 12.0 * interval  # of a reading's noise [m^2 s]
+    observer = OBSERVER * bandwidth
+    return TransporterTuning(
+        payload=ERROR if hanging else UNWEIGHED * ERROR,
+        carriage=ERROR,
+        stretching=STRETCHING * bandwidth * ERROR,
+        force=mass * error * bandwidth**2,
+        disturbance=mass**2 * density * observer**6,
+        wind=transporter.payload_mass * bandwidth**3 * sqrt(0.5 * WIND_TIME * density),
+        wind_time=WIND_TIME,
+        acceleration=density * observer**4,
+        reading=READING,
+    )

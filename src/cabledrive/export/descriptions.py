@@ -1,9 +1,14 @@
-"""Models 1 to 4 of a drive for MuJoCo: a hinge for each inertia, a fixed tendon for each link."""
+"""A machine as others describe it: for MuJoCo, in Modelica, in the lines of printer firmware."""
 
+import json
+from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as Tree
 
-from cabledrive.export.drive_source import lumped_models
-from cabledrive.parameters import Drive, content_hash
+from cabledrive.export.source import lumped_models
+from cabledrive.export.target_program import templates
+from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -84,3 +89,44 @@ def _tendon(
     p, q = chain.ratios[j]
     Tree.SubElement(one, "joint", joint=chain.names[j], coef=repr(sign * p))
     Tree.SubElement(one, "joint", joint=chain.names[j + 1], coef=repr(-sign * q))
+
+
+def modelica_files(drive: Drive) -> dict[str, str]:
+    """One model for each of the Models 1 to 4 that the drive's data allow."""
+    template = templates().get_template("model.mo.jinja")
+    return {
+        f"Model{n}.mo": template.render(
+            number=n, drive=drive, chain=chain, version=__version__, hash=content_hash(drive), repr=repr
+        )
+        for n, chain in lumped_models(drive).items()
+    }
+
+
+REMEDY = "give the JSON of `cabledrive shaper LOG --json -o FILE`"
+
+
+def klipper_files(source: Any) -> dict[str, str]:
+    """The configuration of Klipper, and the same for Marlin; refused if it is no answer of `shaper`."""
+    place = require_regular(Path(str(source)), REMEDY)
+    try:
+        data = json.loads(place.read_text(encoding="utf-8"))
+        if data["recommended"] is None:
+            raise InputRefused(f"recommends no shaper: {data['recommended_reason']}").at(str(place))
+        type_, best = str(data["recommended"]), data["recommended_shaper"]
+        hertz, damping = float(best["frequency_hz"]), float(data["damping"])
+        axis, lines = data["axis"], str(data["configuration"])
+    except InputRefused:
+        raise
+    except OSError as error:
+        raise InputRefused(f"cannot be read ({error.strerror}): {REMEDY}").at(str(place)) from None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise InputRefused(f"is no answer of shaper ({type(error).__name__}: {error}): {REMEDY}").at(
+            str(place)
+        ) from None
+    if not isinstance(axis, str):
+        raise InputRefused("names no axis: run shaper again with --axis x, y or z").at(str(place))
+    note = "" if type_.upper() == "ZV" else f" ; Marlin has ZV alone: the type {type_} was recommended"
+    return {
+        "printer.cfg": lines + "\n",
+        "marlin.gcode": f"M593 {axis.upper()} F{hertz:.1f} D{damping:.3g}{note}\n",
+    }
