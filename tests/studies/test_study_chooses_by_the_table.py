@@ -9,12 +9,13 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.ranking.ranked import offered
 from cabledrive.rig.ranking.scores import Scores, rank
 from cabledrive.studies.study import law_settings, run_study
 from cabledrive.studies.study.closed_loop import joined_loop, with_values
-from cabledrive.studies.study.law_settings import LEARNING, SETTINGS, law_of, tuned_laws
+from cabledrive.studies.study.law_settings import FIXED, law_of, tuned_laws
 from cabledrive.studies.study.sampled_plants import sampled_plant
 from cabledrive.studies.study.stage_cache import StageCache
 from study_drives import drive_of, goals
@@ -28,11 +29,7 @@ def test_a_study_tries_every_law_that_a_comparison_offers():
     The law that goes by an announced load has nothing to go by: the plants of a study keep theirs.
     """
     names = offered(DRIVE, Disturbances(load_factor=(0.5, 3.0)))
-    assert {name for name in names if not name.startswith("darc")} <= {
-        *SETTINGS,
-        *LEARNING,
-        SCHEDULED,
-    }
+    assert {name for name in names if not name.startswith("darc")} <= {*FIXED, *KINDS, SCHEDULED}
 
 
 def on_the_plants_of(found, setting, draws):
@@ -70,10 +67,9 @@ def choice_and_table(drive, asked, folder):
 
 @pytest.mark.verify
 def test_the_choice_of_a_study_is_the_first_of_the_table_on_the_same_plants(tmp_path, monkeypatch, measured):
-    """Of five laws at few settings; all of them in `make verify`."""
-    few = {"pd": (11.0,), "lqi": (15.0, 22.0), "pid": (2.0,)}
-    monkeypatch.setattr(law_settings, "SETTINGS", few)
-    monkeypatch.setattr(law_settings, "LEARNING", {"lqi-learning": (15.0,)})
+    """Of five laws."""
+    monkeypatch.setattr(law_settings, "FIXED", ("pd", "lqi", "pid"))
+    monkeypatch.setattr(law_settings, "KINDS", ("lqi-learning",))
     chosen, table = choice_and_table(DRIVE, goals(30, 0.3, draws=10), tmp_path)
     measured(", ".join(f"{name} {np.degrees(error):.3f}" for name, (_, error) in table.items()))
     assert chosen == min(table, key=lambda name: table[name]), f"{chosen}, {table}"

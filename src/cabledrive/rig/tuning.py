@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import inf
 
 import numpy as np
 
@@ -159,10 +160,17 @@ def ripple_limit(spec: DesignSpec) -> float:
     return RIPPLE_SHARE * limit if np.isfinite(limit) else needed_torque(spec)
 
 
-def tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
+def tuned(
+    name: str,
+    spec: DesignSpec,
+    disturbances: Disturbances,
+    worst: Callable[[Controller], float] | None = None,
+) -> TunedLaw:
     """Tune a law by name on one pulse of the motion with the sensors and the filter of the options.
 
-    What acts on a run alone (disturbing torques, jitter, another plant) does not change its law.
+    What acts on a run alone (disturbing torques, jitter, another plant) does not change its law. ``worst``:
+    largest error of a law over plants of the caller's, which a setting has to keep finite and which chooses
+    the filter; default: over the plants set apart for tuning.
     """
     assert spec.motion is not None
     given, motion = spec.options or RigOptions(), spec.motion
@@ -179,11 +187,13 @@ def tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
     alike = replace(
         spec, motion=motion, trajectory=motion.trajectory, samples=samples, options=options, plant=None
     )
-    return _tuned(name, replace(alike, bandwidth=None, best=False), disturbances)
+    return _tuned(name, replace(alike, bandwidth=None, best=False), disturbances, worst)
 
 
 @lru_cache(maxsize=64)
-def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
+def _tuned(
+    name: str, spec: DesignSpec, disturbances: Disturbances, worst: Callable[[Controller], float] | None
+) -> TunedLaw:
     begun, options = time.perf_counter(), spec.options
     assert options is not None
     if name in OPEN_LOOPS:
@@ -195,14 +205,19 @@ def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances) -> TunedLaw:
     found = [
         one
         for words, tuning in filters(name, spec)
-        if (one := _highest(name, spec, words, tuning, disturbances)) is not None
+        if (one := _highest(name, spec, words, tuning, disturbances, worst)) is not None
     ]
     if not found:
         check_sample_rate(CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[0])), spec.interval)
         raise NotComputed(f"{name}: no loop can be made at any bandwidth: give one")
     kept = [one for one in found if one.accepted]
     if kept:
-        errors = [worst_error(one.loop, disturbances, options, TUNING_DRAWS, TUNING_SEED) for one in kept]
+        errors = [
+            worst_error(one.loop, disturbances, options, TUNING_DRAWS, TUNING_SEED)
+            if worst is None
+            else worst(one.loop.controller)
+            for one in kept
+        ]
         best = kept[int(np.argmin(errors))]
         best = best if np.isfinite(min(errors)) else replace(best, reached=0.0)
     else:
@@ -225,14 +240,22 @@ def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | N
 
 
 def _highest(
-    name: str, spec: DesignSpec, words: str, tuning: KalmanTuning | None, disturbances: Disturbances
+    name: str,
+    spec: DesignSpec,
+    words: str,
+    tuning: KalmanTuning | None,
+    disturbances: Disturbances,
+    worst: Callable[[Controller], float] | None,
 ) -> TunedLaw | None:
     """The highest bandwidth of the grid that is accepted, by bisection; else the one that comes closest."""
     tried: dict[int, TunedLaw | None] = {}
 
     def accepted(place: int) -> bool:
         if place not in tried:
-            tried[place] = _tried(name, spec, words, tuning, SETTINGS_HZ[place], disturbances)
+            one = _tried(name, spec, words, tuning, SETTINGS_HZ[place], disturbances)
+            if one is not None and one.accepted and worst is not None and worst(one.loop.controller) == inf:
+                one = replace(one, reached=0.0)
+            tried[place] = one
         found = tried[place]
         return found is not None and found.accepted
 

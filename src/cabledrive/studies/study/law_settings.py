@@ -1,51 +1,31 @@
-"""Stage 6: the laws that a study tries, simplest first, each at the setting that follows best.
+"""Stage 6: the laws that a study tries, simplest first, each tuned as `track` and `compare` tune it.
 
-The setting of a law is searched on plants drawn for tuning alone; the acceptance draws others.
+Besides the limits of `cabledrive.rig.tuning` a setting keeps its runs on plants drawn for tuning alone, from
+what is known of the drive; the acceptance draws others.
 """
 
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from cabledrive.control.observers import KalmanTuning
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.laws.baselines import lqg
-from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
+from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.load_learning import KINDS
-from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS
+from cabledrive.rig.laws.registry import MAIN_LAWS
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.trial import spec_for
-from cabledrive.studies.study.bandwidth_search import SAMPLES_PER_PERIOD
-from cabledrive.studies.study.closed_loop import joined_loop, make_law, near_encoder, with_values
+from cabledrive.rig.tuning import LEAST_DISK, TUNING_DRAWS, TUNING_SEED, law_at, ripple_limit, tuned
+from cabledrive.studies.study.closed_loop import joined_loop, make_law, near_encoder, rig_options, with_values
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.sampled_plants import sampled_plant
 
-SETTINGS: dict[str, tuple[float, ...]] = {
-    "pd": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0, 30.0, 45.0),
-    "shaper": (2.0, 5.0, 11.0, 20.0, 35.0),
-    "pid": (0.5, 1.0, 1.5, 2.0, 3.0, 5.0),
-    "dob": (2.0, 5.0, 11.0),
-    "lqg": (0.001, 0.005, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8),
-    "lqi": (5.0, 10.0, 15.0, 22.0, 30.0),
-    "hinf": (2.0, 5.0, 10.0),
-    "l1": (10.0, 22.0),
-    "mrac": (10.0, 22.0),
-}
-"""Simplest law first: bandwidth [Hz]; of lqg the share of the torque limit that weighs as one count."""
-LEARNING: dict[str, tuple[float, ...]] = dict.fromkeys(KINDS, (8.0, 15.0, 22.0, 32.0))
-"""Laws that learn the load's torque along the motion, tried after the law of the chain: bandwidth [Hz]."""
-QUIET, UNCERTAIN, OWN = "as known", "by uncertainty", ""
-TUNING_SEED, TUNING_DRAWS = 1_000_003, 8
+FIXED = ("pd", "shaper", "pid", "dob", "lqg", "lqi", "hinf", "l1", "mrac")
+"""Tried before the law of the chain, simplest first; after it those that learn the load along the motion."""
 MOST_TORQUE = 2.0 / 3.0
 """Share of the torque limit that the tuning may use: the acceptance draws plants that need more."""
-LQG_TORQUE = 1.0
-"""What stands for the torque limit of a motor without one [N m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,10 +39,9 @@ class LawSetting:
     model : int or None
         Of a law of the chain; None: any other law.
     value : float or None
-        Bandwidth [Hz]; of lqg the torque that weighs as one count [N m]; None: nothing could be used.
-    filter : {"as known", "by uncertainty", ""}
-        What the Kalman filter takes as its noise: the encoders' counts, or also what is not known; empty: the
-        law has its own.
+        Bandwidth [Hz]; None: nothing could be used.
+    filter : str
+        Of `cabledrive.rig.tuning.filters`; empty: of the law of the chain, or of a carriage.
     reason : str
         Why it cannot be used; empty where it can.
     """
@@ -70,7 +49,7 @@ class LawSetting:
     controller: str
     model: int | None
     value: float | None
-    filter: str = QUIET
+    filter: str = ""
     reason: str = ""
 
     @property
@@ -78,8 +57,7 @@ class LawSetting:
         """The setting in a few words; empty where there is none."""
         if self.value is None:
             return ""
-        unit = "N m per count" if self.controller == "lqg" else "Hz"
-        return f"{self.value:.3g} {unit}" + (f", filter noise {self.filter}" if self.filter else "")
+        return f"{self.value:.3g} Hz" + (f", filter {self.filter}" if self.filter else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +81,6 @@ def tuned_laws(
     ``drive``: with the best values; ``chain_law``: the damped law of the chain, whose bandwidth its bound has
     chosen; ``torque``: largest torque of the goals [N m].
     """
-    spec = spec_for(drive, motion, feedback=near_encoder(drive))
     usable = chain_law.bandwidth is not None
     chain = LawSetting(
         controller=chain_law.name,
@@ -112,12 +89,8 @@ def tuned_laws(
         reason="" if usable else chain_law.reason,
     )
     fixed, learning = (
-        [
-            _tuned(name, offered, drive, motion, known, spec, torque)
-            for name, offered in table.items()
-            if every_law or name in MAIN_LAWS
-        ]
-        for table in (SETTINGS, LEARNING)
+        [_tuned(name, drive, motion, known, torque) for name in names if every_law or name in MAIN_LAWS]
+        for names in (FIXED, KINDS)
     )
     return LawSettings(settings=(*fixed, chain, *learning))
 
@@ -130,69 +103,35 @@ def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) 
     assert setting.value is not None
     if setting.model is not None:
         return make_law(drive, motion, known.quantities, setting.model, setting.value)
-    spec = spec_for(drive, motion, feedback=near_encoder(drive))
-    if setting.controller == "lqg":
-        made = lqg(spec, setting.value)
-    else:
-        made = CONTROLLERS[setting.controller](replace(spec, bandwidth=setting.value))
-    if setting.filter != UNCERTAIN:
-        return made
-    return replace(made, tuning=replace(_uncertain(spec, made.model), cancels=made.tuning.cancels))
+    spec = spec_for(drive, motion, feedback=near_encoder(drive), options=rig_options(drive))
+    return law_at(setting.controller, setting.value, setting.filter, spec)
 
 
-def _uncertain(spec: DesignSpec, model: int) -> KalmanTuning:
-    counts = np.array(list(read_encoders(spec, 4).values()))
-    return tuning_by_uncertainty(spec, spec.model(model), counts)
+def _tuned(name: str, drive: Drive, motion: Motion, known: Knowledge, torque: float | None) -> LawSetting:
+    spec = spec_for(drive, motion, feedback=near_encoder(drive), options=rig_options(drive))
 
+    def worst(made: Controller) -> float:
+        """Largest error over the plants for tuning [rad]; infinite where one ends early or asks too much."""
+        loop = joined_loop(drive, drive, made, motion, torque)
+        first = _error(loop, drive, known, 0)
+        if first == float("inf"):
+            return first
+        with ThreadPoolExecutor(2) as pool:
+            return max(first, *pool.map(lambda k: _error(loop, drive, known, k), range(1, TUNING_DRAWS)))
 
-def _tuned(
-    name: str,
-    settings: Sequence[float],
-    drive: Drive,
-    motion: Motion,
-    known: Knowledge,
-    spec: DesignSpec,
-    torque: float | None,
-) -> LawSetting:
-    limit = drive.motor.torque_limit if drive.motor and drive.motor.torque_limit else LQG_TORQUE
-    limit = limit if torque is None else min(limit, torque)
-    offered = [value * limit for value in settings] if name == "lqg" else _carried(settings, spec)
-    filters = (OWN,) if name in LEARNING else (QUIET, UNCERTAIN)
     empty = LawSetting(controller=name, model=None, value=None)
-    if not offered:
-        rate = 1.0 / spec.interval
-        return replace(empty, reason=f"the sample rate of {rate:.4g} Hz is too low for all of its bandwidths")
-    tried = [replace(empty, value=value, filter=kind) for value in offered for kind in filters]
-    worst = np.full(len(tried), np.inf)
-    why = f"unstable, slack, or beyond {100 * MOST_TORQUE:.0f} % of the torque limit at every setting tried"
-    for i, one in enumerate(tried):
-        try:
-            worst[i] = _worst(one, drive, motion, known, torque)
-        except (NotComputed, np.linalg.LinAlgError) as failure:  # of this setting; another may do
-            why = str(failure)
-        except InputRefused as failure:
-            return replace(empty, reason=str(failure))
-    if not np.isfinite(worst).any():
+    try:
+        found = tuned(name, spec, Disturbances(), worst)
+    except (NotComputed, InputRefused) as failure:
+        return replace(empty, reason=str(failure))
+    if not found.accepted:
+        why = (
+            f"no bandwidth keeps a disk margin of {LEAST_DISK:g}, a torque ripple of "
+            f"{ripple_limit(spec):.3g} N m and {100 * MOST_TORQUE:.0f} % of the torque limit on the plants "
+            "for tuning"
+        )
         return replace(empty, reason=why)
-    return tried[int(np.argmin(worst))]
-
-
-def _carried(settings: Sequence[float], spec: DesignSpec) -> list[float]:
-    """Bandwidths with enough samples in a period."""
-    return [hertz for hertz in settings if hertz * spec.interval * SAMPLES_PER_PERIOD <= 1.0]
-
-
-def _worst(
-    setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge, torque: float | None
-) -> float:
-    """Largest error over the plants for tuning [rad]; infinite where a run ends early or asks too much."""
-    loop = joined_loop(drive, drive, law_of(setting, drive, motion, known), motion, torque)
-    first = _error(loop, drive, known, 0)
-    if not np.isfinite(first):
-        return first
-    with ThreadPoolExecutor(2) as pool:
-        others = list(pool.map(lambda k: _error(loop, drive, known, k), range(1, TUNING_DRAWS)))
-    return max(first, *others)
+    return replace(empty, value=found.bandwidth, filter=found.filter)
 
 
 def _error(loop: Loop, drive: Drive, known: Knowledge, draw: int) -> float:
