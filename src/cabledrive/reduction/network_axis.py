@@ -9,7 +9,6 @@ slack.
 from typing import Any
 
 import numpy as np
-from scipy.signal import StateSpace, lsim
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network.assembly import (
@@ -173,6 +172,8 @@ def _motion(
     network: Network, damping: Array, held: Array, turn: Array, seen: Array, torque: Array, interval: float
 ) -> Array:
     """Motion of rows (k, n) from rest under a motor's torque (samples,), with rows held; (samples, k)."""
+    from scipy.signal import StateSpace, lsim
+
     squares, shapes = modes_at_rest(network, held)
     none, one = np.zeros_like(shapes.T @ shapes), np.eye(squares.size)
     rates = np.block([[none, one], [-np.diag(squares), -shapes.T @ damping @ shapes]])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, special
+from scipy import special
 
 Array = NDArray[np.float64]
 
@@ -94,6 +94,8 @@ def _box(pixels: Array, middle: Array, size: float, blur: float) -> Array:
 
 def _backdrop(camera: VirtualCamera, rng: np.random.Generator) -> Array:
     """Dark cable and rig: a level that changes slowly, spots that stand still, hot pixels."""
+    from scipy.ndimage import gaussian_filter
+
     shape = (camera.rows, camera.columns)
     light = 25.0 + 6.0 * np.linspace(0.0, 1.0, camera.columns) * np.ones(shape)
     spots = np.zeros(shape)
@@ -102,4 +104,4 @@ def _backdrop(camera: VirtualCamera, rng: np.random.Generator) -> Array:
             500.0, 2400.0
         )
     hot = (rng.random(shape) < 5e-4) * rng.uniform(100.0, 230.0, shape)
-    return np.asarray(light + ndimage.gaussian_filter(spots, 1.6) + hot)
+    return np.asarray(light + gaussian_filter(spots, 1.6) + hot)
