@@ -11,7 +11,7 @@ The sum of the equations of motion holds no spring, the load's own equation no t
 
 with b, c of both sides together and all angles at the first shaft. Each is solved with low-pass filters of
 several bandwidths. An interval is that of its bandwidth, and what the values differ from those of the
-bandwidth below beyond chance: of two estimates, one of which uses what the other does and more, the variance
+neighbouring bandwidths beyond chance: of two estimates, one of which uses what the other does and more, the variance
 of the difference is the difference of the variances (Hausman, Econometrica 46, 1978). The bandwidth with the
 narrowest interval is taken. Noise of the angles, which makes coefficients of accelerations too small, is
 taken out of the normal equations by its level, that of the upper half of a channel's spectrum.
@@ -189,11 +189,9 @@ def _narrowest(
         apart = _beyond_chance(one.fit, other.fit)
         found[k] = replace(one, beyond=np.maximum(one.beyond, apart))
         found[k + 1] = replace(other, beyond=np.maximum(other.beyond, apart))
-
-    def width(one: Solution) -> float:
-        return sum(half / max(abs(value), 1e-300) for value, half in map(one.of, names))
-
-    return min(found, key=width)
+    places = [found[0].fit.names.index(name) for name in names]
+    usual = np.median([np.abs(one.fit.values[places]) for one in found], axis=0)
+    return min(found, key=lambda one: float(np.sum(one.halves[places] / np.maximum(usual, 1e-300))))
 
 
 def _beyond_chance(one: Fit, other: Fit) -> Array:
