@@ -9,6 +9,7 @@ from pyarrow import parquet
 from scipy import io
 
 from cabledrive.identification.logs import reading
+from cabledrive.identification.logs.channel_check import saturated
 from cabledrive.identification.logs.column_map import Column, ColumnMap, with_choices
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.identification.long_logs import identify_long_log
@@ -16,6 +17,7 @@ from cabledrive.identification.one_log import IdentifyOptions, identify, load_op
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import run_rig
+from oracles.axis_catalogue import TRUTHS, made
 
 N, DT = 2000, 1e-3
 TIME = DT * np.arange(N)
@@ -132,6 +134,22 @@ def test_lost_counts_and_saturation_are_found(tmp_path):
     report = read_log(written(tmp_path, text(columns=(TIME, clipped, lost)))).report
     assert any("angle jumps at 1 samples" in finding for finding in report.findings), report.findings
     assert any("torque stands at the end" in finding for finding in report.findings), report.findings
+
+
+@pytest.mark.parametrize("excitation", ["multisine", "chirp", "servo", "servo-periodic"])
+def test_a_rounded_torque_is_not_cut_and_one_that_is_cut_at_half_is(excitation, measured):
+    """Torques of sound axes, rounded to 5 % of their largest value at random phases, as they are and cut."""
+    found = np.zeros(2, dtype=int)
+    truth = next(one for one in TRUTHS if one.fault == "sound" and one.excitation == excitation)
+    for seed in range(10):
+        torque, phase = made(truth, 20_000 + seed, 10.0).torque, np.random.default_rng(seed).uniform()
+        most = np.abs(torque).max()
+        for k, moved in enumerate((torque, np.clip(torque, -0.5 * most, 0.5 * most))):
+            step = 0.05 * most
+            found[k] += saturated(step * np.floor(moved / step + phase)).any()
+    measured(f"rounded {found[0]} of 10, rounded and cut {found[1]} of 10")
+    assert found[0] == 0
+    assert found[1] == 10
 
 
 def test_jitter_is_reported_and_uneven_samples_are_not_resampled_unasked(tmp_path):

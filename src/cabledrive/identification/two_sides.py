@@ -11,10 +11,10 @@ The sum of the equations of motion holds no spring, the load's own equation no t
 
 with b, c of both sides together and all angles at the first shaft. Each is solved with low-pass filters of
 several bandwidths. An interval is that of its bandwidth, and what the values differ from those of the
-neighbouring bandwidths beyond chance: of two estimates, one of which uses what the other does and more, the variance
-of the difference is the difference of the variances (Hausman, Econometrica 46, 1978). The bandwidth with the
-narrowest interval is taken. Noise of the angles, which makes coefficients of accelerations too small, is
-taken out of the normal equations by its level, that of the upper half of a channel's spectrum.
+neighbouring bandwidths beyond chance: of two estimates, one of which uses what the other does and more, the
+variance of the difference is the difference of the variances (Hausman, Econometrica 46, 1978). The bandwidth
+with the narrowest interval is taken. Noise of the angles, which makes coefficients of accelerations too
+small, is taken out of the normal equations by its level, that of the upper half of a channel's spectrum.
 """
 
 from collections.abc import Callable, Sequence

@@ -9,7 +9,11 @@ from cabledrive.parameters.fields import LARGEST, SMALLEST
 Array = NDArray[np.float64]
 LONGEST_HOLE = 5
 MOST_HOLES = 0.02
-MANY_LEVELS = 20
+FEW_LEVELS, MANY_LEVELS = 8, 20
+CUT = 3.0
+"""Time at an end of the range over that at the levels beside it, from which the rest is cut off."""
+UNROUNDED = 0.3
+"""Levels over samples within the range of a channel from which its values are not rounded."""
 
 
 def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Array:
@@ -112,22 +116,33 @@ def lost_counts(values: Array, quantum: float) -> int:
 def saturated(values: Array) -> NDArray[np.bool_]:
     """Samples that stand at an end of the channel's range for three or more in a row.
 
-    A channel of few levels, like a square wave, does not saturate.
+    A smooth torque that is rounded stands at its largest level too, at most about twice as long as at the
+    levels beside it; one that is cut stands there longer. Where levels of plateaus lie beside an end, as of
+    steps, only others count, and only if fewer samples stand within the range. Of a channel that is not
+    rounded every such stand counts; one of few levels, like a square wave, does not saturate.
 
     ``values``, shape (samples,).
     Returns shape (samples,).
     """
-    top = (values == values.max()) | (values == values.min())
-    few = np.unique(values[:: max(1, values.size // 20_000)]).size <= MANY_LEVELS
-    if few or top.sum() < 3:
+    first = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1))
+    length, level = np.diff(np.append(first, values.size)), values[first]
+    end = (level == values.max()) | (level == values.min())
+    long = length >= 3
+    stands = int(length[end & long].sum())
+    every, inner = (_beside(run) for run in (length, np.where(end, 0, length)))
+    plateaus = int(length[long & ~end & (length > CUT * every)].sum())
+    cut = stands > CUT * every[end & long].sum()
+    levels = np.unique(level).size
+    cut |= stands > max(plateaus, CUT * inner[end & long].sum()) and levels > MANY_LEVELS
+    cut |= levels > UNROUNDED * length[~end].sum()
+    if levels <= FEW_LEVELS or not cut or stands < 0.001 * values.size:
         return np.zeros(values.size, dtype=bool)
-    inner = top.copy()
-    inner[1:] &= top[:-1]
-    inner[:-1] &= top[1:]
-    stands = inner.copy()
-    stands[1:] |= inner[:-1]
-    stands[:-1] |= inner[1:]
-    return stands & top if stands.sum() >= 0.001 * values.size else np.zeros(values.size, dtype=bool)
+    return np.repeat(end & long, length)
+
+
+def _beside(length: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Samples of the runs before and after each, shape (runs,)."""
+    return np.append(length[1:], 0) + np.insert(length[:-1], 0, 0)
 
 
 def _whole_turn(jump: float) -> float:
