@@ -1,7 +1,7 @@
 """Sixty machines within their data sheet but for a guessed friction: a log turns no right yes into unknown.
 
-The plants of `true_plants` share no code with those of a study. The sheet's own figure is the goal, so that its
-study says yes; the law of each study then runs on the machine itself, encoders at random phases. Machines
+The plants of `true_plants` share no code with those of a study. The sheet's own figure is the goal, so that
+its study says yes; the law of each study then runs on the machine itself, encoders at random phases. Machines
 beyond the sheet are those of `test_studies_of_true_plants`: there no study by a log says a wrong yes.
 """
 
@@ -9,8 +9,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-from cabledrive.studies.study import run_study
 from test_studies_of_true_plants import (
     DRIVES,
     FEWEST,
@@ -21,6 +19,8 @@ from test_studies_of_true_plants import (
     failures,
     goals,
 )
+
+from cabledrive.studies.study import run_study
 from true_plants import log_text, truth_of
 
 
@@ -45,11 +45,11 @@ def drawn(name, seed):
 @pytest.mark.parametrize(
     ("name", "seeds"),
     [
-        ("rigid", range(3)),
-        pytest.param("rigid", range(3, 30), marks=pytest.mark.verify),
+        ("rigid", range(2)),
+        pytest.param("rigid", range(2, 30), marks=pytest.mark.verify),
         pytest.param("geared", range(30), marks=pytest.mark.verify),
     ],
-    ids=["three", "rigid", "geared"],
+    ids=["two", "rigid", "geared"],
 )
 def test_a_right_yes_of_the_sheet_stays_yes_with_a_log_and_is_right(name, seeds, tmp_path, measured):
     right = kept = 0
