@@ -73,9 +73,15 @@ def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
         finished(page)
         assert page.locator("#job").inner_text().count("motor a to rear right a") >= 1
 
-        uploaded(page, tmp_path / "resonances_x_my.csv")
+        (tmp_path / "belt_a.csv").write_text(measured_peak(50.0))
+        (tmp_path / "belt_b.csv").write_text(measured_peak(58.0))
+        for name in ("belt_a.csv", "belt_b.csv", "resonances_x_my.csv"):
+            uploaded(page, tmp_path / name)
         page.click("[data-kind='shaper']")
         finished(page)
+        shown = page.frame_locator("iframe[title='printer.html']")
+        assert "loosen belt B" in shown.locator("body").inner_text()
+        assert shown.locator("#spectrum-x").count() == 1
         page.click("#klipper")
         page.locator("h1", has_text="Printer lines").wait_for()
         finished(page)

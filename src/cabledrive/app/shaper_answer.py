@@ -3,6 +3,7 @@
 from typing import Any
 
 from cabledrive.app.results import Absent
+from cabledrive.identification.printer_files import Printer, similar_words
 from cabledrive.identification.printer_shaper import PrinterShaper
 from cabledrive.identification.shaper_choice import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
@@ -33,6 +34,25 @@ def shaper_data(found: PrinterShaper) -> dict[str, Any]:
         "findings": [finding.as_dict() for finding in found.findings],
         "notes": list(found.notes),
     }
+
+
+def printer_data(found: Printer) -> dict[str, Any]:
+    """The JSON object of a page: every axis as `shaper_data` has it, and the belts."""
+    belts: Any = Absent(reason="no files of both belts")
+    if found.belts is not None:
+        difference = found.belts.difference
+        belts = {
+            "similarity": found.belts.similarity,
+            "difference_hz": Absent(reason="a belt has no peak") if difference is None else difference,
+            "logs": [found.belts.a.source, found.belts.b.source],
+        }
+    return {"axes": [shaper_data(axis) for axis in found.axes], "belts": belts}
+
+
+def printer_text(found: Printer) -> str:
+    """The same for people."""
+    parts = [shaper_text(axis) for axis in found.axes]
+    return "\n\n".join(parts + ([] if found.belts is None else [similar_words(found.belts)]))
 
 
 def _peak_data(found: PrinterShaper, peak: SpectrumPeak) -> dict[str, Any]:

@@ -110,11 +110,7 @@ def klipper_files(source: Any) -> dict[str, str]:
     place = require_regular(Path(str(source)), REMEDY)
     try:
         data = json.loads(place.read_text(encoding="utf-8"))
-        if data["recommended"] is None:
-            raise InputRefused(f"recommends no shaper: {data['recommended_reason']}").at(str(place))
-        type_, best = str(data["recommended"]), data["recommended_shaper"]
-        hertz, damping = float(best["frequency_hz"]), float(data["damping"])
-        axis, lines = data["axis"], str(data["configuration"])
+        parts = [_firmware(one, str(place)) for one in data.get("axes", [data])]
     except InputRefused:
         raise
     except OSError as error:
@@ -123,10 +119,19 @@ def klipper_files(source: Any) -> dict[str, str]:
         raise InputRefused(f"is no answer of shaper ({type(error).__name__}: {error}): {REMEDY}").at(
             str(place)
         ) from None
+    if not parts:
+        raise InputRefused("holds no axis: give the logs of an axis as well").at(str(place))
+    lines = ["[input_shaper]", *(own.partition("\n")[2] for own, _ in parts)]
+    return {"printer.cfg": "\n".join(lines) + "\n", "marlin.gcode": "".join(own for _, own in parts)}
+
+
+def _firmware(data: dict[str, Any], place: str) -> tuple[str, str]:
+    """The lines of one axis for Klipper and for Marlin."""
+    if data["recommended"] is None:
+        raise InputRefused(f"recommends no shaper: {data['recommended_reason']}").at(place)
+    axis, type_ = data["axis"], str(data["recommended"])
+    hertz, damping = float(data["recommended_shaper"]["frequency_hz"]), float(data["damping"])
     if not isinstance(axis, str):
-        raise InputRefused("names no axis: run shaper again with --axis x, y or z").at(str(place))
+        raise InputRefused("names no axis: run shaper again with --axis x, y or z").at(place)
     note = "" if type_.upper() == "ZV" else f" ; Marlin has ZV alone: the type {type_} was recommended"
-    return {
-        "printer.cfg": lines + "\n",
-        "marlin.gcode": f"M593 {axis.upper()} F{hertz:.1f} D{damping:.3g}{note}\n",
-    }
+    return str(data["configuration"]), f"M593 {axis.upper()} F{hertz:.1f} D{damping:.3g}{note}\n"

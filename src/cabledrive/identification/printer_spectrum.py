@@ -182,8 +182,15 @@ def _put_back(frequency: Array, source: str) -> tuple[Array, bool]:
     return frequency, False
 
 
-def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, float, tuple[str, ...]]:
-    """Frequency, normalised density, duration [s], notes, by Welch's method."""
+def even_samples(path: str | Path) -> tuple[float, list[Array]] | None:
+    """Samples per second and the acceleration of each direction (samples,); None of a file of a spectrum."""
+    table = open_table(path)
+    heads = {name.lower().strip(): name for name in table.names}
+    return _even(table, heads)[:2] if "time" in heads else None
+
+
+def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list[str]]:
+    """Samples per second, the acceleration of each direction on an even grid, notes."""
     names = [f"accel_{name}" for name in _DIRECTIONS if f"accel_{name}" in heads]
     time, *parts = _columns(table, [heads["time"], *(heads[name] for name in names)], MOST_SAMPLES)
     check = check_time(time, table.source)
@@ -203,21 +210,32 @@ def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, floa
         )
     if grid.size > 2 * MOST_SAMPLES:
         raise InputRefused(f"{table.source}: has gaps longer than its samples: record it again")
-    total = np.zeros(length // 2 + 1)
     for name, values in zip(names, parts, strict=True):
         if not np.isfinite(values).all() or np.abs(values).max() > 1e100:
             raise InputRefused(
                 f"{table.source}: {name} has values missing or beyond 1e100: record the test again"
             )
-        even = np.interp(grid, check.stamps, values[check.keep])
-        frequency, density = signal.welch(
-            even, rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
-        )
-        total += density
     notes = [*check.repaired]
     if rate < 2.0 * HIGHEST:
         notes.append(f"{rate:.4g} samples per second show nothing above {rate / 2:.4g} Hz")
     if len(names) < len(_DIRECTIONS):
         notes.append(f"the sum of {', '.join(names)} is used")
-    whole = grid.size / rate
-    return np.asarray(frequency, dtype=float), normalized(frequency, total), whole, tuple(notes)
+    return rate, [np.interp(grid, check.stamps, values[check.keep]) for values in parts], notes
+
+
+def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, float, tuple[str, ...]]:
+    """Frequency, normalised density, duration [s], notes, by Welch's method."""
+    rate, parts, notes = _even(table, heads)
+    length = 1 << int(rate * WINDOW - 1.0).bit_length()
+    total = np.zeros(length // 2 + 1)
+    for even in parts:
+        frequency, density = signal.welch(
+            even, rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
+        )
+        total += density
+    return (
+        np.asarray(frequency, dtype=float),
+        normalized(frequency, total),
+        parts[0].size / rate,
+        tuple(notes),
+    )

@@ -8,7 +8,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.studio.asked import Asked, Form, drive_file, given, number, whole
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.library import slug
-from cabledrive.studio.route_commands import klipper, ping, sheet, travel, virtual_log
+from cabledrive.studio.route_commands import klipper, ping, shaper, sheet, travel, virtual_log
 from cabledrive.studio.state import State, arguments
 
 LONGEST = 200
@@ -160,14 +160,6 @@ def _response(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
     return Asked(f"Response of {path.name}", ["response", *options, str(path.absolute())])
 
 
-def _shaper(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    path = desk.logs.path(form.get("log", ""))
-    options = given(form, axis="--axis")
-    return Asked(
-        f"Input shaper from {path.name}", ["shaper", *options, "--plot=shaper.svg", str(path.absolute())]
-    )
-
-
 def _columns(form: Form) -> list[str]:
     """Columns chosen by hand, and whether uneven samples may be moved."""
     chosen = [f"--column={form[f'column{k}']}" for k in range(6) if form.get(f"column{k}")]
@@ -185,7 +177,7 @@ KINDS: dict[str, Callable[[Desk, State, Form, Path], Asked]] = {
     "identify": _identify,
     "response": _response,
     "ping": ping,
-    "shaper": _shaper,
+    "shaper": shaper,
     "klipper": klipper,
     "travel": travel,
     "sheet": sheet,

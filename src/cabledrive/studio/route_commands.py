@@ -3,10 +3,12 @@
 import json
 from pathlib import Path
 
+from cabledrive.identification.printer_files import belt_of, is_printer_file
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studio.asked import Asked, Form, drive_file, given
 from cabledrive.studio.desk import Desk
-from cabledrive.studio.state import State, arguments
+from cabledrive.studio.state import State, arguments, drive_of
 
 
 def travel(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
@@ -47,6 +49,24 @@ def ping(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
         f"Tension from {' and '.join(path.name for path in recordings)}",
         ["identify", f"--ping={source}", *options, *(str(path.absolute()) for path in recordings)],
     )
+
+
+def shaper(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    """The page of the printer from all logs here that are named after its tests; of another name, a plot."""
+    path = desk.logs.path(form.get("log", ""))
+    options = given(form, axis="--axis")
+    if options or not is_printer_file(path.name):
+        return Asked(
+            f"Input shaper from {path.name}", ["shaper", *options, "--plot=shaper.svg", str(path.absolute())]
+        )
+    oldest_first = [desk.logs.path(log) for log, _ in reversed(desk.logs.listed())]
+    paths = {one.name: one.absolute() for one in oldest_first if is_printer_file(one.name)}
+    alone = len({belt_of(name) for name in paths} - {None}) == 1
+    files = [str(one) for name, one in paths.items() if not (alone and belt_of(name))]
+    machine = []
+    if isinstance(drive_of(desk.library, state), RoutedDrive):
+        machine = [f"--machine={drive_file(desk, state, folder)}"]
+    return Asked(f"Printer page of {len(files)} logs", ["shaper", "--page=printer.html", *machine, *files])
 
 
 def klipper(desk: Desk, state: State, form: Form, folder: Path) -> Asked:

@@ -5,6 +5,8 @@ import click
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters.route.drive import RoutedDrive
 
 METHOD = (
     "types, remaining vibration and score as Klipper defines them; partial fractions of modes for damping"
@@ -45,25 +47,54 @@ METHOD = (
     metavar="FILE",
     help="Draw spectrum and shapers into FILE, ending in .png, .svg or .pdf.",
 )
+@click.option(
+    "--page",
+    type=NewFileType(".html"),
+    metavar="FILE",
+    help="One page of the printer, from the logs of all axes and both belts, told apart by name.",
+)
+@click.option(
+    "--machine", metavar="DRIVE", help="With --page: whose computed frequencies stand beside the peaks."
+)
 def command(
     logs: tuple[str, ...],
     axis: str | None,
-    damping: float,
-    corner_speed: float,
-    max_smoothing: float | None,
     plot: NewFile | None,
+    page: NewFile | None,
+    machine: str | None,
+    **design: float | None,
 ) -> Answer:
     """Choose an input shaper from the LOG of a resonance test: the peaks, what each shaper leaves, its cost.
 
     LOG is a file of Klipper: resonances_x_*.csv, calibration_data_x_*.csv, or accelerometer samples. Several
     logs of one axis are several places of the head; the worst counts.
     """
-    from cabledrive.app.shaper_answer import shaper_data, shaper_text
+    from cabledrive.app.shaper_answer import printer_data, printer_text, shaper_data, shaper_text
     from cabledrive.identification.printer_shaper import shaper
 
-    found = shaper(logs, axis=axis, damping=damping, corner_speed=corner_speed, max_smoothing=max_smoothing)
+    if page is not None:
+        from cabledrive.identification.printer_files import printer
+        from cabledrive.report.printer_page import printer_html
+
+        if axis is not None or plot is not None:
+            raise InputRefused("--page sorts the logs by their names: leave --axis and --plot out")
+        whole = printer(logs, **design)
+        page.write(printer_html(whole, None if machine is None else routed(load_drive(machine))))
+        return Answer(
+            data=printer_data(whole), text=printer_text(whole), provenance=provenance(method=METHOD)
+        )
+    if machine is not None:
+        raise InputRefused("--machine is for --page: add it, or leave --machine out")
+    found = shaper(logs, axis=axis, **design)  # type: ignore[arg-type]
     if plot is not None:
         from cabledrive.report.shaper_figure import shaper_picture
 
         plot.write(shaper_picture(found, plot.path.suffix[1:]))
     return Answer(data=shaper_data(found), text=shaper_text(found), provenance=provenance(method=METHOD))
+
+
+def routed(drive: object) -> RoutedDrive:
+    """A machine with routes, whose coordinates have names; refused if it is another."""
+    if not isinstance(drive, RoutedDrive):
+        raise InputRefused('--machine: peaks stand beside a machine of kind "route", such as corexy')
+    return drive

@@ -1,0 +1,248 @@
+"""One page for a printer: shaper, spectrum and sweep of each axis, belt against belt, computed peaks."""
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+from markupsafe import Markup
+
+from cabledrive.identification.printer_files import Belts, Printer, similar_words, spectrogram
+from cabledrive.identification.printer_shaper import PrinterShaper
+from cabledrive.identification.printer_spectrum import PrinterSpectrum
+from cabledrive.identification.spectrum_peaks import SpectrumPeak
+from cabledrive.modal import modes
+from cabledrive.parameters import content_hash
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.blocks import Block, Chapter, Column, Note, Paragraph, RowGroup, Table
+from cabledrive.report.numbers import fixed, number
+from cabledrive.report.page import Page, render
+from cabledrive.report.picture import picture
+from cabledrive.report.plot import Panel, Plot, Series
+from cabledrive.report.provenance import Provenance, versions
+from cabledrive.studies.mode_map import frequency_of_coordinate
+from cabledrive.trajectories.input_shaping import residual_vibration
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+METHOD = (
+    "types, remaining vibration and score as Klipper defines them; partial fractions of modes for damping"
+)
+COLOURS = ("blue", "orange", "green", "purple", "ochre", "red")
+COUNT = 4
+
+
+def printer_html(
+    found: Printer, machine: RoutedDrive | None = None, written_at: datetime | None = None
+) -> str:
+    """The page of a printer; ``machine``: whose computed frequencies stand beside the measured peaks."""
+    chapters = [_axis_chapter(axis, found, machine) for axis in found.axes]
+    if found.belts is not None:
+        chapters.append(_belts_chapter(found.belts))
+    origin = Provenance(
+        written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
+        versions=versions(),
+        hashes=() if machine is None else ((machine.name, content_hash(machine)),),
+        methods=(METHOD,),
+    )
+    title = "Printer" if machine is None else machine.title or machine.name
+    return render(
+        Page(
+            title=title,
+            subtitle="Input shapers, belts and resonances",
+            chapters=tuple(chapters),
+            provenance=origin,
+        )
+    )
+
+
+def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | None) -> Chapter:
+    name = axis.axis or "unknown"
+    best, blocks = axis.recommended, list[Block]()
+    if axis.refused is None:
+        headline = f"{best.type} at {best.frequency:.1f} Hz"
+        blocks.append(Paragraph(text=Markup("Lines for the configuration of the printer:<br>{}").format(
+            Markup("<pre>{}</pre>").format(axis.configuration))))  # fmt: skip
+    else:
+        headline = f"No shaper is recommended: {axis.refused}"
+    blocks += [Note(text=finding.message, tone="warning") for finding in axis.findings]
+    blocks += [_peaks(axis, name, machine), _spectra(axis, name), _shapers(axis, name)]
+    for number_, spectrum in enumerate(axis.spectra):
+        sweep = _sweep(f"sweep-{name}-{number_}", spectrum, found)
+        blocks += [] if sweep is None else [sweep]
+    blocks += [Note(text=note) for note in axis.notes]
+    return Chapter(title=f"Axis {name}", anchor=f"axis-{name}", blocks=tuple(blocks), headline=headline)
+
+
+def computed(machine: RoutedDrive, axis: str) -> dict[str, float]:
+    """Frequency of the mode of each body's move along an axis [Hz], by its coordinate."""
+    found = modes(machine, count=COUNT)
+    names = [f"{body.name}.{axis}" for body in machine.body if axis in body.moves]
+    values = {name: frequency_of_coordinate(found, name) for name in names}
+    return {name: hertz for name, hertz in values.items() if np.isfinite(hertz)}
+
+
+def _peaks(axis: PrinterShaper, name: str, machine: RoutedDrive | None) -> Table:
+    rows = [
+        (
+            peak.source,
+            fixed(peak.frequency, 1),
+            "" if peak.damping is None else fixed(100 * peak.damping, 2),
+            fixed(100 * peak.height, 0),
+            fixed(100 * axis.kept(peak), 1),
+        )
+        for peak in axis.peaks
+    ]
+    groups = [RowGroup(title="measured" if machine else "", rows=tuple(rows))]
+    if machine is not None:
+        own = computed(machine, axis.axis or "x").items()
+        rows_of = tuple((key, fixed(hertz, 1), "", "", "") for key, hertz in own)
+        groups += [RowGroup(title="computed", rows=rows_of)] if own else []
+    return Table(
+        caption=f"Peaks of axis {name}, and what the shaper keeps" + (", beside computed" if machine else ""),
+        columns=(
+            Column(title="log" if machine is None else "log, or what moves"),
+            Column(title="frequency", unit="Hz", numeric=True),
+            Column(title="damping ratio", unit="%", numeric=True),
+            Column(title="height", unit="%", numeric=True),
+            Column(title="kept", unit="%", numeric=True),
+        ),
+        groups=tuple(groups),
+    )
+
+
+def _spectra(axis: PrinterShaper, name: str) -> Plot:
+    """Densities of all logs, and the amplitude that each shaper keeps, over one axis of frequency."""
+    points = max((s.frequency for s in axis.spectra), key=len)
+    density = tuple(
+        Series(name=s.source, values=_on(points, s), colour=COLOURS[i % len(COLOURS)])
+        for i, s in enumerate(axis.spectra)
+    )
+    fits = axis.shapers if axis.recommended in axis.shapers else (*axis.shapers, axis.recommended)
+    kept = tuple(
+        Series(
+            name=f"{fit.type} {fit.frequency:.1f} Hz",
+            values=100.0 * residual_vibration(fit.shaper, np.maximum(points, 0.1), axis.damping),
+            colour=COLOURS[i % len(COLOURS)],
+            dashed=fit is not axis.recommended,
+        )
+        for i, fit in enumerate(fits)
+    )
+    return Plot(
+        name=f"spectrum-{name}",
+        alt=f"Density of the head's acceleration over frequency on axis {name}, and what each shaper keeps.",
+        caption=f"Spectrum of axis {name}, and the amplitude kept behind each shaper, the recommended solid.",
+        points=points,
+        along="frequency",
+        unit="Hz",
+        panels=(
+            Panel(title="density over frequency", unit="1", series=density),
+            Panel(title="amplitude kept", unit="%", series=kept),
+        ),
+    )
+
+
+def _on(points: np.ndarray, spectrum: PrinterSpectrum) -> np.ndarray:
+    return np.interp(points, spectrum.frequency, spectrum.density, right=np.nan)
+
+
+def _shapers(axis: PrinterShaper, name: str) -> Table:
+    rows = tuple(
+        (
+            fit.type + (" (recommended)" if fit is axis.recommended and axis.refused is None else ""),
+            fixed(fit.frequency, 1),
+            fixed(100 * fit.vibration, 1),
+            fixed(1e3 * fit.smoothing, 3),
+            fixed(1e3 * fit.max_acceleration, 0),
+        )
+        for fit in axis.shapers
+    )
+    return Table(
+        caption=f"Shapers for axis {name}",
+        columns=(
+            Column(title="type"),
+            Column(title="frequency", unit="Hz", numeric=True),
+            Column(title="left", unit="%", numeric=True),
+            Column(title="smoothing", unit="mm", numeric=True),
+            Column(title="max_accel", unit="mm/s^2", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def _sweep(name: str, spectrum: PrinterSpectrum, found: Printer) -> Block | None:
+    """Level over time and frequency; none of a file that holds a spectrum."""
+    seen = spectrogram(found.paths[spectrum.source])
+    if seen is None:
+        return None
+    time, frequency, level = seen
+
+    def draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.add_subplot()
+        mesh = axes.pcolormesh(
+            time, frequency, level, cmap="viridis", vmin=-50.0, vmax=0.0, shading="nearest", rasterized=True
+        )
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel("frequency [Hz]")
+        if not narrow:
+            figure.colorbar(mesh, ax=axes).set_label("level [dB]")
+
+    return picture(name, draw, wide=320, narrow=260).figure(
+        name=name,
+        alt=f"Level of the head's acceleration over time and frequency in {spectrum.source}.",
+        caption=(
+            f"The sweep of {spectrum.source}: the rising line is the excitation, its harmonics stand above "
+            "it; a level line is a vibration that does not follow it."
+        ),
+    )
+
+
+def _belts_chapter(belts: Belts) -> Chapter:
+    points = belts.a.frequency
+    both = Plot(
+        name="belts",
+        alt="Densities of the acceleration with belt A and belt B excited, over frequency.",
+        caption="Belt A (along 1, -1) against belt B (along 1, 1), each relative to its largest value.",
+        points=points,
+        along="frequency",
+        unit="Hz",
+        panels=(
+            Panel(
+                title="density over frequency",
+                unit="1",
+                series=(
+                    Series(name="belt A", values=belts.a.density, colour="blue"),
+                    Series(name="belt B", values=_on(points, belts.b), colour="orange"),
+                ),
+            ),
+        ),
+    )
+    rows = tuple(_belt_row(a, b) for a, b in _paired(belts.peaks_a, belts.peaks_b))
+    table = Table(
+        caption="Peaks of the belts, the highest first",
+        columns=(
+            Column(title="peak"),
+            Column(title="belt A", unit="Hz", numeric=True),
+            Column(title="belt B", unit="Hz", numeric=True),
+            Column(title="difference", unit="Hz", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )
+    return Chapter(title="Belts", anchor="belts-chapter", blocks=(both, table), headline=similar_words(belts))
+
+
+def _paired(
+    a: tuple[SpectrumPeak, ...], b: tuple[SpectrumPeak, ...]
+) -> list[tuple[SpectrumPeak | None, SpectrumPeak | None]]:
+    """Peaks of both belts by height; None where one belt has fewer."""
+    one, other = (sorted(own, key=lambda p: -p.height) for own in (a, b))
+    most = max(len(one), len(other))
+    return [(one[i] if i < len(one) else None, other[i] if i < len(other) else None) for i in range(most)]
+
+
+def _belt_row(a: SpectrumPeak | None, b: SpectrumPeak | None) -> tuple[str, str, str, str]:
+    first = a or b
+    assert first is not None
+    off = "" if a is None or b is None else number(round(a.frequency - b.frequency, 1))
+    one, other = ("" if peak is None else fixed(peak.frequency, 1) for peak in (a, b))
+    return f"{100 * first.height:.0f} %", one, other, off
