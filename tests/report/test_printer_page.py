@@ -48,11 +48,13 @@ def test_belts_and_tests_are_told_by_their_names(name, belt, test):
     assert (belt_of(name), is_printer_file(name)) == (belt, test)
 
 
-def test_the_page_has_the_modes_that_the_logs_were_made_of_beside_those_of_the_machine(folder):
+def test_the_page_has_the_modes_that_the_logs_were_made_of_beside_those_of_the_machine(folder, measured):
     found = printer([folder / name for name in NAMES.values()])
     assert [axis.axis for axis in found.axes] == ["x", "y"]
     for axis in found.axes:
         assert axis.peaks[0].frequency == pytest.approx(TRUTH[axis.axis], abs=0.5)
+    off = max(abs(axis.peaks[0].frequency - TRUTH[axis.axis]) for axis in found.axes)
+    measured(f"peaks within {off:.2f} Hz, belts {found.belts.difference:.2f} Hz apart for -6")
     assert found.belts.difference == pytest.approx(TRUTH["a"] - TRUTH["b"], abs=0.5)
     html = printer_html(found, load_drive("corexy"))
     own = computed(load_drive("corexy"), "x")
