@@ -46,6 +46,12 @@ def test_an_error_estimate_comes_with_the_answer_and_in_the_file(tmp_path):
     assert 0.0 < found["load_angle"]["relative"] < 0.1
 
 
+def test_a_load_that_does_not_move_has_no_relative_error():
+    """Without torque and pluck what the load turns by is rounding."""
+    found = answer("simulate", "dissertation-1", "--duration", "0.01", "--error-estimate")["error_estimate"]
+    assert (found["load_angle"]["error"] < 1e-14, found["load_angle"]["relative"]) == (True, 0.0)
+
+
 def test_slack_ends_the_run_with_status_3_and_keeps_what_was_found(tmp_path):
     path = tmp_path / "run.nc"
     options = ["--duration", "1", "--segments", "20", "--torque-amplitude", "0.5", "--torque-frequency", "0"]

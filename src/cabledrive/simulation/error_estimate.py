@@ -16,6 +16,8 @@ from cabledrive.simulation.run import integrate_run
 from cabledrive.simulation.start import Scheme
 
 ORDER_AT_LEAST, ORDER_AT_MOST = 0.5, 2.0
+STILL = 1e-14
+"""Size up to which a motion is rounding [m], [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,4 +88,6 @@ def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:
     order = min(max(seen or ORDER_AT_LEAST, ORDER_AT_LEAST), ORDER_AT_MOST)
     error = first / (2.0**order - 1.0)
     converges = seen is not None and seen > ORDER_AT_LEAST
-    return Estimate(error=error, relative=error / size if size else 0.0, order=seen if converges else None)
+    return Estimate(
+        error=error, relative=error / size if size > STILL else 0.0, order=seen if converges else None
+    )
