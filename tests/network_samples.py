@@ -9,15 +9,7 @@ from cabledrive.modal import elements
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, Wave
 from cabledrive.modal.rows import MASS, SPRING
-from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import (
-    Rope,
-    Route,
-    RoutedCarriage,
-    RoutedMotor,
-    RoutedPulley,
-    RouteLayout,
-)
+from cabledrive.parameters.route.two_pulleys import as_machine
 from oracles.beam_fem import Beam
 from oracles.hanging_fem import HangingRope
 from oracles.network_fem import String
@@ -144,47 +136,8 @@ def rope_of(own, number=0):
 
 
 def as_route(drive):
-    """A drive with two equal pulleys as a machine with routes, without gravity."""
-    radius, distance, stretch = drive.pulley[0].radius, drive.pulley_distance, 1.0 + drive.cable.prestrain
-    assert drive.pulley[1].radius == radius
-    names = ("drive pulley", "load pulley")
-    pulleys = tuple(
-        RoutedPulley(
-            name=name,
-            at=(i * distance, 0.0),
-            radius=radius,
-            inertia=drive.pulley[i].inertia,
-            fixed=drive.pulley[i].fixed,
-        )
-        for i, name in enumerate(names)
-    )
-    rope = Rope(
-        given_rigidity=drive.cable.axial_rigidity,
-        mass_per_length=drive.cable.mass_per_length,
-        pretension=drive.cable.pretension,
-    )
-    carriages = tuple(
-        RoutedCarriage(
-            mass=carriage.mass,
-            guided=carriage.guided,
-            position=carriage.position * stretch + (distance if carriage.span == "lower" else 0.0),
-        )
-        for carriage in drive.carriage
-    )
-    motor = drive.motor
-    motors = ()
-    if motor is not None:
-        keys = ("inertia", "joint_stiffness", "holding_stiffness")
-        motors = (RoutedMotor(**{key: getattr(motor, key) for key in keys}),)
-    return RoutedDrive(
-        name=drive.name,
-        cable=rope,
-        layout=RouteLayout(gravity=0.0),
-        pulley=pulleys,
-        carriage=carriages,
-        motor=motors,
-        route=(Route(name="cable", path=("-drive pulley", "-load pulley"), closed=drive.kind == "loop"),),
-    )
+    """A drive with two pulleys as a machine with routes, without gravity."""
+    return as_machine(without_gravity(drive))
 
 
 def without_gravity(drive):

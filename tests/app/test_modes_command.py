@@ -5,7 +5,6 @@ import xarray as xr
 
 import cabledrive as cd
 from cabledrive.modal.mode import multiplets
-from cabledrive.modal.mode_rows import mode_rows
 from command import answer, call
 
 
@@ -45,19 +44,6 @@ def test_count_lists_so_many_frequencies_of_each_kind_and_certifies_each_to_its_
     assert proof["below_hz"] == min(bounds.values())
     below = sum(mode.multiplicity for mode in many.modes if mode.frequency < proof["below_hz"])
     assert proof["count"] == below >= 4
-
-
-@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
-def test_table_counts_every_mode_once(name):
-    found = cd.modes(cd.load_drive(name), count=12)
-    rows = mode_rows(found)
-    assert sum(row.count for row in rows) == sum(mode.multiplicity for mode in found.modes)
-    assert [mode for row in rows for mode in row.modes if mode.kind == "longitudinal"] == list(
-        found.longitudinal
-    )
-    assert [row.frequency for row in rows] == sorted(row.frequency for row in rows)
-    for row in rows:
-        assert {mode.kind for mode in row.modes} == {row.kind}
 
 
 @pytest.mark.parametrize(("ending", "magic"), [("png", b"\x89PNG"), ("SVG", b"<?xml"), ("pdf", b"%PDF")])

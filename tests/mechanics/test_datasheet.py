@@ -3,13 +3,16 @@
 import dataclasses
 import json
 from dataclasses import replace
-from math import isfinite, pi, sqrt, tanh
+from math import exp, isfinite, pi, sqrt, tanh
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cabledrive.mechanics import derived_quantities, drive_warnings
+from cabledrive.mechanics.datasheet import no_slip_torque
+from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, span_stiffness
 from cabledrive.mechanics.sag import parabola_sag
 from cabledrive.parameters import Carriage, Layout, load_drive, packaged_drives
 from drive_strategies import drives
@@ -177,3 +180,63 @@ def test_sheet_and_warnings_of_any_drive_are_finite_and_plain(drive):
     for line in drive_warnings(drive):
         assert line.isprintable()
         assert len(line) < 400, f"{len(line)} characters: {line}"
+
+
+# --- What a pulley transmits by friction
+def test_no_slip_torque_of_half_a_turn():
+    """2 r T0 (e - 1)/(e + 1) with e = 2.566: 0.4391 of the slack torque."""
+    assert no_slip_torque(0.03, 5.0, 0.3, pi) == pytest.approx(0.3 * 1.566 / 3.566, rel=2e-4)
+
+
+@given(friction=st.floats(0.01, 1.0), angle=st.floats(0.1, 8.0))
+def test_at_the_no_slip_torque_the_tensions_stand_in_the_capstan_ratio(friction, angle):
+    """T0 + d and T0 - d with r 2d = torque."""
+    half = no_slip_torque(0.04, 7.0, friction, angle) / (2.0 * 0.04)
+    assert (7.0 + half) == pytest.approx(exp(friction * angle) * (7.0 - half), rel=1e-9, abs=1e-12)
+
+
+@given(friction=st.floats(0.0, 1e3), angle=st.floats(0.0, 1e3))
+def test_loop_slips_before_it_goes_slack(friction, angle):
+    assert 0.0 <= no_slip_torque(0.04, 7.0, friction, angle) <= 2.0 * 0.04 * 7.0
+
+
+# --- First estimates of the cable's and the joint's mode, held against the measured ones
+def test_modes_of_the_rig_are_those_of_table_6_2():
+    """8.27 Hz and 92.2 Hz, fitted to the response; the parameters have two to three digits."""
+    assert lumped_cable_mode(RIG) / (2 * pi) == pytest.approx(8.27, rel=0.005)
+    assert lumped_joint_mode(RIG) / (2 * pi) == pytest.approx(92.2, rel=0.005)
+
+
+def test_estimates_bracket_the_coupled_modes():
+    """Motor, drive pulley and load pulley on two springs: rigid joint and free cable shift both modes up."""
+    k = 2.0 * span_stiffness(RIG) * RIG.drive_pulley.radius**2
+    km = RIG.motor.joint_stiffness
+    stiffness = np.array([[km, -km, 0.0], [-km, km + k, -k], [0.0, -k, k]])
+    inertia = np.array([RIG.motor.inertia, RIG.drive_pulley.inertia, RIG.load_pulley.inertia])
+    omega = np.sqrt(np.abs(np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))))
+    assert omega[1] < lumped_cable_mode(RIG) < 1.01 * omega[1], f"{omega}"
+    assert lumped_joint_mode(RIG) < omega[2] < 1.02 * lumped_joint_mode(RIG), f"{omega}"
+
+
+def test_fixed_load_pulley_leaves_the_drive_side_on_both_spans():
+    drive = replace(RIG, pulley=(RIG.drive_pulley, replace(RIG.load_pulley, fixed=True)))
+    inertia = RIG.motor.inertia + RIG.drive_pulley.inertia
+    assert lumped_cable_mode(drive) == pytest.approx(sqrt(2 * 850.0 * 0.04**2 / inertia), rel=1e-14)
+
+
+def test_line_has_one_span():
+    assert lumped_cable_mode(RIG) == pytest.approx(
+        sqrt(2.0) * lumped_cable_mode(replace(RIG, kind="line")), rel=1e-14
+    )
+
+
+def test_measured_stiffness_stands_before_that_of_the_cable():
+    assert span_stiffness(RIG) == 850.0
+    assert span_stiffness(replace(RIG, lumped=None)) == pytest.approx(438.0, rel=1e-14)
+
+
+def test_what_does_not_exist_has_no_frequency():
+    pulleys = tuple(replace(pulley, fixed=True) for pulley in RIG.pulley)
+    assert lumped_cable_mode(replace(RIG, motor=None, pulley=pulleys)) is None
+    assert lumped_joint_mode(replace(RIG, motor=None)) is None
+    assert lumped_joint_mode(load_drive("finger-tendon")) is None

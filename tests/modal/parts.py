@@ -7,6 +7,8 @@ from cabledrive.modal.component import Component
 from cabledrive.modal.elements import Rope
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.spectrum import Spectrum
+from oracles.beam_fem import frequencies
+from oracles.network_fem import String, matrices
 
 
 def below(chain, omega):
@@ -38,3 +40,29 @@ def alone(rope):
         key: getattr(rope, key) for key in ("length", "hold", "density", "tags", "direction", "pull", "bend")
     }
     return Component((), [], [Rope(none, none, **own)], [])
+
+
+def finite_elements(chain, top, held=(), degree=46):
+    """Natural frequencies [rad/s] up to about one by the p-version, no wave formula; rigid modes near 0.
+
+    ``held``: joints that are held besides the chain's own ends.
+    """
+    n = chain.masses.size
+    total = n + len(chain.pendants)
+    fixed = {joint for joint, is_held in zip((0, n - 1), chain.fixed, strict=True) if is_held}
+    kept = [joint for joint in range(total) if joint not in fixed | set(held)]
+    rows, stiffness = np.eye(total), np.zeros((total, total))
+    mass = np.diag([*chain.masses, *(pendant.mass for pendant in chain.pendants)])
+    stiffness[range(n), range(n)] = 0.0 if chain.grounds is None else chain.grounds
+    for number, pendant in enumerate(chain.pendants, n):
+        twist = rows[number] - rows[pendant.joint]
+        stiffness += pendant.stiffness * np.outer(twist, twist)
+        stiffness[number, number] += pendant.ground
+    cables = (np.broadcast_to(value, chain.lengths.shape) for value in (chain.rigidity, chain.density))
+    strings = [
+        String(rows[i, kept], rows[(i + 1) % n, kept], rho * length, np.sqrt(force / rho) / length)
+        for i, (length, force, rho) in enumerate(zip(chain.lengths, *cables, strict=True))
+    ]
+    square = np.ix_(kept, kept)
+    mass, _, stiffness = matrices(strings, mass[square], stiffness[square], degree)
+    return frequencies(mass, stiffness, top)

@@ -1,17 +1,12 @@
 """Ropes that are no straight string of even tension: bending stiffness, weight along them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from elastic_counts import DEGREE, wrong_counts
-from parts import held, listed
+from parts import held
 
 import cabledrive as cd
 from cabledrive.modal.elements import ACROSS, Rope
-from network_samples import random_elastic_network
-from oracles.beam_fem import Beam, beam_matrices, frequencies, with_beams
-from oracles.network_fem import matrices
+from oracles.beam_fem import Beam, beam_matrices, frequencies
 
 
 def clamped(tension, bending, *, length=1.0, density=1.0, first=6):
@@ -63,48 +58,6 @@ def test_held_ropes_have_the_frequencies_of_finite_elements(tension, bending, to
     )
     truth = frequencies(mass, stiffness, found[-1])[: found.size]
     np.testing.assert_allclose(found, truth, rtol=tolerance)
-
-
-def with_all(mass, spring, beams, coordinates):
-    return with_beams(mass, spring, beams, coordinates, elements=4, degree=8)
-
-
-def test_counts_of_random_networks_with_beams_are_those_of_finite_elements():
-    wrong, made = wrong_counts(3, 3, random_elastic_network, with_all)
-    assert made > 15
-    assert wrong == 0, f"{wrong} of {made} counts"
-
-
-@pytest.mark.verify
-def test_no_count_of_three_hundred_random_networks_with_beams_is_wrong(measured):
-    wrong, made = wrong_counts(2026, 300, random_elastic_network, with_all)
-    measured(f"random networks with heavy strings and tensioned beams: {wrong} of {made} counts wrong")
-    assert wrong == 0, f"{wrong} of {made} counts"
-
-
-def test_modes_of_random_networks_with_beams_are_those_of_finite_elements():
-    rng = np.random.default_rng(8)
-    for _ in range(2):
-        component, strings, beams, mass, spring, _ = random_elastic_network(rng)
-        strings = [replace(one, density=one.density * one.ropes, ropes=1) for one in strings]
-        beams = [
-            replace(
-                one,
-                density=one.density * one.ropes,
-                bending=one.bending * one.ropes,
-                tension=(one.tension[0] * one.ropes, one.tension[1] * one.ropes),
-                ropes=1,
-            )
-            for one in beams
-        ]
-        coordinates = mass.shape[0]
-        mass, _, spring = matrices(strings, mass, spring, DEGREE)
-        mass, spring = with_beams(mass, spring, beams, coordinates, elements=4, degree=10)
-        top = 12.0 / component.longest
-        truth = frequencies(mass, spring, top)
-        own = listed(component.modes(0.0, top))
-        expected = truth[truth > 1e-4 * top][: np.sum(own > 1e-4 * top)]
-        np.testing.assert_allclose(own[own > 1e-4 * top], expected, rtol=2e-5)
 
 
 def between_pulleys(bending):

@@ -1,13 +1,19 @@
 """What mechanics demands of every list of modes: limits, scaling, interlacing, and lists that agree."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from machines import machine, pulley, some_cable, uneven_machine
 
 import cabledrive as cd
-from cabledrive.parameters import Carriage, Drive, InputRefused, Layout
+from cabledrive.mechanics import rest_state
+from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.mode_rows import mode_rows
+from cabledrive.modal.networks import network_of_drive
+from cabledrive.modal.spectrum import Spectrum
+from cabledrive.parameters import Carriage, Drive, Layout
 
 SEEDS = range(12)
 
@@ -252,11 +258,64 @@ def test_below_a_mode_leaves_it_out_and_above_takes_it_in():
     assert at.certificate.below <= fundamental
 
 
-@pytest.mark.parametrize(
-    "limits",
-    [{"below": 0.0}, {"below": -1.0}, {"below": np.nan}, {"below": np.inf}, {"count": 0}, {"count": 10**6}],
-)
-def test_limits_that_mean_nothing_are_refused_in_one_line(limits):
-    with pytest.raises(InputRefused) as refusal:
-        cd.modes(cd.load_drive("dissertation-1"), **limits)
-    assert "\n" not in str(refusal.value)
+def test_longitudinal_modes_of_a_route_below_a_frequency_are_the_first_of_its_list():
+    """Between two modes, and at a mode, where the count would depend on the last digit: just below it."""
+    printer = cd.load_drive(Path(__file__).parent.parent / "parameters" / "routes" / "printer.toml")
+    listed = [mode.frequency for mode in longitudinal_modes(printer, count=5)]
+    between = longitudinal_modes(printer, below=0.5 * (listed[2] + listed[3]))
+    np.testing.assert_allclose([mode.frequency for mode in between], listed[:3], rtol=1e-12)
+    at = longitudinal_modes(printer, below=listed[2])
+    assert len(at) == 2 + (listed[1] == listed[2])
+
+
+def test_a_count_of_thousands_of_heavy_strings_is_that_of_their_travel_times():
+    """n pi / t of each span and plane, less than one mode each apart."""
+    drive = cd.load_drive("elevator")
+    spectrum = Spectrum(network_of_drive(drive))
+    turns = [
+        np.sqrt(drive.cable.mass_per_length) * sum(own.travel_time for own in section.stretches) / np.pi
+        for section in rest_state(drive).sections
+    ]
+    omega = 4000.0 / sum(turns)
+    across = sum(part.count(omega) for part in spectrum._windows[0].parts if part.kinds == {"transverse"})
+    assert abs(across - 2 * sum(int(omega * turn) for turn in turns)) <= 2 * len(turns)
+
+
+@pytest.mark.parametrize("stiffness", [10500.0, 11500.0, 13045.0, 16000.0, 20000.0, 21000.0])
+def test_motor_joint_mode_close_to_an_in_phase_mode_is_found_beside_it(stiffness):
+    """In-phase modes of a loop are at half turns of its travel time, where halved intervals end exactly."""
+    drive = cd.load_drive("dissertation-3", overrides=["layout.gravity=0"])
+    drive = replace(drive, motor=replace(drive.motor, joint_stiffness=stiffness))
+    found = cd.modes(drive, count=6)
+    frequency = np.array([mode.frequency for mode in found.longitudinal])
+    assert found.certified
+    assert np.all(np.diff(frequency) > 1e-6 * frequency[1:]), f"{frequency} Hz"
+    assert np.min(np.abs(frequency - 807.33246825)) < 1e-8
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
+def test_every_mode_stands_in_one_row_of_the_table_that_says_where_it_is(name):
+    """Equal strings on both spans differ by round-off, so that either may be listed first."""
+    found = cd.modes(cd.load_drive(name), count=12)
+    rows = mode_rows(found)
+    assert sum(row.count for row in rows) == sum(mode.multiplicity for mode in found.modes)
+    assert [row.frequency for row in rows] == sorted(row.frequency for row in rows)
+    for row in rows:
+        assert {mode.kind for mode in row.modes} == {row.kind}
+        spans = {mode.span for mode in row.modes}
+        if row.kind == "transverse":
+            message = "both spans" if len(spans) > 1 or spans == {"both"} else f"{spans.pop()} span"
+            assert row.where.startswith(message)
+        else:
+            assert "%" in row.where
+
+
+def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
+    found = cd.modes(cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]), count=12).modes
+    across = [mode for mode in found if mode.kind == "transverse"]
+    rows = mode_rows(across)
+    assert max(row.count for row in rows) == 4  # two spans, two planes
+    assert len(rows) < len(across)
+    for row in rows:
+        first = row.modes[0].frequency
+        assert all(mode.frequency == pytest.approx(first, rel=1e-6) for mode in row.modes)

@@ -196,19 +196,6 @@ def test_shapes_satisfy_the_wave_equation(drive, measured):
         assert np.all(np.ptp(invariant, axis=1) <= 1e-6 * invariant.max(axis=1)), span
 
 
-def test_shapes_of_a_double_mode_are_independent_and_orthogonal(measured):
-    """Gram matrix by modal mass is the identity: a basis, not one shape twice."""
-    doubles = [found for found in sampled(even_ring()) if found.mode.multiplicity == 2]
-    apart = [np.max(np.abs(found.modal_mass(found) - np.eye(2))) for found in doubles]
-    measured(f"{len(doubles)} double modes, Gram matrices within {max(apart):.1e}")
-    assert len(doubles) >= 3
-    for found in doubles:
-        gram = found.modal_mass(found)
-        np.testing.assert_allclose(gram, np.eye(2), atol=1e-9)
-        joints = np.array(list(found.mode.joints.values()))
-        assert np.linalg.svd(joints, compute_uv=False)[1] > 0.1 * np.linalg.norm(joints)
-
-
 @pytest.mark.parametrize("drive", drives())
 def test_kinetic_shares_sum_to_one_and_are_those_of_the_shapes(drive, measured):
     """Shares of the joints are m u^2; what is left is the cable's, by quadrature."""

@@ -203,18 +203,6 @@ def test_level_line_has_the_symmetric_modes_of_irvine_and_caughey(stiffness):
     assert_allclose(found, expected, rtol=1e-7)
 
 
-def test_crossover_lies_at_four_pi_squared():
-    """There the first symmetric mode has the frequency of the first antisymmetric one, and above it more."""
-    tension, weight = 1000.0, 0.05
-    for share in (0.99, 1.0, 1.01):
-        rigidity = share * 4 * pi**2 * tension / (weight * 10.0 / tension) ** 2
-        drive = line(length=10.0, density=weight / G, tension=tension, rigidity=rigidity)
-        parameter = sag_parameter(rest_state(drive).sections[0])
-        string = across(drive, "v", 1)[0]
-        expected = sorted([2 * string, irvine_roots(parameter, 1)[0] * string])
-        assert_allclose(across(drive, "w", 2), expected, rtol=1e-7)
-
-
 def test_heavy_end_on_a_sagging_cable_swings_on_the_modulus_of_ernst():
     """EA / (1 + lambda^2 / 12): the static limit of the sagging stretch."""
     pulley = (Pulley(radius=0.1, inertia=0.01, fixed=True), Pulley(radius=0.1, inertia=1e4))
@@ -224,23 +212,6 @@ def test_heavy_end_on_a_sagging_cable_swings_on_the_modulus_of_ernst():
     ernst = 1e6 / (1 + sag_parameter(section) / 12)
     expected = sqrt(ernst / 50.0 / 1e6) / (2 * pi)
     assert lowest == pytest.approx(expected, rel=2e-3), f"{lowest:.6g} Hz, Ernst {expected:.6g} Hz"
-
-
-def test_sagging_line_rings_where_the_exact_cable_does():
-    """50 m, EA 1 MN, 80 g/m, 312.7 N: 1.10 Hz in the plane of gravity; the straight string has 0.625."""
-    drive = line(length=50.0, density=0.08, tension=312.7, rigidity=1e6)
-    lowest = across(drive, "w", 1)[0]
-    exact = Model(drive).solve().frequencies(3)[0][0]
-    assert lowest == pytest.approx(exact, rel=1e-7)
-    assert lowest == pytest.approx(1.10, abs=0.005)
-
-
-def test_without_gravity_nothing_changes():
-    """The straight string under the pretension, both planes alike, to the last digits."""
-    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
-    expected = drive.cable.transverse_wave_speed / (2 * drive.pulley_distance) * np.arange(1, 4)
-    assert_allclose(across(drive, "v", 6)[::2], expected, rtol=1e-13)
-    assert_allclose(across(drive, "w", 6)[::2], expected, rtol=1e-13)
 
 
 def test_both_spans_of_a_light_loop_lock_or_let_go_together():
@@ -291,13 +262,3 @@ def test_slack_section_is_not_listed_and_the_word_certified_is_withdrawn():
     assert not found.certified
     assert "hangs slack at rest" in found.certified_reason
     assert any("hangs slack" in line for line in found.warnings)
-
-
-def test_certificate_counts_what_is_listed_on_sagging_machines():
-    """Every mode of both kinds below the bound, for random machines."""
-    for seed in range(4):
-        drive = random_machine(np.random.default_rng(2000 + seed))
-        found = cd.modes(drive, count=5)
-        below = [m for m in found.modes if m.frequency < found.certificate.below]
-        assert found.certified, (seed, found.certified_reason)
-        assert sum(m.multiplicity for m in below) == found.certificate.count

@@ -1,53 +1,85 @@
-"""The count of a network against finite elements that know no wave formula, still and moving."""
+"""Counts and modes of networks against finite elements that know no wave formula: still, moving, elastic."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from parts import listed
+from parts import alone, listed
 
 from cabledrive.modal import rows, search
 from cabledrive.modal.kernels import compiled_counts
-from network_samples import random_network
-from oracles.network_fem import natural_frequencies
+from network_samples import random_elastic_network, random_hanging_network, random_network
+from oracles.beam_fem import frequencies, with_beams
+from oracles.hanging_fem import with_hanging
+from oracles.network_fem import matrices, natural_frequencies
 
 DEGREE = 26
+BEAMS, HANGING = "tensioned beams and heavy strings", "hanging ropes"
+ELASTIC = {BEAMS: (random_elastic_network, with_beams, 8), HANGING: (random_hanging_network, with_hanging, 9)}
 
 
-def wrong_counts(seed, networks, moving):
-    """Counts at eight frequencies of each network that differ from the oracle's; and how many were made."""
+def plain_sample(rng, moving):
+    """A network of strings, its true frequencies below a top [rad/s], or none where it is no machine."""
+    component, strings, mass, spring, others = random_network(rng, moving)
+    places = rng.uniform(0.05, 1.0, 8)
+    tied = sum(string.start**2 + string.end**2 for string in strings) + np.diag(mass) + np.diag(spring)
+    if not tied.all():  # a coordinate that nothing moves, ties or holds
+        return None
+    top = min(string.wave_speed - abs(string.speed) for string in strings) * DEGREE / 2.4
+    truth = natural_frequencies(strings, mass, spring, DEGREE)
+    return component, others, truth, places * top
+
+
+def elastic_sample(rng, kind):
+    """The same of a network with elements beside its strings."""
+    sample, with_parts, degree = ELASTIC[kind]
+    component, strings, parts, mass, spring, others = sample(rng)
+    speeds = [np.sqrt(min(part.tension) / part.density) / part.length for part in parts]
+    top = min([*speeds, *(string.wave_speed for string in strings)]) * DEGREE / 2.4
+    coordinates = mass.shape[0]
+    mass, _, spring = matrices(strings, mass, spring, DEGREE)
+    truth = frequencies(*with_parts(mass, spring, parts, coordinates, elements=4, degree=degree), top)
+    return component, others, truth, rng.uniform(0.05, 1.0, 8) * top
+
+
+def wrong_counts(seed, networks, kind):
+    """Counts at eight frequencies of each random network that differ from the oracle's; and how many."""
     rng, wrong, made = np.random.default_rng(seed), 0, 0
     for _ in range(networks):
-        component, strings, mass, spring, others = random_network(rng, moving)
-        frequencies = rng.uniform(0.05, 1.0, 8)
-        tied = sum(string.start**2 + string.end**2 for string in strings) + np.diag(mass) + np.diag(spring)
-        if not tied.all():  # a coordinate that nothing moves, ties or holds: no machine
+        sample = elastic_sample(rng, kind) if kind in ELASTIC else plain_sample(rng, kind == "moving")
+        if sample is None:
             continue
-        truth = natural_frequencies(strings, mass, spring, DEGREE)
-        slowest = min(string.wave_speed - abs(string.speed) for string in strings)
-        for omega in frequencies * slowest * DEGREE / 2.4:
+        component, others, truth, places = sample
+        held = [(alone(rope), rope.ropes - 1) for rope in component.ropes]
+        for omega in places:
             if np.min(np.abs(truth - omega)) < 1e-4 * omega:  # closer than the oracle knows its frequencies
                 continue
-            own = (
-                component.count(omega)
-                + component.rigid
-                + int(others @ np.floor(omega * component.time / np.pi))
-            )
+            own = component.count(omega) + component.rigid
+            own += int(others @ np.floor(omega * component.time / np.pi))
+            own += sum(ropes * one.count(omega) for one, ropes in held)
             wrong += own != int(np.sum(truth < omega))
             made += 1
     return wrong, made
 
 
-@pytest.mark.parametrize("moving", [False, True])
-def test_counts_of_random_networks_are_those_of_finite_elements(moving):
-    wrong, made = wrong_counts(11 + moving, 12, moving)
-    assert made > 80
+@pytest.mark.parametrize(
+    ("kind", "seed", "networks", "least"),
+    [("still", 11, 12, 80), ("moving", 12, 12, 80), (BEAMS, 3, 3, 15), (HANGING, 5, 8, 40)],
+)
+def test_counts_of_random_networks_are_those_of_finite_elements(kind, seed, networks, least):
+    wrong, made = wrong_counts(seed, networks, kind)
+    assert made > least
     assert wrong == 0, f"{wrong} of {made} counts"
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("moving", [False, True])
-def test_no_count_of_two_thousand_random_networks_is_wrong(moving, measured):
-    wrong, made = wrong_counts(2024 + moving, 1000, moving)
-    measured(f"random networks, {'moving to 0.85 c' if moving else 'still'}: {wrong} of {made} counts wrong")
+@pytest.mark.parametrize(
+    ("kind", "seed", "networks"),
+    [("still", 2024, 1000), ("moving", 2025, 1000), (BEAMS, 2026, 300), (HANGING, 2026, 500)],
+)
+def test_no_count_of_thousands_of_random_networks_is_wrong(kind, seed, networks, measured):
+    wrong, made = wrong_counts(seed, networks, kind)
+    measured(f"random networks, {kind}: {wrong} of {made} counts wrong")
     assert wrong == 0, f"{wrong} of {made} counts"
 
 
@@ -59,7 +91,7 @@ def test_modes_of_random_networks_are_those_of_finite_elements(moving, large, mo
     for _ in range(4):
         component, strings, mass, spring, others = random_network(rng, moving)
         if others.any():
-            strings = [type(s)(s.start, s.end, s.density * s.ropes, s.wave_speed, s.speed) for s in strings]
+            strings = [alike(one) for one in strings]
         truth = natural_frequencies(strings, mass, spring, DEGREE)
         top = 0.5 * min(string.wave_speed - abs(string.speed) for string in strings) * DEGREE / 2.4
         own = listed(component.modes(0.0, top))
@@ -68,12 +100,34 @@ def test_modes_of_random_networks_are_those_of_finite_elements(moving, large, mo
         np.testing.assert_allclose(own[own > 1e-4 * top], expected[expected > 1e-4 * top], rtol=2e-8)
 
 
-def test_a_count_never_falls():
-    rng = np.random.default_rng(3)
-    component, *_ = random_network(rng, True)
-    counts = [component.count(omega) for omega in np.linspace(0.01, 60.0, 400)]
-    assert np.all(np.diff(counts) >= 0)
-    assert counts[-1] > counts[0]
+def alike(part):
+    """Ropes that move alike as one of so many times the mass and the forces."""
+    scaled = ("density", "rigidity", "bending", "shear", "load")
+    own = {key: getattr(part, key) * part.ropes for key in scaled if hasattr(part, key)}
+    if hasattr(part, "tension"):
+        own["tension"] = tuple(one * part.ropes for one in part.tension)
+    return replace(part, ropes=1, **own)
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed", "networks", "top", "tolerance"),
+    [(BEAMS, 8, 2, 12.0, 2e-5), *((HANGING, seed, 1, 10.0, 1e-6) for seed in range(3))],
+)
+def test_modes_of_networks_with_ropes_that_bend_or_hang_are_those_of_finite_elements(
+    kind, seed, networks, top, tolerance, measured
+):
+    rng, (sample, with_parts, _) = np.random.default_rng(seed), ELASTIC[kind]
+    for _ in range(networks):
+        component, strings, parts, mass, spring, _ = sample(rng)
+        strings, parts, coordinates = list(map(alike, strings)), list(map(alike, parts)), mass.shape[0]
+        mass, _, spring = matrices(strings, mass, spring, DEGREE)
+        mass, spring = with_parts(mass, spring, parts, coordinates, elements=4, degree=10)
+        highest = top / component.longest
+        truth, own = frequencies(mass, spring, highest), listed(component.modes(0.0, highest))
+        own = own[own > 1e-4 * highest]
+        error = np.max(np.abs(own / truth[truth > 1e-4 * highest][: own.size] - 1.0))
+        measured(f"{kind}: {own.size} modes, largest relative difference {error:.1e}")
+        assert error < tolerance
 
 
 @pytest.mark.kernel  # of cabledrive.modal.kernels

@@ -22,21 +22,6 @@ BELOW = {
 DEGREE = {"lift-2-to-1": 14}
 
 
-def test_eight_machines_with_routes_are_packaged():
-    kinds = {row["name"]: row["kind"] for row in answer("drives")["drives"]}
-    assert {name for name, kind in kinds.items() if kind == "route"} == set(ROUTES)
-    assert set(ROUTES) == {
-        "camera-winches",
-        "capstan-arm",
-        "corexy",
-        "lift-2-to-1",
-        "printer-idlers",
-        "ropeway-towers",
-        "serpentine",
-        "tendon-finger",
-    }
-
-
 @pytest.mark.parametrize("name", ROUTES)
 def test_check_takes_it_and_its_figures_have_sources(name):
     found = answer("check", name)

@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.modal import natural_frequencies
 from cabledrive.modal.rigid_supports import (
     against_lumped_springs,
     against_rigid_supports,
-    rigid_support_longitudinal,
     rigid_support_transverse,
 )
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import load_drive
 
 LOOP = load_drive("dissertation-1")
 
@@ -23,29 +21,6 @@ def with_rims(drive, first, second):
         replace(p, inertia=m * p.radius**2) for p, m in zip(drive.pulley, (first, second), strict=True)
     )
     return replace(drive, pulley=tuple(pulleys))
-
-
-def fixed(drive):
-    return replace(drive, pulley=tuple(replace(pulley, fixed=True) for pulley in drive.pulley))
-
-
-@pytest.mark.parametrize("kind", ["loop", "line"])
-def test_fixed_pulleys_are_the_rigid_supports_of_3_14a(kind):
-    """Every span is then a bar between walls: c_u/(2 Le), from each span once."""
-    drive = fixed(replace(LOOP, kind=kind))
-    found = natural_frequencies(drive, count=4)
-    spans = len(drive.spans)
-    expected = rigid_support_longitudinal(drive) * np.repeat(np.arange(1, 5), spans)[: found.size]
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
-
-
-def test_heavy_pulleys_approach_rigid_supports_from_above():
-    """In the second and third mode a heavy rim hardly moves; the excess falls as one over its mass."""
-    masses = np.array([1.0, 10.0, 100.0])
-    wall = rigid_support_longitudinal(LOOP)
-    excess = [natural_frequencies(with_rims(LOOP, m, m), count=3)[2] / wall - 1 for m in masses]
-    slope = np.polyfit(np.log(masses), np.log(excess), 1)[0]
-    assert slope == pytest.approx(-1.0, abs=0.01), f"slope {slope:.4f}, excess {excess}"
 
 
 def test_rigid_supports_miss_the_pulley_mode_of_both_configurations_by_a_factor():
@@ -95,8 +70,3 @@ def test_measured_lumped_stiffness_does_not_enter():
     """`modes` uses the cable's own EA, and so does what it is compared with."""
     drive = load_drive("dissertation-3")
     assert against_lumped_springs(drive) == against_lumped_springs(replace(drive, lumped=None))
-
-
-def test_fixed_pulleys_have_no_lumped_mode():
-    with pytest.raises(InputRefused, match="fixed"):
-        against_lumped_springs(fixed(LOOP))

@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reproduction.frequency_ratio import (
-    resonant_load_ratio,
-)
 
 import cabledrive as cd
 from cabledrive.mechanics.spans import transverse_chains
@@ -62,12 +59,6 @@ def test_no_pretension_tunes_a_pair_that_would_need_the_tension_EA():
     assert "\n" not in first.reason
 
 
-def test_held_pulleys_have_no_pulley_mode():
-    held = replace(CONFIGURATION_2, pulley=tuple(replace(p, fixed=True) for p in CONFIGURATION_2.pulley))
-    with pytest.raises(cd.InputRefused, match="no pulley turns"):
-        tuned_pretension(held)
-
-
 @pytest.mark.parametrize("name", ["dissertation-2", "dissertation-3", "ropeway", "camera-line"])
 def test_waves_add_up_to_the_mode(name):
     """Slope of each piece, Eq. (A.3), against differences of the shape; its largest displacement."""
@@ -81,8 +72,3 @@ def test_waves_add_up_to_the_mode(name):
             assert abs(slope - exact) < 1e-5 * abs(wave.slope)
             u = mode.shape(wave.span, wave.start + wave.length * np.linspace(0, 1, 4001)[1:-1])[0]
             assert np.max(np.abs(u)) == pytest.approx(wave.largest_displacement, rel=2e-3)
-
-
-def test_ratio_must_be_positive():
-    with pytest.raises(cd.InputRefused, match="ratio = -1"):
-        resonant_load_ratio(10.0, 0.003, ratio=-1.0)

@@ -111,30 +111,6 @@ def test_continuation_finds_the_hopf_point_of_the_closed_form(measured):
     assert hopf[0].parameter == pytest.approx(force, rel=1e-10)
 
 
-def test_closed_hopf_points_have_an_imaginary_pair():
-    """Random settings with opposite detunings: the largest real part vanishes."""
-    rng, worst, found = np.random.default_rng(2), 0.0, 0
-    while found < 100:
-        c = random_settings(rng, cubic=False)
-        force = hopf_torque_force(c)
-        if force is None:
-            continue
-        at = c._replace(force=np.array(force + 0j))
-        reals = [
-            np.min(np.abs(pairs.real))
-            for squared in steady_amplitudes(at, "one")
-            if (pairs := complex_pairs(at, squared)).size
-        ]
-        if reals:
-            found, worst = found + 1, max(worst, min(reals) / 10)
-    assert worst < 1e-8, f"{worst:.1e}"
-
-
-def complex_pairs(c, squared):
-    values = np.linalg.eigvals(jacobian(one_span(c), steady_state(c, squared, "one")[:2]))
-    return values[np.abs(values.imag) > 1e-9]
-
-
 def settled(c, state, duration, h=1e-3):
     for n in range(int(duration / h)):
         state = averaged_step(c, state, n * h, h)
@@ -270,13 +246,6 @@ def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
     c = averaged_coefficients(autoparametric_model(TUNED))
     state = plucked(c, [4e-3, 0.0])
     assert state[0].real == pytest.approx(c.offset[0] * 16e-6, rel=0.02)
-
-
-def integrate(c, state, duration, steps, second=False):
-    h, states = duration / steps, [state]
-    for n in range(steps):
-        states.append(averaged_step(c, states[-1], n * h, h, second=second))
-    return np.array(states)
 
 
 def test_stretch_of_a_triangle_beyond_its_first_mode():

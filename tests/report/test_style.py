@@ -2,7 +2,7 @@
 
 import pytest
 
-from cabledrive.report.style import COLOURS, theme_css
+from cabledrive.report.style import COLOURS
 
 WORDS = ("ink", "quiet", "blue", "orange", "green", "purple", "ochre", "red")
 
@@ -29,9 +29,3 @@ def test_words_reach_the_contrast_of_readable_text(word, ground, theme):
     """4.5 to 1, level AA."""
     seen = contrast(COLOURS[word][theme], COLOURS[ground][theme])
     assert seen >= 4.5, f"{word} on {ground}: {seen:.2f}"
-
-
-def test_every_colour_has_a_value_for_light_and_one_for_dark():
-    css = theme_css()
-    assert all(css.count(f"--{name}:") == 2 for name in COLOURS)
-    assert "screen and (prefers-color-scheme: dark)" in css  # print stays light

@@ -3,13 +3,11 @@
 `cabledrive.simulation.own_law` compiles the formula, `cabledrive.simulation.kernels` takes the steps.
 """
 
-import json
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 import pytest
-import xarray
 from scipy.integrate import solve_ivp
 
 import cabledrive as cd
@@ -189,21 +187,6 @@ def test_kernels_refuse_a_law_that_they_do_not_know(method, number):
     inputs = np.zeros(1), np.zeros((1, 0)), 1, np.zeros((1, case.width)), np.zeros((0, 3, 25))
     with pytest.raises(ValueError, match="no kernel knows"):
         method.integrate(plan, state, new_workspace(plan), *inputs)
-
-
-def test_what_is_interpreted_says_so_everywhere(tmp_path):
-    path = tmp_path / "run.nc"
-    result = run(Interpreted, 0.002, output=path)
-    assert "numba cannot compile it" in result.interpreted
-    assert result.interpreted in repr(result)
-    summary = json.loads(json.dumps(result.summary()))
-    assert summary["compiled"] is False
-    assert summary["interpreted"] == result.interpreted
-    with xarray.open_dataset(path, engine="h5netcdf") as data:
-        method = json.loads(data.attrs["method"])
-    assert method["model"] == "Interpreted"
-    assert (method["compiled"], method["interpreted"]) == (False, result.interpreted)
-    assert run("exact", 0.002).interpreted is None
 
 
 def test_axial_damping_under_an_own_law_is_interpreted_and_equals_the_known_law():

@@ -224,9 +224,3 @@ def test_the_distance_to_the_one_mode_string_vanishes_with_the_square_of_the_amp
     measured(f"shift of frequency within {np.max(distance / expected):.1e} of itself, order {order:.2f}")
     assert np.max(distance / expected) < 3e-3, f"{distance / expected}"
     assert order == pytest.approx(2.0, abs=0.1), f"order {order:.2f}, distances {distance}"
-
-
-def test_the_closed_form_is_the_published_number():
-    """w0 = alpha = 1, A = 0.5: 1.0891581788 rad/s."""
-    square = 1.0 + 0.25
-    assert np.pi * np.sqrt(square) / (2.0 * ellipk(0.125 / square)) == pytest.approx(1.0891581788, rel=1e-10)
