@@ -50,13 +50,14 @@ def test_with_little_bending_stiffness_it_is_morses_stiff_string():
         ((3.0, 1.0), 1e-7, 1e-11),
     ],
 )
-def test_held_ropes_have_the_frequencies_of_finite_elements(tension, bending, tolerance):
+def test_held_ropes_have_the_frequencies_of_finite_elements(tension, bending, tolerance, measured):
     found = clamped(tension, bending)
     mass, stiffness = (
         own[4:, 4:] if bending else own[np.ix_(*2 * ([1, 3, *range(4, own.shape[0])],))]
         for own in beam_matrices(Beam(np.zeros((4, 0)), 1.0, 1.0, bending, tension), 8, 12)
     )
     truth = frequencies(mass, stiffness, found[-1])[: found.size]
+    measured(f"relative difference {np.max(np.abs(found / truth - 1.0)):.1e}")
     np.testing.assert_allclose(found, truth, rtol=tolerance)
 
 
