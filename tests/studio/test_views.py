@@ -2,11 +2,13 @@
 
 import json
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive, packaged_drives
+from cabledrive.report.figures.control_runs import spectrum
 from cabledrive.rig import track
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.resonance import resonance
@@ -77,3 +79,34 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
     refused = studio.get("/studies/1/response?drive=dissertation-transporter").json()
     assert refused["computed"] == []
     assert "No computed response" in refused["words"]
+
+
+def test_control_lists_the_laws_of_the_machine_and_resonance_a_command_that_runs(studio):
+    """A printer has its open loops and the law of a rigid joint; a machine with routes has no map."""
+    page = studio.get("/control?drive=corexy").text
+    shown = page.partition("<summary>all laws")[0]
+    assert all(f'value="{law}"' in shown for law in ("stepper", "stepper-shaped", "darc-3-damped", "lqg"))
+    assert 'value="darc-4-damped"' not in shown
+    assert (
+        'value="stepper"'
+        not in studio.get("/control?drive=dissertation-3").text.partition("<summary>all laws")[0]
+    )
+    found = studio.get(
+        "/control/part?drive=corexy&law=stepper-shaped&rise=0.1+s&dwell=0.05+s&bandwidth=20+Hz"
+    )
+    assert found.json()["rows"][0]["law"] == "stepper-shaped"
+    assert "--map" not in studio.get("/resonance?drive=corexy").text
+    assert "--map" in studio.get("/resonance?drive=dissertation-2").text
+
+
+def test_the_spectrum_is_that_of_the_error_in_degrees(studio):
+    """Of two tones the amplitudes; of a load at rest what an axis of powers of ten can show."""
+    run = track(
+        load_drive("dissertation-3"), controller="pd", bandwidth=10.0, motion=Motion(dwell=1.0, rise=0.3)
+    )
+    tone = np.radians(0.02 * np.sin(2 * np.pi * 40.0 * run.time))
+    frequency, amplitude = spectrum(replace(run, error=tone))
+    assert amplitude.max() == pytest.approx(0.02, rel=0.01)
+    assert frequency[np.argmax(amplitude)] == pytest.approx(40.0, abs=0.2)
+    found = studio.get("/control/part?drive=corexy&law=stepper&rise=0.1+s&dwell=0.3+s").json()["curves"][0]
+    assert 0.0 < min(found["amplitude"]) <= max(found["amplitude"]) < 0.1

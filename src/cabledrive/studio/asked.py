@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.state import State, drive_of
 
@@ -25,6 +26,15 @@ def drive_file(desk: Desk, state: State, folder: Path) -> str:
 
     (folder / "drive.toml").write_text(drive_text(drive_of(desk.library, state)), encoding="utf-8")
     return "drive.toml"
+
+
+def map_option(desk: Desk, state: State) -> list[str]:
+    """The map of a cable round two pulleys as an option; a machine with routes has none."""
+    try:
+        routes = isinstance(drive_of(desk.library, state), RoutedDrive)
+    except (InputRefused, NotComputed):
+        routes = False
+    return [] if routes else ["--map", "map.html"]
 
 
 def given(form: Form, **options: str) -> list[str]:

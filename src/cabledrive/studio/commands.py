@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cabledrive.parameters import InputRefused
-from cabledrive.studio.asked import Asked, Form, drive_file, given, number, whole
+from cabledrive.studio.asked import Asked, Form, drive_file, given, map_option, number, whole
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.library import slug
 from cabledrive.studio.route_commands import klipper, ping, shaper, sheet, travel, virtual_log
@@ -115,7 +115,7 @@ def _map(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
         options = given(form, torque="--torque")
     return Asked(
         f"Resonance map of {state.drive}",
-        arguments(desk.library, state, "resonance", *options, "--map", "map.html"),
+        arguments(desk.library, state, "resonance", *options, *map_option(desk, state)),
     )
 
 

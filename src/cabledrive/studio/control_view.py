@@ -1,6 +1,7 @@
 """Control laws side by side on one motion: error, torque, spectrum and bound, with bandwidths as sliders."""
 
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,20 +14,25 @@ from cabledrive.parameters.units import to_si
 from cabledrive.report.figures.control_runs import spectrum
 from cabledrive.report.time_plots import instants
 from cabledrive.rig import Tracking, track
+from cabledrive.rig.disturbed.disturbances_file import Disturbances
 from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS
+from cabledrive.rig.laws.stepper import OPEN_LOOPS, SHAPED
 from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
+from cabledrive.rig.ranking.ranked import offered
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.studio import pages
 from cabledrive.studio.commands import DISTURBANCES, SWITCHES, disturbed
 from cabledrive.studio.desk import Desk
-from cabledrive.studio.state import command_line, drive_of, state_of
+from cabledrive.studio.state import State, command_line, drive_of, state_of
 
 NONE_HERE = "No control law runs on this machine"
 PLANTS = ("model-1", "model-2", "model-3", "model-4", "cable")
-FIRST_LAWS = ("pd", "lqg", "lqi-learning")
+FIRST_LAWS, STEPPER_LAWS = ("pd", "lqg", "lqi-learning"), (*OPEN_LOOPS, "pd", "lqg")
 MOST_LAWS = 4
 HIGHEST = 300.0
 """Part of the spectrum that is drawn [Hz]."""
+LEAST = 1e-8
+"""Amplitude that stands for none on an axis of powers of ten [deg]: a rotor that sticks does not move."""
 _ONE_AT_A_TIME, _BEST_AT_A_TIME = threading.Lock(), threading.Lock()
 
 
@@ -34,15 +40,15 @@ def control_page(request: Request) -> Response:
     """The page; its curves are asked for apart."""
     desk: Desk = request.app.state.desk
     state = state_of(request.url.query, desk.first)
-    given = request.query_params
+    given, laws = request.query_params, _laws_of(desk, state)
     return pages.page(
         request,
         "control.html",
         view="control",
         state=state,
-        laws=list(MAIN_LAWS),
-        others=[name for name in CONTROLLERS if name not in MAIN_LAWS],
-        chosen=_laws(request),
+        laws=laws,
+        others=[name for name in CONTROLLERS if name not in laws],
+        chosen=_laws(request, laws),
         plants=PLANTS,
         given=given,
         bandwidth=given.get("bandwidth", ""),
@@ -74,7 +80,8 @@ def control_part(request: Request) -> Response:
             return JSONResponse({"none_here": f"{NONE_HERE}: its file has no motor or no sample rate."})
         motion, options, words = _setting(request)
         words = [*words, *([f"--axis={axis}"] if axis else [])]
-        bandwidths = {law: _bandwidth(request, law) for law in _laws(request)}
+        laws = _laws(request, offered(drive, Disturbances()))
+        bandwidths = {law: None if law in OPEN_LOOPS else _bandwidth(request, law) for law in laws}
         plant = request.query_params.get("plant") or None
         runs: dict[str, Tracking] = {}
         refused: list[str] = []
@@ -121,12 +128,28 @@ def control_best(request: Request) -> Response:
     except (InputRefused, NotComputed) as refusal:
         return JSONResponse({"words": f"{NONE_HERE}: {refusal}."})
     assert isinstance(run, Tracking)
-    return JSONResponse({"words": f"compare would take {run.summary['gains']['reasons'][0]}."})
+    of = "of the laws with feedback " if run.summary.get("motor_reason") else ""
+    return JSONResponse({"words": f"{of}compare would take {run.summary['gains']['reasons'][0]}."})
 
 
-def _laws(request: Request) -> list[str]:
+def _laws_of(desk: Desk, state: State) -> list[str]:
+    """Laws that are compared on a machine; those of any drive where none can be."""
+    try:
+        drive = drive_of(desk.library, state)
+        if isinstance(drive, RoutedDrive):
+            from cabledrive.reduction.network_axis import as_axis
+
+            drive = as_axis(drive)
+        return list(offered(drive, Disturbances()))
+    except (InputRefused, NotComputed):
+        return list(MAIN_LAWS)
+
+
+def _laws(request: Request, offered: Sequence[str]) -> list[str]:
+    """Laws that are asked for, each once; by default few of those offered, of a stepper its own."""
     given = [law for law in request.query_params.getlist("law") if law in CONTROLLERS]
-    return list(dict.fromkeys(given))[:MOST_LAWS] or list(FIRST_LAWS)
+    first = STEPPER_LAWS if SHAPED in offered else FIRST_LAWS
+    return list(dict.fromkeys(given))[:MOST_LAWS] or list(first)
 
 
 def _bandwidth(request: Request, law: str) -> float | None:
@@ -170,7 +193,7 @@ def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
     for law, run in runs.items():
         bounds = [] if run.bound is None or run.summary["within_bound"] is None else [run.bound]
         kept = instants([run.error, run.torque, *bounds], run.time.size)
-        frequency, amplitude = spectrum(run, -1)
+        frequency, amplitude = spectrum(run)
         part = frequency <= HIGHEST
         curves.append(
             {
@@ -180,7 +203,7 @@ def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
                 "torque": _finite(run.torque[kept]),
                 "bound": _finite(np.degrees(bounds[0][kept])) if bounds else [],
                 "frequency": frequency[part].tolist(),
-                "amplitude": _finite(np.degrees(amplitude[part])),
+                "amplitude": _finite(np.maximum(amplitude[part], LEAST)),
             }
         )
     keys = (

@@ -19,6 +19,7 @@ from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_map import GrowthMap, growth_map
 from cabledrive.studies.route_pairs import RoutePair, route_resonance
 from cabledrive.studio import pages
+from cabledrive.studio.asked import map_option
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.state import command_line, drive_of, state_of
 from cabledrive.studio.work_view import FRAMED
@@ -53,6 +54,7 @@ def resonance_page(request: Request) -> Response:
         except (InputRefused, NotComputed) as refusal:
             words["why_none"] = f"{NONE_HERE}: {refusal}."
     options = [f"--torque={torque}"] if torque else []
+    options += map_option(desk, state)
     return pages.page(
         request,
         "resonance.html",
@@ -61,7 +63,7 @@ def resonance_page(request: Request) -> Response:
         torque=torque,
         motion=request.query_params.get("motion", ""),
         logs=[log for log in desk.logs.listed() if log[1].endswith((".csv", ".tsv"))],
-        command=command_line(desk.library, state, "resonance", *options, "--map", "map.html"),
+        command=command_line(desk.library, state, "resonance", *options),
         **words,
     )
 

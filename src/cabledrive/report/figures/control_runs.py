@@ -41,11 +41,11 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
     return picture(name, _draw, wide=300.0, narrow=280.0)
 
 
-def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """Frequency [Hz] and amplitude [deg] of an angle's deviation from the reference in the last dwell."""
+def spectrum(run: Tracking, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
+    """Frequency [Hz] and amplitude [deg] of the error of the load in the last dwell."""
     interval = run.time[1] - run.time[0]
     still = run.time > run.time[-1] - run.summary["motion"]["dwell"]
-    signal = np.degrees(run.angles[still, inertia] - run.reference[still])
+    signal = np.degrees(run.error[still])
     window = np.hanning(signal.size)
     amplitude = 2.0 * np.abs(np.fft.rfft((signal - signal.mean()) * window, 8 * signal.size)) / window.sum()
     frequency = np.fft.rfftfreq(8 * signal.size, interval)
