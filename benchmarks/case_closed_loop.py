@@ -6,13 +6,13 @@ from contextlib import suppress
 from functools import partial
 
 import numpy as np
+from cabledrive.rig.closed_loop.plant_batch import integrate_alone, reference_table, single_batch
 from harness import Timing, duration, side_by_side, table
 from sampled_loops import InC, InNumpy, InPythonControl, compiled
 
 import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.closed_loop.plant_batch import integrate_alone, reference_table, single_batch
 from cabledrive.rig.plant_samples import run_samples
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design

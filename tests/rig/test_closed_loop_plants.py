@@ -11,18 +11,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cabledrive.rig.closed_loop.batch_kernels import smooth_sign
+from cabledrive.rig.closed_loop.batch_tables import exponentials, free_transitions
+from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
+from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
+from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_one
+from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from scipy.linalg import expm
 
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.closed_loop.batch_kernels import smooth_sign
-from cabledrive.rig.closed_loop.batch_tables import exponentials, free_transitions
 from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
-from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
-from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_one
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from cabledrive.rig.plant_samples import run_samples, sampled_chain, sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design

@@ -10,14 +10,14 @@ from math import radians
 
 import numpy as np
 import pytest
+from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
+from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
+from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
-from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
-from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances
 from cabledrive.rig.disturbed.disturbed_plants import disturbed_numbers
 from cabledrive.rig.laws.registry import CONTROLLERS

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
+from cabledrive.rig.closed_loop.disturbed_kernels import UNDISTURBED
+from cabledrive.rig.closed_loop.plant import plant_numbers
+from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from scipy.linalg import expm
 
 import cabledrive as cd
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.closed_loop.disturbed_kernels import UNDISTURBED
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
 from cabledrive.rig.closed_loop.loop_kernels import see_chain
-from cabledrive.rig.closed_loop.plant import plant_numbers
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model

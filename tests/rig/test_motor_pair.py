@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cabledrive.rig.closed_loop.pair_kernels import LEAST
 
 import cabledrive as cd
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.pair import doubled
-from cabledrive.rig.closed_loop.pair_kernels import LEAST
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numba
 import numpy as np
 import pytest
+from cabledrive.rig.closed_loop.plant import plant_numbers
 
 import cabledrive as cd
 from cabledrive.reduction.lumped_chain import lumped_model
@@ -17,7 +18,6 @@ from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions,
 from cabledrive.rig.carriage.carriage_move import CarriageMove
 from cabledrive.rig.carriage.transporter import move_carriage
 from cabledrive.rig.closed_loop.loop import close_loop
-from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, disturbances_of
 from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
 from cabledrive.rig.laws.controller_file import controller_numbers

@@ -134,7 +134,7 @@ def peak_error(source: ExportSource, law: ControllerFile, kind: Any) -> float:
         u, _ = step(
             rounded.observer, rounded.law, kind(law.torque_limit), target, plant.readings.astype(kind), row
         )
-        move(loop.plant, loop.piecewise, rig, plant, float(u), 0.0, 0.0)
+        move(loop.plant, rig, plant, float(u), 0.0, 0.0)
     return peak if np.isfinite(plant.x).all() else float("inf")
 
 

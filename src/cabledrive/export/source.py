@@ -16,10 +16,9 @@ from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
+from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.loop_numbers import RigNumbers
-from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
-from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 from cabledrive.rig.laws.controller_file import (
     FILE,
     ControllerFile,
@@ -247,10 +246,9 @@ NOTE = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlantSource:
-    """A plant in numbers: lumped chain, its pieces where links are not linear, rig, names of its shafts."""
+    """A plant in numbers: lumped chain, rig, names of its shafts."""
 
-    plant: PlantNumbers
-    piecewise: PiecewiseNumbers
+    plant: ChainPlant
     rig: RigNumbers
     shafts: tuple[str, ...]
 
@@ -258,7 +256,7 @@ class PlantSource:
 def plant_source(source: ExportSource) -> PlantSource:
     """The plant on which `cabledrive.track --tension-only` runs the law; refused if it is not at hand."""
     loop = plant_loop(source)
-    return PlantSource(plant=loop.plant, piecewise=loop.piecewise, rig=loop.rig, shafts=loop.chain.names)
+    return PlantSource(plant=loop.plant, rig=loop.rig, shafts=loop.chain.names)
 
 
 def plant_loop(source: ExportSource) -> Loop:

@@ -63,7 +63,7 @@ def new_loop(law: ControllerFile, plant: PlantSource) -> LoopTarget:
 def system_program(law: ControllerFile, source: PlantSource, what: str) -> SystemProgram:
     """Translate the plant, or the loop of plant and controller."""
     program = Program()
-    frozen = {name: program.frozen(name, getattr(source, name)) for name in ("plant", "piecewise", "rig")}
+    frozen = {name: program.frozen(name, getattr(source, name)) for name in ("plant", "rig")}
     torques = [Value(name, Scalar(REAL)) for name in ("motor_torque", "load_torque")]
     if what == "plant":
         s = program.state("cd_plant", "plant", new_plant_state(source.plant, source.rig))
@@ -148,14 +148,14 @@ def vectors(source: ExportSource, what: str, inputs: tuple[str, ...]) -> str:
     if what == "plant":
         state, step = new_plant_state(plant.plant, plant.rig), interpreted(plant_step)
         for k, row in enumerate(given.tolist()):
-            step(plant.plant, plant.piecewise, plant.rig, state, *row)
+            step(plant.plant, plant.rig, state, *row)
             angles[k] = state.x[n - 1]
     else:
         loop, step = new_loop(law, plant), interpreted(loop_step)
         loop.path.motion.scalars[:] = (law.load_gear * MOTION[0], *MOTION[1:])
         numbers = (law.observer, law.law, law.reference, law.torque_limit)
         for k, row in enumerate(given.tolist()):
-            step(plant.plant, plant.piecewise, plant.rig, *numbers, loop, *row)
+            step(plant.plant, plant.rig, *numbers, loop, *row)
             angles[k] = loop.plant.x[n - 1]
     lines = [",".join([*inputs, "load_angle [rad]"])]
     lines += [",".join(f"{value:.17g}" for value in (*row, a)) for row, a in zip(given, angles, strict=True)]

@@ -108,8 +108,7 @@ def _beyond_bounds(loop: Loop, actual: Drive) -> list[str]:
 def load_along(loop: Loop, samples: int) -> Array:
     """Inertia of the plant's load at every sample, shape (samples,) [kg m^2 at the first shaft]."""
     found = np.full(samples, loop.chain.inertias[-1])
-    if loop.disturbed is not None:
-        found[round(loop.disturbed.load_time / loop.rig.interval) :] *= loop.disturbed.load_factor
+    found[round(loop.plant.load_time / loop.rig.interval) :] *= loop.plant.load_factor
     return found
 
 
@@ -157,7 +156,7 @@ def _failures(loop: Loop, done: Run) -> list[str]:
     if loop.pair is not None:
         if done.state.summary[10] > 0:
             found.append("a flank of the pair of motors was open")
-    elif loop.piecewise.play > 0.0:
+    elif loop.backlash > 0.0:
         found.append("backlash in the gearhead")
     if done.state.summary[9] > 0 or done.state.discrete[1] == WENT_SLACK:
         found.append("a span went slack")

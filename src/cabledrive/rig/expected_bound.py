@@ -19,10 +19,10 @@ from cabledrive.control.numbers import DARC, HIGH, LOW, NOMINAL
 from cabledrive.control.reference import joint_motion
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.chain_plant import linear_step
 from cabledrive.rig.closed_loop.linear_loop import LinearLoop, driven, linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.plant_samples import Spreads
 from cabledrive.rig.setting import DEGREE
 
@@ -199,14 +199,13 @@ def residual_response(loop: Loop, chain: LumpedChain) -> Array:
     """
     made, interval = loop.controller, loop.rig.interval
     assert made.flat is not None
-    rate = float(loop.plant.scalars[6])
-    plant = plant_numbers(chain, interval, current_rate=rate)
+    rate = loop.plant.current_rate
     angles, elastic = joint_motion(made.flat, made.reference)
     p2, p3 = made.law.learning[NOMINAL][:2]
     shaft = elastic + p2 * made.reference[:, -1] + p3 * made.reference[:, -2]
     command = shaft + (np.gradient(shaft, interval) / rate if rate > 0.0 else 0.0)
     m = 2 * chain.size + 1
-    change = plant.tables[1][:, : m + 1] - loop.plant.tables[1][:, : m + 1]
+    change = (linear_step(chain, interval, rate) - linear_step(loop.chain, interval, rate))[:, : m + 1]
     residual = np.column_stack((angles, shaft, command)) @ change.T
-    linear = linear_loop(loop, plant)
+    linear = linear_loop(loop, chain)
     return driven(linear.matrix, residual, linear.load_angle)

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.rig.closed_loop.chain_kernels import LEAST
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.closed_loop.pair_kernels import LEAST
 from cabledrive.rig.setting import DEGREE, Motion
 
 LAST_SHARE = 0.5
@@ -19,7 +19,7 @@ def rest_words(loop: Loop, error: Array, motion: Motion) -> dict[str, Any]:
     ``error``, shape (samples,): of the load [rad].
     Returns nothing without backlash.
     """
-    if loop.piecewise.play <= 0.0 or loop.own_plant is not None:
+    if loop.backlash <= 0.0 or loop.own_plant is not None:
         return {}
     last = round(LAST_SHARE * motion.dwell / loop.rig.interval)
     if len(error) < len(loop.target) or last < 2:

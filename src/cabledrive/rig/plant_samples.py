@@ -12,7 +12,6 @@ from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.closed_loop.pair import drawn_pair
-from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_batch
 from cabledrive.rig.setting import DEGREE, RigOptions
 
 
@@ -116,19 +115,6 @@ def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threa
 
     ``loop``: nominal, as `cabledrive.rig.closed_loop.loop.close_loop` makes it.
     """
-    if fits_batch(loop):
-        generators = np.random.default_rng(seed).spawn(draws)
-        chains = (sampled_chain(loop.chain, generator) for generator in generators)
-        scores, ended = run_batch(loop, chains, threads=threads)
-    else:
-        scores, ended = _one_by_one(loop, options, draws, seed, threads)
-    angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
-    scores[:, angles] /= loop.gear
-    return PlantSamples(scores=scores, failed=int(np.count_nonzero(ended)))
-
-
-def _one_by_one(loop: Loop, options: RigOptions, draws: int, seed: int, threads: int) -> tuple[Array, Array]:
-    """Scores of many plants, and whether each run ended before its time."""
 
     def score(one: Loop) -> tuple[Array, bool]:
         done = run(one, log=False)
@@ -136,7 +122,10 @@ def _one_by_one(loop: Loop, options: RigOptions, draws: int, seed: int, threads:
 
     with ThreadPoolExecutor(threads) as pool:
         results = list(pool.map(score, sampled_loops(loop, options, draws, seed)))
-    return np.array([result for result, _ in results]), np.array([ended for _, ended in results])
+    scores = np.array([result for result, _ in results])
+    angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
+    scores[:, angles] /= loop.gear
+    return PlantSamples(scores=scores, failed=sum(failed for _, failed in results))
 
 
 def draw_words(found: PlantSamples) -> dict[str, object]:

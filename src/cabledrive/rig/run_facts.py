@@ -47,7 +47,7 @@ def plant_words(loop: Loop, options: RigOptions) -> dict[str, Any]:
     return {
         "plant": CABLE if loop.cable is not None else loop.named or f"model-{plant_model(loop)}",
         "friction": "smooth, c tanh(50 w)" if options.smooth_friction else "stick-slip Coulomb",
-        "backlash": 2.0 * loop.piecewise.play,
+        "backlash": loop.backlash,
         "slack_rule": "ends the run" if options.forbid_slack else "a slack span carries nothing",
     }
 

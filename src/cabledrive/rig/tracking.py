@@ -247,7 +247,7 @@ def summary_of(
         },
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,
-        "internal_step": float(loop.plant.scalars[0]) if loop.cable is None else loop.cable.case.grid.step,
+        "internal_step": loop.driven.step if loop.cable is None else loop.cable.case.grid.step,
         "seed": seed,
     } | ({} if loop.cable is None else {"cable": cable_words(loop.cable, score)})
 

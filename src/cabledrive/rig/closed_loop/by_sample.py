@@ -13,7 +13,7 @@ from cabledrive.control.controller_kernels import controller_step, issue, observ
 from cabledrive.control.own_controller import OwnController, stepped
 from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
 from cabledrive.rig.closed_loop.cable_plant import cable_parts
-from cabledrive.rig.closed_loop.loop_kernels import chain_ends, move_chain, see_chain
+from cabledrive.rig.closed_loop.chain_kernels import VIEW, move_chain, see_chain
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, Array, LoopState
 from cabledrive.rig.closed_loop.own_plant import moved
 from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
@@ -32,7 +32,9 @@ def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array
     Raises `InputRefused` if a part of the user's returns what it must not.
     """
     ends, moves = _plant(loop, state, tensions)
-    decides, shafts = _controller(loop, state), state.x[: 2 * loop.chain.size + 1]
+    lumped = loop.cable is None and loop.own_plant is None
+    decides = _controller(loop, state)
+    shafts = (state.terms[VIEW] if lumped else state.x)[: 2 * loop.chain.size + 1]
     for k in range(first, last):
         state.discrete[1] = ends()
         if state.discrete[1]:
@@ -94,21 +96,17 @@ def _plant(loop: Any, s: LoopState, tensions: Array) -> tuple[Ends, Moves]:
             lambda k: move_cable(*parts, work, cable.numbers, rig, k, s, tensions, *space),
         )
 
-    plant = loop.lumped
-
-    def ends() -> int:
-        see_chain(plant.disturbed, s)
-        return chain_ends(plant, gone, s)
+    plant = loop.plant
 
     def moves(k: int) -> int:
-        move_chain(plant, rig, k, s)
+        move_chain(plant, rig, k, s, 0.0, 0.0)
         return 0
 
-    return ends, moves
+    return lambda: see_chain(plant, gone, s), moves
 
 
 def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:
-    rig, n, rate = loop.rig, loop.chain.size, float(loop.plant.scalars[6])
+    rig, n, rate = loop.rig, loop.chain.size, loop.plant.current_rate
     kept = s.x[2 * n + 1 :]
 
     def ends() -> int:

@@ -7,9 +7,10 @@ import numpy as np
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import DARC, KALMAN, NOMINAL, LawNumbers, ObserverNumbers
 from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.chain_plant import linear_step
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
-from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,31 +82,37 @@ def feedback_row(law: LawNumbers) -> Array:
     return np.array([darc_step(law, frozen, unit, np.zeros(count + 3)).command for unit in np.eye(count)])
 
 
-def linear_loop(loop: Loop, plant: PlantNumbers | None = None) -> LinearLoop:
+def linear_loop(loop: Loop, chain: LumpedChain | None = None) -> LinearLoop:
     """Linear recursion of a loop with the filter's settled gain, the motor slipping.
 
-    ``loop``: a law of the chain behind a Kalman filter, without delay; ``plant``: another plant under the
+    ``loop``: a law of the chain behind a Kalman filter, without delay; ``chain``: another plant under the
     same controller.
     Raises `InputRefused` if the loop has a delay, or no Kalman filter.
     """
     seen, rig = loop.observer, loop.rig
-    exact = abs(loop.plant.scalars[0] - rig.interval) < 1e-9 * rig.interval
-    if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or not exact or loop.cable is not None:
+    if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or loop.cable is not None:
         raise InputRefused(
-            "the linear loop is made for a lumped chain, one internal step per sample and a Kalman filter "
-            "without delay: leave the others out"
+            "the linear loop is made for a lumped chain and a Kalman filter without delay: "
+            "leave the others out"
         )
-    return assembled(loop.plant if plant is None else plant, seen, loop.controller.law, rig.encoders)
+    rate = loop.plant.current_rate
+    table = linear_step(chain or loop.chain, rig.interval, rate)
+    return assembled(table, rate, seen, loop.controller.law, rig.encoders)
 
 
-def assembled(plant: PlantNumbers, seen: ObserverNumbers, law: LawNumbers, encoders: Integers) -> LinearLoop:
+def assembled(
+    table: Array, rate: float, seen: ObserverNumbers, law: LawNumbers, encoders: Integers
+) -> LinearLoop:
     """Plant, settled filter and law put together.
 
+    ``table``, shape (m, m + 3): of the plant, see `linear_step`; ``rate``: of the torque loop [rad/s];
     ``encoders``, shape (m,): inertia of the plant that each encoder reads.
     """
-    size = plant.size
-    m, states = 2 * size + 1, seen.model.shape[0]
-    step, by_command, by_motor = _plant_step(plant, m)
+    size, m, states = len(table) // 2, len(table), seen.model.shape[0]
+    step, by_command, by_motor = table[:, :m].copy(), table[:, m], table[:, m + 1]
+    if rate == 0.0:  # without torque loop, torque is command
+        by_command = by_command + step[:, m - 1]
+        step[:, m - 1] = 0.0
     reads = np.zeros((len(encoders), m))
     reads[np.arange(len(encoders)), encoders] = 1.0
     total, gain = m + states + 1, seen.gains[-1]
@@ -140,16 +147,6 @@ def assembled(plant: PlantNumbers, seen: ObserverNumbers, law: LawNumbers, encod
         command_rounding=at_once,
         size=size,
     )
-
-
-def _plant_step(plant: PlantNumbers, m: int) -> tuple[Array, Array, Array]:
-    """States after a sample from states, command and motor torque; without torque loop, torque is command."""
-    table = plant.tables[1].copy()
-    step, by_command, by_motor = table[:, :m], table[:, m], table[:, m + 1]
-    if plant.scalars[6] == 0.0:
-        by_command = by_command + step[:, m - 1]
-        step[:, m - 1] = 0.0
-    return step, by_command, by_motor
 
 
 def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:

@@ -1,9 +1,11 @@
 """One closed loop put together from a drive, a law and the rig's options, and run."""
 
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
+from cabledrive.control.flank_torque import FlankLaw
 from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.control.observers import Sampling
 from cabledrive.control.own_controller import is_compiled
@@ -13,16 +15,13 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
 from cabledrive.rig.closed_loop.by_sample import run_by_sample
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
-from cabledrive.rig.closed_loop.disturbed_kernels import UNDISTURBED, DisturbedNumbers
-from cabledrive.rig.closed_loop.loop_kernels import ChainPlant, run_loop
+from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
+from cabledrive.rig.closed_loop.chain_plant import chain_numbers
+from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, run_loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
-from cabledrive.rig.closed_loop.loop_plants import plant_parts
 from cabledrive.rig.closed_loop.own_loop import run_own
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
-from cabledrive.rig.closed_loop.pair import Pair, make_pair, pair_at_rest, pair_numbers
-from cabledrive.rig.closed_loop.pair_kernels import RECORDED, run_pair
-from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
-from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
+from cabledrive.rig.closed_loop.pair import Pair, make_pair, pair_at_rest, pair_numbers, pair_plant
 from cabledrive.rig.closed_loop.user_plant import user_plant
 from cabledrive.rig.disturbances import (
     control_delay,
@@ -46,7 +45,7 @@ class Loop:
 
     Attributes
     ----------
-    plant : PlantNumbers
+    plant : ChainPlant
     chain : LumpedChain
         The chain that is the plant, at the first shaft.
     observer : ObserverNumbers
@@ -54,16 +53,12 @@ class Loop:
     rig : RigNumbers
     target : ndarray, shape (samples,)
         Wanted load angle at the first shaft [rad].
-    twist_limit : float
-        Twist across the cable at which a span goes slack [rad]; infinite where that is let pass.
     slack : float
         Twist across the cable at which a span goes slack [rad].
     gear : float
         Angle of the first shaft per angle of the load.
     encoder_shafts : tuple of str
         Shafts whose encoders are read.
-    piecewise : PiecewiseNumbers
-        Backlash and slack of the chain.
     cable : CablePlant or None
         The distributed cable, where that is the plant; ``chain`` is then its lumped chain.
     own_plant : OwnPlant or None
@@ -72,34 +67,37 @@ class Loop:
         What the plant is where it is none of the drive's own models.
     pieces : int
         Least number of steps of a plant of the user's own in a sample.
-    disturbed : DisturbedNumbers or None
-        The plant with what data sheets leave out, which runs instead of ``plant``.
+    disturbed : bool
+        Whether ``plant`` has what data sheets leave out.
     pair : Pair or None
-        Two motors on the first shaft, the mean of which is the motor of ``chain``; runs instead of ``plant``.
+        Two motors on the first shaft, the mean of which is the motor of ``chain``.
     """
 
-    plant: PlantNumbers
+    plant: ChainPlant
     chain: LumpedChain
     observer: ObserverNumbers
     controller: Controller
     rig: RigNumbers
     target: Array
-    twist_limit: float
     slack: float
     gear: float
     encoder_shafts: tuple[str, ...]
-    piecewise: PiecewiseNumbers
     cable: CablePlant | None = None
     own_plant: OwnPlant | None = None
     named: str = ""
     pieces: int = 1
-    disturbed: DisturbedNumbers | None = None
+    disturbed: bool = False
     pair: Pair | None = None
 
     @property
-    def lumped(self) -> ChainPlant:
-        """The lumped chain as the compiled loop takes it."""
-        return ChainPlant(self.plant, self.piecewise, self.disturbed or UNDISTURBED, self.twist_limit)
+    def driven(self) -> ChainPlant:
+        """The lumped plant as it runs: with two motors where there is a pair."""
+        return self.plant if self.pair is None else pair_plant(self.pair, self.plant, self.rig.interval)
+
+    @property
+    def backlash(self) -> float:
+        """Of the first link, from end to end [rad]."""
+        return 2.0 * float(self.plant.play[0]) if len(self.plant.play) else 0.0
 
     def load_error(self, log: Array) -> Array:
         """Error of the load over a whole run.
@@ -207,7 +205,7 @@ def close_loop(
         encoders=encoders,
         counts=counts,
         phases=encoder_phases(plant_drive, options, generator)[shown],
-        torque_limit=float("inf") if stepper else torque_limit(plant_drive),
+        torque_limit=inf if stepper else torque_limit(plant_drive),
         late_samples=int(delay // interval),
         late_part=float(delay % interval),
         jitter=late_samples(options, interval, samples, generator),
@@ -235,23 +233,52 @@ def close_loop(
         own_plant=own_plant,
         named=named,
         pieces=options.substeps,
-        **plant_parts(chain, interval, rate, options, *links, controller.field),
+        chain=chain,
+        slack=slack,
+        plant=lumped_plant(chain, rig.interval, rate, options, *links, controller.field),
+    )
+
+
+def lumped_plant(
+    chain: LumpedChain,
+    interval: float,
+    rate: float,
+    options: RigOptions,
+    play: float,
+    slack: float,
+    field: tuple[float, float] | None = None,
+) -> ChainPlant:
+    """The chain with its backlash and its spans that go slack; where that is forbidden they end the run.
+
+    ``field``: of a stepper, see `Controller`.
+    """
+    ends, (torque, periods) = options.forbid_slack, field or (0.0, 0.0)
+    return chain_numbers(
+        chain,
+        interval,
+        current_rate=rate,
+        substeps=options.substeps,
+        smooth=options.smooth_friction,
+        play=play,
+        slack=inf if ends else slack,
+        twist_limit=slack if ends else inf,
+        field=torque,
+        field_periods=periods,
     )
 
 
 def loop_at_rest(loop: Loop) -> LoopState:
     """State in which a run begins."""
-    states = 2 * loop.chain.size + 1
-    kept = np.zeros(0) if loop.cable is None else loop.cable.start
+    start, made = np.zeros(2 * loop.chain.size + 1), loop.controller
+    if loop.cable is not None:
+        start = np.concatenate((start, loop.cable.start))
     if loop.own_plant is not None:
-        kept = np.asarray(loop.own_plant.initial_state, dtype=np.float64)
-    mean = 0.0
+        start = np.concatenate((start, np.asarray(loop.own_plant.initial_state, dtype=np.float64)))
     if loop.pair is not None:
-        mean, kept = pair_at_rest(loop.pair, loop.chain, loop.rig.interval, loop.rig.late_samples)
-    made = loop.controller
+        start = pair_at_rest(loop.pair, loop.driven, loop.rig.late_samples)
     memory = None if made.own is None else np.asarray(made.own.initial_state, dtype=np.float64)
-    state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start, memory)
-    state.x[0], state.x[states:] = mean, kept
+    state = new_state(len(start), loop.observer, made.law, loop.rig, made.start, memory)
+    state.x[:] = start
     return state
 
 
@@ -270,17 +297,21 @@ def run(
     made = (loop.observer, controller.law, loop.rig, controller.reference, loop.target)
     if controller.own is not None or loop.own_plant is not None:
         return run_users(loop, first, end, state, kept)
-    if loop.pair is not None:
-        flanks = np.zeros((len(kept), RECORDED))
-        numbers = pair_numbers(loop.pair, loop.chain, loop.rig.interval, loop.twist_limit)
-        ended = run_pair(numbers, *made, first, end, state, kept, flanks)
-        return Run(ended=int(ended), state=state, log=kept, flanks=flanks, interpreted=why_plain())
     if loop.cable is not None:
         tensions = np.zeros((samples if log else 0, 2))
         ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
         return Run(ended=ended, state=state, log=kept, tensions=tensions, interpreted=why_plain())
-    ended = run_loop(loop.lumped, *made, first, end, state, kept)
-    return Run(ended=int(ended), state=state, log=kept, interpreted=why_plain())
+    plant, flanks = loop.driven, np.zeros((len(kept), 6 if loop.pair else 0))
+    pair = no_pair(loop.observer) if loop.pair is None else pair_numbers(loop.pair, plant)
+    ended = int(run_loop(plant, pair, *made, first, end, state, kept, flanks))
+    borne = None if loop.pair is None else flanks
+    return Run(ended=ended, state=state, log=kept, flanks=borne, interpreted=why_plain())
+
+
+def no_pair(observer: ObserverNumbers) -> PairNumbers:
+    """Stands for the pair of a single motor."""
+    law = FlankLaw(observer, *np.zeros(8).tolist())
+    return PairNumbers(law=law, phase=0.0, start=0.0, joint=np.zeros(2, dtype=np.int64))
 
 
 def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -> Run:

@@ -12,7 +12,6 @@ from cabledrive.control.numbers import (
     ObserverNumbers,
     new_controller_state,
 )
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -94,7 +93,7 @@ def new_state(
         discrete=np.zeros(2, dtype=np.int64),
         controller=new_controller_state(observer, law, readings, rig.late_samples, start, own),
         readings=np.zeros(readings),
-        terms=np.zeros((MOST_TERMS, plant_states)),
+        terms=np.zeros((5, plant_states)),
         work=np.zeros(plant_states),
         summary=np.zeros(len(SUMMARY)),
     )

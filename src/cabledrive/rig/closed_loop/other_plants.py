@@ -7,8 +7,7 @@ import numpy as np
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.cable_plant import cable_plant, drive_like
-from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.closed_loop.loop_plants import plant_parts
+from cabledrive.rig.closed_loop.loop import Loop, lumped_plant
 from cabledrive.rig.setting import RigOptions
 
 
@@ -20,16 +19,16 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
     Raises `InputRefused` if the plant is the user's own.
     """
     check_drawable(loop)
-    interval, rate = loop.rig.interval, float(loop.plant.scalars[6])
+    interval, rate = loop.rig.interval, loop.plant.current_rate
     slack = loop.slack
     if np.isfinite(slack):
         slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
-    play = 2.0 * loop.piecewise.play if play is None else play
-    parts = plant_parts(chain, interval, rate, options, play, slack, loop.controller.field)
+    play = loop.backlash if play is None else play
+    plant = lumped_plant(chain, interval, rate, options, play, slack, loop.controller.field)
     cable = loop.cable
     if cable is not None:
         cable = cable_plant(drive_like(cable.drive, chain), chain, interval, options, measured=False)
-    return replace(loop, cable=cable, **parts)
+    return replace(loop, cable=cable, chain=chain, plant=plant, slack=slack)
 
 
 def check_drawable(loop: Loop) -> None:
@@ -42,5 +41,5 @@ def check_drawable(loop: Loop) -> None:
             f'plant "{loop.own_plant.name}" is your own, and its parameters are not known: draws take the '
             "drive's models, lumped chains and the cable"
         )
-    if loop.disturbed is not None and (loop.controller.field is None or loop.disturbed.load_factor != 1.0):
+    if loop.disturbed:
         raise InputRefused("the plant carries disturbances already: draw from the loop without them")

@@ -8,7 +8,7 @@ from typing import Any
 from cabledrive.control.controller_kernels import issue, observe
 from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
-from cabledrive.rig.closed_loop.loop_kernels import ChainPlant, chain_ends, move_chain, see_chain
+from cabledrive.rig.closed_loop.chain_kernels import VIEW, ChainPlant, move_chain, see_chain
 from cabledrive.rig.closed_loop.loop_numbers import Array, LoopState, RigNumbers
 from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
 
@@ -25,10 +25,9 @@ def before_step(
     plant: ChainPlant, observer: ObserverNumbers, rig: RigNumbers, k: int, gone: float, s: LoopState
 ) -> int:
     """A sample up to the user's step: why the run ends here, `HELD` where a reading is missing, else 0."""
-    code = chain_ends(plant, gone, s)
+    code = see_chain(plant, gone, s)
     if code != 0:
         return code
-    see_chain(plant.disturbed, s)
     sense(observer, rig, k, s.work, s)
     seen = observe(observer, s.controller, s.readings)
     for j in range(s.readings.size):
@@ -45,8 +44,9 @@ def after_step(
     if not valid:
         s.summary[6] += 1.0
     wanted, command = issue(observer, rig.torque_limit, s.controller, torque, valid)
-    finish_sample(rig, target, k, s, log, s.x, wanted, command, 0.0, s.discrete[0])
-    move_chain(plant, rig, k, s)
+    seen = s.terms[VIEW, : s.x.size]
+    finish_sample(rig, target, k, s, log, seen, wanted, command, 0.0, s.discrete[0])
+    move_chain(plant, rig, k, s, 0.0, 0.0)
 
 
 @lru_cache(maxsize=16)

@@ -31,7 +31,7 @@ def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> i
     run = own_loop(own.step, own.measures == "states")
     try:
         ended = run(
-            loop.lumped, loop.observer, own.gains, loop.rig, made.reference, loop.target, first, last,
+            loop.plant, loop.observer, own.gains, loop.rig, made.reference, loop.target, first, last,
             state, log,
         )  # fmt: skip
     except NumbaError:

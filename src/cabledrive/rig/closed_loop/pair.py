@@ -11,8 +11,10 @@ from cabledrive.control.numbers import KALMAN, ObserverNumbers
 from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant
+from cabledrive.rig.closed_loop.chain_plant import in_steps
+from cabledrive.rig.closed_loop.loop_kernels import PairNumbers
 from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
-from cabledrive.rig.closed_loop.pair_kernels import DIFFERENCE, LEAST, MEMORY, SHAFT, PairNumbers, PairPlant
 from cabledrive.rig.setting import RigOptions
 
 PRELOAD_SHARE, MARGIN_SHARE = 0.25, 0.2
@@ -199,56 +201,51 @@ def drawn_pair(pair: Pair, generator: np.random.Generator) -> Pair:
     return replace(pair, skew=skew)
 
 
-def pair_plant(pair: Pair, chain: LumpedChain, interval: float, twist_limit: float) -> PairPlant:
-    """The plant: ``chain`` with its motor as the sum of both."""
+def pair_plant(pair: Pair, plant: ChainPlant, interval: float) -> ChainPlant:
+    """The plant with its motor and first link as two of half the size, apart by their skew."""
     skew, apart = pair.skew, np.array([1.0, -1.0])
 
-    def halves(whole: float, share: float = 0.0) -> Array:
-        return 0.5 * whole * (1.0 + share * apart)
+    def halves(whole: Array, share: float = 0.0) -> Array:
+        return np.concatenate((0.5 * whole[0] * (1.0 + share * apart), whole[1:]))
 
-    return PairPlant(
-        inertia=halves(chain.inertias[0], skew.inertia),
-        viscous=halves(chain.viscous[0]),
-        coulomb=halves(chain.coulomb[0], skew.friction),
-        offset=halves(chain.offsets[0]),
-        stiffness=halves(chain.stiffness[0], skew.stiffness),
-        damping=halves(chain.damping[0]),
-        play=np.full(2, 0.5 * pair.backlash * (1.0 + skew.backlash)),
-        inertias=np.array(chain.inertias[1:]),
-        shaft_viscous=np.array(chain.viscous[1:]),
-        shaft_coulomb=np.array(chain.coulomb[1:]),
-        offsets=np.array(chain.offsets[1:]),
-        links=np.array(chain.stiffness[1:]),
-        link_damping=np.array(chain.damping[1:]),
+    play = np.full(2, 0.5 * pair.backlash * (1.0 + skew.backlash))
+    made = plant._replace(
+        inertia=halves(plant.inertia, skew.inertia),
+        viscous=halves(plant.viscous),
+        coulomb=halves(plant.coulomb, skew.friction),
+        offset=halves(plant.offset),
+        ends=np.concatenate((np.array([[0, 2], [1, 2]]), plant.ends[1:] + 1)),
+        stiffness=halves(plant.stiffness, skew.stiffness),
+        damping=halves(plant.damping),
+        play=np.concatenate((play, plant.play[1:])),
+        slack=np.concatenate((np.full(2, inf), plant.slack[1:])),
+        motors=2,
         current_rate=pair.current_rate,
-        step=interval / INTERNAL_STEPS,
-        twist_limit=twist_limit,
     )
+    return in_steps(made, interval, INTERNAL_STEPS)
 
 
-def pair_numbers(pair: Pair, chain: LumpedChain, interval: float, twist_limit: float) -> PairNumbers:
-    """The pair as its compiled loop takes it."""
-    plant = pair_plant(pair, chain, interval, twist_limit)
-    return PairNumbers(
-        plant=plant,
-        law=pair.law,
-        phase=pair.skew.phase,
-        start=float(_start(pair, plant)[2:].sum()) * 0.5,
-        joint=np.array(pair.joint, dtype=np.int64),
-    )
+def pair_numbers(pair: Pair, plant: ChainPlant) -> PairNumbers:
+    """Law and sensors; ``plant``: of the pair."""
+    start = 0.5 * float(_turned(pair, plant).sum())
+    return PairNumbers(law=pair.law, phase=pair.skew.phase, start=start, joint=np.array(pair.joint))
 
 
-def pair_at_rest(pair: Pair, chain: LumpedChain, interval: float, late_samples: int) -> tuple[float, Array]:
-    """Mean angle of the motors [rad], and what the loop keeps behind the states of the chain, at rest."""
-    torque, _, first, second = _start(pair, pair_plant(pair, chain, interval, inf))
-    kept = np.zeros(MEMORY)
-    kept[DIFFERENCE], kept[SHAFT] = 0.5 * (first + second), pair.law.preload
-    kept[LEAST - 2 : LEAST + 2] = torque
-    return 0.5 * (first - second), np.concatenate([kept, first_memory(pair.law, late_samples)])
+def pair_at_rest(pair: Pair, plant: ChainPlant, late_samples: int) -> Array:
+    """State in which a run begins: angles, speeds, torques, and what the loop keeps behind them."""
+    n, turned = len(plant.inertia), _turned(pair, plant)
+    kept = np.zeros(2 * n - 1 + MEMORY)
+    kept[:2], kept[2 * n : 2 * n + 2] = turned * (1.0, -1.0), pair.law.preload * np.array([1.0, -1.0])
+    for place in (FLANKS, LEAST):
+        kept[2 * n - 1 + place : 2 * n + 1 + place] = _held(pair, plant)
+    return np.concatenate((kept, first_memory(pair.law, late_samples)))
 
 
-def _start(pair: Pair, plant: PairPlant) -> Array:
-    """Torque of either flank that friction left at rest, twice [N m]; turn of each motor against it [rad]."""
-    torque = pair.law.preload + pair.skew.held * float(plant.coulomb.min())
-    turned = plant.play + torque / plant.stiffness
-    return np.array([torque, torque, *turned])
+def _held(pair: Pair, plant: ChainPlant) -> float:
+    """Torque of either flank that friction left at rest [N m]."""
+    return pair.law.preload + pair.skew.held * float(plant.coulomb[:2].min())
+
+
+def _turned(pair: Pair, plant: ChainPlant) -> Array:
+    """Turn of each motor against its flank at rest [rad]."""
+    return plant.play[:2] + _held(pair, plant) / plant.stiffness[:2]

@@ -8,10 +8,8 @@ from cabledrive.control.controller_kernels import PathState, TargetState, path_r
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.control.reference import ReferenceNumbers
 from cabledrive.mechanics.compiled import njit_part
-from cabledrive.rig.closed_loop.loop_kernels import move
+from cabledrive.rig.closed_loop.chain_kernels import ChainPlant, move
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers, RigNumbers
-from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, PlantNumbers
 from cabledrive.rig.closed_loop.sample_kernels import read_encoders
 
 
@@ -36,15 +34,15 @@ class LoopTarget(NamedTuple):
     sample: Integers
 
 
-def new_plant_state(plant: PlantNumbers, rig: RigNumbers) -> PlantState:
+def new_plant_state(plant: ChainPlant, rig: RigNumbers) -> PlantState:
     """A plant at rest at angle zero."""
-    states = plant.rates.shape[0]
+    states = 2 * len(plant.inertia) + 1
     return PlantState(
         x=np.zeros(states),
         discrete=np.zeros(2, dtype=np.int64),
         commands=np.zeros(rig.late_samples + 2),
         readings=np.zeros(len(rig.encoders)),
-        terms=np.zeros((MOST_TERMS, states)),
+        terms=np.zeros((5, states)),
         work=np.zeros(states),
     )
 
@@ -57,8 +55,7 @@ def plant_read(rig: RigNumbers, s: PlantState) -> None:
 
 @njit_part
 def plant_step(
-    plant: PlantNumbers,
-    piecewise: PiecewiseNumbers,
+    plant: ChainPlant,
     rig: RigNumbers,
     s: PlantState,
     command: float,
@@ -71,15 +68,14 @@ def plant_step(
         s.commands[i] = s.commands[i + 1]
     s.commands[newest] = command
     # `move` looks at the fields that both kinds of state have.
-    if rig.late_part > 0.0:
-        move(plant, piecewise, s, s.commands[0], motor, load, rig.late_part)  # type: ignore[arg-type]
-    move(plant, piecewise, s, s.commands[1], motor, load, rig.interval - rig.late_part)  # type: ignore[arg-type]
+    move(plant, s, s.commands[0], 0.0, 0.0, motor, load, 0.0, rig.late_part)  # type: ignore[arg-type]
+    move(plant, s, s.commands[1], 0.0, 0.0, motor, load, 0.0, rig.interval - rig.late_part)  # type: ignore[arg-type]
+    s.discrete[0] = 0 if s.x[plant.inertia.size] == 0.0 else 1
 
 
 @njit_part
 def loop_step(
-    plant: PlantNumbers,
-    piecewise: PiecewiseNumbers,
+    plant: ChainPlant,
     rig: RigNumbers,
     observer: ObserverNumbers,
     law: LawNumbers,
@@ -93,6 +89,6 @@ def loop_step(
     plant_read(rig, s.plant)
     path_row(numbers, s.path, s.sample[0] * rig.interval, s.row[0])
     command, valid = target_step(observer, law, limit, s.target, s.plant.readings, s.row)
-    plant_step(plant, piecewise, rig, s.plant, command, motor, load)
+    plant_step(plant, rig, s.plant, command, motor, load)
     s.sample[0] += 1
     return command, valid

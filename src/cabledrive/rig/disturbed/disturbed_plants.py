@@ -1,15 +1,15 @@
 """Plants drawn with their disturbances, the same ones for every law."""
 
 from dataclasses import fields, replace
-from math import inf, pi
+from math import ceil, inf, pi
 
 import numpy as np
 
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers
+from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
+from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.closed_loop.loop_plants import plain_numbers
 from cabledrive.rig.disturbed.disturbances_file import Disturbances
 from cabledrive.rig.laws.scheduled import announced, told_otherwise
 from cabledrive.rig.plant_samples import sampled_chain
@@ -17,6 +17,8 @@ from cabledrive.rig.setting import Payload, RigOptions
 
 ANNOUNCED = ("announced_error", "announced_late")
 """Drawn last, and for laws that are told the load alone: every law meets the same plants."""
+STEP = 20e-6
+"""Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
 
 
 def disturbed_loop(
@@ -61,8 +63,8 @@ def disturbed_loop(
         start = max(drawn["load_time"] + drawn["announced_late"], 0.0)
         payload = Payload(factor=drawn["load_factor"] * (1.0 + drawn["announced_error"]), start=start)
         made = told_otherwise(made, announced((payload,), interval, len(loop.target)))
-    disturbed = disturbed_numbers(loop, chain, drawn, turned)
-    return replace(loop, chain=chain, rig=rig, controller=made, disturbed=disturbed)
+    plant = disturbed_plant(loop, chain, drawn, turned)
+    return replace(loop, chain=chain, rig=rig, controller=made, plant=plant, disturbed=True)
 
 
 def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:
@@ -73,10 +75,10 @@ def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:
     return forces
 
 
-def disturbed_numbers(
+def disturbed_plant(
     loop: Loop, chain: LumpedChain, drawn: dict[str, float], turned: np.ndarray
-) -> DisturbedNumbers:
-    """The numbers of a plant, from its chain and what was drawn.
+) -> ChainPlant:
+    """A plant from its chain and what was drawn.
 
     ``turned``, shape (3,): phases of cogging, torque ripple and eccentricity [rad].
     """
@@ -85,21 +87,28 @@ def disturbed_numbers(
         raise InputRefused(
             "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
         )
-    slack = loop.slack * loop.chain.stiffness[-1] / chain.stiffness[-1] if chain.size > 1 else inf
-    play = max(0.5 * drawn["backlash"], loop.piecewise.play)
-    plain = plain_numbers(chain, float(loop.plant.scalars[6]), play, slack, loop.controller.field)
-    return plain._replace(
+    interval = loop.rig.interval
+    return chain_numbers(
+        chain,
+        interval,
+        current_rate=loop.plant.current_rate,
+        substeps=ceil(interval / STEP),
+        play=max(drawn["backlash"], loop.backlash),
+        slack=loop.slack * loop.chain.stiffness[-1] / chain.stiffness[-1] if chain.size > 1 else inf,
+        twist_limit=loop.plant.twist_limit,
+        phases=turned,
         excess=drawn["stribeck_excess"],
         fading=drawn["stribeck_speed"],
-        cogging=drawn["cogging"],
         cogging_lines=drawn["cogging_periods"],
         ripple=drawn["torque_ripple"],
         ripple_lines=drawn["ripple_periods"],
         eccentricity=drawn["encoder_eccentricity"] * loop.gear,
         turning=1.0 / loop.gear,
-        phases=turned,
+        cogging=drawn["cogging"],
         softening=drawn["softening"],
         warming=drawn["warming"],
         load_factor=drawn["load_factor"],
         load_time=drawn["load_time"],
+        field=loop.plant.field,
+        field_periods=loop.plant.field_periods,
     )

@@ -25,6 +25,7 @@ from cabledrive.control.numbers import (
     LawNumbers,
 )
 from cabledrive.parameters import InputRefused
+from cabledrive.rig.closed_loop.chain_plant import linear_rates
 from cabledrive.rig.closed_loop.linear_loop import feedback_row
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
@@ -141,9 +142,9 @@ def closed_loop(controller: Sampled, plant: Sampled) -> tuple[Array, Array, Arra
 
 def sampled_plant(loop: Loop) -> Sampled:
     """From the command to the encoders' angles: the chain, the torque loop, the delay."""
-    rates, rig = loop.plant.rates, loop.rig
+    rate, rig = loop.plant.current_rate, loop.rig
+    rates = linear_rates(loop.chain, rate)
     states = len(rates)
-    size, rate = states // 2, float(loop.plant.scalars[6])
     queue = rig.late_samples + 1
     block = np.zeros((states + 1, states + 1))
     block[:states, : states + 1] = rates[:, : states + 1]
@@ -169,7 +170,6 @@ def sampled_plant(loop: Loop) -> Sampled:
         a[states + i, states + i - 1] = 1.0
     c = np.zeros((len(rig.encoders), states + queue))
     c[np.arange(len(rig.encoders)), rig.encoders] = 1.0
-    assert size == loop.chain.size
     return Sampled(a=a, b=b, c=c, d=np.zeros((len(rig.encoders), 1)))
 
 

@@ -67,7 +67,7 @@ def _transitions(loop: Loop) -> tuple[Array, Array]:
     """Plant and torque loop over the delay and over the rest of a sample; last column: the command."""
     n = 2 * loop.chain.size
     a, b = state_space(loop.chain)
-    rate = float(loop.plant.scalars[6])
+    rate = loop.plant.current_rate
     whole = np.zeros((n + 2, n + 2))
     whole[:n, :n] = a
     if rate > 0.0:

@@ -1,0 +1,243 @@
+"""Compiled motion of inertias joined by links: friction that sticks, backlash, slack, disturbances.
+
+An internal step is drift, kick and drift, of order 2; the kick is made twice, so that dampers and smoothed
+friction see the mean speed. Friction is set-valued: a speed that it would turn over, it stops. The torque
+loop's mean over the step acts, so that the momentum it gives is exact.
+"""
+
+from math import exp, isfinite, sin, tanh
+from typing import NamedTuple
+
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.rig.closed_loop.loop_numbers import (
+    DIVERGED,
+    WENT_SLACK,
+    Array,
+    Integers,
+    LoopState,
+    RigNumbers,
+)
+
+# Rows of scratch: speeds in a step, after it, torques, what encoders and log see, torques of the motors.
+SPEED, AFTER, TORQUE, VIEW, DRIVE = range(5)
+# What a pair keeps, counted from the end of 2n + 1 states: torques of both flanks, the least of each, open.
+FLANKS, LEAST, OPENED, MEMORY = 3, 5, 7, 8
+
+
+class ChainPlant(NamedTuple):
+    """Inertias joined by links, at the first shaft; the first ``motors`` of them are driven.
+
+    ``inertia, viscous, coulomb, offset``, shape (n,); ``ends, stiffness, damping``, shape (links,): half the
+    ``play``, and the twist beyond which one span of two is ``slack`` [rad]. ``smooth``: K of friction
+    c tanh(K w), 0: it sticks. ``excess, fading``: friction at standstill over Coulomb friction, the speed at
+    which it is gone. ``cogging, ripple`` with periods per radian; ``eccentricity`` of the load's encoder.
+    ``softening, warming``: loss of the last link and of friction per second. The load's inertia takes
+    ``load_factor`` from ``load_time`` on. ``field``: largest torque of a stepper whose command is the angle
+    of its field, with ``field_periods`` per radian of lag; 0: the command is a torque. ``step``: longest
+    internal step [s]; ``twist_limit``: of the last link, at which a run ends.
+    """
+
+    inertia: Array
+    viscous: Array
+    coulomb: Array
+    offset: Array
+    ends: Integers
+    stiffness: Array
+    damping: Array
+    play: Array
+    slack: Array
+    phases: Array
+    motors: int
+    current_rate: float
+    step: float
+    twist_limit: float
+    smooth: float = 0.0
+    excess: float = 0.0
+    fading: float = 1.0
+    cogging: float = 0.0
+    cogging_lines: float = 0.0
+    ripple: float = 0.0
+    ripple_lines: float = 0.0
+    eccentricity: float = 0.0
+    turning: float = 0.0
+    softening: float = 0.0
+    warming: float = 0.0
+    load_factor: float = 1.0
+    load_time: float = 0.0
+    field: float = 0.0
+    field_periods: float = 0.0
+
+
+@njit_in_place
+def link_torque(
+    twist: float, rate: float, stiffness: float, damping: float, play: float, slack: float
+) -> float:
+    """Torque of a link with backlash, or with two spans of which one goes slack beyond a twist."""
+    if abs(twist) <= play:
+        return 0.0
+    if play > 0.0:
+        torque = stiffness * (twist - play if twist > 0.0 else twist + play) + damping * rate
+        return max(torque, 0.0) if twist > 0.0 else min(torque, 0.0)
+    if abs(twist) > slack:
+        twist -= 0.5 * (twist - slack if twist > 0.0 else twist + slack)
+    return stiffness * twist + damping * rate
+
+
+@njit_in_place
+def rubbed(speed: float, change: float) -> float:
+    """A speed after friction that may stop it and never turns it."""
+    return max(speed - change, 0.0) if speed > 0.0 else min(speed + change, 0.0)
+
+
+@njit_part
+def add_torques(p: ChainPlant, x: Array, motor: float, load: float, time: float, terms: Array) -> None:
+    """Torque on every inertia but for its friction, into its row of scratch."""
+    n, last = p.inertia.size, p.stiffness.size - 1
+    w, torque = terms[SPEED], terms[TORQUE]
+    for i in range(n):
+        torque[i] = p.offset[i] - p.viscous[i] * w[i]
+    for m in range(p.motors):
+        given = terms[DRIVE, m]
+        if p.field > 0.0:
+            given = p.field * sin(p.field_periods * (given - x[m]))
+            x[2 * n] = given
+        if p.ripple > 0.0:
+            given *= 1.0 + p.ripple * sin(p.ripple_lines * x[m] + p.phases[1])
+        if p.cogging > 0.0:
+            given += p.cogging * sin(p.cogging_lines * x[m] + p.phases[0])
+        torque[m] += given + motor / p.motors
+    torque[n - 1] += load
+    for j in range(last + 1):
+        a, b, stiffness = p.ends[j, 0], p.ends[j, 1], p.stiffness[j]
+        if j == last:
+            stiffness *= max(1.0 - p.softening * time, 0.05)
+        carried = link_torque(x[a] - x[b], w[a] - w[b], stiffness, p.damping[j], p.play[j], p.slack[j])
+        torque[a] -= carried
+        torque[b] += carried
+        if p.motors > 1 and j < 2:
+            x[2 * n - 1 + FLANKS + j] = carried * (1.0 - 2.0 * j)
+
+
+@njit_part
+def chain_step(
+    p: ChainPlant, x: Array, motor: float, load: float, time: float, h: float, terms: Array
+) -> None:
+    """One internal step from ``time`` on; the row of the motors' torques is filled."""
+    n = p.inertia.size
+    w, after, torque = terms[SPEED], terms[AFTER], terms[TORQUE]
+    for i in range(n):
+        x[i] += 0.5 * h * x[n + i]
+        w[i] = x[n + i]
+    warm = max(1.0 - p.warming * time, 0.0)
+    for _ in range(2):
+        add_torques(p, x, motor, load, time, terms)
+        for i in range(n):
+            inertia, rubs = p.inertia[i], warm * p.coulomb[i]
+            if i == n - 1 and time >= p.load_time:
+                inertia *= p.load_factor
+            if p.excess > 0.0:
+                rubs *= 1.0 + p.excess * exp(-abs(w[i]) / p.fading)
+            if p.smooth > 0.0:
+                after[i] = x[n + i] + h * (torque[i] - rubs * tanh(p.smooth * w[i])) / inertia
+            else:
+                after[i] = rubbed(x[n + i] + h * torque[i] / inertia, h * rubs / inertia)
+        for i in range(n):
+            w[i] = 0.5 * (x[n + i] + after[i])
+    for i in range(n):
+        x[n + i] = after[i]
+        x[i] += 0.5 * h * x[n + i]
+
+
+@njit_part
+def move(
+    p: ChainPlant,
+    s: LoopState,
+    total: float,
+    turning: float,
+    apart: float,
+    motor: float,
+    load: float,
+    begin: float,
+    time: float,
+) -> None:
+    """Move the chain on under a command that changes by ``turning`` a second.
+
+    ``apart``: half of what the first of two motors gets more.
+    """
+    if time <= 0.0:  # jitter may take the next sample before this command acts
+        return
+    x, n = s.x, p.inertia.size
+    steps = int(time / p.step + 1.0 - 1e-9)
+    h = time / steps
+    keep, mean = 0.0, 0.0
+    if p.current_rate > 0.0:
+        keep = exp(-p.current_rate * h)
+        mean = (1.0 - keep) / (p.current_rate * h)
+    for k in range(steps):
+        for m in range(p.motors):
+            command = total / p.motors + (1.0 - 2.0 * m) * apart
+            if p.field > 0.0:
+                s.terms[DRIVE, m] = command + (k + 0.5) * h * turning
+                continue
+            behind = x[2 * n + m] - command
+            s.terms[DRIVE, m] = command + mean * behind
+            x[2 * n + m] = command + keep * behind
+        chain_step(p, x, motor, load, begin + k * h, h, s.terms)
+        if p.motors > 1:
+            kept = x[2 * n - 1 :]
+            for j in range(2):
+                kept[LEAST + j] = min(kept[LEAST + j], kept[FLANKS + j])
+                if kept[FLANKS + j] <= 0.0:
+                    kept[OPENED] = 1.0
+
+
+@njit_part
+def move_chain(p: ChainPlant, rig: RigNumbers, k: int, s: LoopState, older: float, newer: float) -> None:
+    """Move the chain to the next sample, the older command first as long as the delay lasts.
+
+    ``older, newer``: half of what the first of two motors gets more.
+    """
+    span, commands, late = rig.interval, s.controller.commands, rig.late_part
+    if rig.jitter.size > 0:
+        span += rig.jitter[k + 1] - rig.jitter[k]
+    motor, load, begin = rig.forces[k, 0], rig.forces[k, 1], k * rig.interval
+    # The field of a stepper turns on between samples; a torque is held.
+    turning = (commands[1] - commands[0]) / rig.interval if p.field > 0.0 else 0.0
+    first = commands[0] + turning * (rig.interval - late)
+    move(p, s, first, turning, older, motor, load, begin, late)
+    move(p, s, commands[1], turning, newer, motor, load, begin + late, span - late)
+
+
+@njit_part
+def see_chain(p: ChainPlant, gone: float, s: LoopState) -> int:
+    """Look at the chain at a sample; why the run ends here, 0 where it goes on.
+
+    Two motors are seen as one at their mean angle; sensors, in ``s.work``, see the eccentricity as well.
+    """
+    x, seen, n, more = s.x, s.terms[VIEW], p.inertia.size, p.motors - 1
+    size = n - more
+    for i in range(size):
+        seen[i], seen[size + i] = x[i + more], x[n + i + more]
+    seen[2 * size] = x[2 * n]
+    if more > 0:
+        seen[0], seen[size] = 0.5 * (x[0] + x[1]), 0.5 * (x[n] + x[n + 1])
+        seen[2 * size] = x[2 * n] + x[2 * n + 1]
+        s.summary[10] += x[2 * n - 1 + OPENED]
+        x[2 * n - 1 + OPENED] = 0.0
+    for i in range(2 * size + 1):
+        s.work[i] = seen[i]
+    if p.eccentricity > 0.0:
+        s.work[size - 1] += p.eccentricity * sin(p.turning * seen[size - 1] + p.phases[2])
+    s.discrete[0] = 0 if seen[size] == 0.0 else 1
+    twist = 0.0
+    if p.stiffness.size > more:
+        last = p.stiffness.size - 1
+        twist = abs(seen[size - 2] - seen[size - 1])
+        s.summary[7] = max(s.summary[7], twist)
+        if twist > p.slack[last]:
+            s.summary[9] += 1.0
+        if more == 0 and p.play[0] > 0.0 and abs(x[0] - x[1]) < p.play[0]:
+            s.summary[10] += 1.0
+    if not isfinite(seen[size - 1]) or abs(seen[size - 1]) > gone:
+        return DIVERGED
+    return WENT_SLACK if twist > p.twist_limit else 0
