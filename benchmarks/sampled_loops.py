@@ -3,12 +3,15 @@
 import ctypes
 import subprocess
 import tempfile
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import expm
 
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import NOMINAL
+from cabledrive.rig.closed_loop.chain_plant import linear_rates
 from cabledrive.rig.closed_loop.loop import Loop
 
 SOURCE = Path(__file__).with_name("closed_loop.c")
@@ -30,10 +33,9 @@ class InC:
     """The C loop on the numbers of a loop of the rig; a call runs it from rest and gives its largest error."""
 
     def __init__(self, library: ctypes.CDLL, loop: Loop):
-        law, scalars = loop.controller.law, loop.plant.scalars
-        plant = np.array([scalars[2], scalars[3], scalars[8]])
+        law, plant = loop.controller.law, np.array(friction(loop))
         tables = (law.matrix, law.rows, law.learning, law.scalars, loop.controller.reference, loop.target)
-        self.inputs = [np.ascontiguousarray(table) for table in (*tables, loop.plant.tables[1], plant)]
+        self.inputs = [np.ascontiguousarray(table) for table in (*tables, transitions(loop), plant)]
         self.run, self.loop = library.closed_loop, loop
 
     def __call__(self) -> float:
@@ -45,9 +47,26 @@ class InC:
         return float(score[0])
 
 
+@lru_cache(maxsize=8)
+def transitions(loop: Loop) -> np.ndarray:
+    """States after a sample from states, command, torques on motor and load, and a torque that rises."""
+    interval, rates = loop.rig.interval, linear_rates(loop.chain, loop.plant.current_rate)
+    m, size = rates.shape
+    block = np.zeros((size + 1, size + 1))
+    block[:m, :size] = rates
+    block[m + 1, size] = 1.0 / interval
+    return np.ascontiguousarray(expm(block * interval)[:m])
+
+
+def friction(loop: Loop) -> tuple[float, float, float]:
+    """Of the motor: Coulomb friction and offset [N m], slope of the smoothed friction [s/rad]."""
+    plant = loop.plant
+    return float(plant.coulomb[0]), float(plant.offset[0]), plant.smooth
+
+
 def plant_step(loop: Loop, x: np.ndarray, u: float) -> np.ndarray:
     """States of the plant a sample on."""
-    move, (_, _, coulomb, offset, _, _, _, _, slope) = loop.plant.tables[1], loop.plant.scalars
+    move, (coulomb, offset, slope) = transitions(loop), friction(loop)
     before = coulomb * np.tanh(slope * x[3])
     fresh = move @ np.concatenate((x, [u, offset - before, 0.0, 0.0]))
     return fresh + move[:, 10] * (before - coulomb * np.tanh(slope * fresh[3]))

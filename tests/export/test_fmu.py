@@ -106,7 +106,7 @@ def test_the_loop_steps_as_the_interpreted_loop_to_the_bit(law, samples, tmp_pat
     numbers = (source.law.observer, source.law.law, source.law.reference, source.law.torque_limit)
     for k in range(samples):
         push = 0.01 if k % 60 > 30 else 0.0
-        command, _ = step(plant.plant, plant.piecewise, plant.rig, *numbers, state, 0.0, push)
+        command, _ = step(plant.plant, plant.rig, *numbers, state, 0.0, push)
         one.set(load_torque=push)
         one.step(k, source.law.sample_time)
         found = one.get("command", "load_angle", "motor_speed", "slip")

@@ -11,9 +11,6 @@ from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from oracles.readable_plant import ReadablePlant
 
-TORQUE_LOOP = 6
-"""Place of the torque loop's bandwidth among the numbers of the plant."""
-
 
 def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
     """Commands and load angles of a run with Kalman filter or ideal states, without delay and jitter.
@@ -21,7 +18,7 @@ def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
     Returns ``commands, load_angles``, shape (samples,) [N m], [rad] at the first shaft.
     """
     rig, observer, law, n = loop.rig, loop.observer, loop.controller.law, loop.chain.size
-    plant = ReadablePlant(chain=loop.chain, rate=float(loop.plant.scalars[TORQUE_LOOP]))
+    plant = ReadablePlant(chain=loop.chain, rate=loop.plant.current_rate)
     moving, slip, held, newest = [0.0] * (2 * n + 1), 0, 0.0, 0.0
     believed, estimate = np.zeros(observer.model.shape[0]), law.learning[NOMINAL].copy()
     commands, angles = np.zeros(samples), np.zeros(samples)

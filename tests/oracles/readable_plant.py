@@ -36,7 +36,8 @@ class ReadablePlant:
         if i == 0 and self.play > 0.0:
             if abs(twist) < 0.5 * self.play:
                 return 0.0
-            twist -= copysign(0.5 * self.play, twist)
+            pressed = stiffness * (abs(twist) - 0.5 * self.play) + damping * copysign(speed, twist * speed)
+            return copysign(max(pressed, 0.0), twist)  # a flank pushes and cannot pull
         if i == n - 2 and abs(twist) > self.slack:
             taut = copysign(self.slack, twist)  # one span is left, of half the stiffness of both
             return stiffness * (taut + 0.5 * (twist - taut)) + 0.5 * damping * speed

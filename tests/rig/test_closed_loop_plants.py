@@ -1,8 +1,6 @@
-"""The plants of the rig: exact between samples, with friction that sticks, in lanes, as a distributed cable.
+"""The plants of the rig: inertias with friction that sticks, many of them, and the distributed cable.
 
-Compiled modules under test: cabledrive.rig.closed_loop.plant_kernels,
-cabledrive.rig.closed_loop.series_kernels,
-cabledrive.rig.closed_loop.batch_kernels,
+Compiled modules under test: cabledrive.rig.closed_loop.chain_kernels,
 cabledrive.rig.closed_loop.cable_kernels,
 cabledrive.rig.closed_loop.sample_kernels.
 """
@@ -11,27 +9,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cabledrive.rig.closed_loop.batch_kernels import smooth_sign
-from cabledrive.rig.closed_loop.batch_tables import exponentials, free_transitions
-from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
-from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
-from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_one
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
-from scipy.linalg import expm
 
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.rig import Disturbance, Motion, RigOptions
+from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.plant_samples import run_samples, sampled_chain, sampled_loops
+from cabledrive.rig.plant_samples import run_samples, sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from control_chains import INTERVAL, model
 from dissertation_runs import track
+from moving_chain import states_of
 from oracles.readable_plant import ReadablePlant
 
 CHAIN = model(4)
 LOOSE = replace(CHAIN, coulomb=(0.0,) * 3, offsets=(0.0,) * 3)
+COUNT = 2 * np.pi / 10_000
+"""Of an encoder [rad]: what a law can see."""
 
 
 def readable(commands, plant, start=None, load=0.0):
@@ -47,13 +42,8 @@ def readable(commands, plant, start=None, load=0.0):
 
 def motion(commands, *, substeps=1, rate=0.0, smooth=False, chain=CHAIN, hold=INTERVAL):
     """States after each command, from rest."""
-    numbers = plant_numbers(chain, hold, current_rate=rate, substeps=substeps, smooth=smooth)
-    x, slip = np.zeros(2 * chain.size + 1), 0
-    terms, work, states = np.zeros((MOST_TERMS, len(x))), np.zeros(len(x)), []
-    for u in commands:
-        slip = advance(*numbers, x, slip, u, 0.0, 0.0, hold, terms, work)
-        states.append(x.copy())
-    return np.array(states)
+    plant = chain_numbers(chain, hold, current_rate=rate, substeps=substeps, smooth=smooth)
+    return states_of(plant, commands, hold)
 
 
 def wave(samples):
@@ -62,14 +52,14 @@ def wave(samples):
 
 
 @pytest.mark.parametrize("rate", [0.0, 2 * np.pi * 1000.0])
-def test_motion_does_not_depend_on_the_internal_step(rate, measured):
-    """Sticking, breaking loose and turning are found on the exact motion, not at steps."""
+def test_motion_hardly_depends_on_the_internal_step(rate, measured):
+    """Sticking, breaking loose and turning fall on internal steps: some ten-thousandths of a count."""
     one = motion(wave(1500), rate=rate)
-    for substeps in (3, 10):
+    for substeps in (6, 20):
         other = motion(wave(1500), rate=rate, substeps=substeps)
         worst = np.abs(one - other)[:, :3].max()
         measured(f"{substeps} internal steps move it by {worst:.1e} rad")
-        assert worst < 1e-10, f"{substeps} steps: observed {worst:.2e} rad"
+        assert 0.0 < worst < 5e-4 * COUNT, f"{substeps} steps: observed {worst:.2e} rad"
 
 
 def test_motion_is_that_of_small_runge_kutta_steps(measured):
@@ -77,7 +67,18 @@ def test_motion_is_that_of_small_runge_kutta_steps(measured):
     fine = integrate_chain(CHAIN, np.append(u, 0.0), INTERVAL, substeps=8, hold="step")
     worst = np.abs(fine.angles[1:] - motion(u)[:, :3]).max()
     measured(f"{worst:.1e} rad")
-    assert worst < 1e-8, f"observed {worst:.2e} rad"
+    assert worst < 1e-4 * COUNT, f"observed {worst:.2e} rad"
+
+
+@pytest.mark.parametrize("rate", [0.0, 2 * np.pi * 1000.0])
+def test_smoothed_friction_is_of_second_order_in_the_internal_step(rate, measured):
+    u = wave(1000)
+    fine = motion(u, smooth=True, substeps=128, rate=rate)[-1, 2]
+    errors = [abs(motion(u, smooth=True, substeps=k, rate=rate)[-1, 2] - fine) for k in (4, 8, 16)]
+    measured(", ".join(f"{error:.1e}" for error in errors) + " rad")
+    assert errors[0] < 0.02 * COUNT
+    assert errors[1] < errors[0] / 3.0
+    assert errors[2] < errors[1] / 3.0
 
 
 @pytest.mark.kernel
@@ -88,54 +89,32 @@ def test_motion_is_that_of_the_equations_written_out(rate):
     theirs = readable(u, ReadablePlant(chain=CHAIN, rate=rate))
     ours = motion(u, rate=rate)
     assert np.ptp(np.sign(theirs[:, 3])) >= 1.0, "the motor neither sticks nor turns"
-    np.testing.assert_allclose(ours, theirs, atol=1e-9 * np.abs(theirs).max(axis=0).max())
-
-
-@pytest.mark.kernel
-def test_a_motor_that_stops_and_goes_on_within_one_internal_step_sticks_between():
-    """Friction stops it before the torque loop has passed on enough of the command to let it go again."""
-    rate = 2 * np.pi * 1000.0
-    start = np.array([0.0, 0.0, 0.0, 2e-4, 0.0, 0.0, 0.0])
-    numbers = plant_numbers(CHAIN, INTERVAL, current_rate=rate)
-    x, terms, work = start.copy(), np.zeros((MOST_TERMS, 7)), np.zeros(7)
-    advance(*numbers, x, 1, 0.2, 0.0, 0.0, INTERVAL, terms, work)
-    fine = ReadablePlant(chain=CHAIN, rate=rate, step=1e-6)
-    theirs = readable([0.2], fine, start)[0]
-    assert fine.moved(list(start), 1, 0.2, 2e-5)[1] == 0, "the motor does not stop"
-    assert theirs[3] > 5e-3
-    np.testing.assert_allclose(x, theirs, rtol=1e-8, atol=1e-12)
+    assert np.abs(ours - theirs)[:, :3].max() < 1e-4 * COUNT
+    np.testing.assert_allclose(ours[:, 3:6], theirs[:, 3:6], atol=1e-4 * np.abs(theirs[:, 3:6]).max())
 
 
 @pytest.mark.kernel
 @pytest.mark.parametrize("speed", [3.0, -3.0])
 def test_friction_of_the_load_slows_it_whichever_way_it_turns(speed):
-    """c tanh(50 w) of the load, against the equations, which do not hold it over a step: first order."""
+    """c tanh(50 w) of the load, against the equations."""
     chain = replace(LOOSE, coulomb=(0.0, 0.0, 0.02))
-    numbers = plant_numbers(chain, INTERVAL, substeps=20)
     start = np.array([0.0, 0.0, 0.0, speed, speed, speed, 0.0])
-    x, terms, work = start.copy(), np.zeros((MOST_TERMS, 7)), np.zeros(7)
-    for _ in range(50):
-        advance(*numbers, x, 1, 0.0, 0.0, 0.0, INTERVAL, terms, work)
+    x = states_of(chain_numbers(chain, INTERVAL, smooth=True), np.zeros(50), INTERVAL, start)[-1]
     theirs, free = (readable(np.zeros(50), ReadablePlant(chain=one), start)[-1] for one in (chain, LOOSE))
     assert abs(x[5]) < abs(free[5])
-    np.testing.assert_allclose(x - free, theirs - free, atol=1e-4 * np.abs(theirs - free).max())
+    np.testing.assert_allclose(x - free, theirs - free, atol=1e-3 * np.abs(theirs - free).max())
 
 
 @pytest.mark.kernel
 @pytest.mark.parametrize("play, slack, start", [(0.03, np.inf, 0.04), (0.0, 0.05, -0.15), (0.03, 0.05, 0.15)])
 def test_backlash_and_slack_spans_move_as_the_equations_written_out(play, slack, start):
-    """Released from a wound-up joint and cable; a piece begins at an internal step, hence the tolerance."""
-    given, substeps = np.array([start, 0.0, -start, 0.0, 0.0, 0.0, 0.0]), 40
-    step = INTERVAL / substeps
-    piecewise = piecewise_numbers(LOOSE, step, play=play, slack=slack)
-    scalars = plant_numbers(LOOSE, INTERVAL, substeps=substeps).scalars
-    x, terms, work, ours = given.copy(), np.zeros((MOST_TERMS, 7)), np.zeros(7), []
-    for _ in range(100):
-        advance_piecewise(piecewise, scalars, x, 1, 0.0, 0.0, 0.0, INTERVAL, terms, work)
-        ours.append(x.copy())
+    """Released from a wound-up joint and cable; contacts fall on internal steps, hence the tolerance."""
+    given = np.array([start, 0.0, -start, 0.0, 0.0, 0.0, 0.0])
+    plant = chain_numbers(LOOSE, INTERVAL, play=play, slack=slack, substeps=40)
+    ours = states_of(plant, np.zeros(100), INTERVAL, given)
     theirs = readable(np.zeros(100), ReadablePlant(chain=LOOSE, play=play, slack=slack), given)
     size = np.abs(theirs).max(axis=0) + 1e-12
-    np.testing.assert_array_less(np.abs(np.array(ours) - theirs).max(axis=0) / size, 2e-3)
+    np.testing.assert_array_less(np.abs(ours - theirs).max(axis=0) / size, 2e-3)
 
 
 @pytest.mark.kernel
@@ -147,11 +126,36 @@ def test_torque_below_the_friction_moves_nothing_and_a_load_lets_it_go():
 
 
 @pytest.mark.kernel
+def test_friction_of_a_pulley_inside_the_row_holds_as_well():
+    inner = replace(CHAIN, coulomb=(0.03, 0.01, 0.0), offsets=(0.0,) * 3)
+    held = motion(np.full(200, 0.029), chain=inner)
+    assert np.all(held[:, :6] == 0.0)
+    # The motor lets go at 0.03 N m and winds the joint up by twice what is beyond, which the pulley holds.
+    between = motion(np.full(2000, 0.034), chain=inner)
+    assert between[:, 0].max() == pytest.approx(0.008 / CHAIN.stiffness[0], rel=0.2)
+    assert between[-1, 3] == 0.0
+    assert np.all(between[:, 1:3] == 0.0)
+
+
+@pytest.mark.kernel
 def test_torque_loop_of_first_order_follows_its_time_constant():
     """After one time constant the shaft has 1 - 1/e of the command."""
     rate = 2 * np.pi * 100.0
     states = motion(np.full(1, 0.2), rate=rate, hold=1.0 / rate)
     assert states[0, -1] == pytest.approx(0.2 * (1 - np.exp(-1.0)), rel=1e-12)
+
+
+def test_energy_only_falls_without_torque(measured):
+    """Stored energy after each sample, from a wound-up cable, until friction holds the motor."""
+    chain = replace(CHAIN, offsets=(0.0,) * 3)
+    states = states_of(chain_numbers(chain, INTERVAL), np.zeros(2000), INTERVAL, [0, 0, 0.2, 0, 0, 0, 0])
+    stiffness, inertia = np.array(chain.stiffness), np.array(chain.inertias)
+    stored = 0.5 * (np.diff(states[:, :3]) ** 2 @ stiffness + states[:, 3:6] ** 2 @ inertia)
+    rises = np.diff(stored).max() / stored[0]
+    measured(f"largest rise in a sample {rises:.1e} of the energy at the start")
+    assert rises < 1e-12
+    assert stored[-1] < 0.05 * stored[0]
+    assert states[-1, 3] == 0.0
 
 
 DRIVE = load_drive("dissertation-3")
@@ -165,57 +169,17 @@ def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
     return close_loop(DRIVE, DRIVE, design(law, spec), motion, options, generator, plant_model=plant_model)
 
 
-@pytest.mark.parametrize(
-    "law, plant",
-    [("darc-1", 1), ("darc-2", 2), ("darc-3", 3), ("darc-3", 4), ("darc-4", 4), ("darc-4-damped", 4)],
-)
-def test_a_batch_scores_what_single_runs_score(law, plant, measured):
-    """Twenty plants: two groups of lanes, the second with lanes to spare."""
+@pytest.mark.parametrize("law, plant", [("darc-1", 1), ("darc-3", 3), ("darc-4-damped", 4)])
+def test_many_plants_score_what_single_runs_score(law, plant):
     loop = loop_of(law, plant_model=plant)
-    assert fits_batch(loop)
-    lanes = run_samples(loop, SMOOTH, 20, 5).scores[:, :6]
-    single = np.array([run(one, log=False).state.summary[:6] for one in sampled_loops(loop, SMOOTH, 20, 5)])
-    off, size = np.abs(lanes - single).max(axis=0), np.abs(single).max(axis=0)
-    measured(f"within {(off[size > 0.0] / size[size > 0.0]).max():.1e} of each score")
-    np.testing.assert_allclose(lanes, single, rtol=1e-8, atol=1e-11)
-    np.testing.assert_allclose(
-        run_one(loop)[:6], run(loop, log=False).state.summary[:6], rtol=1e-8, atol=1e-11
-    )
+    many = run_samples(loop, SMOOTH, 20, 5).scores[:, 4:6]
+    single = np.array([run(one, log=False).state.summary[4:6] for one in sampled_loops(loop, SMOOTH, 20, 5)])
+    np.testing.assert_array_equal(many, single)
 
 
-@pytest.mark.kernel
-def test_short_run_as_a_batch_of_one_is_the_run():
-    loop = loop_of("darc-4", motion=Motion(angle=0.1, rise=0.004, dwell=0.001))
-    np.testing.assert_allclose(
-        run_one(loop)[:6], run(loop, log=False).state.summary[:6], rtol=1e-8, atol=1e-13
-    )
-
-
-@pytest.mark.kernel
-def test_smooth_sign_is_the_hyperbolic_tangent():
-    x = np.concatenate((np.linspace(-25.0, 25.0, 501), [-1e9, 1e9]))
-    worst = max(abs(smooth_sign(float(v)) - np.tanh(v)) for v in x)
-    assert worst < 2e-14, f"observed {worst:.1e}"
-
-
-def test_transitions_made_at_once_are_those_made_singly():
-    chain = loop_of("darc-4").chain
-    chains = [sampled_chain(chain, np.random.default_rng(seed)) for seed in range(5)]
-    together = free_transitions(chains, 2e-4, 6000.0)
-    for made, row in zip(together, chains, strict=True):
-        alone = plant_numbers(row, 2e-4, current_rate=6000.0).tables[1]
-        np.testing.assert_allclose(made, alone, rtol=1e-11, atol=1e-13 * np.abs(alone).max())
-
-
-def test_exponentials_of_small_matrices_are_scipys():
-    matrices = np.random.default_rng(3).normal(size=(20, 8, 8)) * np.geomspace(1e-6, 8.0, 20)[:, None, None]
-    for made, matrix in zip(exponentials(matrices), matrices, strict=True):
-        exact = expm(matrix)
-        assert np.abs(made - exact).max() <= 1e-12 * np.abs(exact).max()
-
-
-def test_a_slack_span_fails_the_draw_in_its_batch():
-    loop = replace(loop_of("darc-4"), twist_limit=0.02)
+def test_a_slack_span_fails_the_draw():
+    loop = loop_of("darc-4")
+    loop = replace(loop, slack=0.02, plant=loop.plant._replace(twist_limit=0.02))
     assert run_samples(loop, SMOOTH, 18, 1).failed == 18
 
 

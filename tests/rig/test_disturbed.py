@@ -1,8 +1,7 @@
 """What a rig adds to a plant: backlash, jitter, slow torque, loads, slack spans, blind encoders, wear.
 
-Compiled modules under test: cabledrive.rig.closed_loop.piecewise_kernels,
-cabledrive.rig.closed_loop.loop_kernels,
-cabledrive.rig.closed_loop.disturbed_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.chain_kernels,
+cabledrive.rig.closed_loop.loop_kernels.
 """
 
 from dataclasses import fields, replace
@@ -10,21 +9,20 @@ from math import radians
 
 import numpy as np
 import pytest
-from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
-from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
+from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances
-from cabledrive.rig.disturbed.disturbed_plants import disturbed_numbers
+from cabledrive.rig.disturbed.disturbed_plants import disturbed_plant
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.log_file import log_text
 from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model
 from dissertation_runs import track
+from moving_chain import states_of
 from true_plants import followed, truth_of
 
 DRIVE = load_drive("dissertation-3")
@@ -38,17 +36,10 @@ def with_motor(**values):
     return replace(DRIVE, motor=replace(DRIVE.motor, **values))
 
 
-def pushed(torque, samples, *, play=0.0, slack=float("inf"), substeps=10, start=None):
+def pushed(torque, samples, *, play=0.0, slack=float("inf"), start=None):
     """States of the frictionless row under a torque on its motor."""
-    step = INTERVAL / substeps
-    piecewise = piecewise_numbers(CHAIN, step, play=play, slack=slack)
-    scalars = plant_numbers(CHAIN, INTERVAL, substeps=substeps).scalars
-    x = np.zeros(7) if start is None else np.array(start, dtype=float)
-    terms, work, states = np.zeros((MOST_TERMS, 7)), np.zeros(7), []
-    for _ in range(samples):
-        advance_piecewise(piecewise, scalars, x, 1, torque, 0.0, 0.0, INTERVAL, terms, work)
-        states.append(x.copy())
-    return np.array(states)
+    plant = chain_numbers(CHAIN, INTERVAL, play=play, slack=slack, substeps=10)
+    return states_of(plant, np.full(samples, torque), INTERVAL, start)
 
 
 @pytest.mark.kernel
@@ -91,7 +82,7 @@ def test_a_slack_span_carries_nothing_and_the_other_all(measured):
 def test_the_torque_across_a_slack_cable_is_continuous_and_half_as_stiff(measured):
     """Before anything moves, twice the twist at which a span goes slack gives 1.5 of its torque."""
     slack = 0.2
-    states = pushed(0.0, 1, slack=slack, substeps=10, start=[0.0, 0.0, -2.0 * slack, 0.0, 0.0, 0.0, 0.0])
+    states = pushed(0.0, 1, slack=slack, start=[0.0, 0.0, -2.0 * slack, 0.0, 0.0, 0.0, 0.0])
     torque = states[0, 5] / INTERVAL * CHAIN.inertias[2]
     measured(f"{torque / (slack * CHAIN.stiffness[1]):.3f} times the torque at which it goes slack")
     assert torque == pytest.approx(1.5 * slack * CHAIN.stiffness[1], rel=0.03)
@@ -182,24 +173,8 @@ def with_disturbances(loop, phases=(0.0, 0.0, 0.0), **values):
     chain = replace(
         loop.chain, coulomb=(*loop.chain.coulomb[:-1], loop.chain.coulomb[-1] + drawn["load_coulomb"])
     )
-    numbers = disturbed_numbers(loop, chain, drawn, np.array(phases))
-    return replace(loop, chain=chain, disturbed=numbers)
-
-
-def test_without_disturbances_the_plant_is_the_exact_one(loop, measured):
-    """Against the event-by-event solution: the load within a twentieth of a count."""
-    exact, found = run(loop), run(with_disturbances(loop))
-    gap = float(np.degrees(np.abs(exact.log[:, 2] - found.log[:, 2]).max()))
-    measured(f"{gap:.1e} deg")
-    assert gap < 0.036 / 20.0, f"observed {gap:.1e} deg"
-
-
-@pytest.mark.kernel
-def test_the_first_samples_are_those_of_the_exact_plant_with_and_without_the_compiler(loop):
-    """While the motor sticks and breaks loose: 200 samples, within a sixtieth of a count."""
-    exact, found = (run(one, last=200).log[:200, :3] for one in (loop, with_disturbances(loop)))
-    assert np.abs(exact).max() > 1e-4
-    np.testing.assert_allclose(found, exact, atol=1e-5)
+    plant = disturbed_plant(loop, chain, drawn, np.array(phases))
+    return replace(loop, chain=chain, plant=plant, disturbed=True)
 
 
 @pytest.mark.parametrize(

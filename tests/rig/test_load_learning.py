@@ -200,11 +200,11 @@ def told_the_load(name, grid, draws=60):
 
     for draw in range(draws):
         plant = disturbed_loop(law.loop, ranges, COMPARED, np.random.default_rng([11, draw]))
-        factor = plant.disturbed.load_factor
+        factor = plant.plant.load_factor
         told = factor if grid is None else round(factor / grid) * grid
         if told not in made:
             made[told] = designed(told)
-        first = round(plant.disturbed.load_time / plant.rig.interval)
+        first = round(plant.plant.load_time / plant.rig.interval)
         state = loop_at_rest(plant)
         run(plant, log=False, state=state, last=first)
         anew = replace(plant, controller=made[told].controller, observer=made[told].observer)

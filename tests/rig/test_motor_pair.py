@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cabledrive.rig.closed_loop.pair_kernels import LEAST
 
 import cabledrive as cd
 from cabledrive.rig import Disturbance, Motion, RigOptions
+from cabledrive.rig.closed_loop.chain_kernels import LEAST
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.pair import doubled
+from cabledrive.rig.disturbed.changing_load import loop_with_loads
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
@@ -31,7 +32,7 @@ def loop_of(drive, law, hertz, motion, options, seed=0):
     return close_loop(drive, drive, design(law, spec), motion, options, np.random.default_rng(seed))
 
 
-@pytest.mark.kernel("cabledrive.rig.closed_loop.pair_kernels")
+@pytest.mark.kernel("cabledrive.rig.closed_loop.chain_kernels")
 @pytest.mark.kernel("cabledrive.control.flank_torque")
 def test_the_pair_moves_as_scipy_integrates_it_also_where_a_flank_opens(measured):
     """Commands of the run replayed; a shock on the load of 0.9 N m opens a flank and closes it again."""
@@ -66,6 +67,24 @@ def test_with_both_flanks_closed_the_pair_is_a_motor_of_twice_the_size_without_b
     assert ours.state.summary[10] == 0
     off = np.abs(ours.log[:, 2] - theirs.log[:, 2]).max()
     assert off < 1e-5 * np.abs(theirs.log[:, 2]).max(), off
+
+
+def test_a_pair_takes_smoothed_friction_and_a_load_that_changes(measured):
+    """Each against one motor of twice the size without backlash: the same chain while both flanks press."""
+    plain = doubled(DRIVE)
+    plain = replace(plain, motor=replace(plain.motor, backlash=0.0))
+    off = {}
+    for name, kind in {"smooth": {"smooth_friction": True}, "load": {"load_change": (0.05, 2.0)}}.items():
+        options = RigOptions(ideal_sensors=True, **kind)
+        pair, single = (
+            loop_with_loads(loop_of(drive, "lqg", 20.0, SHORT, chosen), SHORT, chosen)
+            for drive, chosen in ((DRIVE, replace(options, pair=True)), (plain, options))
+        )
+        ours, theirs = run(pair), run(single)
+        assert ours.state.summary[10] == 0
+        off[name] = np.abs(ours.log[:, 2] - theirs.log[:, 2]).max() / np.abs(theirs.log[:, 2]).max()
+    measured(", ".join(f"{name} {value:.1e} of the way" for name, value in off.items()))
+    assert max(off.values()) < 2e-3, off
 
 
 def over_draws(law, hertz, draws, seed, options=PAIR, drive=DRIVE):

@@ -222,29 +222,17 @@ class RigOptions:
 
 
 def _check_load_change(options: RigOptions) -> None:
-    """Refuse a load that changes at no time or to no inertia, or beside what its plant does not have."""
+    """Refuse a load that changes at no time or to no inertia."""
     if options.load_change is None:
         return
     start, factor = options.load_change
     Payload(factor=factor, start=start)
-    if options.smooth_friction or options.pair:
-        raise InputRefused(
-            "a load that changes is moved with set-valued friction by one motor: leave --smooth-friction and "
-            "--pair out"
-        )
 
 
 def _check_pair(options: RigOptions) -> None:
-    """Refuse what a pair of motors does not have, or a preload of one motor."""
-    if not options.pair:
-        if options.preload is not None:
-            raise InputRefused("preload is that of a pair of motors: add --pair (pair=True), or leave it out")
-        return
-    if options.smooth_friction or not options.forbid_slack:
-        raise InputRefused(
-            "a pair of motors has set-valued friction, and its run ends where a span goes slack: leave "
-            "--smooth-friction and --tension-only out"
-        )
+    """Refuse a preload of one motor."""
+    if options.preload is not None and not options.pair:
+        raise InputRefused("preload is that of a pair of motors: add --pair (pair=True), or leave it out")
 
 
 def sample_interval(drive: Drive) -> float:

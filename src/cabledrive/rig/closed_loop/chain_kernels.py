@@ -78,8 +78,9 @@ def link_torque(
     if play > 0.0:
         torque = stiffness * (twist - play if twist > 0.0 else twist + play) + damping * rate
         return max(torque, 0.0) if twist > 0.0 else min(torque, 0.0)
-    if abs(twist) > slack:
-        twist -= 0.5 * (twist - slack if twist > 0.0 else twist + slack)
+    if abs(twist) > slack:  # one span is left, with half the stiffness and the damping of both
+        taut = slack if twist > 0.0 else -slack
+        return stiffness * (taut + 0.5 * (twist - taut)) + 0.5 * damping * rate
     return stiffness * twist + damping * rate
 
 

@@ -9,7 +9,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
 from cabledrive.rig.closed_loop.loop_numbers import Array
 
-PER_RADIAN, SLOPE = 20.0, 50.0
+PER_RADIAN, SLOPE = 12.0, 50.0
 """Internal steps per radian of the fastest mode; K of smoothed friction c tanh(K w) [s/rad]."""
 
 

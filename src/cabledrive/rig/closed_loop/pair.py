@@ -23,7 +23,7 @@ DAMPING = 0.7
 """Damping ratio that the law gives the difference of the motors."""
 SLOWER = 0.5
 """Rate of the preload's lags, over the frequency of a motor on its joint."""
-INTERNAL_STEPS = 10
+INTERNAL_STEPS = 5
 SPREADS = (0.1, 0.05, 0.5, 0.2)
 """Half widths of what is drawn: stiffness, inertia, friction of motor a against motor b; backlash."""
 
