@@ -14,6 +14,7 @@ from cabledrive.rig.laws.controllers import motion_numbers
 from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
 from cabledrive.rig.laws.load_learning import load_blocks
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
+from cabledrive.rig.laws.stepper import OPEN_LOOPS
 from cabledrive.rig.trial import spec_for
 from cabledrive.trajectories import rise_coefficients
 
@@ -29,7 +30,7 @@ def table_of(name: str, motion: Motion, drive: cd.Drive = DRIVE):
 
 
 @pytest.mark.kernel  # cabledrive.control.reference_kernels, cabledrive.control.reference_kernels
-@pytest.mark.parametrize("name", [name for name in CONTROLLERS if name not in LOAD_LEARNING])
+@pytest.mark.parametrize("name", [name for name in CONTROLLERS if name not in (*LOAD_LEARNING, *OPEN_LOOPS)])
 def test_the_generator_makes_the_rows_of_the_table(name, measured):
     order = needed_order(name, DRIVE) + 2  # nothing jumps at an edge, which rounding may put to either side
     motion = Motion(angle=-20.0, rise=0.04, dwell=0.01, pulses=2, order=order)
