@@ -375,10 +375,10 @@ def test_what_an_interval_has_beyond_the_regression_takes_its_share_of_the_corre
 
 
 def test_a_log_gives_how_its_numbers_err_together():
-    """More inertia at the motor is less at the load; the rest of the log's matrix makes sense as well."""
+    """The load's own equation knows stiffness over inertia best; its errors hardly reach the motor's."""
     identified = identify_chain([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
     found = {(one.first, one.second): one.value for one in identified.correlations}
-    assert found["load_inertia", "near_inertia"] < -0.3, found
+    assert abs(found["load_inertia", "near_inertia"]) < 0.2, found
     assert found["cable_stiffness", "load_inertia"] > 0.5, found
     sizes = np.linalg.eigvalsh(matrix(identified.correlations, sorted(identified.intervals)))
     assert sizes[0] > 0.0, f"observed {sizes}"

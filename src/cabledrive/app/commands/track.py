@@ -23,7 +23,7 @@ from cabledrive.app.two_motor_answer import two_motor_answer, winch_options
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.parameters.route import RoutedDrive
 
-METHOD = "hybrid simulation: exact between samples, stick-slip events on the exact motion"
+METHOD = "inertias and links in steps of second order between samples, friction set-valued"
 
 
 @click.command(
