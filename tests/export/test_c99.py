@@ -22,10 +22,11 @@ from cabledrive.export.single_precision import (
     single_precision,
 )
 from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.stepper import OPEN_LOOPS
 from export.compilers import COMPILERS, WARNINGS, built, checked
 from export.designs import loop_of, source_of
 
-LAWS = list(CONTROLLERS)
+LAWS = [name for name in CONTROLLERS if name not in OPEN_LOOPS]
 needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
