@@ -49,6 +49,8 @@ SLOWER = 0.4
 observer believes it less; the autoregression makes up for it."""
 
 
+LOST = 1e100
+"""Size of an innovation from which its square may leave the finite numbers."""
 SHORTEST = 60
 """Samples of a segment."""
 
@@ -215,7 +217,7 @@ def regression(track: Track, run: Prediction, torques: Mapping[str, Array], segm
     Raises `NotComputed` if the log is too short, or the observer leaves the finite numbers.
     """
     rows = np.vstack([answered(track, run, torques), run.innovation])
-    if not np.all(np.isfinite(rows)):
+    if not np.all(np.abs(rows) < LOST):
         raise NotReproduced
     edge = min(track.position.size // 10, settled(run, track.interval))
     white = signal.oaconvolve(rows, autoregression(run.innovation[edge:])[None, :], axes=1)

@@ -60,6 +60,8 @@ NUISANCE = (*BASE, "lag")
 HOLD = "hold"
 DELAY = "delay"
 """Of the torque channel against the motion, by more than a sample: less is left free."""
+SEGMENT = 80
+"""Samples of a segment at least, in a log that is long enough for few of them."""
 ROUNDS = 3
 """Corrections of the four parameters."""
 EFFICIENCY = 2 / 3
@@ -169,7 +171,8 @@ def joint_factors(
             hold = HELD_DOUBT
         if hold > 0.0:
             torques[HOLD] = hold * np.diff(track.torque, 2, prepend=0.0, append=0.0)
-        parts.append(regression(track, run, torques, max(FEWEST_SEGMENTS, MOST_SEGMENTS // len(tracks))))
+        most = min(MOST_SEGMENTS // len(tracks), track.position.size // SEGMENT)
+        parts.append(regression(track, run, torques, max(FEWEST_SEGMENTS, most)))
     return joined(parts)
 
 
