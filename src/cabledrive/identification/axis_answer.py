@@ -11,7 +11,12 @@ from cabledrive.identification.estimates import Identification, without_interval
 from cabledrive.identification.feedback import inside_a_loop
 from cabledrive.identification.finding import Finding, code_of
 from cabledrive.identification.innovations import NotReproduced, follow
-from cabledrive.identification.log_doubts import doubtful_interval, saturated_torque, without_outliers
+from cabledrive.identification.log_doubts import (
+    doubtful_interval,
+    drifting_clocks,
+    saturated_torque,
+    without_outliers,
+)
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.method_error import widened, with_own_error
 from cabledrive.identification.model_check import MISFIT, checked_by_innovations, checked_by_lines
@@ -20,7 +25,7 @@ from cabledrive.identification.prediction_error import NAME as PREDICTION
 from cabledrive.identification.prediction_error import Predicted
 from cabledrive.identification.prediction_start import predict_from_some_instant
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
-from cabledrive.identification.torque_alignment import timing_of
+from cabledrive.identification.torque_alignment import clock_drift, timing_of, with_clock
 from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
 from cabledrive.identification.torque_timing import TorqueTiming, given_timing, with_torque_moved
 from cabledrive.identification.unexplained import unexplained_torque
@@ -29,6 +34,8 @@ from cabledrive.parameters import NotComputed
 CHECKED = ("coulomb", "tanh")
 AGREED = 0.5
 """Share of the difference of two methods that counts as a standard error of the one reported."""
+DRIFT_ROUNDS = 3
+"""Corrections of a drift between two clocks."""
 REFUSING = (MISFIT, NOT_FOLLOWED, "unexplained-torque", "methods-contradict", "logs-contradict", "negative")
 """Codes of findings with which no interval is given."""
 
@@ -65,12 +72,26 @@ def answer(logs: Sequence[Log], request: Request) -> Identification:
     known = request.torque != "found"
     interval = max(log.interval for log in logs)
     timing = given_timing(request.torque, interval) if known else timing_of(logs, request.axis)
+    drift = 0.0
+    for _ in range(DRIFT_ROUNDS):
+        rate = 0.0 if known or timing.customary(interval) else clock_drift(logs, request.axis)
+        if rate == 0.0:
+            break
+        drift += rate
+        logs = [with_clock(log, torque, rate) for log in logs]
+        timing = timing_of(logs, request.axis)
     axis = replace(request.axis, lag=not known)
     moved = with_torque_moved(logs, torque, timing)
     found = identify_rigid_axis(moved, axis)
     found = replace(
         found,
-        findings=(*outliers, *saturated_torque(logs, torque), *doubtful_interval(logs), *found.findings),
+        findings=(
+            *outliers,
+            *drifting_clocks(drift),
+            *saturated_torque(logs, torque),
+            *doubtful_interval(logs),
+            *found.findings,
+        ),
     )
     found = _by_methods(logs, found, replace(request, axis=axis), timing)
     if len(logs) > 1 and request.check:

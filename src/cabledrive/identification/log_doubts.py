@@ -68,3 +68,14 @@ def doubtful_interval(logs: Sequence[Log]) -> tuple[Finding, ...]:
         for log in logs
         if log.interval >= SLOWEST
     )
+
+
+def drifting_clocks(rate: float) -> tuple[Finding, ...]:
+    """Whether torque and angle were recorded by two clocks; ``rate``: 0 where one is as good."""
+    if rate == 0.0:
+        return ()
+    words = (
+        f"the clocks of torque and angle drift apart by {1e6 * rate:.3g} parts in a million: corrected; "
+        "record both with one clock"
+    )
+    return (Finding("clock-drift", words),)

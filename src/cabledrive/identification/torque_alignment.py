@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from cabledrive.identification.filters import difference
 from cabledrive.identification.inverse_dynamics import Rows
@@ -25,9 +27,12 @@ from cabledrive.identification.torque_timing import (
     TorqueTiming,
     shifted,
 )
+from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
 
+DRIFT_PARTS, DRIFT_SURE = 4, 8.0
+"""Parts of a log whose instants are compared, and standard errors from which they drift."""
 UNDETERMINED = TorqueTiming(shift=0.0, error=0.0, determined=False)
 
 
@@ -36,20 +41,61 @@ def timing_of(logs: Sequence[Log], options: AxisOptions) -> TorqueTiming:
 
     Returns undetermined, and zero, where the logs do not determine it beside the parameters.
     """
-    torque, position = channels_of(logs[0], options)
-    equation = replace(equation_for(logs, torque, position, options), lag=True)
-    interval = max(log.interval for log in logs)
-    _, parts = rows_of_logs(logs, torque, position, equation)
-    if solve(_factors(parts, [(p.left, p.regressors[:, -1]) for p in parts])).unidentifiable.size:
+    parts = _parts(logs, options)
+    plain = None if parts is None else _settled(parts, logs, "shift")
+    if parts is None or plain is None:
         return UNDETERMINED
-    plain = _settled(parts, logs, "shift")
-    if plain is None:
-        return UNDETERMINED
-    if plain[0].shift < -NEAR * interval:
+    if plain[0].shift < -NEAR * max(log.interval for log in logs):
         behind = _settled(parts, logs, "low-pass")
         if behind is not None and behind[1] < plain[1]:
             return behind[0]
     return plain[0]
+
+
+def clock_drift(logs: Sequence[Log], options: AxisOptions) -> float:
+    """Rate at which the torque's instant moves along every log, as by two clocks, beyond chance; else 0.
+
+    The slope of a line through the instants of `DRIFT_PARTS` parts of a log.
+    """
+    rates = []
+    for log in logs:
+        edges = log.time[np.linspace(0, len(log) - 1, DRIFT_PARTS + 1).astype(int)]
+        found = []
+        for start, end in pairwise(edges.tolist()):
+            piece = [log.part(start, end)]
+            try:
+                parts = _parts(piece, options)
+            except InputRefused:
+                return 0.0
+            one = None if parts is None else _settled(parts, piece, "shift")
+            if one is None:
+                return 0.0
+            found.append(one[0])
+        shifts, errors = (np.array([getattr(one, name) for one in found]) for name in ("shift", "error"))
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        line, square = np.polyfit(middle, shifts, 1, w=1.0 / errors, cov="unscaled")
+        left = (shifts - np.polyval(line, middle)) / errors
+        error = float(np.sqrt(square[0, 0] * max(1.0, float(left @ left) / (DRIFT_PARTS - 2))))
+        if abs(line[0]) < DRIFT_SURE * error or abs(line[0]) * log.report.duration < log.interval:
+            return 0.0
+        rates.append(float(line[0]))
+    return float(np.mean(rates))
+
+
+def with_clock(log: Log, torque: str, rate: float) -> Log:
+    """A log whose torque channel, with a clock of its own, is at the time stamps of the others."""
+    samples = np.arange(len(log)) * (1.0 - rate)
+    moved = ndimage.map_coordinates(log.channel(torque), [samples], order=3, mode="nearest")
+    return replace(log, channels={**log.channels, torque: moved})
+
+
+def _parts(logs: Sequence[Log], options: AxisOptions) -> list[Rows] | None:
+    """Rows of the logs with the torque's rate; None where that is no column of its own."""
+    torque, position = channels_of(logs[0], options)
+    equation = replace(equation_for(logs, torque, position, options), lag=True)
+    _, parts = rows_of_logs(logs, torque, position, equation)
+    single = solve(_factors(parts, [(p.left, p.regressors[:, -1]) for p in parts])).unidentifiable.size
+    return None if single else parts
 
 
 def _settled(parts: list[Rows], logs: Sequence[Log], law: str) -> tuple[TorqueTiming, float] | None:
