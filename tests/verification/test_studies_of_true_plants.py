@@ -190,10 +190,12 @@ def drawn(name, seed):
     ("name", "seeds"),
     [
         ("rigid", range(2)),
-        pytest.param("rigid", range(2, 30), marks=pytest.mark.verify),
-        pytest.param("geared", range(30), marks=pytest.mark.verify),
+        *(
+            pytest.param(name, range(first, first + 10), marks=pytest.mark.verify)
+            for name in DRIVES
+            for first in (2, 12, 22)
+        ),
     ],
-    ids=["two", "rigid", "geared"],
 )
 def test_a_right_yes_of_the_sheet_stays_yes_with_a_log_and_is_right(name, seeds, tmp_path, measured):
     right = kept = 0
