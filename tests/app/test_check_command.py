@@ -1,11 +1,11 @@
-"""`cabledrive check`: valid or refused, whatever the file holds; never a defect."""
+"""`cabledrive check` and `drives`: what is valid, and what there is to start from."""
 
 import pytest
 
 import cabledrive as cd
 from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest
-from command import answer, call, object_of, the_line
+from command import answer, call
 
 
 @pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
@@ -24,15 +24,20 @@ def test_warnings_are_shown_to_people():
     assert "Warning" not in call("check", "dissertation-1").stdout
 
 
-def checked(content, folder):
-    """The claim: status 0 with one JSON object, or 2 with one line; never anything else."""
-    path = folder / "mutant.toml"
-    path.write_bytes(content)
-    result = call("check", str(path), "--json")
-    assert result.exit_code in (0, 2), result.stderr
-    if result.exit_code == 0:
-        assert object_of(result.stdout)["valid"] is True
-    else:
-        assert result.stdout == ""
-        assert the_line(result.stderr).startswith(f"{path}: ")
-    return result.exit_code
+# --- `cabledrive drives`: what there is to start from
+def test_drives_lists_every_packaged_drive_with_title_and_source():
+    rows = answer("drives")["drives"]
+    assert [row["name"] for row in rows] == list(cd.packaged_drives())
+    for row in rows:
+        drive = cd.load_drive(row["name"])
+        assert (row["title"], row["source"]) == (drive.title, drive.source.strip())
+        assert row["source"]
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_a_packaged_drive_written_to_a_file_loads_as_the_same_drive(name, tmp_path):
+    file = tmp_path / "start.toml"
+    call("drives", name, "-o", file)
+    assert cd.content_hash(cd.load_drive(file)) == cd.content_hash(cd.load_drive(name))
+    assert file.read_text() == answer("drives", name)["file"]
+    assert file.read_text().rstrip("\n") == call("drives", name).stdout.rstrip("\n")

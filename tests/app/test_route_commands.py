@@ -153,13 +153,6 @@ def test_no_command_fails(name, machine, tmp_path, monkeypatch):
 WORDS = "sag, which is left out, couples motion along and across"
 
 
-@pytest.mark.parametrize("name", ["response", "resonance"])
-def test_a_response_and_its_pairs_say_that_sag_moves_a_mode(name):
-    said = answer(name, "camera-winches")["warnings"]
-    assert sum(WORDS in words for words in said) == 1, said
-    assert WORDS in call(name, "camera-winches").stdout
-
-
 @pytest.mark.parametrize(("pretension", "doubted"), [("4 N", True), ("30 N", False)])
 def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
     """At 4 N the belt's first mode is 190 Hz, among the waves across its spans; `modes` takes sag in."""

@@ -258,3 +258,26 @@ def test_a_law_beyond_a_bound_is_refused_in_single_precision(bound, words, monke
     with pytest.raises(cd.InputRefused, match=words) as refusal:
         single_precision(source_of("darc-4"))
     assert "\n" not in str(refusal.value)
+
+
+# --- Every law on every packaged drive
+PAIRS = [(drive, law) for drive in cd.packaged_drives("loop", "line") for law in CONTROLLERS]
+
+
+@pytest.mark.verify
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.parametrize("drive, law", PAIRS)
+def test_a_pair_is_exported_and_passes_or_is_refused_as_track_refuses_it(drive, law, tmp_path):
+    refused = None
+    try:
+        export_to(tmp_path / "out", drive, "c99", controller=law)
+    except (cd.InputRefused, cd.NotComputed) as refusal:
+        refused = str(refusal)
+    if refused is not None:
+        with pytest.raises((cd.InputRefused, cd.NotComputed)) as other:
+            cd.track(cd.load_drive(drive), controller=law)
+        assert "\n" not in refused
+        assert refused == str(other.value)
+        return
+    done = checked(tmp_path / "out", "-O2", *WARNINGS)
+    assert done.returncode == 0, done.stdout

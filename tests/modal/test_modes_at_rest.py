@@ -203,33 +203,6 @@ def test_level_line_has_the_symmetric_modes_of_irvine_and_caughey(stiffness):
     assert_allclose(found, expected, rtol=1e-7)
 
 
-def test_heavy_end_on_a_sagging_cable_swings_on_the_modulus_of_ernst():
-    """EA / (1 + lambda^2 / 12): the static limit of the sagging stretch."""
-    pulley = (Pulley(radius=0.1, inertia=0.01, fixed=True), Pulley(radius=0.1, inertia=1e4))
-    drive = line(length=50.0, density=0.08, tension=600.0, rigidity=1e6, pulley=pulley)
-    (section,) = rest_state(drive).sections
-    lowest = cd.natural_frequencies(drive, count=1, taut=False)[0]
-    ernst = 1e6 / (1 + sag_parameter(section) / 12)
-    expected = sqrt(ernst / 50.0 / 1e6) / (2 * pi)
-    assert lowest == pytest.approx(expected, rel=2e-3), f"{lowest:.6g} Hz, Ernst {expected:.6g} Hz"
-
-
-def test_both_spans_of_a_light_loop_lock_or_let_go_together():
-    """Swinging down together they stretch the cable; against each other the light pulleys follow."""
-    drive = cd.load_drive("dissertation-1")
-    low, high = across(drive, "w", 2)
-    string = across(drive, "v", 1)[0]
-    parameter = sag_parameter(rest_state(drive).sections[0])
-    together = irvine_roots(parameter, 1)[0] * string
-    assert low < string < high
-    assert high - string == pytest.approx(together - string, rel=0.01)
-    pulleys = cd.natural_frequencies(drive, count=1)[0]
-    softening = (
-        (high - string) * string**2 / (pulleys**2 - string**2)
-    )  # kappa of the pair below the pulley mode
-    assert string - low == pytest.approx(softening, rel=0.1)  # of first order in the sag
-
-
 def test_steady_torque_tunes_the_two_spans_apart():
     drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
     found = cd.modes(drive, count=4, at_torque=0.05).transverse

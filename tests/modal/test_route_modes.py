@@ -69,20 +69,6 @@ def test_reference_machines_have_their_frequencies(name, overrides, below, motor
         assert found[number] == pytest.approx(frequency, abs=0.6 * 10.0**-digits)
 
 
-@pytest.mark.parametrize(
-    ("name", "below", "speed", "number"),
-    [
-        ("serpentine", 250.0, 0, 6),
-        ("serpentine", 300.0, 25, 8),
-        ("serpentine", 150.0, 40, 6),
-        ("finger", 1000.0, 0, 4),
-    ],
-)
-def test_reference_machines_have_so_many_coupled_modes(name, below, speed, number):
-    overrides = [f"route.belt.speed={speed}"] if speed else []
-    assert len(coupled(route(name, *overrides), below)) == number
-
-
 def condensed(drive, count):
     """Frequencies [Hz] of a machine whose belts stretch evenly: mass and stiffness of slow motions."""
     network = network_of(drive)
@@ -113,14 +99,6 @@ def test_parallel_ropes_have_modes_against_each_other():
     assert multiplicities == [2, 10, 10]
     rigidity, density = 65e9 * 30e-6, 0.22
     assert found[0].frequency == pytest.approx(np.sqrt(rigidity / density) / 2 / 20.5, rel=1e-3)
-
-
-def test_rigid_body_modes_are_counted():
-    assert [cd.modes(route(name), count=1).rigid_body_modes for name in ("corexy", "elevator", "finger")] == [
-        2,
-        1,
-        0,
-    ]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.35, 0.8])

@@ -6,79 +6,68 @@ a rest and a contact inside a step are located by bisection, the step ends there
 the new signs. States: angle and speed of the motor, angle and speed of the load, bristle deflection.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
-NAMES = (
-    "inertia",
-    "viscous",
-    "coulomb",
-    "offset",
-    "stribeck_excess",
-    "stribeck_speed",
-    "quadratic",
-    "asymmetry",
-    "smooth_slope",
-    "bristle",
-    "cogging",
-    "cogging_count",
-    "cogging_phase",
-    "gravity",
-    "load_inertia",
-    "stiffness",
-    "damping",
-    "gap",
-    "load_coulomb",
-    "load_viscous",
-    "coulomb_drift",
-    "load_dependence",
-)
-(
-    J,
-    B,
-    C,
-    D,
-    CS,
-    WS,
-    B2,
-    BA,
-    SLOPE,
-    BRISTLE,
-    COG,
-    COGN,
-    COGP,
-    GRAV,
-    JL,
-    K,
-    KD,
-    GAP,
-    CL,
-    BL,
-    DRIFT,
-    MU,
-) = range(len(NAMES))
+
+class Axis(NamedTuple):
+    """Numbers of the plant, SI."""
+
+    inertia: float = 0.0
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    offset: float = 0.0
+    stribeck_excess: float = 0.0
+    stribeck_speed: float = 1.0
+    quadratic: float = 0.0
+    asymmetry: float = 0.0
+    smooth_slope: float = 0.0
+    bristle: float = 0.0
+    cogging: float = 0.0
+    cogging_count: float = 0.0
+    cogging_phase: float = 0.0
+    gravity: float = 0.0
+    load_inertia: float = 0.0
+    stiffness: float = 0.0
+    damping: float = 0.0
+    gap: float = 0.0
+    load_coulomb: float = 0.0
+    load_viscous: float = 0.0
+    coulomb_drift: float = 0.0
+    load_dependence: float = 0.0
+
+
 STATES = 5
 
 
 @njit(cache=True)
 def _acting(p, x, torque):
     """Torque on the motor except friction and link."""
-    return torque + p[D] + p[COG] * np.sin(p[COGN] * x[0] + p[COGP]) + p[GRAV] * np.sin(x[0])
+    return (
+        torque
+        + p.offset
+        + p.cogging * np.sin(p.cogging_count * x[0] + p.cogging_phase)
+        + p.gravity * np.sin(x[0])
+    )
 
 
 @njit(cache=True)
 def _link(p, x, contact):
-    if p[JL] == 0.0 or (contact == 0.0 and p[GAP] > 0.0):
+    if p.load_inertia == 0.0 or (contact == 0.0 and p.gap > 0.0):
         return 0.0
-    return p[K] * (x[0] - x[2] - contact * 0.5 * p[GAP]) + p[KD] * (x[1] - x[3])
+    return p.stiffness * (x[0] - x[2] - contact * 0.5 * p.gap) + p.damping * (x[1] - x[3])
 
 
 @njit(cache=True)
 def _sliding(p, w, net, share):
     """Friction while the speed w is not zero, in the direction of w, without the viscous part."""
-    if p[SLOPE] > 0.0:
-        return share * p[C]
-    return share * (p[C] + p[CS] * np.exp(-((w / p[WS]) ** 2))) + p[MU] * abs(net)
+    if p.smooth_slope > 0.0:
+        return share * p.coulomb
+    return share * (
+        p.coulomb + p.stribeck_excess * np.exp(-((w / p.stribeck_speed) ** 2))
+    ) + p.load_dependence * abs(net)
 
 
 @njit(cache=True)
@@ -87,23 +76,23 @@ def _rates(p, x, torque, sides, contact, share, out):
     net = _acting(p, x, torque) - link
     w = x[1]
     out[0] = w
-    smooth = p[B] * w + p[B2] * w * abs(w) + p[BA] * abs(w)
+    smooth = p.viscous * w + p.quadratic * w * abs(w) + p.asymmetry * abs(w)
     out[4] = 0.0
-    if p[BRISTLE] > 0.0:
-        stiff = share * p[C] / p[BRISTLE]
-        level = share * (p[C] + p[CS] * np.exp(-((w / p[WS]) ** 2)))
+    if p.bristle > 0.0:
+        stiff = share * p.coulomb / p.bristle
+        level = share * (p.coulomb + p.stribeck_excess * np.exp(-((w / p.stribeck_speed) ** 2)))
         out[4] = w - stiff * abs(w) * x[4] / level
-        out[1] = (net - smooth - stiff * x[4] - 0.5 * np.sqrt(stiff * p[J]) * out[4]) / p[J]
-    elif p[SLOPE] > 0.0:
-        out[1] = (net - smooth - share * p[C] * np.tanh(p[SLOPE] * w)) / p[J]
+        out[1] = (net - smooth - stiff * x[4] - 0.5 * np.sqrt(stiff * p.inertia) * out[4]) / p.inertia
+    elif p.smooth_slope > 0.0:
+        out[1] = (net - smooth - share * p.coulomb * np.tanh(p.smooth_slope * w)) / p.inertia
     elif sides[0] == 0.0:
         out[1] = 0.0
     else:
-        out[1] = (net - smooth - sides[0] * _sliding(p, w, net, share)) / p[J]
+        out[1] = (net - smooth - sides[0] * _sliding(p, w, net, share)) / p.inertia
     out[2] = x[3]
     out[3] = 0.0
-    if p[JL] > 0.0 and sides[1] != 0.0:
-        out[3] = (link - p[BL] * x[3] - sides[1] * p[CL]) / p[JL]
+    if p.load_inertia > 0.0 and sides[1] != 0.0:
+        out[3] = (link - p.load_viscous * x[3] - sides[1] * p.load_coulomb) / p.load_inertia
 
 
 @njit(cache=True)
@@ -127,27 +116,27 @@ def _step(p, x, begin, slope, h, sides, contact, share, work, out):
 @njit(cache=True)
 def _contact_of(p, x):
     apart = x[0] - x[2]
-    if apart >= 0.5 * p[GAP]:
+    if apart >= 0.5 * p.gap:
         return 1.0
-    return -1.0 if apart <= -0.5 * p[GAP] else 0.0
+    return -1.0 if apart <= -0.5 * p.gap else 0.0
 
 
 @njit(cache=True)
 def _crossed(p, x, torque, sides, contact, share):
     """Whether the signs with which a step was made no longer hold at its end."""
-    stiff = p[SLOPE] == 0.0 and p[BRISTLE] == 0.0
+    stiff = p.smooth_slope == 0.0 and p.bristle == 0.0
     if stiff and sides[0] != 0.0 and sides[0] * x[1] < 0.0:
         return 1
     if stiff and sides[0] == 0.0:
         net = _acting(p, x, torque) - _link(p, x, contact)
-        if abs(net) > share * (p[C] + p[CS]) + p[MU] * abs(net):
+        if abs(net) > share * (p.coulomb + p.stribeck_excess) + p.load_dependence * abs(net):
             return 2
-    if p[JL] > 0.0:
-        if p[CL] > 0.0 and sides[1] != 0.0 and sides[1] * x[3] < 0.0:
+    if p.load_inertia > 0.0:
+        if p.load_coulomb > 0.0 and sides[1] != 0.0 and sides[1] * x[3] < 0.0:
             return 3
-        if p[CL] > 0.0 and sides[1] == 0.0 and abs(_link(p, x, contact)) > p[CL]:
+        if p.load_coulomb > 0.0 and sides[1] == 0.0 and abs(_link(p, x, contact)) > p.load_coulomb:
             return 4
-        if p[GAP] > 0.0 and _contact_of(p, x) != contact:
+        if p.gap > 0.0 and _contact_of(p, x) != contact:
             return 5
     return 0
 
@@ -158,12 +147,12 @@ def _settle(p, x, torque, event, sides, contact, share):
     if event in (1, 2):
         x[1] = 0.0
         net = _acting(p, x, torque) - _link(p, x, contact)
-        free = abs(net) > share * (p[C] + p[CS]) + p[MU] * abs(net)
+        free = abs(net) > share * (p.coulomb + p.stribeck_excess) + p.load_dependence * abs(net)
         sides[0] = np.sign(net) if free else 0.0
     if event in (3, 4):
         x[3] = 0.0
         link = _link(p, x, contact)
-        sides[1] = np.sign(link) if abs(link) > p[CL] else 0.0
+        sides[1] = np.sign(link) if abs(link) > p.load_coulomb else 0.0
     return _contact_of(p, x) if event == 5 else contact
 
 
@@ -207,7 +196,7 @@ def move(p, command, extra, reference, servo, sensor, interval, fine, line, angl
     its phase, noise is added elsewhere.
     """
     x, sides, work = np.zeros(STATES), np.zeros(2), np.zeros((6, STATES))
-    if p[CL] == 0.0:
+    if p.load_coulomb == 0.0:
         sides[1] = 1.0
     contact, filtered, whole = _contact_of(p, x), 0.0, 0.0
     seen_before = 0.0
@@ -228,11 +217,11 @@ def move(p, command, extra, reference, servo, sensor, interval, fine, line, angl
             torque[k] += servo[4] * reference[2, k] + command[k]
         else:
             torque[k] = command[k]
-        share = 1.0 + p[DRIFT] * k / count
+        share = 1.0 + p.coulomb_drift * k / count
         begin, slope = torque[k] + extra[k], 0.0
         if line == 1 and k + 1 < count:
             slope = (command[k + 1] - command[k]) / interval
-        if sides[0] == 0.0 and p[SLOPE] == 0.0 and p[BRISTLE] == 0.0:
+        if sides[0] == 0.0 and p.smooth_slope == 0.0 and p.bristle == 0.0:
             contact = _settle(p, x, begin, 2, sides, contact, share)
         for j in range(fine):
             h = interval / fine
@@ -240,12 +229,5 @@ def move(p, command, extra, reference, servo, sensor, interval, fine, line, angl
 
 
 def parameters(**values):
-    """Numbers of the plant, all others zero.
-
-    ``**values``: by `NAMES`.
-    """
-    p = np.zeros(len(NAMES))
-    p[WS] = 1.0
-    for name, value in values.items():
-        p[NAMES.index(name)] = value
-    return p
+    """Numbers of the plant by name, all others as they are where a fault is absent."""
+    return Axis(**{name: float(value) for name, value in values.items()})

@@ -1,5 +1,6 @@
 """Eq. (A.36): its sag stiffens modes as Irvine says, its kernel is its Python, its friction holds."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +9,11 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import cabledrive as cd
-from cabledrive.parameters import Cable, Drive, Layout, Pulley
+from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Pulley, load_drive
 from cabledrive.reduction.sagging_kernels import integrate_sagging, rub
-from cabledrive.reduction.sagging_model import longitudinal_modes, numbers_of, sagging_model
+from cabledrive.reduction.sagging_model import _fixed_length, longitudinal_modes, numbers_of, sagging_model
 from cabledrive.reduction.static_state import static_state
+from cabledrive.reduction.transverse_sections import largest_slope, span_tensions
 
 
 def held_line(sag_parameter_scale):
@@ -89,3 +91,25 @@ def test_friction_above_the_torque_holds_the_rims():
     speeds = numbers.friction_shape[:2] @ p
     free = 1e-5 * numbers.friction_shape[0] @ (numbers.solve @ (model.torque_shape * 0.01))
     assert np.max(np.abs(speeds)) < 1e-3 * free, speeds
+
+
+# --- Limits and sizes that models of the loop state: slack, a span outside a mode, length of the cable
+DRIVE = load_drive("dissertation-2")
+
+
+def test_the_stated_limit_of_the_load_torque_is_where_a_span_goes_slack():
+    with pytest.raises(InputRefused) as refused:
+        span_tensions(DRIVE, 1e3)
+    limit = float(re.search(r"stay below (\S+) N m", str(refused.value))[1])
+    assert 0.0 < min(span_tensions(DRIVE, 0.999 * limit).values()) < 2e-3 * DRIVE.cable.pretension
+    with pytest.raises(InputRefused):
+        span_tensions(DRIVE, 1.001 * limit)
+
+
+def test_a_span_outside_a_mode_is_not_strained():
+    assert largest_slope((), "upper") == 0.0
+
+
+def test_the_cable_of_a_loop_is_as_long_as_its_stretched_spans():
+    stretched = 1.0 + DRIVE.cable.pretension / DRIVE.cable.axial_rigidity
+    assert _fixed_length(DRIVE) == pytest.approx(2.0 * DRIVE.span_length * stretched, rel=1e-12)

@@ -11,7 +11,9 @@ from report_page import Reader
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.report.animation import animation_page
+from cabledrive.report.controlled_film import controlled_film
 from cabledrive.report.figures import run_histories
+from cabledrive.rig import Motion, track
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 
 DRIVE = load_drive("dissertation-2")
@@ -54,3 +56,17 @@ def test_the_animation_on_a_page_needs_no_script_and_obeys_who_wants_less_motion
     assert switch.attributes["type"] == "checkbox"
     assert [e.attributes["for"] for e in reader.root.all("label")] == [switch.attributes["id"]]
     assert len(reader.root.all("g")) == 2 * len(run().fields)  # a drawing for wide pages, one for narrow ones
+
+
+# --- The film of a controlled run: every picture shows the run at its time
+def test_every_picture_says_the_error_at_its_time():
+    drive, motion = load_drive("dissertation-3"), Motion(angle=15.0, rise=0.2, dwell=0.05)
+    found = track(drive, controller="pd", bandwidth=20.0, plant="model-3", motion=motion)
+    page = controlled_film(drive, found)
+    said = re.findall(r">(\d+\.\d+) s, error (-?[\d.]+) deg<", page)
+    assert len(said) == 2 * 64  # wide and narrow
+    for time, error in said:
+        at = np.abs(found.time - float(time)) <= 0.0005 + 1e-9
+        errors = np.degrees(found.error[at])
+        assert errors.min() - 1e-4 <= float(error) <= errors.max() + 1e-4
+    assert float(said[-1][0]) == pytest.approx(found.time[-1], abs=5e-4)

@@ -11,6 +11,7 @@ from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import (
+    CarriageForce,
     Constant,
     Pluck,
     Recording,
@@ -20,6 +21,8 @@ from cabledrive.simulation import (
     Start,
     simulate,
 )
+from cabledrive.simulation.case import case_of
+from cabledrive.simulation.plan import new_workspace
 
 LOOP = load_drive("dissertation-2")
 MOTORED = load_drive("dissertation-3")
@@ -238,3 +241,89 @@ def test_a_start_that_is_slack_already_is_refused():
     allowed = Scheme(segments=40, slack="tension-only")
     result = simulate(WEIGHTLESS, 0.01, start=Start(plucks=(squeezed,)), scheme=allowed)
     assert result.slack_events[0].time == 0.0
+
+
+# --- The energy-conserving scheme through the public door: its budget, its limits
+TUNED = Sine(amplitude=0.02, frequency=81.6)
+BOTH_PLANES = (Pluck(height=1e-3, shape="half-sine"), Pluck(height=5e-4, plane="v", shape="half-sine"))
+
+
+def conserved(drive, duration, *, torque=TUNED, forces=(), **scheme):
+    return simulate(
+        drive,
+        duration,
+        torque=torque,
+        forces=forces,
+        start=Start(plucks=BOTH_PLANES),
+        scheme=Scheme(**({"method": "energy-conserving", "segments": 20} | scheme)),
+        recording=Recording(rate=2000.0),
+    )
+
+
+def assert_budget(result, tolerance, measured=None):
+    if measured is not None:
+        measured(f"{result.energy_budget_error:.1e} of the energy handled after {result.steps:,} steps")
+    assert result.energy_budget_error < tolerance, f"{result.energy_budget_error:.1e} of the energy handled"
+
+
+@pytest.mark.parametrize("segments", [20, pytest.param(Scheme().segments, marks=pytest.mark.verify)])
+def test_budget_of_the_undamped_forced_loop_closes_to_round_off_over_ten_seconds(segments, measured):
+    result = conserved(LOOP, 10.0, segments=segments)
+    assert_budget(result, 1e-12, measured)
+    assert result.steps > 15_000 * segments
+    assert result.energy_handled > 1e-4
+
+
+@pytest.mark.parametrize("model", ["exact", "weak-consistent", "linear"])
+@pytest.mark.parametrize("friction", ["stick-slip", "smoothed"])
+def test_budget_closes_with_every_loss_and_every_input(model, friction, measured):
+    """Joint, carriage on a slope with forces on it, both frictions, both dampings of the cable."""
+    forces = [
+        CarriageForce(signal=Sine(amplitude=0.05, frequency=50.0), plane="w"),
+        CarriageForce(signal=0.02),
+    ]
+    torque = Sine(amplitude=0.1, frequency=30.0)
+    result = conserved(RUBBED, 0.2, torque=torque, forces=forces, model=model, friction=friction)
+    assert_budget(result, 1e-12, measured)
+    for name in ("transverse_loss", "axial_loss", "viscous_loss", "coulomb_loss", "joint_loss"):
+        assert result.channel(name)[-1] > 0.0, f"{name} is {result.channel(name)[-1]:.2e} J"
+
+
+def test_budget_closes_while_spans_go_slack_and_push():
+    result = conserved(LOOP, 0.1, torque=Sine(amplitude=3.0, frequency=81.74), slack="record")
+    assert result.slack_events
+    assert_budget(result, 1e-12)
+
+
+def test_a_motion_turned_round_goes_back_to_where_it_came_from(measured):
+    """The scheme is symmetric in time, its stored energy included."""
+    start = Start(plucks=(Pluck(height=2e-2, shape="half-sine"), Pluck(height=1e-2, plane="v")))
+    scheme = Scheme(method="energy-conserving", segments=20)
+    case = case_of(LOOP, 0.01, start=start, scheme=scheme, recording=Recording(rate=1e5))
+    steps, every = case.grid.steps, case.grid.every
+    state, work = case.first_state(), new_workspace(case.plan)
+    stored = state.extra[0]
+
+    def integrate(count):
+        torque, forces = case.inputs(0, count)
+        rows, fields = np.zeros((count // every + 1, case.width)), np.zeros((0, 3, case.mesh.nodes))
+        assert case.method.integrate(case.plan, state, work, torque, forces, every, rows, fields) == 0
+
+    integrate(steps)
+    moved = np.max(np.abs(state.x - case.displacement))
+    state.x[:] -= case.plan.step * state.x_t
+    state.x_t[:] *= -1.0
+    integrate(steps - 1)
+    error = np.max(np.abs(state.x - case.displacement))
+    measured(f"back within {error:.1e} m after {1e3 * moved:.1f} mm")
+    assert moved > 1e-2
+    assert error < 1e-12, f"{error:.1e} m beside the start"
+    assert state.extra[0] == pytest.approx(stored, abs=1e-12 * case.plan.rigidity)
+
+
+@pytest.mark.parametrize(
+    "option, words", [({"model": "weak"}, "weak-consistent"), ({"slack": "tension-only"}, "verlet")]
+)
+def test_what_has_no_energy_to_conserve_is_refused(option, words):
+    with pytest.raises(InputRefused, match=words):
+        conserved(LOOP, 0.01, **option)

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from kernel_cases import CARRIAGES, LOOP, SLOPED
 from kernel_cases import VERLET as integrate
 
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.parameters.drive_file import load_drive
-from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.plan import EVENTS, copy_state, new_state, new_workspace, plan_of
 from cabledrive.simulation.taut import rows_of, step_taut
@@ -18,20 +17,13 @@ from oracles.readable_chain.verlet import integrate_reference
 
 pytestmark = pytest.mark.kernel
 
-LOOP = load_drive("dissertation-2")
 SEGMENTS, STEPS, EVERY = 9, 60, 20
-SLOPED = replace(LOOP.layout, inclination=0.4)
-CARRIAGES = (
-    Carriage(mass=2e-3, position=0.31),
-    Carriage(mass=1e-3, position=0.62, guided=False),
-    Carriage(mass=3e-3, position=0.2, span="lower", guided=False),
-)
 DRIVES = {
     "loop": (LOOP, ()),
     "line": (replace(LOOP, kind="line"), ()),
-    "sloped loop": (replace(LOOP, layout=SLOPED), ()),
+    "sloped loop": (SLOPED, ()),
     "carriage": (replace(LOOP, carriage=CARRIAGES[:1]), ()),
-    "carriages side by side": (replace(LOOP, carriage=CARRIAGES, layout=SLOPED), ()),
+    "carriages side by side": (replace(SLOPED, carriage=CARRIAGES), ()),
     "forces": (replace(LOOP, carriage=CARRIAGES), ((3, 0), (3, 2), (5, 2))),
 }
 

@@ -1,4 +1,4 @@
-"""[excitation] of a drive file: what is no excitation is refused, what is one is written again as it was."""
+"""The file of a lift: its excitation is written as it was read, one key stretches it, the rest is refused."""
 
 import pytest
 
@@ -46,3 +46,30 @@ def test_an_excitation_is_written_as_it_was_read():
     assert drive_from_text(drive_text(drive)) == drive
     assert drive.excitation.torque_ripple == 0.02
     assert [order.number for order in drive.excitation.listed] == [20.0, 1.0]
+
+
+# --- One key stretches a lift: places relative to `shaft`
+
+
+def test_a_shaft_of_60_m_is_the_lift_with_every_place_written_anew():
+    stretched = cd.load_drive("lift-2-to-1", overrides=["shaft=60 m"])
+    text = LIFT.replace('shaft = "42 m"', "").replace('"0.5 shaft - 1 m"', '"29 m"')
+    text = text.replace('"0.5 shaft + 0.5 m"', '"30.5 m"').replace('"0.5 shaft - 2.5 m"', '"27.5 m"')
+    text = text.replace('"2 m : shaft - 4 m"', '"2 m : 56 m"').replace('"shaft"', '"60 m"')
+    assert "shaft" not in text.split("[cable]")[1].replace("--set shaft", "")
+    assert stretched == drive_from_text(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "name"),
+    [
+        ('shaft = "42 m"', "", "shaft"),
+        ('shaft = "42 m"', 'shaft = "-1 m"', "shaft"),
+        ('shaft = "42 m"', 'shaft = "3 kg"', "kg"),
+        ('"0.5 shaft + 0.5 m"', '"shaft of 3 m"', "place"),
+        ('"0.5 shaft + 0.5 m"', '"0.5 shaft + 1 kg"', "kg"),
+    ],
+)
+def test_what_is_no_relative_place_is_refused(old, new, name):
+    with pytest.raises(InputRefused, match=name):
+        drive_from_text(LIFT.replace(old, new, 1))

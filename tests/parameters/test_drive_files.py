@@ -1,0 +1,163 @@
+"""Drive files: written and read again, damaged at random, packaged with what the pages say of them."""
+
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import cabledrive as cd
+from cabledrive.parameters import Drive, InputRefused, drive_text, load_drive, packaged_drives, save_drive
+from drive_mutations import FILES, keys, mutants, odd_texts, values
+from drive_strategies import drives
+
+EXAMPLE = Path(__file__).with_name("contract_example.toml")
+
+
+@pytest.mark.parametrize("source", [*packaged_drives(), EXAMPLE], ids=str)
+def test_packaged_drives_survive_the_round_trip(source, tmp_path):
+    """File -> drive -> file -> drive; the second file is the first one written again."""
+    drive = load_drive(source)
+    again = load_drive(save_drive(drive, tmp_path / "again.toml"))
+    assert again == drive
+    assert drive_text(again) == drive_text(drive)
+
+
+@given(drive=drives())
+@settings(max_examples=200)
+def test_every_drive_survives_the_round_trip(drive, tmp_path_factory):
+    path = tmp_path_factory.getbasetemp() / "drive.toml"
+    assert load_drive(save_drive(drive, path, force=True)) == drive
+
+
+def test_only_what_differs_from_the_defaults_is_written(tmp_path):
+    """A short file stays short; each quantity carries its unit."""
+    text = drive_text(load_drive(EXAMPLE))
+    assert 'pretension = "7.0 N"' in text
+    assert 'joint_stiffness = "135.0 N m/rad"' in text
+    assert "axial_damping" not in text
+    assert "gravity" not in text
+    assert "fixed" not in text
+
+
+def test_existing_file_is_not_overwritten_unasked(tmp_path):
+    path = tmp_path / "drive.toml"
+    path.write_text("mine")
+    drive = load_drive(EXAMPLE)
+    with pytest.raises(InputRefused, match="exists and is not overwritten"):
+        save_drive(drive, path)
+    assert path.read_text() == "mine"
+    assert load_drive(save_drive(drive, path, force=True)) == drive
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        (".", "is a folder"),
+        ("no/such/folder/drive.toml", "does not exist"),
+        ("a\0b.toml", "cannot be written"),
+    ],
+)
+def test_drive_that_cannot_be_written_leaves_nothing_behind(path, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputRefused, match=words):
+        save_drive(load_drive(EXAMPLE), path)
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- Whatever is done to a valid file, it loads or is refused in one line: nothing else ever happens
+def message_of_refusal(path, **options):
+    """Load the file: the refusal's message, or nothing if it is a drive."""
+    try:
+        assert isinstance(load_drive(path, **options), Drive)
+    except InputRefused as refusal:
+        return str(refusal)
+    return None
+
+
+def check(content, tmp_path_factory, **options):
+    """The claim of this file."""
+    path = tmp_path_factory.getbasetemp() / "mutant.toml"
+    path.write_bytes(content)
+    message = message_of_refusal(path, **options)
+    if message is not None:
+        assert message.isprintable(), f"{message!r}"
+        assert len(message) < 300, f"{len(message)} characters: {message}"
+        assert message.startswith(f"{path}: ")
+
+
+@given(content=mutants())
+@settings(max_examples=200)
+def test_any_change_of_keys_and_values_loads_or_is_refused(content, tmp_path_factory):
+    check(content, tmp_path_factory)
+
+
+@given(
+    content=st.sampled_from(FILES),
+    flips=st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=6),
+)
+@settings(max_examples=200)
+def test_any_flip_of_bytes_loads_or_is_refused(content, flips, tmp_path_factory):
+    mutant = bytearray(content)
+    for place, byte in flips:
+        mutant[place % len(mutant)] = byte
+    check(bytes(mutant), tmp_path_factory)
+
+
+places = st.lists(
+    st.sampled_from(["cable", "pulley", "carriage", "0", "1", "pretension", "radius"]) | keys, max_size=4
+)
+settings_texts = st.builds(
+    lambda place, value: f"{'.'.join(place)}={value}",
+    places,
+    st.one_of(st.text(max_size=20), odd_texts, values.map(str)),
+)
+
+
+@given(overrides=st.lists(settings_texts | st.text(max_size=20), min_size=1, max_size=3))
+@settings(max_examples=200)
+def test_any_setting_loads_or_is_refused(overrides, tmp_path_factory):
+    check(FILES[0], tmp_path_factory, overrides=overrides)
+
+
+# --- The packaged drives are machines that could run, and docs/machines.md says of them what is so
+PAGE = Path(__file__).parents[2] / "docs" / "machines.md"
+DISSERTATION = [name for name in cd.packaged_drives("loop", "line") if name.startswith("dissertation")]
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_documented_frequencies_are_those_of_modes(name):
+    """The lowest longitudinal and transverse frequency in the table of docs/machines.md."""
+    row = re.search(rf"^\| `{name}` \|.* \| ([\d.]+) \| ([\d.]+) \|$", PAGE.read_text(encoding="utf-8"), re.M)
+    found = cd.modes(cd.load_drive(name), count=1)
+    lowest = (found.longitudinal[0].frequency, found.transverse[0].frequency)
+    assert row.groups() == tuple(f"{frequency:.4g}" for frequency in lowest)
+
+
+@pytest.mark.parametrize(
+    ("name", "drive_inertia", "load_inertia", "radius", "modulus", "area", "density", "pretension"),
+    [  # Tables 3.1 and 6.1; configuration 3 with the motor's J11 of Table 4.2 added to the drive pulley's J12
+        ("dissertation-1", 7.316e-6, 7.316e-6, 0.03, 2.6e9, 4.26e-7, 4.9e-4, 5.0),
+        ("dissertation-2", 0.0011, 7.316e-6, 0.03, 2.6e9, 4.26e-7, 4.9e-4, 5.0),
+        ("dissertation-3", 0.001742, 0.00235, 0.04, 3.0e9, 1.46e-7, 1.68e-4, 7.0),
+    ],
+)
+def test_dissertation_drives_hold_the_printed_tables(
+    name, drive_inertia, load_inertia, radius, modulus, area, density, pretension
+):
+    drive = cd.load_drive(name)
+    first, second, cable = *drive.pulley, drive.cable
+    rotor = drive.motor.inertia if drive.motor else 0.0
+    assert first.inertia + rotor == pytest.approx(drive_inertia, rel=1e-15)
+    assert (second.inertia, first.radius, second.radius) == (load_inertia, radius, radius)
+    assert (cable.youngs_modulus, cable.area, cable.mass_per_length) == (modulus, area, density)
+    assert (cable.pretension, drive.span_length) == (pretension, 1.0)
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_every_packaged_drive_says_what_it_is_and_where_its_figures_come_from(name):
+    drive = cd.load_drive(name)
+    assert drive.title
+    origin = "Bhardhwaj" if name in DISSERTATION else "estimate"
+    assert origin in drive.source, f"{name}: source names no {origin}"
