@@ -69,6 +69,20 @@ def test_reference_machines_have_their_frequencies(name, overrides, below, motor
         assert found[number] == pytest.approx(frequency, abs=0.6 * 10.0**-digits)
 
 
+@pytest.mark.parametrize(
+    ("name", "below", "speed", "number"),
+    [
+        ("serpentine", 250.0, 0, 6),
+        ("serpentine", 300.0, 25, 8),
+        ("serpentine", 150.0, 40, 6),
+        ("finger", 1000.0, 0, 4),
+    ],
+)
+def test_reference_machines_have_so_many_coupled_modes(name, below, speed, number):
+    overrides = [f"route.belt.speed={speed}"] if speed else []
+    assert len(coupled(route(name, *overrides), below)) == number
+
+
 def condensed(drive, count):
     """Frequencies [Hz] of a machine whose belts stretch evenly: mass and stiffness of slow motions."""
     network = network_of(drive)
