@@ -45,15 +45,19 @@ def test_shapes_are_those_of_the_modes():
         np.testing.assert_allclose(drawn, rest + slope * exact, atol=1e-9 * np.ptp(drawn))
 
 
-def test_a_mode_of_a_machine_with_routes_is_drawn_on_the_machine():
-    """The drawn displacement of each span, over the largest of all, is that of the mode."""
+@pytest.fixture(scope="module")
+def idlers():
     drive = cd.load_drive("printer-idlers")
     found = cd.modes(drive, count=2)
-    axes = route_mode_figure(drive, found, most=1).axes
-    mode = found.longitudinal[0]
-    curves = [np.array(line.get_xydata()) for line in axes[0].lines if len(line.get_xydata()) == POINTS]
+    return drive, found, route_mode_figure(drive, found, most=1).axes
+
+
+def test_a_transverse_mode_of_a_machine_with_routes_is_drawn_across_its_spans(idlers):
+    """The drawn displacement of each span, over the largest of all, is that of the mode."""
+    drive, found, axes = idlers
+    curves = [np.array(line.get_xydata()) for line in axes[1].lines if len(line.get_xydata()) == POINTS]
     assert len(curves) == len(drive.free_spans)
-    drawn, exact = [], []
+    mode, drawn, exact = mode_rows(found.transverse)[0].modes[0], [], []
     for curve, span in zip(curves, drive.free_spans, strict=True):
         rest = np.array(span.contacts[0]) + np.outer(np.linspace(0, span.length, POINTS), span.along)
         drawn.append((curve - rest) @ np.array((-span.along[1], span.along[0])))
@@ -62,3 +66,24 @@ def test_a_mode_of_a_machine_with_routes_is_drawn_on_the_machine():
     size = SIZE * machine_size(drive)
     np.testing.assert_allclose(drawn, size * exact / np.abs(exact).max(), atol=1e-9 * size)
     assert mode_picture(drive, found, "svg", most=1).startswith(b"<?xml")
+
+
+def test_a_longitudinal_mode_moves_dots_along_their_spans_and_never_off_their_pulleys(idlers):
+    """Each dot lies on its span, away from its place at rest by what the mode moves it along."""
+    drive, found, axes = idlers
+    dots = [
+        line.get_xydata() for line in axes[0].lines if line.get_marker() == "o" and len(line.get_xydata()) > 1
+    ]
+    assert len(dots) == len(drive.free_spans)
+    exact = [
+        found.longitudinal[0].shape(s.name, np.linspace(0, s.length, POINTS))[0].real
+        for s in drive.free_spans
+    ]
+    size = SIZE * machine_size(drive) / max(np.abs(one).max() for one in exact)
+    for own, span, shape in zip(dots, drive.free_spans, exact, strict=True):
+        away = np.array(own) - span.contacts[0]
+        along = away @ np.array(span.along)
+        assert np.abs(away @ np.array((-span.along[1], span.along[0]))).max() < 1e-12
+        rest = (np.arange(len(own)) + 0.5) / len(own) * span.length
+        moved = rest + size * np.interp(rest, np.linspace(0, span.length, POINTS), shape)
+        np.testing.assert_allclose(along, np.clip(moved, 0.0, span.length), atol=1e-9)

@@ -25,6 +25,7 @@ def test_the_resonance_page_says_the_verdict_of_the_command(studio):
 @pytest.mark.parametrize("name", packaged_drives())
 def test_every_view_of_every_packaged_machine_shows_something_or_says_in_a_sentence_why_not(studio, name):
     """No red line; a pair of modes is one that `route_resonance` or `resonance` finds."""
+    assert "``" not in studio.get(f"/machine?drive={name}").text
     page = studio.get(f"/resonance?drive={name}").text
     assert 'class="problem"' not in page
     assert ("Frequency ratio" in page) != ("no internal resonance to show" in page)

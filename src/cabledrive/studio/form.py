@@ -143,7 +143,7 @@ def _group(place: str, title: str, part: Mapping[str, Any], table: Any, made: Ma
     fields = (_field(f"{place}.{key}", entry, row.get(key), made) for key, entry in properties.items())
     return Group(
         title=title,
-        help=part.get("description", ""),
+        help=part.get("description", "").replace("`", ""),
         given=bool(row) or any(key.startswith(f"{place}.") for key in made),
         fields=tuple(field for field in fields if field is not None),
     )
@@ -153,7 +153,7 @@ def _field(key: str, entry: Mapping[str, Any], written: Any, made: Mapping[str, 
     """The field of a key; none for arrays, which the text alone changes."""
     if isinstance(written, list | dict) or entry.get("type") in ("array", "object"):
         return None
-    meaning = str(entry.get("description", ""))
+    meaning = str(entry.get("description", "")).replace("`", "")
     match = _UNIT.match(meaning)
     words, unit = (match[1], match[2]) if match else (meaning, "")
     base = _shown(written)

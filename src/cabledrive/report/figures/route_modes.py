@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 POINTS = 121
 SIZE = 0.08
 """Largest displacement as drawn, of the machine's larger side."""
+DOTS = 9
+"""Of a span as long as the machine."""
 TURN = 0.6
 """Largest turn of a pulley as drawn [rad]."""
 MOVES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
@@ -46,7 +48,7 @@ def draw_route_modes(figure: "Figure", drive: RoutedDrive, modes: Sequence[Mode]
 
 
 def draw_mode(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
-    """One mode on the machine at rest; a longitudinal one displaces a span across by its motion along."""
+    """One mode on the machine at rest; a longitudinal one moves dots along the spans."""
     across = mode.kind == TRANSVERSE
     colour = ORANGE if across else BLUE
     shapes = [_shape(mode, span) for span in drive.free_spans]
@@ -55,6 +57,9 @@ def draw_mode(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
     for span, shape in zip(drive.free_spans, shapes, strict=True):
         ends = np.array(span.contacts)
         axes.plot(*ends.T, color=LINE, linewidth=1.0, zorder=1)
+        if not across:
+            _draw_along(axes, ends, size * shape / span.length, machine_size(drive) / span.length)
+            continue
         line = ends[0] + np.outer(np.linspace(0.0, 1.0, POINTS), ends[1] - ends[0])
         normal = np.array((-span.along[1], span.along[0]))
         moved = line + size * np.outer(shape, normal)
@@ -65,6 +70,19 @@ def draw_mode(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
     axes.margins(0.04)
     axes.set_axis_off()
     axes.set_title(mode_title(mode))
+
+
+def _draw_along(axes: "Axes", ends: Array, shape: Array, shorter: float) -> None:
+    """Dots of a span, evenly spaced at rest, where its motion along takes them, each with its way.
+
+    ``shape``, shape (POINTS,), over the length; ``shorter``: the machine's side over it.
+    """
+    rest = (np.arange(count := max(2, round(DOTS / shorter))) + 0.5) / count
+    moved = np.clip(rest + np.interp(rest, np.linspace(0.0, 1.0, POINTS), shape), 0.0, 1.0)
+    first, way = ends[0], ends[1] - ends[0]
+    for start, end in zip(rest, moved, strict=True):
+        axes.plot(*(first + np.outer((start, end), way)).T, color=BLUE, linewidth=2.2, zorder=2)
+    axes.plot(*(first + np.outer(moved, way)).T, "o", color=BLUE, markersize=3.0, zorder=3)
 
 
 def mode_title(mode: Mode) -> str:
