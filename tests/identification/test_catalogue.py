@@ -15,7 +15,7 @@ from cabledrive.identification.logs.channel_check import quantum_of, saturated
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import identify
 from cabledrive.parameters import InputRefused
-from oracles.axis_catalogue import TRUTHS, made
+from oracles.axis_catalogue import TRUTHS, Truth, made
 
 SEEDS = 24
 """Of each truth: 2,040 logs."""
@@ -171,6 +171,30 @@ def test_a_sensor_that_saturates_is_a_finding():
     """The clipped samples are left out, which moved the instant by a millisecond and the friction with it."""
     clipped = next(one for one in TRUTHS if one.name == "clipped-sensor/servo-periodic/held/coarse")
     assert "saturated" in identify(log_from(made(clipped, 13_000))).codes
+
+
+HIDDEN = ("lugre", "flexible-load-friction", "backlash", "gravity", "stribeck")
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(1), pytest.param(range(1, 9), marks=pytest.mark.verify)], ids=["five", "forty"]
+)
+def test_no_fault_under_a_motion_that_repeats_is_missed_without_a_word(seeds, measured):
+    """LuGre, friction behind a spring, backlash, tilt, Stribeck: a finding, or a log that cannot show it."""
+    missed = hidden = 0
+    for fault in HIDDEN:
+        for seed in seeds:
+            noise, convention = (("fine", "held"), ("coarse", "before"))[seed % 2]
+            one = made(Truth(fault, "servo-periodic", convention, noise), 300 + seed)
+            found = identify(log_from(one))
+            wrong = False
+            for name, value in one.values.items():
+                low, high = found.parameters[name].low, found.parameters[name].high
+                wrong |= bool(np.isfinite(low)) and abs(value - 0.5 * (low + high)) > high - low
+            hidden += wrong and not found.findings
+            missed += wrong and not found.findings and "cannot_show" not in found.method
+    measured(f"of {len(HIDDEN) * len(seeds)} {hidden} missed without a finding, {missed} without a word")
+    assert missed == 0
 
 
 def test_a_motion_that_repeats_says_which_faults_its_log_cannot_show(measured):

@@ -107,11 +107,11 @@ TRUTHS = _truths()
 
 
 def made(truth: Truth, seed: int, duration: float = DURATION) -> Made:
-    """One log.
+    """One log, of a truth of the list or of another.
 
     ``duration``: [s].
     """
-    rng = np.random.default_rng([seed, TRUTHS.index(truth)])
+    rng = np.random.default_rng([seed, TRUTHS.index(truth) if truth in TRUTHS else len(TRUTHS)])
     fault, noise = FAULTS[truth.fault], NOISES[truth.noise]
     count = round(duration * RATE)
     inertia = 1e-3 * 2.0 ** rng.uniform(0.0, 2.0)
