@@ -111,3 +111,10 @@ def test_the_spectrum_is_that_of_the_error_in_degrees(studio):
     assert frequency[np.argmax(amplitude)] == pytest.approx(40.0, abs=0.2)
     found = studio.get("/control/part?drive=corexy&law=stepper&rise=0.1+s&dwell=0.3+s").json()["curves"][0]
     assert 0.0 < min(found["amplitude"]) <= max(found["amplitude"]) < 0.1
+
+
+def test_a_place_relative_to_the_shaft_has_a_slider_that_begins_at_its_length(studio):
+    """The car of the lift stands at half of its shaft of 42 m less 1 m; the shaft stretched moves it."""
+    for asked, metres in (("", 20), ("&set=shaft%3D60+m", 29)):
+        page = studio.get(f"/machine?drive=lift-2-to-1{asked}").text
+        assert f'data-slider="car.y" data-number="{metres}.0" data-unit="m"' in page

@@ -9,6 +9,7 @@ from typing import Any
 from cabledrive.parameters import drive_schema
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.strain_free import POSE
+from cabledrive.parameters.route.tables import with_shaft
 from cabledrive.parameters.units import to_si
 
 LEFT_OUT = {"schema", "name", "kind", "title", "source"}
@@ -66,10 +67,18 @@ def groups_of(tables: Mapping[str, Any], settings: Sequence[tuple[str, str]]) ->
     for name, part in schema.items():
         if name not in LEFT_OUT:
             groups += list(_groups(name, part, tables.get(name), made))
-    poses = [field for body in _rows(tables.get("body")) for field in _pose(body, made)]
+    poses = [field for body in _rows(_in_metres(tables, made).get("body")) for field in _pose(body, made)]
     if tables.get("kind") == "route" and poses:
         groups.insert(0, Group(title="Position", help=POSITION, given=True, fields=tuple(poses)))
     return groups
+
+
+def _in_metres(tables: Mapping[str, Any], made: Mapping[str, str]) -> Mapping[str, Any]:
+    """The tables with places relative to a shaft as lengths, which a slider can move."""
+    try:
+        return with_shaft({**tables, "shaft": made["shaft"]} if "shaft" in made else dict(tables))
+    except InputRefused:
+        return tables
 
 
 def _rows(table: Any) -> list[dict[str, Any]]:
@@ -83,7 +92,8 @@ def _pose(body: Mapping[str, Any], made: Mapping[str, str]) -> Iterator[Field]:
         return
     for move in (moves,) if isinstance(moves, str) else moves:
         if move in POSE:
-            key, base = f"{name}.{move}", "0 deg" if move == "turn" else _shown(at["xy".index(move)])
+            place = at["xy".index(move)] if move != "turn" else "0 deg"
+            key, base = f"{name}.{move}", f"{place:g} m" if isinstance(place, float) else _shown(place)
             number, suffix = _parted(base, POSE[move])
             yield Field(
                 key=key,
