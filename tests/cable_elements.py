@@ -7,12 +7,15 @@ rest, with the masses, give every small motion: in the plane of gravity (x along
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import cos, pi, sin
+from math import cos, pi, radians, sin
 
 import numpy as np
 from scipy.linalg import eigh
 
-DEGREE = 5
+from cabledrive.mechanics import rest_state
+from cabledrive.parameters import Cable, Carriage, Drive, Layout, Pulley
+
+DEGREE, GRAVITY = 5, 9.81
 
 
 @dataclass
@@ -196,3 +199,43 @@ class Model:
         free = np.setdiff1d(np.arange(self.count), self.held_y)
         out = eigh(outward[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True)[:count]
         return np.sqrt(np.maximum(values, 0)) / (2 * pi), 1.0 - across, np.sqrt(out) / (2 * pi)
+
+
+def random_machine(rng, *, vertical=False, heaviest=1.0, most=2, deepest=0.2):
+    """Lines and loops with any slope, load, carriages; ``deepest``: sag over the length of a section."""
+    while True:
+        kind = str(rng.choice(["loop", "line"]))
+        tension, length = 10 ** rng.uniform(1, 4), 10 ** rng.uniform(-0.5, 2)
+        weight = 10 ** rng.uniform(-3, -0.7) * tension
+        slope = float(rng.choice([-90.0, 90.0])) if vertical else float(rng.uniform(-75, 75))
+        carriages = tuple(
+            Carriage(
+                mass=weight / GRAVITY * rng.uniform(0.1, heaviest),
+                span=str(rng.choice(["upper", "lower"] if kind == "loop" else ["upper"])),
+                position=length * (i + rng.uniform(0.2, 0.8)) / 3,
+                guided=bool(rng.integers(2)),
+            )
+            for i in range(rng.integers(0, most + 1))
+        )
+        rim = weight / GRAVITY * 10 ** rng.uniform(-0.5, 2) * 0.01
+        drive = Drive(
+            schema=1,
+            name="machine",
+            kind=kind,
+            cable=Cable(
+                youngs_modulus=1e9,
+                area=tension * 10 ** rng.uniform(2, 3.3) / 1e9,
+                mass_per_length=weight / GRAVITY / length,
+                pretension=tension,
+            ),
+            layout=Layout(span_length=length, inclination=radians(slope), gravity=GRAVITY),
+            pulley=(
+                Pulley(radius=0.1, inertia=rim),
+                Pulley(radius=0.1, inertia=rim * 10 ** rng.uniform(-1, 1), fixed=bool(rng.integers(2))),
+            ),
+            carriage=carriages,
+        )
+        rest = rest_state(drive)
+        taut = rest.lowest_tension > 0.05 * tension
+        if taut and max(section.sag_ratio for section in rest.sections) < deepest:
+            return drive

@@ -1,15 +1,15 @@
 """Results as JSON, options with units: finite numbers or null with a reason; nothing ineffective unsaid."""
 
-import click
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cabledrive as cd
-from cabledrive.app.main import main as command
-from cabledrive.app.results import Absent, Answer, json_text, plain, provenance, show
-from cabledrive.report.numbers import number
+from cabledrive.app.results import Absent, Answer, json_text, plain, provenance
 from command import call, object_of, refusal
 
 
@@ -39,18 +39,6 @@ def test_whatever_is_found_becomes_one_json_object_in_ascii(data):
     text = json_text(Answer(data=data, text="", provenance=provenance()))
     assert text.isascii()
     assert object_of(text)["provenance"] == {"cabledrive": cd.__version__}
-
-
-def test_every_option_that_measures_takes_a_unit():
-    """A plain float is left where the option counts: pixels, and a share."""
-    context = click.Context(command)
-    plain = [
-        (name, option.name)
-        for name in command.list_commands(context)
-        for option in command.get_command(context, name).params
-        if option.type is click.FLOAT
-    ]
-    assert plain == [("camera", "known_pixels"), ("map", "margin"), ("tolerance", "target")]
 
 
 @pytest.fixture
@@ -96,8 +84,27 @@ def test_a_position_in_degrees_is_refused_with_a_mapping_that_works(log):
     assert call("identify", "servo.csv", *mapped).stdout == call("identify", log).stdout
 
 
-def test_a_text_on_a_terminal_has_minus_signs_of_one_kind(capsys):
-    """Numbers of the pages have the typographic sign, all others the one of a keyboard."""
-    text = f"{number(-1.5)} m, {-1.5:g} m"
-    show(Answer(data={}, text=text, provenance={}), as_json=False)
-    assert capsys.readouterr().out == "-1.5 m, -1.5 m\n"
+# --- The command starts fast: what is heavy is imported where it is needed
+HEAVY = {"matplotlib", "numba", "pint", "scipy", "xarray", "pandas", "jinja2", "sympy"}
+
+
+def imported(statement):
+    """Heavy packages that a process has imported after a statement."""
+    code = f"import sys\n{statement}\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return HEAVY & {name.split(".")[0] for name in done.stdout.split()}
+
+
+def invoke(*arguments):
+    runner = "from click.testing import CliRunner\nfrom cabledrive.app.main import main\n"
+    return f"{runner}CliRunner().invoke(main, {list(arguments)})"
+
+
+@pytest.mark.parametrize("arguments", [("--version",), ("--help",), ("modes",)])
+def test_asking_for_help_imports_nothing_heavy(arguments):
+    assert imported(invoke(*arguments)) == set()
+
+
+def test_modes_import_no_plotting_and_no_report():
+    """But for jinja2, which pint's look for an installed dask brings along."""
+    assert imported(invoke("modes", "dissertation-2")) <= {"pint", "scipy", "numba", "jinja2"}

@@ -2,10 +2,7 @@
 
 import json
 import os
-import pty
 import shlex
-import sys
-from subprocess import Popen
 from types import SimpleNamespace
 
 import numpy as np
@@ -99,17 +96,6 @@ def test_of_two_axes_the_first_that_has_a_chain_is_taken(monkeypatch):
     assert network_axis.as_axis(drive).load == second.load
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [["drives"], ["schema"], ["check", "elevator"], ["modes", "elevator"], ["modes", "camera-line"]],
-)
-def test_json_is_one_object_and_nothing_else(arguments):
-    done = run(*arguments, "--json")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert object_of(done.stdout)
-    assert done.stdout.isascii()
-
-
 def test_set_replaces_values_for_this_run():
     changed = cd.load_drive("dissertation-2", overrides=["cable.pretension=6 N", "pulley.0.inertia=0.002"])
     settings = ["--set", 'cable.pretension="6 N"', "--set", "pulley.0.inertia=0.002"]
@@ -152,24 +138,6 @@ def test_existing_output_is_kept_unless_forced(arguments, tmp_path):
     assert os.listdir(tmp_path) == ["result"]
 
 
-def on_a_terminal(arguments, **environment):
-    """What the command writes on standard error where a terminal reads."""
-    theirs, ours = pty.openpty()
-    command = [sys.executable, "-m", "cabledrive", *arguments]
-    with Popen(command, stderr=ours, env=os.environ | {"TERM": "xterm"} | environment) as process:
-        process.wait(timeout=60)
-    os.close(ours)
-    written = os.read(theirs, 10_000).decode()
-    os.close(theirs)
-    return written
-
-
 def test_text_survives_a_terminal_of_few_letters():
     done = run("check", "elevator", env={"PYTHONIOENCODING": "ascii"})
     assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.parametrize(("environment", "coloured"), [({"NO_COLOR": ""}, True), ({"NO_COLOR": "1"}, False)])
-def test_colours_only_on_a_terminal_and_not_under_no_color(environment, coloured):
-    assert ("\x1b[31m" in on_a_terminal(["modes"], **environment)) == coloured
-    assert "\x1b" not in run("modes", env={"NO_COLOR": ""}).stderr

@@ -2,12 +2,12 @@
 
 import json
 import re
-from html.parser import HTMLParser
 
 import pytest
 
 from cabledrive.rig.laws.registry import CONTROLLERS
 from command import answer, call, object_of, refusal
+from report_page import Reader
 from study_drives import FOLDER
 
 WINCH = str(FOLDER / "winch.toml")
@@ -63,36 +63,20 @@ def undrawn(monkeypatch):
     monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
 
 
-class Page(HTMLParser):
-    """What a page loads, and which of its pictures are described in words."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.loads, self.pictures, self.headings = [], [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        found = dict(attributes)
-        if tag in ("link", "img", "iframe") or "src" in found:
-            self.loads.append((tag, found.get("src") or found.get("href")))
-        if found.get("role") == "img":
-            self.pictures.append(found.get("aria-label"))
-        if tag == "h2":
-            self.headings.append(found["id"])
-
-
 def test_the_report_needs_nothing_else_and_starts_with_the_verdict(finished, measured):
     _, out, found = finished
     text = (out / "report.html").read_text()
-    page = Page(text)
-    others = [item for item in page.loads if item != ("link", "data:,")]
-    measured(f"{len(text) / 1e6:.2f} MB, {len(page.pictures)} pictures, {len(others)} other files loaded")
-    assert [item for item in page.loads if item != ("link", "data:,")] == []
+    page = Reader(text).root
+    loaded = [e.attributes for tag in ("link", "img", "iframe", "script") for e in page.all(tag)]
+    others = [one for one in loaded if one.get("src", one.get("href", "data:,")) != "data:,"]
+    pictures = [e.attributes for e in page.all("div") if e.attributes.get("role") == "img"]
+    measured(f"{len(text) / 1e6:.2f} MB, {len(pictures)} pictures, {len(others)} other files loaded")
+    assert others == []
     assert not re.search(r"url\((?!#)", text)
-    assert page.headings[0] == "verdict-title"
-    assert page.headings[-1] == "provenance-title"
-    assert len(page.pictures) >= 5
-    assert all(page.pictures)
+    headings = [e.attributes["id"] for e in page.all("h2")]
+    assert (headings[0], headings[-1]) == ("verdict-title", "provenance-title")
+    assert len(pictures) >= 5
+    assert all(one.get("aria-label") for one in pictures)
     assert len(text) < 15e6
     assert found["provenance"]["drive_hash"] in text
 

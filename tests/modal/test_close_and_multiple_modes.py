@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import RADIUS, pulley, ring_of, some_cable, uneven_machine
+from machines import ring_of, some_cable
 from transfer_roots import exact_roots
 
 import cabledrive as cd
@@ -96,32 +96,3 @@ def test_pendant_tuned_to_the_mode_of_resting_pulleys_leaves_it_where_it_was(mea
 def in_metres(drive):
     """The same drive with its span given unstretched, as the reference wants it."""
     return replace(drive, layout=replace(drive.layout, span_length=drive.span_length, pulley_distance=None))
-
-
-@pytest.mark.parametrize("share", [1e-2, 1e-5, 1e-8])
-def test_light_pendant_tuned_to_a_mode_parts_it_by_the_root_of_its_mass(share, measured):
-    """Perturbation of a double mode: two modes at omega (1 -+ sqrt(m u^2)/2), u of unit modal mass."""
-    drive = uneven_loop()
-    mode = longitudinal(drive, 3)[2]
-    omega, moving = 2 * np.pi * mode.frequency, mode.joints["drive pulley"][0]
-    rim_mass = share / moving**2
-    stiffness = rim_mass * RADIUS**2 * omega**2
-    motor = Motor(inertia=rim_mass * RADIUS**2, joint_stiffness=float(stiffness))
-    tuned = replace(drive, motor=motor)
-    found = np.array([m.frequency for m in longitudinal(tuned, 6)])
-    roots = np.array([float(root) / (2 * np.pi) for root in exact_roots(tuned, 6)])
-    pair = np.sort(found[np.argsort(np.abs(found / mode.frequency - 1))[:2]])
-    parted = (pair[1] - pair[0]) / mode.frequency
-    measured(f"parted by {parted:.3e}, relative error {np.max(np.abs(found[:6] / roots - 1.0)):.1e}")
-    assert parted == pytest.approx(np.sqrt(share), rel=2 * np.sqrt(share))
-    np.testing.assert_allclose(found[:6], roots, rtol=1e-12)
-
-
-def uneven_loop():
-    rng = np.random.default_rng(7)
-    drive = uneven_machine(rng, contrast=10.0)
-    pulleys = (
-        pulley(0.4 * drive.cable.mass_per_length * drive.span_length),
-        replace(drive.pulley[1], fixed=False),
-    )
-    return replace(drive, kind="loop", pulley=pulleys, motor=None)

@@ -181,37 +181,6 @@ def test_counts_with_grounds_and_held_joints_agree_with_the_matrix(measured):
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize(
-    ("name", "motor", "hold", "hertz", "digits"),
-    [
-        ("linear-axis", "free", [], 99.28, 0.005),
-        ("linear-axis", "held", [], 34.00, 0.005),
-        ("linear-axis", "free", ["drive pulley"], 35.3, 0.05),
-        ("elevator", "free", [], 3.51, 0.005),
-        ("elevator", "held", [], 2.42, 0.005),
-        ("printer-belt", "free", [], 181.46, 0.005),
-        ("printer-belt", "held", [], 96.12, 0.005),
-    ],
-)
-def test_lowest_frequency_depends_on_how_the_motor_is_held(name, motor, hold, hertz, digits):
-    found = cd.natural_frequencies(cd.load_drive(name), count=1, motor=motor, hold=hold)[0]
-    assert found == pytest.approx(hertz, abs=digits), f"{found}"
-
-
-def test_holding_stiffness_is_a_joint_to_a_rotor_of_infinite_inertia():
-    """The rotor's inertia on the pulley, the spring as the joint to a flywheel of 1e6 kg m^2."""
-    sprung = cd.load_drive("printer-belt")
-    trick = cd.load_drive(
-        "printer-belt",
-        overrides=["pulley.0.inertia=5.56e-6", "motor.inertia=1e6", "motor.joint_stiffness=20"],
-    )
-    trick = replace(trick, motor=replace(trick.motor, holding_stiffness=None))
-    found = cd.natural_frequencies(sprung, count=3)
-    assert found == pytest.approx([84.6786, 338.9427, 746.898], abs=6e-4), f"{found}"
-    assert found == pytest.approx(cd.natural_frequencies(trick, count=3), rel=1e-9)
-    assert cd.modes(sprung, count=1).rigid_body_modes == 0
-
-
 def test_default_is_holding_where_the_file_has_the_stiffness():
     bare = cd.load_drive("linear-axis")
     sprung = cd.load_drive("linear-axis", overrides=["motor.holding_stiffness=100"])

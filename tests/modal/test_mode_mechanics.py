@@ -200,33 +200,6 @@ def test_drive_seen_from_its_other_end_has_the_same_modes(seed, measured):
     np.testing.assert_allclose(there, here, rtol=1e-11)
 
 
-@pytest.mark.parametrize("name", ["dissertation-1", "dissertation-3", "ropeway", "printer-belt"])
-def test_count_and_below_give_the_same_list(name):
-    """The first modes of each kind, and all below the last of them."""
-    drive = cd.load_drive(name)
-    by_count = cd.modes(drive, count=9)
-    by_limit = cd.modes(drive, below=by_count.certificate.below)
-    limit = by_count.certificate.below
-    listed = [
-        (m.frequency, m.kind, m.multiplicity, m.plane, m.span) for m in by_count.modes if m.frequency < limit
-    ]
-    again = [(m.frequency, m.kind, m.multiplicity, m.plane, m.span) for m in by_limit.modes]
-    assert [entry[1:] for entry in listed] == [entry[1:] for entry in again]
-    np.testing.assert_allclose([e[0] for e in listed], [e[0] for e in again], rtol=2e-12)
-
-
-def test_transverse_modes_are_listed_once_for_each_section_and_plane():
-    """A guided carriage holds the span, whose two sections ring by themselves where nothing weighs."""
-    drive = cd.load_drive("dissertation-transporter", overrides=["layout.gravity=0"])
-    quarter = drive.carriage[0].position
-    modes = cd.modes(drive, count=20).transverse
-    first = [m for m in modes if m.span == "upper"][:2]
-    assert {m.plane for m in first} == {"v", "w"}
-    assert {m.section for m in modes if m.span == "upper"} == {(0.0, quarter), (quarter, drive.span_length)}
-    assert {m.section for m in modes if m.span == "lower"} == {(0.0, drive.span_length)}
-    assert all(m.multiplicity == 1 for m in modes)
-
-
 def test_below_a_mode_leaves_it_out_and_above_takes_it_in():
     drive = cd.load_drive("dissertation-1")
     fundamental = cd.natural_frequencies(drive, count=1)[0]

@@ -11,13 +11,13 @@ from scipy.optimize import brentq
 from scipy.special import j0, j1, y0, y1
 
 import cabledrive as cd
-from cable_elements import Model
+from cable_elements import Model, random_machine
 from cabledrive.mechanics import rest_state
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.networks import sag_parameter
 from cabledrive.modal.rows import MASS
-from cabledrive.parameters import Cable, Carriage, Drive, InputRefused, Layout, NotComputed, Pulley
+from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley
 
 G = 9.81
 HELD = (Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2
@@ -114,46 +114,6 @@ def test_phase_count_of_the_heavy_string_agrees_with_its_determinant(ropes, meas
             wrong += string.count(float(grid[place])) != changes[place - 1]
     measured(f"{wrong} of {counts} counts wrong")
     assert wrong == 0, f"{wrong} of {counts}"
-
-
-def random_machine(rng, *, vertical=False):
-    """Lines and loops with any slope, load, carriages; sag of up to a fifth of a section."""
-    while True:
-        kind = str(rng.choice(["loop", "line"]))
-        tension, length = 10 ** rng.uniform(1, 4), 10 ** rng.uniform(-0.5, 2)
-        weight = 10 ** rng.uniform(-3, -0.7) * tension
-        slope = float(rng.choice([-90.0, 90.0])) if vertical else float(rng.uniform(-75, 75))
-        carriages = tuple(
-            Carriage(
-                mass=weight / G * rng.uniform(0.1, 1.0),
-                span=str(rng.choice(["upper", "lower"] if kind == "loop" else ["upper"])),
-                position=length * (i + rng.uniform(0.2, 0.8)) / 3,
-                guided=bool(rng.integers(2)),
-            )
-            for i in range(rng.integers(0, 3))
-        )
-        rim = weight / G * 10 ** rng.uniform(-0.5, 2) * 0.01
-        drive = Drive(
-            schema=1,
-            name="machine",
-            kind=kind,
-            cable=Cable(
-                youngs_modulus=1e9,
-                area=tension * 10 ** rng.uniform(2, 3.3) / 1e9,
-                mass_per_length=weight / G / length,
-                pretension=tension,
-            ),
-            layout=Layout(span_length=length, inclination=radians(slope), gravity=G),
-            pulley=(
-                Pulley(radius=0.1, inertia=rim),
-                Pulley(radius=0.1, inertia=rim * 10 ** rng.uniform(-1, 1), fixed=bool(rng.integers(2))),
-            ),
-            carriage=carriages,
-        )
-        rest = rest_state(drive)
-        taut = rest.lowest_tension > 0.05 * tension
-        if taut and max(section.sag_ratio for section in rest.sections) < 0.2:
-            return drive
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,7 @@ import pytest
 from parts import finite_elements
 
 import cabledrive as cd
-from cabledrive.mechanics import Chain, Pendant, longitudinal_chains
-from cabledrive.modal import longitudinal_modes
+from cabledrive.mechanics import Chain, Pendant
 
 
 def listed(found: cd.Modes) -> np.ndarray:
@@ -167,15 +166,6 @@ def test_a_wall_to_wall_string_and_a_ring_of_one_segment_have_their_harmonics():
     assert [mode.multiplicity for mode in found.modes] == [2, 2, 2]
     np.testing.assert_allclose([mode.frequency for mode in found.modes], [4.0, 8.0, 12.0], rtol=1e-12)
     assert found.rigid_body_modes == 1
-
-
-@pytest.mark.parametrize("name", ["dissertation-2", "dissertation-3"])
-def test_the_chain_of_a_drive_has_its_longitudinal_modes(name):
-    drive = cd.load_drive(name)
-    (chain,) = longitudinal_chains(drive)
-    of_drive = [(mode.frequency, mode.multiplicity) for mode in longitudinal_modes(drive, below=2000.0)]
-    of_chain = [(mode.frequency, mode.multiplicity) for mode in cd.modes(chain.chain, below=2000.0).modes]
-    np.testing.assert_allclose(of_chain, of_drive, rtol=1e-13)
 
 
 def test_shapes_are_named_by_joint_pendant_and_segment():

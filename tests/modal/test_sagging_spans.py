@@ -37,25 +37,10 @@ def one_span(pull):
     )
 
 
-def divided_span(pull, count, wheel=None):
-    """The same as a divided cable [Hz], held at both ends, or at its end on a wheel of a mass at the rim."""
-    turns = np.ones(0 if wheel is None else 1)
-    span = {
-        "rigidity": RIGIDITY,
-        "density": DENSITY,
-        "gravity": (0.0, -9.81),
-        "chord": np.array([LENGTH, 0.0]),
-        "pull": pull,
-        "start": ((0.0, 0.0), 0.0),
-        "end": ((LENGTH, 0.0), 0.0),
-        "start_rows": np.zeros((2, turns.size)),
-        "end_rows": np.zeros((2, turns.size)),
-        "start_turn": 0.0 * turns,
-        "end_turn": turns,
-        "hung": [],
-    }
-    mass = np.diag(turns * (wheel or 0.0))
-    return hanging_machine.extrapolated([span], mass, 0.0 * mass, elements=60, count=count)
+def held_span(drive):
+    """The divided cable of one span between ends at rest, for `oracles.hanging_machine`."""
+    ((span,), mass, stiffness), turns = divided(drive), ("start_rows", "end_rows", "start_turn", "end_turn")
+    return [span | {key: span[key][..., :0] for key in turns}], mass[:0, :0], stiffness[:0, :0]
 
 
 @pytest.mark.parametrize("pull", [1e5, 4e4, 2e4, 1e4])
@@ -65,7 +50,7 @@ def test_what_sag_shifts_of_straight_ropes_lies_within_the_bound_and_is_flagged(
     below = 2.3 * np.sqrt(pull / DENSITY) / (2 * LENGTH)
     found = straight_modes(drive, below=below, hold=["drum"])
     straight = next(mode.frequency for mode in found.transverse if mode.plane == "w")
-    truth = divided_span(pull, count=1)[0]
+    truth = hanging_machine.extrapolated(*held_span(drive), elements=60, count=1)[0]
     irvine = span_rows(drive, statics_of(drive))[0]["irvine_parameter"]
     shift, bound = truth / straight - 1.0, 4.0 * irvine / np.pi**4
     measured(
@@ -90,7 +75,7 @@ def test_where_motion_along_meets_motion_across_straight_ropes_are_not_certified
     )
     found = straight_modes(drive, below=1.6 * first, motor="free")
     listed = np.array([mode.frequency for mode in found.modes if mode.plane != "v"])
-    truth = divided_span(pull, count=listed.size, wheel=rim)
+    truth = hanging_machine.extrapolated(*divided(drive), elements=60, count=listed.size)
     error = float(np.max(np.abs(listed / truth - 1.0)))
     measured(
         f"along over across {ratio:g}, lambda^2 = 0.005: off by {error:.1e}, certified {found.certified}"

@@ -258,14 +258,6 @@ def test_stretch_of_a_triangle_beyond_its_first_mode():
 MODEL = autoparametric_model(TUNED)
 
 
-@pytest.mark.parametrize("plucks, period, stroke", [((5, 2), 0.511, 0.2562), ((3, 1), 0.913, 0.1708)])
-def test_period_and_stroke_of_unequal_plucks(plucks, period, stroke):
-    """Configuration 2: T [s] and the largest pulley displacement [mm]."""
-    plucks = 1e-3 * np.array(plucks)
-    assert exchange_period(MODEL, *plucks) == pytest.approx(period, rel=6e-3)
-    assert largest_exchange(MODEL, *plucks) == pytest.approx(1e-3 * stroke, rel=2e-3)
-
-
 def test_averaged_equations_swap_in_the_closed_period():
     """Without cubic terms the amplitudes are swapped after T/2 and back after T; AB is kept."""
     c = averaged_coefficients(MODEL)

@@ -1,6 +1,5 @@
 """What the figures draw is what was computed."""
 
-import re
 from itertools import pairwise
 
 import numpy as np
@@ -11,9 +10,6 @@ from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.report.figures import ladder, machine_layout, shapes
 from cabledrive.report.figures.machine import machine_picture
-from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.figures.route_sheet import drawn_machine
-from cabledrive.report.style import SMALL
 
 
 def below_fifth(name: str):
@@ -77,28 +73,3 @@ def test_the_drawing_keeps_the_proportions_of_the_machine(name, width):
         ahead = np.array([np.cos(layout.slope), -np.sin(layout.slope)])  # sag leaves the line alone
         steps = [abs(ahead @ np.subtract(b, a)) for a, b in pairwise(places)]
         np.testing.assert_allclose(steps, np.diff([0.0, *shares, 1.0]) * sum(steps), atol=1e-9)
-
-
-def test_names_on_a_machine_cover_neither_each_other_nor_its_pulleys():
-    for name in ("corexy", "lift-2-to-1", "capstan-arm"):
-        drawing = str(moving_machine(load_drive(name), None)[0])
-        boxes = []
-        for x, y, words in re.findall(r'<text x="([\d.-]+)" y="([\d.-]+)"[^>]*middle[^>]*>([^<]+)', drawing):
-            half = 0.25 * SMALL * len(words)  # of a narrow face
-            boxes.append((float(x) - half, float(y) - 0.7 * SMALL, float(x) + half, float(y)))
-        assert len(boxes) > 3
-        for i, one in enumerate(boxes):
-            for other in boxes[:i]:
-                apart = one[2] <= other[0] or other[2] <= one[0] or one[3] <= other[1] or other[3] <= one[1]
-                assert apart, (name, one, other)
-
-
-def test_a_slim_machine_is_drawn_wider_and_says_so():
-    drive = load_drive("lift-2-to-1")
-    shown, axis, factor = drawn_machine(drive)
-    wide, tall = (np.ptp([part.at[i] for part in (*shown.pulley, *shown.anchor)]) for i in (0, 1))
-    assert (axis, factor > 1.0) == ("x", True)
-    assert tall / wide < 6.0
-    assert [span.name for span in shown.free_spans] == [span.name for span in drive.free_spans]
-    assert "times as large" in str(moving_machine(drive, None)[0])
-    assert drawn_machine(load_drive("corexy"))[2] == 1.0

@@ -1,19 +1,15 @@
 """The report appears whole or not at all, and replaces nothing unasked."""
 
 from functools import cache
-from html import unescape
 
 import pytest
-from report_page import TIME
 
-from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.report import report_html, write_report, writing
 from cabledrive.report.blocks import Chapter, Paragraph
 from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
-from cabledrive.report.names import anchor
-from cabledrive.report.numbers import number
+from report_page import TIME
 
 
 @pytest.fixture(autouse=True)
@@ -66,16 +62,3 @@ def test_a_report_that_fails_on_the_way_leaves_nothing(tmp_path, monkeypatch):
     with pytest.raises(NotComputed):
         write_report(drives(), tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_machine_with_routes_has_its_page():
-    """Its spans and its first mode are on the page, and a loop's pages are not asked for."""
-    drive = load_drive("printer-idlers")
-    html = report_html([drive], written_at=TIME)
-    assert f'id="machine-{anchor(drive.name)}"' in html
-    for span in drive.free_spans:
-        assert span.name in unescape(html)
-    found = modes(drive, count=6)
-    assert f"Modes complete up to {number(found.certificate.below, 4)}" in unescape(html)
-    assert "No internal resonance" in html  # no transverse mode is near half of a longitudinal one
-    assert "Over the travel" in html

@@ -75,6 +75,16 @@ def interrupt(*arguments):
     raise KeyboardInterrupt
 
 
+def broken_off(monkeypatch, path, call):
+    """What there is of a run that is interrupted where it writes its n-th chunk."""
+    with monkeypatch.context() as patched:
+        append = records.RecordsInFolder.append
+        patched.setattr(records.RecordsInFolder, "append", at_call(append, call, interrupt))
+        with pytest.raises(SimulationInterrupted, match="go on with the same command and --resume") as caught:
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    return caught.value.result
+
+
 def disk_full(*arguments, **options):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -103,13 +113,7 @@ def differing(path, tmp_path):
 @pytest.mark.parametrize("call", [1, 2, 6])
 def test_an_interrupted_run_is_resumed_to_the_byte(tmp_path, monkeypatch, call, measured):
     path = tmp_path / "run.nc"
-    with monkeypatch.context() as patched:
-        patched.setattr(
-            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, call, interrupt)
-        )
-        with pytest.raises(SimulationInterrupted, match="go on with the same command and --resume") as caught:
-            simulate(DRIVE, DURATION, output=path, **OPTIONS)
-    partial = caught.value.result
+    partial = broken_off(monkeypatch, path, call)
     assert partial.time.size == 0 or partial.time[-1] < DURATION
     assert os.listdir(tmp_path) == ["run.nc.part"]
     resumed = simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
@@ -189,12 +193,7 @@ def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch,
 
 def test_another_run_is_not_resumed_with_this_one_s_records(tmp_path, monkeypatch):
     path = tmp_path / "run.nc"
-    with monkeypatch.context() as patched:
-        patched.setattr(
-            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, 3, interrupt)
-        )
-        with pytest.raises(SimulationInterrupted):
-            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    broken_off(monkeypatch, path, 3)
     other = replace(DRIVE, cable=replace(DRIVE.cable, pretension=4.0))
     with pytest.raises(InputRefused, match="holds a run with another drive_hash"):
         simulate(other, DURATION, output=path, resume=True, **OPTIONS)
@@ -211,12 +210,7 @@ def test_another_run_is_not_resumed_with_this_one_s_records(tmp_path, monkeypatc
 def stopped(tmp_path, monkeypatch):
     """A run that was interrupted at its fourth chunk; returns its output."""
     path = tmp_path / "run.nc"
-    with monkeypatch.context() as patched:
-        patched.setattr(
-            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, 4, interrupt)
-        )
-        with pytest.raises(SimulationInterrupted):
-            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    broken_off(monkeypatch, path, 4)
     return path
 
 

@@ -25,25 +25,19 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import LinearLaw
 from cabledrive.simulation.channels import BALANCE
 from cabledrive.simulation.plan import (
-    INVERSE_SPACING,
     KICK_T,
     KICK_U,
     SPACING,
     Plan,
     State,
-    Workspace,
     copy_state,
-    law_of,
     set_state,
 )
-from oracles.readable_chain.observe import observe_reference
 from oracles.readable_chain.verlet import (
-    keep_extremes_reference,
-    note_slack_reference,
+    observed,
     step_reference,
+    twin,
 )
-
-DONE, SLACK, NOT_FINITE = range(3)
 
 # Entries of State.extra: E half a step before the state's time, and C.
 STORED, SHIFT = range(2)
@@ -61,36 +55,6 @@ def _nonlinear_energy(plan: Plan, law: CableLaw, gradients: Array) -> float:
     u_x, v_x, w_x = gradients
     quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
     return float(np.sum(plan.segment[SPACING] * (law.energy_density(u_x, v_x, w_x) - quadratic)))
-
-
-def integrate_reference(
-    plan: Plan,
-    state: State,
-    work: Workspace,
-    torque: Array,
-    forces: Array,
-    every: int,
-    rows: Array,
-    fields: Array,
-) -> int:
-    """Twin of `cabledrive.simulation.kernels.integrate` with energy; needs no work space."""
-    law = law_of(plan)
-    for j in range(torque.size):
-        keep_extremes_reference(plan, state)
-        before = copy_state(state)
-        gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
-        slack = note_slack_reference(plan, law, state, gradients)
-        if slack and plan.stop_when_slack:
-            return SLACK
-        energy_step_reference(plan, law, state, gradients, torque[j], forces[j])
-        if j % every == 0:
-            record = j // every
-            _observe(plan, law, before, state, gradients, torque[j], rows[record])
-            if fields.shape[0] > 0:
-                fields[record] = before.x
-            if not abs(rows[record, BALANCE]) < 1e300:
-                return NOT_FINITE
-    return DONE
 
 
 def energy_step_reference(
@@ -144,12 +108,11 @@ def _observe(
     plan: Plan, law: CableLaw, before: State, after: State, gradients: Array, torque: float, row: Array
 ) -> None:
     """The record of Stoermer-Verlet, with the balance of this scheme."""
-    observe_reference(
-        plan, law, np.stack([before.x, before.x_t]), after.x_t,
-        np.stack([before.motor, after.motor]), np.stack([before.tallies, after.tallies]),
-        torque, row,
-    )  # fmt: skip
+    observed(plan, law, before, after, gradients, torque, row)
     rest = np.stack(law.excess_components(*gradients)) - _linear_part(plan, gradients)
     stretching = np.diff(0.5 * (after.x_t - before.x_t), axis=1)
     stored = 0.5 * (before.extra[STORED] + after.extra[STORED]) - _nonlinear_energy(plan, law, gradients)
     row[BALANCE] += stored - 0.5 * plan.step * float(np.sum(rest * stretching))
+
+
+integrate_reference = twin(energy_step_reference, _observe)

@@ -10,7 +10,6 @@ import numpy as np
 from reproduction.expanded_equations import accelerations
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.simulation.channels import BALANCE
 from cabledrive.simulation.plan import (
     FALL_U,
     FALL_W,
@@ -21,54 +20,13 @@ from cabledrive.simulation.plan import (
     STEPS,
     Plan,
     State,
-    Workspace,
-    copy_state,
-    law_of,
 )
-from oracles.readable_chain.observe import observe_reference
 from oracles.readable_chain.shafts import solve_shafts_reference
 from oracles.readable_chain.verlet import (
-    DONE,
-    NOT_FINITE,
-    SLACK,
-    keep_extremes_reference,
-    note_slack_reference,
     shaft_forces_reference,
     tally_reference,
+    twin,
 )
-
-
-def integrate_reference(
-    plan: Plan,
-    state: State,
-    work: Workspace,
-    torque: Array,
-    forces: Array,
-    every: int,
-    rows: Array,
-    fields: Array,
-) -> int:
-    """Twin of `cabledrive.simulation.kernels.integrate`, node-centred; needs no work space."""
-    law = law_of(plan)
-    for j in range(torque.size):
-        keep_extremes_reference(plan, state)
-        before = copy_state(state)
-        gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
-        slack = note_slack_reference(plan, law, state, gradients)
-        if slack and plan.stop_when_slack:
-            return SLACK
-        step_reference(plan, law, state, gradients, torque[j], forces[j])
-        if j % every == 0:
-            observe_reference(
-                plan, law, np.stack([before.x, before.x_t]), state.x_t,
-                np.stack([before.motor, state.motor]), np.stack([before.tallies, state.tallies]),
-                torque[j], rows[j // every],
-            )  # fmt: skip
-            if fields.shape[0] > 0:
-                fields[j // every] = before.x
-            if not abs(rows[j // every, BALANCE]) < 1e300:
-                return NOT_FINITE
-    return DONE
 
 
 def step_reference(
@@ -106,3 +64,6 @@ def _kicked(plan: Plan, law: CableLaw, x: Array, old: Array) -> Array:
     new[1:, inner] = plan.node[KEEP_T, inner] * old[1:, inner] + share * gained[1:]
     new[2, inner] += plan.node[FALL_W, inner]
     return new
+
+
+integrate_reference = twin(step_reference)

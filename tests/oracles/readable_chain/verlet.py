@@ -9,6 +9,8 @@ With forces F, masses M and damping C, one step from :math:`t_j` is
 with Coulomb friction f in :math:`c\,\mathrm{Sgn}(\dot x_{j+1/2})`.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
@@ -54,39 +56,50 @@ from oracles.readable_chain.shafts import solve_shafts_reference
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-def integrate_reference(
-    plan: Plan,
-    state: State,
-    work: Workspace,
-    torque: Array,
-    forces: Array,
-    every: int,
-    rows: Array,
-    fields: Array,
-    law: CableLaw | None = None,
-) -> int:
-    """Twin of `cabledrive.simulation.kernels.integrate`, for any law; needs no work space."""
-    law = law or law_of(plan)
-    for j in range(torque.size):
-        keep_extremes_reference(plan, state)
-        before = copy_state(state)
-        gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
-        slack = note_slack_reference(plan, law, state, gradients)
-        if slack and plan.stop_when_slack:
-            return SLACK
-        step_reference(plan, law, state, np.stack(law.excess_components(*gradients)), torque[j], forces[j])
-        if j % every == 0:
-            record = j // every
-            observe_reference(
-                plan, law, np.stack([before.x, before.x_t]), state.x_t,
-                np.stack([before.motor, state.motor]), np.stack([before.tallies, state.tallies]),
-                torque[j], rows[record],
-            )  # fmt: skip
-            if fields.shape[0] > 0:
-                fields[record] = before.x
-            if not abs(rows[record, BALANCE]) < 1e300:
-                return NOT_FINITE
-    return DONE
+def observed(
+    plan: Plan, law: CableLaw, before: State, after: State, gradients: Array, torque: float, row: Array
+):
+    """The record of a step."""
+    observe_reference(
+        plan, law, np.stack([before.x, before.x_t]), after.x_t,
+        np.stack([before.motor, after.motor]), np.stack([before.tallies, after.tallies]),
+        torque, row,
+    )  # fmt: skip
+
+
+def twin(step: Callable[..., None], observe: Callable[..., None] = observed) -> Callable[..., int]:
+    """Twin of `cabledrive.simulation.kernels.integrate` under a step, for any law; needs no work space."""
+
+    def integrate(
+        plan: Plan,
+        state: State,
+        work: Workspace,
+        torque: Array,
+        forces: Array,
+        every: int,
+        rows: Array,
+        fields: Array,
+        law: CableLaw | None = None,
+    ) -> int:
+        law = law or law_of(plan)
+        for j in range(torque.size):
+            keep_extremes_reference(plan, state)
+            before = copy_state(state)
+            gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+            slack = note_slack_reference(plan, law, state, gradients)
+            if slack and plan.stop_when_slack:
+                return SLACK
+            step(plan, law, state, gradients, torque[j], forces[j])
+            if j % every == 0:
+                record = j // every
+                observe(plan, law, before, state, gradients, torque[j], rows[record])
+                if fields.shape[0] > 0:
+                    fields[record] = before.x
+                if not abs(rows[record, BALANCE]) < 1e300:
+                    return NOT_FINITE
+        return DONE
+
+    return integrate
 
 
 def step_reference(
@@ -229,3 +242,10 @@ def note_slack_reference(plan: Plan, law: CableLaw, state: State, gradients: Arr
         state.counts[EVENTS] += 1
     state.counts[UPPER_SLACK : LOWER_SLACK + 1][: plan.spans] = slack
     return bool(slack.any())
+
+
+def _step(plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array) -> None:
+    step_reference(plan, law, state, np.stack(law.excess_components(*gradients)), torque, forces)
+
+
+integrate_reference = twin(_step)
