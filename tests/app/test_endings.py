@@ -53,24 +53,6 @@ def test_interrupt_is_status_130_and_says_how_to_go_on(capsys, interrupt, advice
     assert advice in line
 
 
-def test_ctrl_c_at_work_is_status_130():
-    code = (
-        "import signal, time; signal.signal(signal.SIGINT, signal.default_int_handler);"
-        "from cabledrive.app import main, options;"
-        "options.load_drive = lambda *given, **more: time.sleep(60.0);"  # work without an end
-        "print(flush=True); main.main()"
-    )
-    command = [sys.executable, "-c", code, "modes", "elevator"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
-        time.sleep(0.5)  # from the command's start to its wait
-        process.send_signal(signal.SIGINT)
-        output, errors = process.communicate(timeout=60)
-    assert (process.returncode, output) == (130, "")
-    assert "run the same command again" in the_line(errors.lstrip("\n"))
-
-
 def test_reader_that_wants_no_more_is_no_failure():
     """`cabledrive modes ropeway --json | head -1` leaves the pipe full and closed."""
     for arguments in (["modes", "ropeway", "--json"], ["--help"], ["drives", "--json"]):

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from machines import machine, spread, uneven_machine
-from parts import below, finite_elements
+from machines import machine, ring_of, some_cable, spread, symmetric_loop, uneven_machine
+from parts import below, chain_modes, finite_elements
 from transfer_roots import exact_chains
 
 import cabledrive as cd
@@ -165,20 +165,28 @@ def test_transverse_modes_agree_with_elements(seed, measured):
     check_agreement(2 * np.pi * planes["v"], np.sort(np.concatenate(parts)), measured)
 
 
+def check_counts(chains, phases, measured):
+    """Counts at frequencies drawn over each chain's travel time, against eigenvalues of its matrix."""
+    wrong, counts = [], 0
+    for number, chain in enumerate(chains):
+        for omega in phases() / chain.travel_times.sum():
+            counts += 1
+            counted, brute = below(chain, omega), modes_below(chain, omega)
+            if counted != brute:
+                wrong.append(f"chain {number}, omega {omega:.17g}: {counted} counted, {brute} by brute force")
+    measured(f"{len(wrong)} disagreements in {counts:,} counts")
+    assert not wrong, "\n".join(wrong)
+
+
 def test_counts_with_grounds_and_held_joints_agree_with_the_matrix(measured):
     """On the chains of 200 machines that are held in all ways."""
     rng = np.random.default_rng(3)
-    wrong, counts = [], 0
-    for number in range(200):
-        drive, motor, hold = drawn(rng)
-        for labelled in longitudinal_chains(drive, motor=motor, hold=hold):
-            chain = labelled.chain
-            for omega in 40.0 * rng.random(8) / chain.travel_times.sum():
-                counts += 1
-                if below(chain, omega) != modes_below(chain, omega):
-                    wrong.append(f"machine {number}, {motor}, hold {hold}, omega {omega:.17g}")
-    measured(f"{len(wrong)} disagreements in {counts:,} counts")
-    assert not wrong, "\n".join(wrong)
+    chains = (
+        labelled.chain
+        for drive, motor, hold in (drawn(rng) for _ in range(200))
+        for labelled in longitudinal_chains(drive, motor=motor, hold=hold)
+    )
+    check_counts(chains, lambda: 40.0 * rng.random(8), measured)
 
 
 def test_default_is_holding_where_the_file_has_the_stiffness():
@@ -204,3 +212,62 @@ def test_carriage_is_held_by_its_own_name_which_is_no_part_of_the_hash():
     assert cd.natural_frequencies(named, hold=["car"]) == pytest.approx(
         cd.natural_frequencies(plain, hold=["carriage 0"]), rel=1e-15
     )
+
+
+# --- The count behind every certificate is right: against eigenvalues of the matrix
+RINGS = 400
+
+
+def some_ring(rng):
+    """A loop's chain: a third symmetric, a fifth with a flexible joint, some on springs to the ground."""
+    if rng.random() < 1 / 3:
+        (labelled,) = longitudinal_chains(symmetric_loop(rng, 1e4))
+        return labelled.chain
+    n = int(rng.integers(2, 9))
+    pendant = (spread(rng, 1e2), spread(rng, 1e2)) if rng.random() < 0.2 else None
+    grounds = np.where(rng.random(n) < 0.3, [spread(rng, 1e4) for _ in range(n)], 0.0)
+    lengths, masses = (np.array([spread(rng, 1e4) for _ in range(n)]) for _ in range(2))
+    joint, pendants = int(rng.integers(n)), ()
+    if pendant is not None:
+        ground = spread(rng, 1e4) if rng.random() < 0.5 else 0.0
+        pendants = (Pendant(stiffness=pendant[0], mass=pendant[1], joint=joint, ground=ground),)
+    return Chain(
+        rigidity=1.0,
+        density=1.0,
+        lengths=lengths,
+        masses=masses,
+        closed=True,
+        pendants=pendants,
+        grounds=grounds if rng.random() < 0.4 else None,
+    )
+
+
+def test_counts_of_a_thousand_rings_agree_with_eigenvalues_of_the_matrix(measured):
+    """Wittrick and Williams by elimination and by brute force, at random frequencies far up the spectrum."""
+    rng = np.random.default_rng(1)
+    check_counts((some_ring(rng) for _ in range(RINGS)), lambda: 60.0 * rng.random(5), measured)
+
+
+def test_counts_step_by_the_multiplicity_at_every_mode_and_nowhere_else():
+    """Between the modes that the solver lists, the brute-force count is the number of those below."""
+    rng = np.random.default_rng(2)
+    for _ in range(60):
+        chain = some_ring(rng)
+        modes = chain_modes(chain, 30.0 / chain.travel_times.sum())
+        omegas = np.array([2 * np.pi * mode.frequency for mode in modes])
+        counts = chain.rigid_body_modes + np.cumsum([mode.multiplicity for mode in modes])
+        for omega, following, expected in zip(omegas, omegas[1:], counts, strict=False):
+            if following - omega > 1e-8 * omega:
+                middle = 0.5 * (omega + following)
+                assert modes_below(chain, middle) == expected == below(chain, middle)
+
+
+def test_count_at_a_mode_of_an_even_ring_does_not_depend_on_where_it_is_cut():
+    """A joint at rest must not hide the mode: the count is right however the ring is numbered."""
+    chain = longitudinal_chains(ring_of([0.5] * 8, [3.0] * 8, some_cable(np.random.default_rng(6))))[0].chain
+    omegas = [2 * np.pi * mode.frequency for mode in chain_modes(chain, 40.0 / chain.travel_times.sum())]
+    for omega in omegas:
+        for turn in range(8):
+            turned = replace(chain, masses=np.roll(chain.masses, turn), lengths=np.roll(chain.lengths, turn))
+            for side in (1 - 1e-11, 1 + 1e-11):
+                assert below(turned, omega * side) == below(chain, omega * side)

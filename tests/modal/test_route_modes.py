@@ -4,15 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from parts import listed as frequencies
 from scipy.linalg import eigh
-from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.modal.component import Component, Fixed
-from cabledrive.modal.elements import Wave
-from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.modal.shapes import Shape
 from cabledrive.parameters.route import posed
 from command import answer
@@ -127,65 +122,6 @@ def test_a_running_string_between_held_ends(share):
     expected = np.arange(1, len(listed) + 1) * wave_speed * (1 - share**2) / 2 / span.length
     assert len(listed) > 1
     np.testing.assert_allclose(listed, expected, rtol=1e-12)
-
-
-def bare(start, end, impedance, time, lag, mass, spring):
-    """A component of point masses on springs, tied by strings."""
-    n = start.shape[1]
-
-    def row(values):
-        return tuple((i, float(value)) for i, value in enumerate(values) if value)
-
-    waves = [
-        Wave(row(a), row(b), impedance, time, (i, "along"), lag)
-        for i, (a, b) in enumerate(zip(start, end, strict=True))
-    ]
-    fixed = [Fixed(MASS, mass, ((i, 1.0),)) for i in range(n)]
-    return Component(range(n), waves, [], fixed + [Fixed(SPRING, spring, ((i, 1.0),)) for i in range(n)])
-
-
-def listed(component, top):
-    return frequencies(component.modes(0.0, top))
-
-
-def roots(function, top):
-    grid = np.linspace(1e-6, top, 40_001)
-    values = np.array([function(x) for x in grid])
-    signs = np.flatnonzero(values[:-1] * values[1:] < 0)
-    return [brentq(function, grid[i], grid[i + 1], xtol=1e-15, rtol=1e-15) for i in signs]
-
-
-def test_beads_on_a_heavy_string():
-    """cos(j pi/(N+1)) = cos kl - (m k/2 rho) sin kl at equal pitch l, and kl = n pi."""
-    beads, mass, top = 7, 0.6, 8.0
-    rows = np.vstack((np.zeros(beads), np.eye(beads), np.zeros(beads)))
-    found = listed(bare(rows[:-1], rows[1:], 1.0, 1.0, 0.0, mass, 0.0), top)
-    expected = [n * np.pi for n in range(1, int(top / np.pi) + 1)]  # hidden at the poles, beads at rest
-    for j in range(1, beads + 1):
-        expected += roots(
-            lambda k, j=j: np.cos(k) - mass * k / 2 * np.sin(k) - np.cos(j * np.pi / (beads + 1)), top
-        )
-    np.testing.assert_allclose(found, sorted(expected), rtol=1e-12)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.35, 0.8])
-def test_a_ring_of_running_spans_over_sprung_masses(share):
-    """2Z (cos wt - cos(2 pi j/N - wd)) + (k/w - w m) sin wt = 0, j = 0 to N - 1; only this sees the phase."""
-    n, mass, spring, z = 5, 0.7, 9.0, 1.3
-    time, lag = 1.0 / (1 - share**2), share / (1 - share**2)
-    rows = np.eye(n)
-    top = 6.0 / time
-    found = listed(bare(rows, np.roll(rows, -1, axis=0), z, time, lag, mass, spring), top)
-    expected = []
-    for j in range(n):
-        phase = 2 * np.pi * j / n
-
-        def closed(w, phase=phase):
-            bend = 2 * z * (np.cos(w * time) - np.cos(phase - w * lag))
-            return bend + (spring / w - w * mass) * np.sin(w * time)
-
-        expected += [w for w in roots(closed, top) if not np.isclose(w * time % np.pi, 0.0, atol=1e-9)]
-    np.testing.assert_allclose(found, sorted(expected), rtol=1e-11)
 
 
 def belt_length(drive, angle):

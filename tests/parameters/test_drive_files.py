@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import cabledrive as cd
 from cabledrive.parameters import Drive, InputRefused, drive_text, load_drive, packaged_drives, save_drive
-from drive_mutations import FILES, keys, mutants, odd_texts, values
+from drive_mutations import mutants
 from drive_strategies import drives
 
 EXAMPLE = Path(__file__).with_name("contract_example.toml")
@@ -91,34 +90,6 @@ def check(content, tmp_path_factory, **options):
 @settings(max_examples=200)
 def test_any_change_of_keys_and_values_loads_or_is_refused(content, tmp_path_factory):
     check(content, tmp_path_factory)
-
-
-@given(
-    content=st.sampled_from(FILES),
-    flips=st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=6),
-)
-@settings(max_examples=200)
-def test_any_flip_of_bytes_loads_or_is_refused(content, flips, tmp_path_factory):
-    mutant = bytearray(content)
-    for place, byte in flips:
-        mutant[place % len(mutant)] = byte
-    check(bytes(mutant), tmp_path_factory)
-
-
-places = st.lists(
-    st.sampled_from(["cable", "pulley", "carriage", "0", "1", "pretension", "radius"]) | keys, max_size=4
-)
-settings_texts = st.builds(
-    lambda place, value: f"{'.'.join(place)}={value}",
-    places,
-    st.one_of(st.text(max_size=20), odd_texts, values.map(str)),
-)
-
-
-@given(overrides=st.lists(settings_texts | st.text(max_size=20), min_size=1, max_size=3))
-@settings(max_examples=200)
-def test_any_setting_loads_or_is_refused(overrides, tmp_path_factory):
-    check(FILES[0], tmp_path_factory, overrides=overrides)
 
 
 # --- The packaged drives are machines that could run, and docs/machines.md says of them what is so

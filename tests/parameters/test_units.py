@@ -158,28 +158,6 @@ def test_numbers_beyond_a_double_become_infinite_or_zero_and_nothing_else():
     assert to_si("1e-999999999999999999999 MN", "N") == 0.0
 
 
-names = st.sampled_from(["m", "s", "N", "kg", "g", "Hz", "rad", "deg", "rpm", "Pa", "Nm", "in", "lbf", "µm"])
-odd_names = st.sampled_from(["%", "K", "degC", "dB", "e", "c", "h", "G", "Ω", "°", "1", "dBm", "Np", "bit"])
-signs = st.sampled_from([" ", "*", "/", "·", ""])
-powers = st.sampled_from(["", "^2", "^-1", "**3", "²"])
-compounds = st.lists(st.tuples(signs, names | odd_names, powers).map("".join), max_size=6).map("".join)
-wanted = st.sampled_from(["N", "1", "rad", "rad/s", "Hz", "1/s", "N m s/rad", "kg m^2"])
-
-
-def read(text, unit):
-    """The number, or the refusal's one line."""
-    try:
-        return to_si(text, unit)
-    except InputRefused as refusal:
-        return str(refusal)
-
-
-@given(text=compounds | st.text(max_size=90), unit=wanted)
-def test_any_text_after_a_number_is_read_or_refused(text, unit):
-    answer = read(f"3 {text}", unit)
-    assert isinstance(answer, float) or answer.isprintable(), f"{answer!r}"
-
-
 def test_decimals_of_the_unit_are_exact():
     """A factor of 28 digits, not of a double: 1 lbf = 4.4482216152605 N by definition."""
     assert to_si("1e15 lbf", "N") == float(Decimal("4.4482216152605e15"))

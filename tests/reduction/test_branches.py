@@ -255,22 +255,20 @@ def test_stretch_of_a_triangle_beyond_its_first_mode():
     assert triangle_stretch(1.0) == pytest.approx(0.1535, abs=1e-4)
 
 
-MODEL = autoparametric_model(TUNED)
-
-
 def test_averaged_equations_swap_in_the_closed_period():
     """Without cubic terms the amplitudes are swapped after T/2 and back after T; AB is kept."""
-    c = averaged_coefficients(MODEL)
+    model = autoparametric_model(TUNED)
+    c = averaged_coefficients(model)
     c = c._replace(
         cubic=0 * c.cubic, static=0 * c.static, detuning=np.array(0.0), transverse_detuning=np.zeros(2)
     )
     a, b = 3e-3, 1e-3
     steps = 2000
-    h, state, most = exchange_period(MODEL, a, b) / steps, np.array([0, a, b], dtype=complex), 0.0
+    h, state, most = exchange_period(model, a, b) / steps, np.array([0, a, b], dtype=complex), 0.0
     for n in range(steps):
         state = averaged_step(c, state, n * h, h)
         most = max(most, abs(state[0]))
         if n + 1 == steps // 2:
             np.testing.assert_allclose(np.abs(state), [0, b, a], atol=1e-9)
     np.testing.assert_allclose(np.abs(state), [0, a, b], atol=1e-9)
-    assert most == pytest.approx(largest_exchange(MODEL, a, b), rel=1e-5)
+    assert most == pytest.approx(largest_exchange(model, a, b), rel=1e-5)

@@ -93,3 +93,20 @@ def taken(function, plan, start, torque, forces):
 VERLET, NODE_CENTRED, ENERGY = (
     method_named(name).integrate for name in ("verlet", "node-centred", "energy-conserving")
 )
+
+
+def chain_matrices(drive, mesh, stiffness):
+    """Springs, shape (n, n), and masses, shape (n,), of the divided cable's motion along; the rotor last."""
+    nodes = mesh.nodes - mesh.closed
+    pair, square = np.array([[1.0, -1.0], [-1.0, 1.0]]), mesh.shafts[0].radius ** 2
+    springs, mass = np.zeros((nodes, nodes)), mesh.axial_mass[:nodes]
+    for i, k in enumerate(stiffness / mesh.spacing):
+        ends = [i, (i + 1) % nodes]
+        springs[np.ix_(ends, ends)] += k * pair
+    if mesh.joint:
+        springs, mass = np.pad(springs, (0, 1)), np.append(mass, mesh.shafts[2].rim_mass)
+        springs[np.ix_([0, nodes], [0, nodes])] += mesh.joint.stiffness / square * pair
+    if drive.motor is not None and drive.motor.holding_stiffness is not None:
+        rotor = nodes if mesh.joint else 0
+        springs[rotor, rotor] += drive.motor.holding_stiffness / square
+    return springs, mass

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from kernel_cases import chain_matrices
 from scipy.linalg import eigh
 
 from cabledrive.mechanics.cable_laws import cable_law
@@ -93,18 +94,7 @@ def test_the_largest_step_is_stable_and_not_far_below_the_limit(
     drive = replace(MOTORED if motored else DRIVE, motor=motor)
     carriages = tuple(Carriage(mass=m, position=p) for m, p in zip(masses, places, strict=False))
     mesh, law = mesh_of(replace(drive, kind=kind, carriage=carriages), segments), cable_law(drive.cable)
-    nodes = mesh.nodes - mesh.closed
-    springs = np.zeros((nodes, nodes))
-    for i, stiffness in enumerate(law.stiffness / mesh.spacing):
-        ends = [i, (i + 1) % nodes]
-        springs[np.ix_(ends, ends)] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    mass = mesh.axial_mass[:nodes]
-    if motored:
-        springs = np.pad(springs, (0, 1))
-        mass = np.append(mass, mesh.shafts[2].rim_mass)
-        joint = motor.joint_stiffness / mesh.shafts[0].radius ** 2
-        springs[np.ix_([0, nodes], [0, nodes])] += joint * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        springs[nodes, nodes] += (holding or 0.0) / mesh.shafts[0].radius ** 2
+    springs, mass = chain_matrices(drive, mesh, law.stiffness)
     highest = np.sqrt(eigh(springs, np.diag(mass), eigvals_only=True)[-1])
     product = highest * largest_stable_step(mesh, law)
     assert (1.3 if motored else 1.4) < product < 2.0 * (1.0 + 1e-12), f"{product:.3f}"

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from kernel_cases import chain_matrices
 from scipy.linalg import eigh
 from scipy.special import ellipk
 
@@ -52,23 +53,10 @@ def frequencies_of_the_scheme(drive, segments, step, kind):
     """What leapfrog makes of the chain's own frequencies: sin(w step / 2) = step sqrt(eigenvalue) / 2."""
     mesh, law = mesh_of(drive, segments), cable_law(drive.cable)
     stiffness = law.stiffness if kind == "longitudinal" else law.pretension
-    nodes = mesh.nodes - mesh.closed
-    springs = np.zeros((nodes, nodes))
-    for i, k in enumerate(stiffness / mesh.spacing):
-        ends = [i, (i + 1) % nodes]
-        springs[np.ix_(ends, ends)] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    mass = mesh.axial_mass[:nodes]
+    springs, mass = chain_matrices(drive, mesh, stiffness)
     if kind == "transverse":
-        springs, mass = springs[np.ix_(mesh.sways[:nodes], mesh.sways[:nodes])], mass[mesh.sways[:nodes]]
-    elif mesh.joint:
-        square = mesh.shafts[0].radius ** 2
-        springs = np.pad(springs, (0, 1))
-        ends = [0, nodes]
-        springs[np.ix_(ends, ends)] += mesh.joint.stiffness / square * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        mass = np.append(mass, mesh.shafts[2].rim_mass)
-    if kind == "longitudinal" and drive.motor is not None and drive.motor.holding_stiffness is not None:
-        rotor = nodes if mesh.joint else 0
-        springs[rotor, rotor] += drive.motor.holding_stiffness / mesh.shafts[0].radius ** 2
+        sways = np.flatnonzero(mesh.sways[: mesh.nodes - mesh.closed])
+        springs, mass = springs[np.ix_(sways, sways)], mass[sways]
     eigenvalues = np.maximum(eigh(springs, np.diag(mass), eigvals_only=True), 0.0)
     lowest = np.sqrt(eigenvalues[eigenvalues > 1.0][:12])
     return np.arcsin(0.5 * step * lowest) / (np.pi * step)

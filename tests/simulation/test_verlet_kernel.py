@@ -5,20 +5,38 @@ What it calls is tested with it: `cabledrive.simulation.segment_laws`, `cabledri
 which shares all but the equations at the nodes.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from kernel_cases import CASES, LOOP, setting, taken
+from kernel_cases import CARRIAGES, CASES, LOOP, SLOPED, setting, taken
 from kernel_cases import ENERGY as conserving
 from kernel_cases import NODE_CENTRED as node_centred
 from kernel_cases import VERLET as integrate
 
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit, njit_in_place
+from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.simulation.channels import CHANNELS, WIDTH
 from cabledrive.simulation.methods import method_named
 from cabledrive.simulation.node_motion import solve_shafts
-from cabledrive.simulation.plan import COULOMB, FRICTION, LARGEST_Z, NEW, OLD, RIGHT, SMOOTH, TURNS
+from cabledrive.simulation.plan import (
+    COULOMB,
+    EVENTS,
+    FRICTION,
+    LARGEST_Z,
+    NEW,
+    OLD,
+    RIGHT,
+    SMOOTH,
+    TURNS,
+    copy_state,
+    new_state,
+    new_workspace,
+    plan_of,
+)
 from cabledrive.simulation.segment_laws import segment_tensions
+from cabledrive.simulation.taut import rows_of, step_taut
 from oracles.readable_chain import energy_conserving
 from oracles.readable_chain import node_centred as readable_node_centred
 from oracles.readable_chain.shafts import solve_shafts_reference
@@ -160,3 +178,83 @@ def test_shafts_stick_and_slip_as_the_readable_ones(seed, smooth):
     np.testing.assert_allclose(shaft[FRICTION], friction, atol=1e-12)
     if smooth == 0.0:
         assert (np.abs(shaft[FRICTION]) <= table[COULOMB] * (1.0 + 1e-12)).all()
+
+
+# --- The pass over taut segments, `cabledrive.simulation.taut`, equals the readable integration
+TAUT_SEGMENTS, TAUT_STEPS, TAUT_EVERY = 9, 60, 20
+DRIVES = {
+    "loop": (LOOP, ()),
+    "line": (replace(LOOP, kind="line"), ()),
+    "sloped loop": (SLOPED, ()),
+    "carriage": (replace(LOOP, carriage=CARRIAGES[:1]), ()),
+    "carriages side by side": (replace(SLOPED, carriage=CARRIAGES), ()),
+    "forces": (replace(LOOP, carriage=CARRIAGES), ((3, 0), (3, 2), (5, 2))),
+}
+
+
+def taut_setting(kind, *, planar, speed):
+    """A start in motion; the faster the drive pulley turns, the sooner a span is slack."""
+    drive, forces = DRIVES[kind]
+    mesh, law = mesh_of(drive, TAUT_SEGMENTS), cable_law(drive.cable)
+    step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
+    plan = plan_of(mesh, law, step=step, transverse_damping=20.0, stop_when_slack=False, forces=forces)
+    x, x_t = np.zeros((3, mesh.nodes)), np.zeros((3, mesh.nodes))
+    rng = np.random.default_rng(3)
+    x[1 if not planar else 2 :, mesh.sways] = 1e-4 * rng.uniform(-1.0, 1.0, (2 - planar, mesh.sways.sum()))
+    x_t[0, 0] = x_t[0, -1 if mesh.closed else 0] = speed
+    return plan, new_state(x, x_t, (0.0, 0.0))
+
+
+def taken_taut(function, plan, start):
+    state = copy_state(start)
+    rows, fields = (
+        np.zeros((TAUT_STEPS // TAUT_EVERY, WIDTH + 3 * len(plan.probe))),
+        np.zeros((0, *state.x.shape)),
+    )
+    torque = 0.2 * np.cos(np.arange(TAUT_STEPS))
+    forces = 1e-2 * np.sin(np.arange(TAUT_STEPS * len(plan.force))).reshape(TAUT_STEPS, -1)
+    code = function(plan, state, new_workspace(plan), torque, forces, TAUT_EVERY, rows, fields)
+    return code, state, rows
+
+
+@pytest.mark.parametrize("kind", DRIVES)
+@pytest.mark.parametrize("planar", [True, False])
+@pytest.mark.parametrize("speed", [0.1, 6.0])
+def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
+    """Taut all the time, or slack from the midst of the steps between two records on."""
+    plan, start = taut_setting(kind, planar=planar, speed=speed)
+    code, state, rows = taken_taut(integrate, plan, start)
+    code_r, state_r, rows_r = taken_taut(integrate_reference, plan, start)
+    assert code == code_r == 0
+    for name in ("x", "x_t", "extremes", "events", "counts"):
+        ours, theirs = getattr(state, name), getattr(state_r, name)
+        error = np.max(np.abs(ours - theirs)) / np.max(np.abs(theirs), initial=1e-300)
+        assert error < 1e-10, f"{name}: {error:.2e}"
+    error = np.max(np.abs(rows - rows_r), axis=0) / (np.max(np.abs(rows_r), axis=0) + 1e-15)
+    assert error.max() < 1e-9, f"column {error.argmax()}: {error.max():.2e}"
+    goes_slack = speed > 1.0
+    assert (state.counts[EVENTS] > 0) == goes_slack
+    if goes_slack:
+        assert state.events[0, 0] % TAUT_EVERY not in (0, TAUT_EVERY - 1), "meant to go slack between records"
+
+
+@njit_in_place
+def steps(*arguments):
+    """The part of a kernel, which has no entry of its own from Python."""
+    return step_taut(*arguments)
+
+
+@pytest.mark.parametrize("planar", [True, False])
+def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
+    for speed, expected in ((0.1, True), (6.0, False)):
+        plan, state = taut_setting("loop", planar=planar, speed=speed)
+        rows = rows_of(state)
+        assert (rows[1] is None) == (rows[4] is None) == planar
+        went = steps(plan, state, new_workspace(plan), np.zeros(TAUT_STEPS), np.zeros((TAUT_STEPS, 0)), *rows)
+        assert went == expected
+
+
+def test_a_drive_of_equal_segments_is_one_run_and_stops_divide_it():
+    assert taut_setting("loop", planar=True, speed=0.1)[0].runs.tolist() == [[0, 2 * TAUT_SEGMENTS]]
+    plan = taut_setting("carriage", planar=True, speed=0.1)[0]
+    assert plan.runs[1:, 0].tolist() == [plan.stop[0], TAUT_SEGMENTS]
