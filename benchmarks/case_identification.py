@@ -14,8 +14,7 @@ from pyarrow import parquet
 from cabledrive.identification.excitation import sum_of_sines
 from cabledrive.identification.one_log import identify
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, bench_command, bench_rig, run_rig
 
 TITLE = "Identification"
 RATE, MINUTE, MINUTES = 10_000, 600_000, 60

@@ -11,11 +11,11 @@ from cabledrive.control.tension_position import TensionGains, first_state, step_
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import close_loop
-from cabledrive.rig.closed_loop.pair import doubled
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
-from cabledrive.rig.two_motors.design import design_tensions
+from cabledrive.rig.two_motors.plan import design_tensions
 
 TITLE = "One control step of the laws of two motors"
 TARGET, SAMPLES = 1e-6, 20_000

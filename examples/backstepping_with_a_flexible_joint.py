@@ -9,7 +9,7 @@ import numpy as np
 import cabledrive as cd
 from cabledrive.control.backstepping import stability_margin
 from cabledrive.rig import Motion, track
-from cabledrive.rig.laws.backstepping_laws import backstepping_6
+from cabledrive.rig.laws.baselines import backstepping_6
 from cabledrive.rig.trial import spec_for
 
 drive, pulse = cd.load_drive("dissertation-3"), Motion(order=9)

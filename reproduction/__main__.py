@@ -7,9 +7,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.failures import interrupted, status_of
-from cabledrive.app.interrupts import run_to_its_end
-from cabledrive.app.messages import note
+from cabledrive.app.failures import interrupted, note, run_to_its_end, status_of
 from cabledrive.app.options import Subcommand, answering
 from cabledrive.app.results import Answer, plain
 from cabledrive.parameters import InputRefused

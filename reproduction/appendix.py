@@ -3,7 +3,7 @@
 from math import pi, sqrt
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS
 from reproduction.item import (
     DIFFERS,
     Entry,

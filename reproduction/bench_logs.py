@@ -8,8 +8,7 @@ import numpy as np
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.one_log import IdentifyOptions, identify
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, BenchTest, bench_command, bench_rig
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, BenchTest, bench_command, bench_rig, run_rig
 
 SEED = 2015
 

@@ -10,7 +10,7 @@ from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.parameters import Carriage, Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import require_two_pulleys
-from cabledrive.studies.labels import stamped
+from cabledrive.studies.varied_drive import stamped
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ import numpy as np
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.modal.rigid_supports import rigid_support_longitudinal
 from cabledrive.parameters import Drive, Layout, load_drive
-from cabledrive.studies.labels import stamped
+from cabledrive.studies.varied_drive import stamped
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS
 from reproduction.bench_logs import EXPERIMENTS, Experiment, bench_log
 from reproduction.chapter_4_tables import table_4_1, table_4_2
 from reproduction.item import AGREES, DIFFERS, Entry, Item, Outcome, outcome, place, rms

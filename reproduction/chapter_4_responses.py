@@ -3,7 +3,7 @@
 from math import pi, sqrt
 
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_rig
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, bench_rig
 from reproduction.item import DIFFERS, ERRATUM, Entry, Outcome, outcome, place
 from reproduction.judge import claimed, compared
 from reproduction.responses import measured_response

@@ -5,9 +5,9 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.camera.spots import levels_of, spots_of
+from cabledrive.identification.camera.clip import levels_of, spots_of
 from cabledrive.parameters import load_drive
-from cabledrive.rig.bench.chapter_4 import TORQUE_PER_VOLT
+from cabledrive.rig.bench.virtual_rig import TORQUE_PER_VOLT
 from reproduction.appendix import (
     NOMINAL_SPEED,
     NOMINAL_TORQUE,

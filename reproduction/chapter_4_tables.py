@@ -1,7 +1,7 @@
 """Tables 4.1 and 4.2: does the identification return what the virtual rig was given?"""
 
-from cabledrive.identification.rig_differences import inertias_of_the_rigs
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from cabledrive.identification.wrap_friction import inertias_of_the_rigs
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS
 from reproduction.bench_logs import identified
 from reproduction.item import DIFFERS, Item, Outcome, outcome, place
 from reproduction.judge import claimed, compared, unknown

@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS
 from reproduction.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
 from reproduction.judge import claimed, erratum, unknown
 from reproduction.rig_runs import run

@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.modal import longitudinal_modes
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.studies.labels import stamped
+from cabledrive.studies.varied_drive import stamped
 from reproduction.printed_matrices import loop_matrix
 
 if TYPE_CHECKING:

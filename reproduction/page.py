@@ -10,9 +10,9 @@ from markupsafe import Markup
 
 from cabledrive.parameters.version import __version__
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
-from cabledrive.report.numbers import number
+from cabledrive.report.context import Provenance
 from cabledrive.report.page import Page, render
-from cabledrive.report.provenance import Provenance
+from cabledrive.report.typesetting import number
 from cabledrive.report.wording import texts
 from reproduction import Entry, Item, Outcome, Reproduction
 from reproduction.errata_text import ErrataItem, errata_items

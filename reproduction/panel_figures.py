@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING
 
 from cabledrive.report.blocks import Figure
-from cabledrive.report.picture import picture
-from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SMALL, log_axis
+from cabledrive.report.picture import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SMALL, log_axis, picture
 from reproduction.panel import Panel
 
 if TYPE_CHECKING:

@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.frequency_response import response_by_segments
-from cabledrive.identification.response_inputs import compensated_torque
+from cabledrive.identification.log_response import compensated_torque
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
-from cabledrive.rig.bench.chapter_4 import response_command, rig_of
-from cabledrive.rig.bench.virtual_rig import VirtualRig, run_rig
+from cabledrive.rig.bench.virtual_rig import VirtualRig, response_command, rig_of, run_rig
 from reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ import numpy as np
 from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.studies.labels import stamped
+from cabledrive.studies.varied_drive import stamped
 
 if TYPE_CHECKING:
     import xarray as xr

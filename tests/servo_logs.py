@@ -6,8 +6,14 @@ import numpy as np
 
 from cabledrive.identification.excitation import chirp
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_rig
-from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, log_from, run_rig
+from cabledrive.rig.bench.virtual_rig import (
+    BENCH_TESTS,
+    Imperfections,
+    VirtualRig,
+    bench_rig,
+    log_from,
+    run_rig,
+)
 from cabledrive.trajectories.segments import waypoints
 from oracles.axis_plant import move, parameters
 

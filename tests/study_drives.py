@@ -10,7 +10,7 @@ import numpy as np
 from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.rig.bench.experiment import Excitation, experiment
-from cabledrive.rig.log_table import log_csv
+from cabledrive.rig.log_file import log_csv
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals
 

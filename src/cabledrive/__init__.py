@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against
     from cabledrive.studies.controller_comparison import compare
-    from cabledrive.studies.internal_resonance import resonance
     from cabledrive.studies.mode_map import map_modes
+    from cabledrive.studies.route_pairs import resonance
     from cabledrive.studies.study import run_study
 
 # Loaded when first asked for, with the libraries they need.

@@ -53,4 +53,4 @@ def _listen() -> bool:
 
 
 LISTENS = _listen()
-"""Whether an interrupt ends this process at once, until `cabledrive.app.interrupts` takes over."""
+"""Whether an interrupt ends this process at once, until `cabledrive.app.failures` takes over."""

@@ -5,8 +5,9 @@ import time
 
 import pytest
 
+from cabledrive.rig import ranked
+from cabledrive.rig import ranked as best
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.ranking import best, ranked
 from command import answer, refusal
 
 ASKED = "compare dissertation-3 --controllers lqg,lqi-learning --draws 3 --rise 0.4 --dwell {}"

@@ -67,7 +67,7 @@ def test_an_option_of_the_agreed_ones_without_effect_is_reported(arguments, word
 
 
 def test_a_page_of_a_log_that_is_read_in_blocks_is_refused_before_the_work(log, monkeypatch):
-    monkeypatch.setattr("cabledrive.identification.long_logs.is_long", lambda recording: True)
+    monkeypatch.setattr("cabledrive.identification.one_log.is_long", lambda recording: True)
     monkeypatch.setattr("cabledrive.identification.one_log.identify", None)  # were it begun: a defect
     assert "log.csv is too long to be drawn" in refusal("identify", log, "--report", "p.html")
 

@@ -13,8 +13,7 @@ from cabledrive.rig import Motion
 from cabledrive.rig.laws.controllers import motion_numbers
 from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
 from cabledrive.rig.laws.load_learning import load_blocks
-from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
-from cabledrive.rig.laws.stepper import OPEN_LOOPS
+from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, needed_order
 from cabledrive.rig.trial import spec_for
 from cabledrive.trajectories import rise_coefficients
 

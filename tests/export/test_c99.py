@@ -21,8 +21,7 @@ from cabledrive.export.single_precision import (
     self_test_gap,
     single_precision,
 )
-from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.laws.stepper import OPEN_LOOPS
+from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
 from export.compilers import COMPILERS, WARNINGS, built, checked
 from export.designs import loop_of, source_of
 

@@ -12,7 +12,7 @@ from cabledrive.export.self_test import self_test
 from cabledrive.export.source import plant_source
 from cabledrive.export.system_package import new_loop, system_package
 from cabledrive.export.translation.source import interpreted
-from cabledrive.rig.closed_loop.target_plant_kernels import loop_step
+from cabledrive.rig.closed_loop.loop_kernels import loop_step
 from export.compilers import COMPILERS, WARNINGS, checked
 from export.designs import source_of
 
@@ -90,7 +90,7 @@ def test_the_controller_steps_as_the_interpreted_kernel_to_the_bit(version, tmp_
     assert found == vectors.commands.tolist()
 
 
-@pytest.mark.kernel  # cabledrive.rig.closed_loop.target_plant_kernels
+@pytest.mark.kernel  # cabledrive.rig.closed_loop.loop_kernels
 @pytest.mark.parametrize(
     "law, samples",
     [("darc-4", 20), *(pytest.param(law, 10_000, marks=pytest.mark.verify) for law in ("darc-4", "lqg"))],

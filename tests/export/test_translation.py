@@ -14,8 +14,7 @@ from cabledrive.export.target_program import target_program
 from cabledrive.export.translation.nodes import BOOL, INT, REAL, Scalar, View
 from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
-from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.laws.stepper import OPEN_LOOPS
+from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
 from control_chains import state_of
 from export.compilers import WARNINGS
 from export.designs import source_of

@@ -11,8 +11,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.stats import binom
 
-from cabledrive.identification.logs.channel_check import quantum_of, saturated
 from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.logs.time_check import quantum_of, saturated
 from cabledrive.identification.one_log import identify
 from cabledrive.parameters import InputRefused
 from oracles.axis_catalogue import TRUTHS, Truth, made

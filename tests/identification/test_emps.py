@@ -5,16 +5,14 @@ import pytest
 from scipy import io, optimize, signal
 from scipy.interpolate import CubicSpline
 
-from cabledrive.identification.chain_model import ChainModel, FreeParameter
+from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record, Sensor
 from cabledrive.identification.fit_doubts import doubts_of
-from cabledrive.identification.friction_regressors import FrictionModel
+from cabledrive.identification.inverse_dynamics import FrictionModel
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.output_error import fit_of, fit_output_error
 from cabledrive.identification.recipe import published_recipe, recipe_rows
-from cabledrive.identification.record import Record
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
-from cabledrive.identification.sensor import Sensor
 from oracles.position_loop import PositionLoop, integrate_position_loop_of
 
 FILE = "emps/DATA_EMPS.mat"

@@ -10,7 +10,7 @@ from scipy import signal
 from scipy.stats import binom
 
 from cabledrive.identification import filters
-from cabledrive.identification.axis_case import CORNER, CORNER_DOUBT, between_samples
+from cabledrive.identification.axis_case import CORNER, CORNER_DOUBT, between_samples, whitened, whitener
 from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import IdentifyOptions, identify
@@ -21,14 +21,18 @@ from cabledrive.identification.regression import (
     solve,
     suited_segments,
 )
-from cabledrive.identification.rig_differences import inertias_of_the_rigs
-from cabledrive.identification.torque_delay import moved_back
-from cabledrive.identification.torque_timing import given_timing, with_torque_moved
-from cabledrive.identification.whitening import whitened, whitener
+from cabledrive.identification.torque_timing import given_timing, moved_back, with_torque_moved
+from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, run_rig
+from cabledrive.rig.bench.virtual_rig import (
+    BENCH_TESTS,
+    Imperfections,
+    VirtualRig,
+    bench_command,
+    bench_rig,
+    run_rig,
+)
 
 TEST = BENCH_TESTS[1]
 NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")

@@ -9,14 +9,12 @@ from pyarrow import parquet
 from scipy import io
 
 from cabledrive.identification.logs import reading
-from cabledrive.identification.logs.channel_check import saturated
 from cabledrive.identification.logs.column_map import Column, ColumnMap, with_choices
 from cabledrive.identification.logs.reading import open_log, read_log
-from cabledrive.identification.long_logs import identify_long_log
-from cabledrive.identification.one_log import IdentifyOptions, identify, load_options
+from cabledrive.identification.logs.time_check import saturated
+from cabledrive.identification.one_log import IdentifyOptions, identify, identify_long_log, load_options
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, bench_command, bench_rig, run_rig
 from oracles.axis_catalogue import TRUTHS, made
 
 N, DT = 2000, 1e-3
@@ -451,8 +449,8 @@ def path(tmp_path):
 def test_blocks_give_the_parameters_of_the_whole_log(path, monkeypatch):
     """Apart from filter ends and the bandwidth of the first block: within half a standard error."""
     whole = identify(path, IdentifyOptions(check=False))
-    monkeypatch.setattr("cabledrive.identification.long_logs.BLOCK_ROWS", 17_000)
-    monkeypatch.setattr("cabledrive.identification.logs.parquet.BLOCK_ROWS", 5_000)
+    monkeypatch.setattr("cabledrive.identification.one_log.BLOCK_ROWS", 17_000)
+    monkeypatch.setattr("cabledrive.identification.logs.opening.BLOCK_ROWS", 5_000)
     blocks = identify_long_log(open_log(path))
     assert blocks.method["blocks"] == 4
     assert blocks.reports[0].rows == 70_000
@@ -478,8 +476,8 @@ def test_a_text_log_is_read_in_blocks_with_progress(path, tmp_path, monkeypatch)
     """CSV of which no more is held than a block: the parameters of the whole, and a line for every block."""
     text = csv_of(path, tmp_path)
     whole = identify(text, IdentifyOptions(check=False))
-    monkeypatch.setattr("cabledrive.identification.long_logs.MOST_VALUES", 100_000)
-    monkeypatch.setattr("cabledrive.identification.long_logs.BLOCK_ROWS", 17_000)
+    monkeypatch.setattr("cabledrive.identification.one_log.MOST_VALUES", 100_000)
+    monkeypatch.setattr("cabledrive.identification.one_log.BLOCK_ROWS", 17_000)
     monkeypatch.setattr("cabledrive.identification.logs.lines.BLOCK_BYTES", 100_000)
     lines = []
     blocks = identify(text, progress=lines.append)
@@ -500,7 +498,7 @@ def test_blocks_in_which_nothing_moves_are_left_out_and_said(path, tmp_path, mon
     joined = {name: np.concatenate([columns[name][:68_000], still[name]]) for name in columns}
     joined["time [s]"] = step * np.arange(102_000)
     parquet.write_table(pa.table(joined), tmp_path / "rest.parquet")
-    monkeypatch.setattr("cabledrive.identification.long_logs.BLOCK_ROWS", 17_000)
+    monkeypatch.setattr("cabledrive.identification.one_log.BLOCK_ROWS", 17_000)
     found, whole = identify_long_log(open_log(tmp_path / "rest.parquet")), identify_long_log(open_log(path))
     assert "34000 rows in blocks in which nothing moves" in found.reports[0].findings[-1]
     assert found["inertia"] == pytest.approx(whole["inertia"], rel=1e-3)

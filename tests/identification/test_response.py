@@ -11,6 +11,7 @@ from cabledrive.identification.excitation import (
     low_crest_multisine,
     multisine_lines,
     random_multisine,
+    resonance_warnings,
 )
 from cabledrive.identification.filters import difference
 from cabledrive.identification.frequency_response import (
@@ -18,25 +19,28 @@ from cabledrive.identification.frequency_response import (
     response_by_periods,
     response_by_segments,
 )
-from cabledrive.identification.model_choice import choose_model
-from cabledrive.identification.planned_response import resonance_warnings
-from cabledrive.identification.planning import largest_amplitude, plan_test
-from cabledrive.identification.predicted_errors import AxisGuess, Instruments
-from cabledrive.identification.response_models import chain_for, fit_response
+from cabledrive.identification.planning import AxisGuess, Instruments, largest_amplitude, plan_test
+from cabledrive.identification.response_models import chain_for, choose_model, fit_response
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
-from cabledrive.rig.bench.chapter_4 import (
+from cabledrive.rig.bench.experiment import (
+    Excitation,
+    command_of,
+    experiment,
+    load_excitation,
+    plan_experiment,
+)
+from cabledrive.rig.bench.virtual_rig import (
     BENCH_TESTS,
     TORQUE_PER_VOLT,
+    Imperfections,
     bench_command,
     bench_rig,
     response_command,
     rig_of,
+    run_rig,
 )
-from cabledrive.rig.bench.experiment import Excitation, command_of, experiment, load_excitation
-from cabledrive.rig.bench.planned_experiment import plan_experiment
-from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
 from command import answer, call, object_of
 
 RATE, PERIOD = 2000.0, 2000
@@ -225,7 +229,7 @@ def test_a_blow_beside_a_sweep_is_left_out_with_its_time_and_kept_on_request():
 
 def test_a_response_from_a_file_is_averaged_without_its_outliers(tmp_path):
     """Seven repeats at twelve frequencies in rad/s, one of each a hundred times too large."""
-    from cabledrive.identification.response_file import read_response
+    from cabledrive.identification.log_response import read_response
 
     rng = np.random.default_rng(5)
     omega = np.repeat(np.linspace(5.0, 60.0, 12), 7)

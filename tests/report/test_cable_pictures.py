@@ -6,15 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from report_page import Reader
 
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
-from cabledrive.report.animation import animation_page
-from cabledrive.report.controlled_film import controlled_film
+from cabledrive.report.animation import animation_page, controlled_film
 from cabledrive.report.figures import run_histories
 from cabledrive.rig import Motion, track
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+from report_page import Reader
 
 DRIVE = load_drive("dissertation-2")
 

@@ -8,7 +8,8 @@ import pytest
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import load_drive, packaged_drives
-from cabledrive.report.figures import ladder, machine_layout, shapes
+from cabledrive.report.figures import ladder, shapes
+from cabledrive.report.figures import machine as machine_layout
 from cabledrive.report.figures.machine import machine_picture
 
 

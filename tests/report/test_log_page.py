@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from report_page import TIME, Reader
 
 from cabledrive.identification.rigid_axis import identify_rigid_axis
 from cabledrive.parameters import InputRefused
 from cabledrive.report.log_page import write_log_report
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, Imperfections, bench_command, bench_rig, run_rig
+from report_page import TIME, Reader
 
 
 @pytest.fixture(scope="module")

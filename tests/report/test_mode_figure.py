@@ -5,7 +5,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.report.figures.route_modes import POINTS, SIZE, machine_size
+from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
 from cabledrive.report.mode_figure import mode_figure, mode_picture, route_mode_figure
 
 

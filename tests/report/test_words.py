@@ -4,9 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cabledrive.report.numbers import number, quantity
-from cabledrive.report.style import COLOURS
-from cabledrive.report.typesetting import typeset
+from cabledrive.report.picture import COLOURS
+from cabledrive.report.typesetting import number, quantity, typeset
 
 
 def plain(text: str) -> str:

@@ -15,8 +15,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
-from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances
-from cabledrive.rig.disturbed.disturbed_plants import disturbed_plant
+from cabledrive.rig.disturbed_plants import Disturbances, disturbed_plant, load_disturbances
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.log_file import log_text
 from cabledrive.rig.trial import spec_for

@@ -13,9 +13,8 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.closed_loop.other_plants import with_plant
-from cabledrive.rig.laws.backstepping_laws import backstepping_6
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
+from cabledrive.rig.laws.baselines import backstepping_6
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
 from cabledrive.rig.laws.controllers import law_for_chain, motion_numbers
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles

@@ -12,11 +12,9 @@ from cabledrive.control.numbers import GAIN
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run
-from cabledrive.rig.disturbed.disturbances_file import Disturbances
-from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
+from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop
 from cabledrive.rig.laws.load_learning import CHANGING, KINDS, NAME
-from cabledrive.rig.ranking.ranked import COMPARED
-from cabledrive.rig.ranking.scores import scored
+from cabledrive.rig.ranked import COMPARED, scored
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import law_as_tuned
 from command import answer

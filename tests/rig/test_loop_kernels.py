@@ -8,7 +8,7 @@ from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_kernels import see_chain
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK
-from cabledrive.rig.laws.own_law import own_law
+from cabledrive.rig.laws.given import own_law
 from cabledrive.rig.trial import spec_for
 
 pytestmark = pytest.mark.kernel

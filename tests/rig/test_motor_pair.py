@@ -8,9 +8,9 @@ import pytest
 import cabledrive as cd
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_kernels import LEAST
+from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.closed_loop.pair import doubled
-from cabledrive.rig.disturbed.changing_load import loop_with_loads
+from cabledrive.rig.disturbed_plants import loop_with_loads
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design

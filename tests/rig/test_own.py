@@ -11,9 +11,9 @@ from cabledrive.control.linear_laws import pd_law, pid_law
 from cabledrive.mechanics.compiled import numba_at_hand, why_plain
 from cabledrive.reduction.lumped_chain import lumped_model, reflected
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
+from cabledrive.rig.closed_loop.by_sample import run_own
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
-from cabledrive.rig.closed_loop.own_loop import run_own
-from cabledrive.rig.laws.own_law import own_law
+from cabledrive.rig.laws.given import own_law
 from cabledrive.rig.setting import DEGREE, sample_interval
 from cabledrive.rig.trial import spec_for
 
@@ -109,7 +109,7 @@ def load_gear() -> float:
 
 @pytest.mark.kernel
 def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
-    """`cabledrive.rig.closed_loop.own_kernels` with `cabledrive.control.controller_kernels`, against the loop
+    """`cabledrive.rig.closed_loop.loop_kernels` with the kernels of the controller, against the loop
     in Python, with a dropout and a memory.
     """
     spec = spec_for(DRIVE, SHORT)

@@ -15,8 +15,8 @@ from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.margins import SIGMAS, closed_loop, margins_of, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import sampled_loops
-from cabledrive.rig.ranking.margins import SIGMAS, closed_loop, margins_of, sampled_controller, sampled_plant
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
 

@@ -14,15 +14,13 @@ from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.reduction.transporter import transporter_of
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions, track
-from cabledrive.rig.carriage.carriage_move import CarriageMove
-from cabledrive.rig.carriage.transporter import move_carriage
+from cabledrive.rig.carriage.transporter import CarriageMove, move_carriage
 from cabledrive.rig.closed_loop.loop import close_loop
-from cabledrive.rig.disturbed.disturbances_file import Disturbances, disturbances_of
-from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
+from cabledrive.rig.disturbed_plants import Disturbances, disturbances_of, disturbed_loop
 from cabledrive.rig.laws.controller_file import controller_numbers
 from cabledrive.rig.laws.load_learning import NAME as LEARNING
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
-from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout, parse_payload_range
+from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from cabledrive.rig.two_motors.run import track_two_motors

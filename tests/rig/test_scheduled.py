@@ -11,17 +11,15 @@ from cabledrive.control.linear_laws import FRICTION_SLOPE
 from cabledrive.control.load_schedule import filter_at, law_at, with_load
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, Payload, RigOptions, track
-from cabledrive.rig.closed_loop.loop import loop_at_rest, run
-from cabledrive.rig.closed_loop.other_plants import with_plant
-from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
+from cabledrive.rig.disturbed_plants import Disturbances
+from cabledrive.rig.law_checks import Segment, switched_tube
 from cabledrive.rig.laws.baselines import feedforward_table
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.laws.scheduled import NAME, announced, schedule_of, told_otherwise
-from cabledrive.rig.parsed_options import parse_payload, parse_payload_range
-from cabledrive.rig.ranking.margins import margins_of
-from cabledrive.rig.ranking.ranked import COMPARED
-from cabledrive.rig.ranking.scores import scored
-from cabledrive.rig.scheduled_check import Segment, switched_tube
+from cabledrive.rig.margins import margins_of
+from cabledrive.rig.ranked import COMPARED, scored
+from cabledrive.rig.setting import parse_payload, parse_payload_range
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import law_as_tuned
 

@@ -8,9 +8,9 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.disturbed.disturbances_file import Disturbances
-from cabledrive.rig.laws.stepper import OPEN_LOOPS
-from cabledrive.rig.ranking.ranked import offered
+from cabledrive.rig.disturbed_plants import Disturbances
+from cabledrive.rig.laws.registry import OPEN_LOOPS
+from cabledrive.rig.ranked import offered
 from command import answer, refusal
 
 QUICK = Motion(angle=8.0, rise=0.03, dwell=0.12)

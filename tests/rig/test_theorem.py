@@ -9,9 +9,9 @@ from adversarial_runs import adversarial_outcomes, adversarial_spec
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.law_checks import check_learning
 from cabledrive.rig.laws.load_learning import CHANGING, NAME
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.learning_check import check_learning
 from cabledrive.rig.setting import Disturbance
 from cabledrive.rig.trial import spec_for
 

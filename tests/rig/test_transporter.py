@@ -27,9 +27,7 @@ from cabledrive.reduction.transporter import (
     strand_stiffness,
     transporter_of,
 )
-from cabledrive.rig.carriage.carriage_loop import plant_of
-from cabledrive.rig.carriage.carriage_move import CarriageMove, one_count
-from cabledrive.rig.carriage.transporter import move_carriage
+from cabledrive.rig.carriage.transporter import CarriageMove, move_carriage, one_count, plant_of
 from cabledrive.rig.carriage.transporter_kernels import (
     CarriageLoop,
     run_transporter,

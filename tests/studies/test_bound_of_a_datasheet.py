@@ -7,11 +7,10 @@ from cabledrive.parameters import load_drive
 from cabledrive.reduction.quality import model_quality
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.study.acceptance_stage import accept
-from cabledrive.studies.study.controller_stage import design_controller
+from cabledrive.studies.study.controller_stage import LawSetting, design_controller
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.law_settings import LawSetting
-from cabledrive.studies.study.load_plant import load_loop
+from cabledrive.studies.study.plants import load_loop
 from cabledrive.studies.study.stage_cache import StageCache
 
 DRIVE = load_drive("dissertation-3")

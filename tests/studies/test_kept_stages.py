@@ -9,9 +9,7 @@ import pytest
 from cabledrive.app import finished_study
 from cabledrive.mechanics.sources import PACKAGE
 from cabledrive.parameters.files import OWN_HASH, with_own_hash
-from cabledrive.studies.study.log_files import log_files
-from cabledrive.studies.study.plain_data import as_plain
-from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.stage_cache import StageCache, as_plain, log_files
 
 
 @dataclass(frozen=True)

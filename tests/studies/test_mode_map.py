@@ -14,8 +14,7 @@ from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import map_modes
-from cabledrive.studies.route_snapshot import Snapshot
-from cabledrive.studies.route_tracking import tracked
+from cabledrive.studies.route_snapshot import Snapshot, tracked
 from cabledrive.studies.varied_drive import varied_together
 from oracles.route_fem import frequencies_of_route
 

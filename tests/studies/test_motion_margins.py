@@ -7,8 +7,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
-from cabledrive.studies.margins import EXCEEDED
-from cabledrive.studies.motion_margins import motion_margins
+from cabledrive.studies.motion_margins import EXCEEDED, motion_margins
 from cabledrive.studies.planned_motion import PlannedMotion
 from oracles.elastic_axis import span_tensions
 

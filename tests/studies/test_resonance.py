@@ -15,12 +15,11 @@ from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_a
 from cabledrive.reduction.decay import damping_from_decay
 from cabledrive.reduction.ensemble_kernels import exact_stiffness, transitions
 from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.report.resonance_map_page import resonance_map_page
-from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
-from cabledrive.studies.peak_fit import fit_to_peaks
+from cabledrive.report.map_page import resonance_map_page
+from cabledrive.studies.frequency_curves import fit_to_peaks
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
-from cabledrive.studies.resonance_map import growth_map
+from cabledrive.studies.resonance_map import growth_map, spot_check_line, spot_checks
 from cabledrive.studies.resonance_remedies import remedies, sensitivity
 from cabledrive.studies.spectrum import amplitude_spectrum
 from cabledrive.studies.steady_motion import steady_branches

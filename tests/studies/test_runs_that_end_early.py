@@ -11,14 +11,12 @@ from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.candidates import score
-from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.controller_stage import ControllerResult, LawSetting
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.law_settings import LawSetting
-from cabledrive.studies.study.load_plant import load_loop
-from cabledrive.studies.study.plain_data import as_plain
-from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.plants import load_loop
+from cabledrive.studies.study.stage_cache import StageCache, as_plain
 from cabledrive.studies.study.tried_laws import TriedLaws
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import drive_of, goals

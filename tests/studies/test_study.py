@@ -15,21 +15,25 @@ from cabledrive.rig.bench.experiment import experiment
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, load_goals, run_study
+from cabledrive.studies.study.bandwidth_cost import sensor_bound
 from cabledrive.studies.study.candidates import score
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
-from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
-from cabledrive.studies.study.correlations import of_intervals, root_of
-from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.log_finding import LogFinding
-from cabledrive.studies.study.machine import LOG, UNITS, Quantity, drive_with, values_of
-from cabledrive.studies.study.plain_data import as_plain, revived
-from cabledrive.studies.study.result import StudyResult
+from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
+from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.results_file import results_of
-from cabledrive.studies.study.sampled_plants import sampled_plant
-from cabledrive.studies.study.sensor_gain import sensor_bound
+from cabledrive.studies.study.sampled_plants import (
+    joined_loop,
+    make_law,
+    of_intervals,
+    rig_options,
+    root_of,
+    sampled_plant,
+)
+from cabledrive.studies.study.stage_cache import as_plain, revived
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import CASES, FOLDER, LIVELY, datasheet_of, drive_of, goals, log_with, written_log
 

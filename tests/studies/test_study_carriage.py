@@ -7,22 +7,23 @@ import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.blocks import Figure, Table
-from cabledrive.report.study.acceptance import acceptance_chapter
-from cabledrive.report.study.carriage import carriage_acceptance_chapter, carriage_controller_chapter
+from cabledrive.report.study.acceptance import (
+    acceptance_chapter,
+    carriage_acceptance_chapter,
+    carriage_controller_chapter,
+)
 from cabledrive.report.study.controller import controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.assumed_motion import goals_for
 from cabledrive.studies.study.candidates import score
-from cabledrive.studies.study.carriage_case import case_of
-from cabledrive.studies.study.carriage_demand import carriage_model
+from cabledrive.studies.study.carriage_case import carriage_model, case_of
 from cabledrive.studies.study.carriage_machine import (
     missing_for_carriage,
 )
-from cabledrive.studies.study.findings import Findings
+from cabledrive.studies.study.check_stage import goals_for
+from cabledrive.studies.study.findings import Findings, rounded_up
 from cabledrive.studies.study.goals import goals_of
 from cabledrive.studies.study.verdict_stage import judge
-from cabledrive.studies.study.verdict_words import rounded_up
 
 BELT = load_drive("printer-belt")
 ASKED = Goals(travel=0.05, duration=0.3, dwell=0.05, carriage_error=1e-4, carriage_draws=300)

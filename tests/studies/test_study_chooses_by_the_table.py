@@ -8,15 +8,14 @@ import pytest
 from cabledrive.parameters import load_drive
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.disturbed_plants import Disturbances
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
-from cabledrive.rig.ranking.ranked import offered
-from cabledrive.rig.ranking.scores import Scores, rank
-from cabledrive.studies.study import law_settings, run_study
-from cabledrive.studies.study.closed_loop import joined_loop, with_values
-from cabledrive.studies.study.law_settings import FIXED, law_of, tuned_laws
-from cabledrive.studies.study.sampled_plants import sampled_plant
+from cabledrive.rig.ranked import Scores, offered, rank
+from cabledrive.studies.study import controller_stage as law_settings
+from cabledrive.studies.study import run_study
+from cabledrive.studies.study.controller_stage import FIXED, law_of, tuned_laws
+from cabledrive.studies.study.sampled_plants import joined_loop, sampled_plant, with_values
 from cabledrive.studies.study.stage_cache import StageCache
 from study_drives import drive_of, goals
 

@@ -13,10 +13,10 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.closed_loop import joined_loop
+from cabledrive.studies.study.controller_stage import law_of
 from cabledrive.studies.study.knowledge_stage import know, known_drive
-from cabledrive.studies.study.law_settings import law_of
 from cabledrive.studies.study.results_file import results_of
+from cabledrive.studies.study.sampled_plants import joined_loop
 from true_plants import errors, log_text, truth_of
 
 COARSE = 2000

@@ -8,7 +8,7 @@ import pytest
 
 from cabledrive.parameters import drive_text, load_drive, packaged_drives, packaged_text
 from cabledrive.parameters.drive_file import drive_from_text
-from cabledrive.studio.edited_text import text_with
+from cabledrive.studio.form import text_with
 from command import call
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive, packaged_drives
-from cabledrive.report.figures.control_runs import spectrum
+from cabledrive.report.figures.study_runs import spectrum
 from cabledrive.rig import track
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.resonance import resonance

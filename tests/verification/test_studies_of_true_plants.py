@@ -17,9 +17,9 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.candidates import score
-from cabledrive.studies.study.closed_loop import joined_loop
+from cabledrive.studies.study.controller_stage import law_of
 from cabledrive.studies.study.findings import Findings
-from cabledrive.studies.study.law_settings import law_of
+from cabledrive.studies.study.sampled_plants import joined_loop
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import drive_of
 from true_plants import errors, log_text, truth_of

@@ -5,9 +5,9 @@ import pytest
 from cabledrive.parameters import load_drive
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.acceptance_stage import accept
-from cabledrive.studies.study.carriage_plant import CarriagePlant
+from cabledrive.studies.study.findings import rounded_up
+from cabledrive.studies.study.plants import CarriagePlant
 from cabledrive.studies.study.stage_cache import StageCache
-from cabledrive.studies.study.verdict_words import rounded_up
 from cabledrive.studies.transporter_moves import scaled_transporter
 
 pytestmark = pytest.mark.verify

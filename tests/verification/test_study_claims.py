@@ -19,12 +19,12 @@ from cabledrive.parameters import load_drive
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.rig.bench.experiment import Excitation, experiment
 from cabledrive.rig.closed_loop.loop import run
-from cabledrive.rig.log_table import log_csv
+from cabledrive.rig.log_file import log_csv
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.chain_regression import identify_chain
-from cabledrive.studies.study.closed_loop import joined_loop, make_law
 from cabledrive.studies.study.machine import values_of
+from cabledrive.studies.study.sampled_plants import joined_loop, make_law
 
 TRUTH = load_drive("dissertation-3")
 DRAWS = 1000

@@ -31,8 +31,8 @@ from cabledrive.identification.spectrum_peaks import spectrum_peaks
 from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.parameters.drive_file import packaged_text
 from cabledrive.rig.bench.experiment import load_excitation
-from cabledrive.rig.disturbed.disturbances_file import load_disturbances
-from cabledrive.studies.motion_file import read_motion
+from cabledrive.rig.disturbed_plants import load_disturbances
+from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.study import load_goals
 from drive_mutations import FILES
 from sound_logs import sound_logs

@@ -1,12 +1,13 @@
-"""Options that have no effect beside others: refused or reported, never ignored."""
+"""Options that have no effect beside others, and those of every command that reads a log."""
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
-from cabledrive.app.messages import note
+from cabledrive.app.failures import note
 from cabledrive.parameters import InputRefused
 
 
@@ -49,3 +50,46 @@ def _given(names: tuple[str, ...]) -> Iterator[str]:
         source = context.get_parameter_source(parameter.name or "")
         if parameter.name in names and source is ParameterSource.COMMANDLINE:
             yield max(parameter.opts, key=len)
+
+
+Chooser = Callable[[Any], Any]
+"""From the `ColumnMap` of a configuration to that of the command line."""
+
+
+def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command, which takes a `Chooser`, the options ``--column``, ``--skip-rows``, ``--resample``."""
+
+    @click.option(
+        "--column",
+        "columns",
+        cls=OptionOf,
+        of=("log",),
+        multiple=True,
+        metavar="CHANNEL=COLUMN:UNIT",
+        help="Which column is a channel, as torque=tau:N mm; repeatable.",
+    )
+    @click.option(
+        "--skip-rows",
+        cls=OptionOf,
+        of=("log",),
+        type=click.IntRange(0),
+        metavar="N",
+        help="Lines at the top of a text log to skip; default: metadata is recognised.",
+    )
+    @click.option(
+        "--resample",
+        cls=OptionOf,
+        of=("log",),
+        is_flag=True,
+        help="Put uneven samples, or several topics, onto one even grid.",
+    )
+    @functools.wraps(function)
+    def _reading(*, columns: tuple[str, ...], skip_rows: int | None, resample: bool, **options: Any) -> Any:
+        def choose(base: Any) -> Any:
+            from cabledrive.identification.logs.column_map import with_choices
+
+            return with_choices(base, columns, skip_rows=skip_rows, resample=resample)
+
+        return function(choose=choose, **options)
+
+    return _reading

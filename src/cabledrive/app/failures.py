@@ -1,9 +1,13 @@
-"""How a command can end: an exit status, and one line on standard error for every status but 0."""
+"""How a command can end: an exit status and one line on standard error, also after Ctrl-C at any moment."""
 
+import _thread
 import os
+import signal
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from errno import (
     EACCES,
     EBADF,
@@ -23,11 +27,97 @@ from typing import Any
 
 import click
 
-from cabledrive.app.interrupts import Interrupted
-from cabledrive.app.messages import complain
-from cabledrive.at_once import LEAVE_WITH
+from cabledrive.at_once import LEAVE_WITH, leave_at_once
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
+
+AGAIN = 0.01
+"""Until an interrupt that could not be raised is raised again [s]."""
+_UNRAISED: list[Any] = []
+
+
+class Interrupted(Exception):
+    """An interrupt on its way past those who would print a line of their own; says how to go on."""
+
+
+def run_to_its_end(run: Callable[[], int], interrupted: Callable[[], int]) -> int:
+    """Run what the process is for; from here on an interrupt is an exception, after it nothing.
+
+    Where the process is not the command `cabledrive` itself, signals are left as they are. Both functions
+    return the exit status.
+    """
+    here = threading.current_thread() is threading.main_thread()
+    ours = here and signal.getsignal(signal.SIGINT) is leave_at_once
+    if ours:
+        _hold_the_standard_files()
+        sys.unraisablehook = _unraisable
+    try:
+        try:
+            if ours:
+                signal.signal(signal.SIGINT, signal.default_int_handler)
+            status = run()
+            for unraisable in _UNRAISED if status == 0 else ():  # beside a failure, its line says it all
+                sys.__unraisablehook__(unraisable)
+            return status
+        finally:
+            if ours:
+                signal.signal(
+                    signal.SIGINT, signal.SIG_IGN
+                )  # the status is known: nothing is left to interrupt
+    except KeyboardInterrupt:
+        return interrupted()
+
+
+def _unraisable(unraisable: Any) -> None:
+    """What came in a callback that can raise nothing: an interrupt is raised again a little later."""
+    if isinstance(unraisable.exc_value, KeyboardInterrupt):
+        again = threading.Timer(AGAIN, _thread.interrupt_main)
+        again.daemon = True
+        again.start()
+    else:
+        _UNRAISED.append(unraisable)
+
+
+def _hold_the_standard_files() -> None:
+    """Keep the numbers 0 to 2 from files that are opened later, where a shell has closed one of them."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            with suppress(OSError):
+                os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+
+
+PROGRAM = "cabledrive"
+QUIET, BEGUN = "cabledrive.quiet", "cabledrive.begun"
+
+
+def colours() -> bool | None:
+    """Whether to colour: False under NO_COLOR, else None: click looks whether it is a terminal."""
+    return False if os.environ.get("NO_COLOR") else None
+
+
+def complain(message: str) -> None:
+    """Write the one line that says why there is no result."""
+    _write(f"{click.style(f'{PROGRAM}:', fg='red', bold=True)} {message}")
+
+
+def note(message: str) -> None:
+    """Write a note or the progress of long work; none under ``--quiet``, with times under ``--verbose``."""
+    context = click.get_current_context(silent=True)
+    settings = {} if context is None else context.meta
+    if not settings.get(QUIET):
+        begun = settings.get(BEGUN)
+        _write(message if begun is None else f"{time.monotonic() - begun:8.2f} s  {message}")
+
+
+def _write(line: str) -> None:
+    try:
+        click.echo(line, err=True, color=colours())
+    except OSError:  # full, closed, its reader gone: no reason to end the work
+        with suppress(OSError, ValueError):  # what is buffered has to go somewhere
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
 
 DONE = 0
 DEFECT = 1

@@ -8,8 +8,7 @@ from typing import Any
 import click
 
 from cabledrive.app import commands
-from cabledrive.app.failures import interrupted, status_of, watched_output
-from cabledrive.app.interrupts import Interrupted, run_to_its_end
+from cabledrive.app.failures import Interrupted, interrupted, run_to_its_end, status_of, watched_output
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.version import __version__

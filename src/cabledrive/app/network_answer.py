@@ -6,9 +6,8 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given, was_given
-from cabledrive.app.messages import QUIET, note
-from cabledrive.app.new_file import NewFile
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.failures import QUIET, note
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.run_pictures import undrawn
 from cabledrive.app.two_motor_answer import move_of
 from cabledrive.parameters import InputRefused

@@ -1,4 +1,4 @@
-"""Options that commands share: which drive, which settings, how to answer, where to write."""
+"""Options that commands share, and what the shell is offered for them."""
 
 import functools
 import os
@@ -10,16 +10,42 @@ from dataclasses import replace
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
-from cabledrive.app.completion import complete_drive
-from cabledrive.app.messages import BEGUN, QUIET, note
-from cabledrive.app.new_file import FORCE, OBJECT, NewFile, NewFileType
-from cabledrive.app.results import Answer, json_text, provenance, show
+from cabledrive.app.failures import BEGUN, QUIET, note
+from cabledrive.app.results import FORCE, OBJECT, Answer, NewFile, NewFileType, json_text, provenance, show
 from cabledrive.mechanics.compile_time import LISTENERS
-from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
+from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 from cabledrive.parameters.terminal import on_a_terminal
 from cabledrive.parameters.units import to_si
+
+
+def complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of packaged drives, then files, for the shell. ``incomplete``: what has been typed."""
+    names = [CompletionItem(name) for name in packaged_drives() if name.startswith(incomplete)]
+    return [*names, CompletionItem(incomplete, type="file")]
+
+
+def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of control laws, for the shell. ``incomplete``: what has been typed."""
+    names = sorted((*control_laws(), "best"))
+    return [CompletionItem(name) for name in names if name.startswith(incomplete)]
+
+
+def control_laws() -> tuple[str, ...]:
+    """Names of the control laws."""
+    from cabledrive.rig.laws.registry import CONTROLLERS
+
+    return tuple(CONTROLLERS)
+
+
+def listed_laws() -> tuple[str, ...]:
+    """The laws that help lists, and where the others stand."""
+    from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS
+
+    return (*MAIN_LAWS, "best", f"and {len(CONTROLLERS) - len(MAIN_LAWS)} more in docs/control")
+
 
 Function = Callable[..., Any]
 SHARED = {"--set", "--output", "--force", "--json", "--quiet", "--verbose", "--help"}

@@ -132,7 +132,7 @@ def branch_data(branch: SteadyBranch) -> dict[str, Any]:
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
     """Branches of steady motion for people. ``torque``: where amplitudes are given [N m]."""
-    from cabledrive.report.numbers import quantity
+    from cabledrive.report.typesetting import quantity
 
     lines = [f"steady motion under {quantity(torque, 'N m')}:"]
     for branch in branches:
@@ -161,7 +161,7 @@ def _number(found: ResonanceSummary, name: str) -> Any:
 
 def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> str:
     """The summary for people."""
-    from cabledrive.report.numbers import quantity
+    from cabledrive.report.typesetting import quantity
 
     lines = [
         drive.title or drive.name,

@@ -1,17 +1,19 @@
-"""Results at the door: one JSON object for programs, a text for people, each with where it comes from."""
+"""Results at the door: a JSON object for programs, a text for people, files whole or not at all."""
 
 import dataclasses
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import click
 
-from cabledrive.app.failures import watched_output
-from cabledrive.app.messages import colours
-from cabledrive.parameters import Drive, content_hash
+from cabledrive.app.failures import colours, note, watched_output
+from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
 
@@ -112,3 +114,55 @@ def _printable(text: str) -> str:
     """The text in the characters that standard output knows."""
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     return text.encode(encoding, errors="replace").decode(encoding)
+
+
+def side_by_side(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns side by side: words to the left, numbers to the right."""
+    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+    return "\n".join(
+        "  ".join(
+            [row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))]
+        )
+        for row in (head, *rows)
+    )
+
+
+PAGE, OBJECT = (".html", ".htm", ""), (".json", "")
+"""Endings of files that have one format each; a bare name will do."""
+TAKEN, FORCE = "cabledrive.taken", "cabledrive.force"
+
+
+@dataclass(frozen=True, slots=True)
+class NewFile:
+    """A file that a command is going to write."""
+
+    path: Path
+    force: bool  # whether an existing file may be replaced
+
+    def write(self, content: str | bytes) -> None:
+        """Write it whole or not at all, and say so."""
+        write_whole(self.path, content, force=self.force)
+        note(f"written to {self.path}")
+
+
+class NewFileType(click.ParamType):  # type: ignore[type-arg]
+    """Path of a file to write; refused before the work starts where it could not be written."""
+
+    name = "file"
+
+    def __init__(self, *suffixes: str) -> None:
+        self.suffixes = suffixes
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> NewFile:
+        """Check a path to be written: refused if there (without ``--force``), of a wrong ending, or twice."""
+        assert ctx is not None
+        force = bool(ctx.meta.get(FORCE))
+        path = check_writable(value, force=force)
+        if self.suffixes and path.suffix.lower() not in self.suffixes:
+            endings = " or ".join(filter(None, self.suffixes))
+            raise InputRefused(f"{path}: does not end in {endings}: rename it")
+        taken = ctx.meta.setdefault(TAKEN, set())
+        if path.resolve() in taken:
+            raise InputRefused(f"{path}: is to be written twice: give two names")
+        taken.add(path.resolve())
+        return NewFile(path, force)

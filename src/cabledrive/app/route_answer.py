@@ -4,8 +4,7 @@ from collections.abc import Iterable, Sequence
 from math import degrees
 from typing import Any
 
-from cabledrive.app.results import Answer, provenance
-from cabledrive.app.tables import side_by_side
+from cabledrive.app.results import Answer, provenance, side_by_side
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
 from cabledrive.modal.lowest import lowest_frequencies

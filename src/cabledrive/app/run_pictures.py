@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from cabledrive.app.new_file import NewFile
+from cabledrive.app.results import NewFile
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation import SimulationResult
@@ -30,7 +30,7 @@ def undrawn(
 
 def fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
     """Every how many records all nodes are kept: as asked for, else often enough to follow the motion."""
-    from cabledrive.report.motion import frame_interval
+    from cabledrive.report.animation import frame_interval
 
     if options["model"] == "fast":
         raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
@@ -46,8 +46,7 @@ def fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
 
 
 def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:
-    from cabledrive.report.animated_gif import animation_gif
-    from cabledrive.report.animation import animation_page
+    from cabledrive.report.animation import animation_gif, animation_page
 
     gif = animate.path.suffix.lower() == ".gif"
     animate.write(animation_gif(drive, result) if gif else animation_page(drive, result))

@@ -51,7 +51,7 @@ def winch_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
     """Run the law of two motors on two winches, with those options of `track` that have an effect here."""
     from cabledrive.rig import BodyMotion, RigOptions, TwoMotorTracking, track
-    from cabledrive.rig.parsed_options import parse_disturbance
+    from cabledrive.rig.setting import parse_disturbance
     from cabledrive.rig.two_motors.front import OWN
     from cabledrive.rig.two_motors.summary import CONTROLLER
 

@@ -172,7 +172,7 @@ def many_resonances(
     spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
     """Rows with allowed values, and numbers of their internal resonance; values in SI."""
-    from cabledrive.studies import resonance_batch
+    from cabledrive.studies import resonance_detuning as resonance_batch
 
     allowed = allowed_rows(values)
     done, outputs = allowed.copy(), {name: np.full(allowed.size, np.nan) for name in IN_CLOSED_FORM}

@@ -290,7 +290,7 @@ KINDS = {
         outputs=_resonance_outputs,
         default=tuple(name for name in (*RESONANCE, "verdict") if name != IN_DETAIL),
         one=_resonance,
-        modules=("cabledrive.campaign.columns", "cabledrive.studies.resonance_batch"),
+        modules=("cabledrive.campaign.columns", "cabledrive.studies.resonance_detuning"),
         options={"torque": "N m", "load_torque": "N m"},
     ),
     "map": Kind(

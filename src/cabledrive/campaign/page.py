@@ -20,7 +20,7 @@ from cabledrive.campaign.tolerance import FEWEST_ROWS, Tolerance, tolerance
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.parameters.toml_values import toml_of
-from cabledrive.report.style import theme_css
+from cabledrive.report.picture import theme_css
 from cabledrive.report.typesetting import typeset
 
 MOST_POINTS = 4000

@@ -209,7 +209,7 @@ def start_own(start: Array, t: OwnTargetState, readings: Array) -> None:
 def own_target_step(step: Any, filtered: bool) -> Callable[..., tuple[float, bool]]:
     """The kernel of a target around a step of the user's; ``filtered``: it takes states, not readings.
 
-    The rig runs the same order of work in `cabledrive.rig.closed_loop.own_kernels`.
+    The rig runs the same order of work in `cabledrive.rig.closed_loop.loop_kernels`.
     """
 
     def own_step(

@@ -18,7 +18,7 @@ from cabledrive.export.source import ExportSource, loop_on
 from cabledrive.export.target_program import columns_of, needed_rise, path_state
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.closed_loop.target_plant_kernels import new_plant_state, plant_read, plant_step
+from cabledrive.rig.closed_loop.loop_kernels import new_plant_state, plant_read, plant_step
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.rig.setting import Motion
 

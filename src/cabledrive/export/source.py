@@ -28,10 +28,9 @@ from cabledrive.rig.laws.controller_file import (
     read_controller,
 )
 from cabledrive.rig.laws.controllers import motion_numbers
-from cabledrive.rig.laws.file_law import law_from_file
-from cabledrive.rig.laws.own_law import own_law
+from cabledrive.rig.laws.given import law_from_file, own_law
 from cabledrive.rig.laws.registry import known_name, needed_order
-from cabledrive.rig.ranking.best import BEST, best_controller
+from cabledrive.rig.ranked import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import check_motion, spec_for
 from cabledrive.rig.tuning import design

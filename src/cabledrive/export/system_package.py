@@ -16,7 +16,7 @@ from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.version import __version__
-from cabledrive.rig.closed_loop.target_plant_kernels import (
+from cabledrive.rig.closed_loop.loop_kernels import (
     LoopTarget,
     loop_step,
     new_plant_state,

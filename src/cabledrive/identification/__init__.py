@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.log import log_of
     from cabledrive.identification.logs.reading import read_log
-    from cabledrive.identification.model_choice import choose_model
     from cabledrive.identification.one_log import IdentifyOptions, identify
     from cabledrive.identification.planning import plan_test
     from cabledrive.identification.printer_shaper import shaper
     from cabledrive.identification.recipe import published_recipe
+    from cabledrive.identification.response_models import choose_model
     from cabledrive.identification.tension import read_ping, tension_from_ping, tensions_from_load_cell
 
 __getattr__ = on_demand(

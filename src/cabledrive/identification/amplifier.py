@@ -19,9 +19,9 @@ from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
+from cabledrive.identification.log_response import independent_lines
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import FEWEST_SEGMENTS, factor, solve
-from cabledrive.identification.response_lines import independent_lines
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]

@@ -5,12 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.identification.axis_refinement import NOT_FOLLOWED, refine_rigid_axis
-from cabledrive.identification.contradictions import compared, contradicted
-from cabledrive.identification.estimates import Identification, without_intervals
-from cabledrive.identification.feedback import inside_a_loop
-from cabledrive.identification.finding import Finding, code_of
-from cabledrive.identification.innovations import NotReproduced, follow
+from cabledrive.identification.axis_refinement import (
+    NOT_FOLLOWED,
+    clock_drift,
+    refine_rigid_axis,
+    timing_of,
+    with_clock,
+)
+from cabledrive.identification.estimates import Finding, Identification, code_of, without_intervals
+from cabledrive.identification.innovations import NotReproduced, follow, inside_a_loop
 from cabledrive.identification.log_doubts import (
     doubtful_interval,
     drifting_clocks,
@@ -20,16 +23,68 @@ from cabledrive.identification.log_doubts import (
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.method_error import widened, with_own_error
 from cabledrive.identification.model_check import MISFIT, checked_by_innovations, checked_by_lines
-from cabledrive.identification.position_waves import position_wave
+from cabledrive.identification.position_waves import position_wave, unexplained_torque
 from cabledrive.identification.prediction_error import NAME as PREDICTION
-from cabledrive.identification.prediction_error import Predicted
-from cabledrive.identification.prediction_start import predict_from_some_instant
+from cabledrive.identification.prediction_error import Predicted, predict_from_some_instant
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
-from cabledrive.identification.torque_alignment import clock_drift, timing_of, with_clock
-from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
-from cabledrive.identification.torque_timing import TorqueTiming, given_timing, with_torque_moved
-from cabledrive.identification.unexplained import unexplained_torque
+from cabledrive.identification.torque_timing import (
+    TorqueTiming,
+    driven_by_lines,
+    given_timing,
+    noise_between_lines,
+    with_torque_moved,
+)
 from cabledrive.parameters import NotComputed
+
+CONTRADICTION = 5.0
+"""Joint standard errors between two methods, or two logs, from which they contradict each other."""
+ALIKE = 0.005
+"""Share of the value within which no contradiction is stated."""
+
+
+def contradicted(chosen: Identification, one: Identification, other: Identification) -> Identification:
+    """The answer, with a finding where two methods exclude each other.
+
+    ``one``, ``other``: by output error and by prediction error.
+    """
+    names = _excluding(one, other)
+    if not names:
+        return chosen
+    words = "; ".join(
+        f"{name.replace('_', ' ')} {one[name]:.4g} by output error, {other[name]:.4g} by prediction error"
+        for name in names
+    )
+    finding = Finding("methods-contradict", f"two methods contradict each other on this log: {words}")
+    return replace(chosen, findings=(*chosen.findings, finding))
+
+
+def compared(found: Identification, each: Sequence[Identification]) -> Identification:
+    """The answer, with a finding where logs of one axis exclude each other.
+
+    ``found``: from all logs; ``each``: from each log by itself.
+    """
+    for k, one in enumerate(each):
+        for other in each[k + 1 :]:
+            names = _excluding(one, other)
+            if names:
+                words = ", ".join(
+                    f"{name.replace('_', ' ')} {one[name]:.4g} and {other[name]:.4g}" for name in names
+                )
+                finding = Finding("logs-contradict", f"the logs contradict each other: {words}")
+                return replace(found, findings=(*found.findings, finding))
+    return found
+
+
+def _excluding(one: Identification, other: Identification) -> list[str]:
+    names = []
+    for name, first in one.parameters.items():
+        second = other.parameters[name]
+        apart = abs(first.value - second.value)
+        joint = float(np.hypot(first.standard_error, second.standard_error))
+        if apart > CONTRADICTION * joint and apart > ALIKE * abs(first.value):
+            names.append(name)
+    return names
+
 
 CHECKED = ("coulomb", "tanh")
 AGREED = 0.5

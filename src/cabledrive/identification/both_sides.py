@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.estimates import Estimate, Identification
+from cabledrive.identification.estimates import Estimate, Finding, Identification
 from cabledrive.identification.filters import difference
-from cabledrive.identification.finding import Finding
-from cabledrive.identification.identifiability import readable, unidentifiable_parameters
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import readable, unidentifiable_parameters
 from cabledrive.identification.two_inertia_channels import TwoInertiaChannels, unit_of
 from cabledrive.identification.two_sides import LOAD, SUM, Solution, TwoSides, load_equation, sum_equation
 from cabledrive.parameters import InputRefused

@@ -1,18 +1,135 @@
-"""A lumped chain with its free parameters and its measured channels."""
+r"""A lumped chain with its free parameters, its measured channels and their sensors.
+
+.. math:: z = \max(0, y - z_0), \qquad T\dot y + y = |\omega|
+
+A counter of pulses does not see the direction, its converter to a voltage lags, and shows nothing below a
+threshold.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
-from cabledrive.identification.record import Record
-from cabledrive.identification.sensor import SENSOR_QUANTITIES, Sensor, shown
+from cabledrive.identification.filters import zero_phase
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.friction_integration import direction, integrate_chain
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Record:
+    """Input and outputs of one run.
+
+    Attributes
+    ----------
+    input : ndarray, shape (samples,)
+        In any unit: gains turn it into torque or force.
+    output : ndarray, shape (samples, channels)
+    interval : float
+        [s].
+    first, last : int, int or None
+        Samples ``first`` to ``last`` (not included) are fitted; the rest is for validation.
+    bandwidth : float or None
+        Measured and simulated outputs are compared below this frequency [Hz]; None: as they are.
+    """
+
+    input: Array
+    output: Array
+    interval: float
+    first: int = 0
+    last: int | None = None
+    bandwidth: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.output.ndim != 2 or self.output.shape[0] != self.input.size:
+            raise InputRefused(
+                f"output of shape {self.output.shape} beside {self.input.size} inputs: give one row per input"
+            )
+
+    @property
+    def training(self) -> slice:
+        """Samples that are fitted."""
+        return slice(self.first, self.last)
+
+    @property
+    def compared_size(self) -> int:
+        """Number of values that are compared."""
+        return len(range(self.input.size)[self.training]) * self.output.shape[1]
+
+    def seen(self, outputs: Array) -> Array:
+        """Outputs as they are compared, below the bandwidth.
+
+        ``outputs``, shape (samples, ...).
+        """
+        return outputs if self.bandwidth is None else zero_phase(outputs, self.interval, self.bandwidth)
+
+
+SENSOR_QUANTITIES = ("lag", "threshold")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensor:
+    """A speed sensor.
+
+    Attributes
+    ----------
+    rectified : bool
+        Whether it shows the absolute value.
+    lag : float
+        Time constant T [s]; 0: none.
+    threshold : float
+        Speed :math:`z_0` that is taken off; 0: none.
+    """
+
+    rectified: bool = False
+    lag: float = 0.0
+    threshold: float = 0.0
+
+
+def shown(
+    sensor: Sensor, speeds: Array, sensitivities: Array, interval: float, quantities: tuple[str, ...]
+) -> tuple[Array, Array]:
+    """What the sensor shows, and its derivatives.
+
+    ``speeds``, shape (samples, channels); ``sensitivities``, shape (samples, channels, p): of the speeds;
+    ``interval`` [s]; ``quantities``: what each of the p parameters is; those of `SENSOR_QUANTITIES` act here.
+    Returns ``output``, shape (samples, channels); ``derivatives``, shape (samples, channels, p).
+    """
+    output, slopes = speeds, sensitivities.copy()
+    if sensor.rectified:
+        slopes = slopes * np.sign(output)[:, :, None]
+        output = np.abs(output)
+    if sensor.lag > 0.0:
+        output, slopes = lagged(output, sensor.lag, interval), lagged(slopes, sensor.lag, interval)
+        by_lag = (lagged(output, sensor.lag, interval) - output) / sensor.lag
+        for k in (k for k, name in enumerate(quantities) if name == "lag"):
+            slopes[:, :, k] += by_lag
+    if sensor.threshold > 0.0:
+        for k in (k for k, name in enumerate(quantities) if name == "threshold"):
+            slopes[:, :, k] -= 1.0
+        above = output > sensor.threshold
+        output, slopes = np.where(above, output - sensor.threshold, 0.0), slopes * above[:, :, None]
+    return output, slopes
+
+
+def lagged(values: Array, lag: float, interval: float) -> Array:
+    """Values behind a lag of order 1, from rest at the first value; on straight lines between samples exact.
+
+    ``values``, shape (samples, ...); ``lag`` [s]; ``interval`` [s].
+    """
+    ratio = interval / lag
+    pole = exp(-ratio)
+    late = 1.0 - (1.0 - pole) / ratio  # weight of the newer corner of each straight line
+    early = 1.0 - pole - late
+    base = values[:1]
+    return np.asarray(base + signal.lfilter([late, early], [1.0, -pole], values - base, axis=0))
+
 
 SIGNED = ("offset", "angle", "speed")
 
@@ -26,7 +143,7 @@ class FreeParameter:
     name : str
     quantity : str
         One of `cabledrive.reduction.friction_integration.QUANTITIES`, or of
-        `cabledrive.identification.sensor.SENSOR_QUANTITIES`.
+        `cabledrive.identification.chain_model.SENSOR_QUANTITIES`.
     number : int
         Of the inertia or link.
     low, high : float

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from cabledrive.identification.chain_model import Record
 from cabledrive.identification.output_error import RowFit
-from cabledrive.identification.record import Record
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from cabledrive.identification.blows import LeftOut, explained_records, ordinary_records
+from cabledrive.identification.filters import LeftOut, explained_records, ordinary_records
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]

@@ -1,4 +1,4 @@
-r"""What a log does that a rigid axis does not predict from the past.
+r"""What a log does that a rigid axis does not predict, and whether feedback makes its torque.
 
 An observer moves the axis under the measured torque, with set-valued friction, and corrects it at every
 sample by the measured angle:
@@ -11,7 +11,7 @@ to the prediction what the linearised observer answers. L. Ljung, System Identif
 Hall 1999, sections 7.2 and 13.4.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from cabledrive.identification.axis_case import between_samples
 from cabledrive.identification.innovation_kernels import answers, observe
 from cabledrive.identification.inverse_dynamics import settling
 from cabledrive.identification.regression import Factors, factor
+from cabledrive.identification.torque_timing import spectral_lines
 from cabledrive.parameters import NotComputed
 
 Array = NDArray[np.float64]
@@ -233,3 +234,39 @@ def settled(run: Prediction, interval: float) -> int:
     ``interval`` [s].
     """
     return int(np.ceil(8.0 * run.gains[0] / (run.gains[1] * interval)))
+
+
+REACH = 20
+"""Samples after an innovation in which the torque is looked at."""
+BEYOND = 6.0
+"""Standard errors of a correlation that are beyond chance."""
+
+
+def feedback_significance(torque: Array, run: Prediction, late: int) -> float:
+    """Largest correlation of the torque with innovations before it, in standard errors.
+
+    ``torque``, shape (samples,): as logged; ``run``: of an observer along the same samples; ``late``: samples
+    by which the torque channel is logged late: their correlations are no feedback.
+    """
+    lines = spectral_lines(torque)
+    noise = torque if lines is torque else torque - lines
+    cause = np.convolve(run.innovation, autoregression(run.innovation), "valid")
+    effect = np.convolve(noise, autoregression(noise), "valid")
+    size = effect.size
+    norm = float(np.linalg.norm(cause) * np.linalg.norm(effect))
+    if norm == 0.0:
+        return 0.0
+    lags = range(1 + late, REACH + late)
+    return float(np.sqrt(size) / norm * max(abs(float(cause[: size - k] @ effect[k:])) for k in lags))
+
+
+def inside_a_loop(
+    torques: Sequence[Array], tracks: Sequence[Track], runs: Sequence[Prediction], shift: float
+) -> bool:
+    """Whether the torque of any log answers to the angle.
+
+    ``torques``: as logged; ``shift``: time by which the torque acts later than it is logged [s].
+    """
+    late = [max(0, int(np.ceil(-shift / track.interval + 0.5))) for track in tracks]
+    cases = zip(torques, runs, late, strict=True)
+    return any(feedback_significance(*one) > BEYOND for one in cases)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.identification.finding import Finding
+from cabledrive.identification.estimates import Finding
 from cabledrive.identification.logs.log import Log
 
 FAR = 4.0

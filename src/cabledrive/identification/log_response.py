@@ -1,13 +1,100 @@
-"""The response between two channels of one log, by windowed segments."""
+"""The response between two channels of a log, or from a file, and what its coherence says."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
-from cabledrive.identification.logs.column_map import ColumnMap
+from cabledrive.identification.logs.column_map import Column, ColumnMap, recognise
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.response_inputs import compensated_torque, read_pair, speed_of
+from cabledrive.identification.logs.opening import open_table
+from cabledrive.identification.logs.reading import open_log, read_log
+from cabledrive.identification.logs.table import Table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import LARGEST
+from cabledrive.parameters.units import to_si
+
+Array = NDArray[np.float64]
+
+
+def compensated_torque(
+    torque: Array, speed: Array, coulomb: float, offset: float, slope: float = 0.0
+) -> Array:
+    r"""Torque without Coulomb friction and offset, the input of the transfer functions.
+
+    .. math:: \tau_c = \tau - c_1 S(\dot\theta) + d_1
+
+    ``torque``, ``speed``, shape (samples,) [N m], [rad/s]; ``coulomb``, ``offset`` [N m]; ``slope``: K of a
+    smooth friction tanh(K w) [s/rad]; 0: its sign.
+    Returns shape (samples,).
+    """
+    level = np.tanh(slope * speed) if slope > 0.0 else np.sign(speed)
+    return torque - coulomb * level + offset
+
+
+def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
+    """Speed from a channel: as it is, or from the difference of an angle or position.
+
+    ``bandwidth``: of a filter without phase [Hz]; default: none.
+    Returns shape (samples,).
+    Raises `InputRefused` if the channel is neither a speed nor an angle or position.
+    """
+    values, quantity = log.channel(channel), channel.rpartition("_")[2]
+    if quantity not in ("angle", "position", "velocity"):
+        raise InputRefused(
+            f'{log.source}: "{channel}" is no angle, position or velocity: choose another channel'
+        )
+    if bandwidth is not None:
+        values = zero_phase(values, log.interval, bandwidth)
+    return values if quantity == "velocity" else difference(values, log.interval)
+
+
+def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) -> tuple[Log, str, str]:
+    """Read a log for a response; input and output may be channels or plain columns of the file.
+
+    ``input_``, ``output``: channel ("torque"), head ("torque [N m]"), or any column; the last is taken in the
+    unit of the file.
+    Returns ``input_, output``: channels of the log.
+    Raises `InputRefused` if input and output are one column.
+    """
+    wanted = {"input_": input_, "output": output}
+    chosen: dict[str, Column] = dict(columns.columns)
+    names: dict[str, str] = {}
+    table = open_log(path, columns if columns.columns else _time_only(columns, input_, output)).table
+    for role, name in wanted.items():
+        seen = recognise(name)
+        heads = [
+            head
+            for head in table.names
+            if (known := recognise(head)) and seen and known.channel == seen.channel
+        ]
+        if name in chosen:
+            names[role] = name
+        elif seen is not None and len(heads) == 1:
+            names[role] = seen.channel
+            chosen[seen.channel] = Column(column=heads[0])
+        else:
+            names[role] = f"{role.strip('_')}_voltage"  # any column: its numbers as they are
+            chosen[names[role]] = Column(column=table.require(name), unit="V")
+    source, target = (chosen[names[role]].column for role in wanted)
+    if source == target:
+        raise InputRefused(
+            f'{table.source}: input and output are both the column "{source}": a response is from one column '
+            f"to another: choose two of {', '.join(table.names)[:90]}"
+        )
+    return read_log(path, replace(columns, columns=chosen)), names["input_"], names["output"]
+
+
+def _time_only(columns: ColumnMap, input_: str, output: str) -> ColumnMap:
+    """A map that lets the file be opened whatever its columns are called."""
+    plain: Mapping[str, Column] = {"input_voltage": Column(column=input_, unit="V")}
+    recognised = recognise(input_) is not None and recognise(output) is not None
+    return columns if recognised else replace(columns, columns=plain)
+
 
 OVERLAP = 0.2
 """Of neighbouring windows [s], at most half of one."""
@@ -80,4 +167,166 @@ def response(
         overlap=min(OVERLAP, 0.5 * segment) if overlap is None else overlap,
         estimator=estimator,
         robust=robust,
+    )
+
+
+HANN_LINES = 2
+"""Neighbouring lines under a Hann window share their noise; lines this far apart hardly do."""
+
+
+def selected(measured: FrequencyResponse, keep: NDArray[np.bool_]) -> FrequencyResponse:
+    """Some lines of a response.
+
+    ``keep``, shape (m,).
+    """
+    return FrequencyResponse(
+        frequency=measured.frequency[keep],
+        response=measured.response[keep],
+        deviation=measured.deviation[keep],
+        coherence=measured.coherence[keep],
+        averages=measured.averages,
+        left_out=measured.left_out,
+    )
+
+
+def independent_lines(measured: FrequencyResponse, least_coherence: float = 0.0) -> FrequencyResponse:
+    """Lines of a response by Hann windows that hardly share their noise, so that a fit counts each once."""
+    keep = np.arange(measured.frequency.size) % HANN_LINES == 0
+    return selected(measured, keep & (measured.coherence > least_coherence))
+
+
+LOW = 0.8
+"""Coherence below which a response is mostly not that of its input."""
+TAIL = 0.025
+"""Share of the input's power on either side of the band in which it is judged."""
+
+
+def driven_band(input_: Array, interval: float) -> tuple[float, float]:
+    """Band that holds all of a signal's power but its tails [Hz]; its mean counts for nothing.
+
+    ``input_``, shape (samples,); ``interval`` [s].
+    """
+    power = np.abs(np.fft.rfft((input_ - input_.mean()) * np.hanning(input_.size))) ** 2
+    total = np.cumsum(power)
+    ends = np.searchsorted(total, [TAIL * total[-1], (1.0 - TAIL) * total[-1]])
+    low, high = np.fft.rfftfreq(input_.size, interval)[np.minimum(ends, power.size - 1)]
+    return float(low), float(high)
+
+
+def coherence_words(found: FrequencyResponse, input_: Array, interval: float) -> tuple[str, list[str]]:
+    """The coherence in the band that the input drives, and a warning where it is low.
+
+    ``input_``, shape (samples,); ``interval`` [s].
+    """
+    low, high = driven_band(input_, interval)
+    inside = (found.frequency >= low) & (found.frequency <= high)
+    if not inside.any():
+        distance = np.abs(found.frequency - 0.5 * (low + high))
+        inside = distance == distance.min()
+    values = found.coherence[inside]
+    middle, worst = float(np.median(values)), int(np.argmin(values))
+    words = (
+        f"coherence {middle:.2f} (median, {low:.3g} to {high:.3g} Hz, where the input has its power), lowest "
+        f"{values[worst]:.2f} at {found.frequency[inside][worst]:.4g} Hz"
+    )
+    if middle >= LOW:
+        return words, []
+    warning = (
+        f"coherence {middle:.2f} is below {LOW:g}: most of the output is noise, not linear, or not of this "
+        "input; check the columns, excite more strongly"
+    )
+    return f"{words}\nwarning: {warning}", [warning]
+
+
+FREQUENCIES = {
+    "omega": "rad/s",
+    "w": "rad/s",
+    "frequency": "Hz",
+    "frequency_hz": "Hz",
+    "f": "Hz",
+    "freq": "Hz",
+}
+MAGNITUDES = ("magnitude", "gain", "amplitude", "mag")
+PHASES = {"phase": "rad", "phase_deg": "deg"}
+SAME = 1e-6
+"""Relative distance of frequencies that count as one."""
+DEVIATIONS = 4.0
+MOST_ROWS = 5_000_000
+
+
+def read_response(path: str | Path) -> FrequencyResponse:
+    """Read a response from a table; repeats at one frequency are averaged without their outliers.
+
+    ``path``: with columns omega [rad/s] or frequency [Hz], magnitude (or "magnitude [dB]") and phase [rad] or
+    [deg], of any format that logs may have.
+    Returns ``deviation`` from the spread of the repeats, NaN where there is one; ``coherence`` 1, since it
+    cannot be determined; ``left_out`` the number of outliers.
+    Raises `InputRefused` if a column is missing, or a number is missing or impossible.
+    """
+    table = open_table(path)
+    heads = {name.lower().strip(): name for name in table.names}
+    frequency = next((heads[name] for name in FREQUENCIES if name in heads), None)
+    magnitude = next((heads[name] for name in MAGNITUDES if name in heads), None)
+    phase = next((heads[name] for name in PHASES if name in heads), None)
+    if frequency is None or magnitude is None or phase is None:
+        raise InputRefused(
+            f"{table.source}: no columns omega or frequency, magnitude and phase (found: "
+            f"{', '.join(table.names)[:90]}): name them so, or give --input and --response of a log"
+        )
+    if (table.rows or 0) > MOST_ROWS:
+        raise InputRefused(f"{table.source}: more than {MOST_ROWS} rows: average them first")
+    blocks = list(table.read((frequency, magnitude, phase)))
+    columns = [np.concatenate([block[name] for block in blocks]) for name in (frequency, magnitude, phase)]
+    if not all(np.isfinite(column).all() for column in columns) or columns[0].min() <= 0.0:
+        raise InputRefused(f"{table.source}: a number is missing, or a frequency is not above 0: correct it")
+    hertz = columns[0] * _factor(table, frequency, FREQUENCIES, "rad/s") / (2 * np.pi)
+    size = _size(table, magnitude, columns[1])
+    angle = columns[2] * _factor(table, phase, PHASES, "rad")
+    return _averaged(hertz, np.asarray(size * np.exp(1j * angle), dtype=complex))
+
+
+def _factor(table: Table, name: str, units: dict[str, str], si: str) -> float:
+    unit = table.units.get(name) or units[name.lower().strip()]
+    if si == "rad/s" and unit.lower() in ("hz", "khz"):
+        return 2 * np.pi * to_si(f"1 {unit}", "Hz")
+    try:
+        return to_si(f"1 {unit}", si)
+    except InputRefused as refusal:
+        raise refusal.at(f'{table.source}: column "{name}"') from None
+
+
+def _size(table: Table, name: str, values: Array) -> Array:
+    if table.units.get(name, "").lower() == "db":
+        return np.asarray(10.0 ** (values / 20.0), dtype=float)
+    if values.min() < 0.0:
+        raise InputRefused(
+            f'{table.source}: column "{name}" is negative: head it "{name} [dB]" if it is in dB'
+        )
+    return values
+
+
+def _averaged(hertz: Array, response: NDArray[np.complex128]) -> FrequencyResponse:
+    """Mean of the repeats near their median, for every frequency."""
+    order = np.argsort(hertz, kind="stable")
+    hertz, response = hertz[order], response[order]
+    groups = np.split(np.arange(hertz.size), np.flatnonzero(np.diff(hertz) > SAME * hertz[:-1]) + 1)
+    means, errors, left_out = [], [], 0
+    for group in groups:
+        values = response[group]
+        middle = np.median(values.real) + 1j * np.median(values.imag)
+        off = np.abs(values - middle)
+        keep = off <= max(DEVIATIONS * 1.4826 * float(np.median(off)), 1e-9 * abs(middle))
+        left_out += int((~keep).sum())
+        kept = values[keep]
+        means.append(kept.mean())
+        errors.append(
+            np.sqrt(np.var(kept) * kept.size / (kept.size - 1) / kept.size) if kept.size > 1 else np.nan
+        )
+    return FrequencyResponse(
+        frequency=np.array([hertz[group].mean() for group in groups]),
+        response=np.array(means),
+        deviation=np.array(errors),
+        coherence=np.ones(len(groups)),
+        averages=float(np.mean([group.size for group in groups])),
+        left_out=left_out,
     )

@@ -1,4 +1,7 @@
-r"""Is the model right, in a log whose torque is no sum of lines: steps, chirps, feedback loops.
+r"""Is the model right, in a log whose torque is no sum of lines, or whose motion repeats?
+
+Each is written so that the fault makes its factor positive; where only the positive sign is that fault, a
+negative factor says nothing.
 
 The innovations of `cabledrive.identification.innovations` are held against what each fault would add to them,
 beside the four parameters and the instant at which the torque is measured. The standard error of a factor
@@ -16,32 +19,29 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import fft, signal, stats
 
 from cabledrive.identification.axis_case import case_of
 from cabledrive.identification.diagnosis import FALSE_ALARMS
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.fault_evidence import Evidence
+from cabledrive.identification.innovation_kernels import loosen
 from cabledrive.identification.innovations import (
     HELD,
     HELD_DOUBT,
+    ORDER,
     SLOWER,
     NotReproduced,
+    Prediction,
     Track,
+    autoregression,
     best_bandwidth,
     held,
     predicted_angles,
     regression,
 )
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.loop_disturbances import (
-    BASE,
-    GAPS,
-    LINEAR_GAPS,
-    base_torques,
-    fault_torques,
-)
-from cabledrive.identification.reference_logs import reference_tracks
+from cabledrive.identification.method_error import reference_tracks
 from cabledrive.identification.regression import (
     FEWEST_SEGMENTS,
     MOST_SEGMENTS,
@@ -51,10 +51,153 @@ from cabledrive.identification.regression import (
     solve,
     triangle,
 )
-from cabledrive.identification.repetition import design_effect
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for
 
 Array = NDArray[np.float64]
+
+BASE = ("inertia", "viscous", "coulomb", "offset")
+"""Torques of an error of the four parameters."""
+STRIBECK_SHARES = (0.03, 0.1, 0.3)
+"""Fading speeds that are tried, in root mean square speeds."""
+SLOPE_SHARES = (1.0, 4.0)
+"""Slopes of a smooth friction that are tried, over the root mean square speed."""
+WAVES = 4
+"""Half waves over the stroke of a torque that depends on the position."""
+RESONANCES = (25.0, 50.0, 100.0)
+"""Of a joint, that are tried [Hz]."""
+RESONANCE_DAMPING = 0.1
+GAPS = (0.25, 1.0)
+"""Backlash widths that are tried, in degrees for a rotating axis."""
+LINEAR_GAPS = (0.0005, 0.005)
+"""The same for a linear axis, in strokes."""
+CONTACT = 0.005
+"""Time in which both sides of a backlash reach one speed [s]."""
+
+
+def base_torques(run: Prediction, track: Track) -> dict[str, Array]:
+    """What an error of the parameters would add, and of the instant at which the torque was measured.
+
+    Returns those of `BASE`, and "lag".
+    """
+    return {
+        "inertia": -run.acceleration,
+        "viscous": -run.speed,
+        "coulomb": -run.direction,
+        "offset": np.ones_like(run.speed),
+        "lag": np.gradient(track.torque, track.interval),
+    }
+
+
+def fault_torques(run: Prediction, track: Track, gaps: tuple[float, ...]) -> dict[str, Array]:
+    """What each fault would add.
+
+    ``gaps``: backlash widths [rad or m].
+    Returns by fault, and what was tried of it after a colon.
+    """
+    net = run.values[0] * run.acceleration
+    found = friction_torques(run.speed, run.direction) | {"load": -run.direction * np.abs(net)}
+    stroke = float(np.ptp(track.position))
+    place = (track.position - track.position.min()) / stroke
+    for k in range(1, WAVES + 1):
+        found[f"position:{k}"] = np.cos(np.pi * k * place)
+    for hertz in RESONANCES:
+        if hertz < 0.2 / track.interval:
+            found[f"flexibility:{hertz:g}"] = springy(net, 2 * np.pi * hertz, track.interval)
+    for gap in gaps:
+        found[f"backlash:{gap:.3g}"] = loosened(net, run.speed, gap, track.interval)
+    return found
+
+
+def friction_torques(speed: Array, direction: Array) -> dict[str, Array]:
+    """What other laws of friction would add.
+
+    ``speed``, shape (samples,); ``direction``, shape (samples,): 0 where the axis sticks.
+    """
+    size = float(np.sqrt(np.mean(speed**2)))
+    found = {"asymmetry": -np.abs(speed), "quadratic": -speed * np.abs(speed) / size}
+    for share in STRIBECK_SHARES:
+        found[f"stribeck:{share:g}"] = -direction * np.exp(-((speed / (share * size)) ** 2))
+    for share in SLOPE_SHARES:
+        found[f"slope:{share:g}"] = direction - np.tanh(share * speed / size)
+    return found
+
+
+def springy(net: Array, resonance: float, interval: float) -> Array:
+    r"""What the load's inertia behind a spring adds to the motor's acceleration.
+
+    .. math:: \frac{s^2}{s^2 + 2\zeta\omega_r s + \omega_r^2}
+
+    of the torque that accelerates the axis.
+
+    ``net``, shape (samples,); ``resonance``: motor and load against each other [rad/s]; ``interval`` [s].
+    Returns shape (samples,).
+    """
+    damping = 2 * RESONANCE_DAMPING * resonance
+    numerator, denominator = signal.bilinear([1.0, 0.0, 0.0], [1.0, damping, resonance**2], 1.0 / interval)
+    return np.asarray(signal.lfilter(numerator, denominator, net))
+
+
+def loosened(net: Array, speed: Array, gap: float, interval: float) -> Array:
+    """What backlash adds: the torque accelerates the motor alone, and contact takes the surplus back.
+
+    ``net``, ``speed``, shape (samples,): torque that accelerates the axis, and its speed; ``gap`` [rad or m];
+    ``interval`` [s].
+    Returns shape (samples,).
+    """
+    added = np.empty_like(net)
+    loosen(net, speed, gap, interval, max(1, round(CONTACT / interval)), added)
+    return added
+
+
+SHORTEST = 0.3
+"""Period that is looked for at least [s]."""
+ALIKE = 0.9
+"""Correlation of a torque with itself, one period later, from which it counts as periodic."""
+
+
+def period_of(values: Array, interval: float) -> int:
+    """Period of a signal.
+
+    ``values``, shape (samples,); ``interval`` [s].
+    Returns [samples]; 0 where it does not repeat at least once.
+    """
+    centred = values - values.mean()
+    size = values.size
+    power = np.abs(fft.rfft(centred, fft.next_fast_len(2 * size))) ** 2
+    products = fft.irfft(power)[:size]
+    energy = np.cumsum(centred**2)
+    first, last = round(SHORTEST / interval), size // 2
+    lags = np.arange(first, last)
+    if lags.size == 0 or energy[-1] == 0.0:
+        return 0
+    heads, tails = energy[size - 1 - lags], energy[-1] - energy[lags - 1]
+    alike = products[lags] / np.sqrt(np.maximum(heads * tails, 1e-300))
+    best = int(np.argmax(alike))
+    if alike[best] < ALIKE:
+        return 0
+    # The shortest of the multiples that are as good.
+    near = np.flatnonzero(alike > alike[best] - 0.02)
+    return int(lags[near[0] + int(np.argmax(alike[near[0] : near[0] + 20]))])
+
+
+def design_effect(tracks: Sequence[Track], runs: Sequence[Prediction]) -> float:
+    r"""Factor of the variances of a log that repeats: :math:`1 + (n - 1)\rho`.
+
+    ``runs``: of the observer.
+    Returns with n periods, and the correlation of the whitened innovations with those one period later; 1
+    where nothing repeats.
+    """
+    found = [1.0]
+    for track, run in zip(tracks, runs, strict=True):
+        period = period_of(track.torque, track.interval)
+        if period == 0:
+            continue
+        white = np.convolve(run.innovation, autoregression(run.innovation), "valid")[ORDER:]
+        count = white.size / period
+        alike = float(white[period:] @ white[:-period]) / float(white @ white) / (1.0 - 1.0 / count)
+        found.append(1.0 + (count - 1.0) * max(alike, 0.0))
+    return max(found)
+
 
 NUISANCE = (*BASE, "lag")
 HOLD = "hold"

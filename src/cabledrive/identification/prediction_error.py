@@ -1,4 +1,4 @@
-r"""Parameters from the innovations of an observer: a feedback loop does them no harm.
+"""Parameters from the innovations of an observer: a feedback loop does them no harm.
 
 Inside a loop the noise of the encoder comes back as torque; a regression of the torque on the motion, and a
 simulation of the motion under the torque, are both biased by that. What an observer does not predict has
@@ -9,13 +9,13 @@ intervals.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.estimates import Identification
-from cabledrive.identification.finding import code_of
+from cabledrive.identification.estimates import Identification, code_of
 from cabledrive.identification.innovations import (
     SLOWER,
     NotReproduced,
@@ -26,13 +26,10 @@ from cabledrive.identification.innovations import (
     predicted_angles,
 )
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.loop_check import NUISANCE, joint_factors, tracks_of
-from cabledrive.identification.loop_disturbances import BASE
-from cabledrive.identification.method_error import unseen, widened
-from cabledrive.identification.reference_logs import reference_tracks
+from cabledrive.identification.loop_check import BASE, NUISANCE, design_effect, joint_factors, tracks_of
+from cabledrive.identification.method_error import reference_tracks, unseen, widened
 from cabledrive.identification.regression import Factors, Fit, only, solve, suited_segments, triangle
-from cabledrive.identification.repetition import design_effect
-from cabledrive.identification.rigid_axis import AxisOptions, channels_of
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
 from cabledrive.identification.torque_timing import (
     CONVENTIONS,
     FARTHEST,
@@ -248,3 +245,26 @@ def _concluded(found: Identification, values: Array, fit: Fit, extra: Array) -> 
         findings=tuple(one for one in found.findings if code_of(one) != "negative"),
     )
     return widened(refined, extra)
+
+
+def predict_from_some_instant(
+    logs: Sequence[Log], found: Identification, options: AxisOptions, timing: TorqueTiming
+) -> Predicted:
+    """Prediction error from the torque's instant as found; where that loses the log, from a convention's.
+
+    Inside a feedback loop the regression's instant can be off by more than the observer finds back from.
+    """
+    try:
+        return refine_by_prediction(logs, found, options, timing)
+    except NotReproduced:
+        if timing.known or not options.lag:
+            raise
+    torque, _ = channels_of(logs[0], options)
+    interval = max(log.interval for log in logs)
+    for name in sorted(CONVENTIONS, key=lambda name: abs(CONVENTIONS[name] * interval - timing.shift)):
+        start = replace(timing, shift=CONVENTIONS[name] * interval, law="shift")
+        begun = identify_rigid_axis(with_torque_moved(logs, torque, start), options)
+        if begun.identifiable:
+            with suppress(NotReproduced):
+                return refine_by_prediction(logs, begun, options, start)
+    raise NotReproduced

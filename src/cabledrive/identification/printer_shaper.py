@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.finding import Finding
+from cabledrive.identification.estimates import Finding
 from cabledrive.identification.printer_spectrum import PrinterSpectrum, read_printer_spectrum
 from cabledrive.identification.shaper_choice import (
     HIGHEST_FREQUENCY,

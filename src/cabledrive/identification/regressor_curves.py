@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass
-from cabledrive.identification.friction_regressors import direction_of
+from cabledrive.identification.inverse_dynamics import direction_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of
 from cabledrive.parameters import InputRefused

@@ -1,4 +1,4 @@
-r"""When a logged torque acts: held from its tick, that of the interval before, behind a sensor.
+r"""When a logged torque acts, its spectral lines, and how late its channel is.
 
 A controller that holds its torque from tick to tick and logs it at the tick makes a torque that acts half an
 interval later than its time stamp; a drive that logs the torque of the interval before, half an interval
@@ -11,9 +11,12 @@ found by Gauss-Newton steps on the filtered equation. A sensor behind a low-pass
 :math:`\tau + T\dot\tau` of the logged torque instead; where the torque is late by more than `NEAR` intervals,
 the law with the smaller residual is taken. Afterwards the torque channel is moved, and what is left of
 :math:`\delta` stays a column of each regression, so that its doubt is in every interval.
+
+The first figure holds to first order, while the delay is short against the fastest line. Moved back by it,
+and fitted anew, the log shows how much is left.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,10 +24,71 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.torque_lines import spectral_lines
-from cabledrive.parameters import InputRefused
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of
+from cabledrive.parameters import InputRefused, NotComputed
 
 Array = NDArray[np.float64]
+
+SPARSE = 0.3
+HALF = 0.5
+BETWEEN = 2.5
+"""Power density between lines over that above them: nearly 1 where the rest is noise; 4 and more where the
+torque of a feedback loop happens to have peaks."""
+
+
+def spectral_lines(values: Array) -> Array:
+    """A signal without what lies near its noise floor; the signal itself where it is no sum of lines.
+
+    ``values``, shape (samples,).
+    Returns shape (samples,).
+    """
+    spectrum = np.fft.rfft(values)
+    kept = _lines_of(spectrum)
+    if kept.mean() > SPARSE:
+        return values
+    return np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
+
+
+def driven_by_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
+    """Whether the torque of every log is a sum of lines, so that a motion free of noise is known.
+
+    Returns false where what stands above the noise fills more than half of its band, as steps, chirps and
+    torques of feedback loops do; and where the torque channel saturates, for it cannot drive a model then.
+    """
+    torque, _ = channels_of(logs[0], options)
+    for log in logs:
+        if torque in log.saturated and log.saturated[torque].any():
+            return False
+        kept = _lines_of(np.fft.rfft(log.channel(torque)))
+        band = np.flatnonzero(kept)
+        if band.size == 0 or band.size > HALF * (band[-1] - band[0] + 1) or kept.mean() > SPARSE:
+            return False
+    return True
+
+
+def noise_between_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
+    """Whether nothing but noise lies between the torque's lines, so that they are all that moves the axis.
+
+    ``logs``: driven by lines, see `driven_by_lines`.
+    """
+    torque, _ = channels_of(logs[0], options)
+    spectra = [np.fft.rfft(log.channel(torque)) for log in logs]
+    return all(_between_and_above(np.abs(s) ** 2, _lines_of(s)) <= BETWEEN for s in spectra)
+
+
+def _between_and_above(power: Array, kept: NDArray[np.bool_]) -> float:
+    """Mean power between the lines over that above them; 1 where there is no such place."""
+    first, last = np.flatnonzero(kept)[[0, -1]]
+    between = power[first:last][~kept[first:last]]
+    above = power[last + 1 :]
+    return float(between.mean() / above.mean()) if between.size and above.size and above.any() else 1.0
+
+
+def _lines_of(spectrum: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    size = np.abs(spectrum)
+    above = size > 12.0 * np.median(size)
+    return np.asarray(np.convolve(above, np.ones(3), "same") > 0)
+
 
 TAPS = 16
 """Half length of the interpolation filter [samples]."""
@@ -195,3 +259,41 @@ def given_timing(name: str, interval: float) -> TorqueTiming:
     if name not in CONVENTIONS:
         raise InputRefused(f'identify.torque = "{name}" is unknown: take one of {", ".join(TIMINGS)}')
     return TorqueTiming(shift=CONVENTIONS[name] * interval, error=0.0, known=True, stated=name)
+
+
+DELAY_ROUNDS = 12
+
+
+def moved_back(log: Log, channel: str, samples: int) -> Log:
+    """A log with one channel earlier by whole samples; what has no partner at either end is left out.
+
+    ``samples``: later where negative.
+    """
+    size = len(log) - abs(samples)
+    own, others = max(samples, 0), max(-samples, 0)
+    kept = log.part(float(log.time[others]), float(log.time[others + size - 1]) + log.interval)
+    moved = {**kept.channels, channel: log.channels[channel][own : own + size]}
+    return replace(kept, channels=moved)
+
+
+def torque_delay(
+    logs: Sequence[Log], options: AxisOptions, first: float, left_in: Callable[[Sequence[Log]], float]
+) -> float:
+    """Delay of the torque channel against the motion.
+
+    ``first``: its estimate from the logs as they are, to first order [s]; ``left_in``: the same of logs whose
+    channel was moved back: what is left [s].
+    Returns [s]; to a share of a sample where the torque between samples allows it.
+    Raises `NotComputed` if it does not come to an end: the lag is no delay.
+    """
+    torque, _ = channels_of(logs[0], options)
+    interval, samples, left = logs[0].interval, 0, first
+    for _ in range(DELAY_ROUNDS):
+        step = round(left / interval)
+        if step == 0:
+            return samples * interval + left
+        samples += step
+        if abs(samples) > min(len(log) for log in logs) // 4:
+            break
+        left = left_in([moved_back(log, torque, samples) for log in logs])
+    raise NotComputed(f"moved back by {samples * interval:.3g} s the torque channel still lags")

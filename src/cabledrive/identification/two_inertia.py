@@ -10,16 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.both_sides import identify_by_equations
-from cabledrive.identification.chain_model import ChainModel, FreeParameter
-from cabledrive.identification.estimates import Estimate, Identification
-from cabledrive.identification.finding import Finding
+from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record, Sensor
+from cabledrive.identification.estimates import Estimate, Finding, Identification
 from cabledrive.identification.fit_doubts import at_bounds, doubts_of, interval_of, undetermined
-from cabledrive.identification.identifiability import readable
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.multi_start import StartedFit, fit_from_many_starts
-from cabledrive.identification.output_error import RowFit, fit_of
-from cabledrive.identification.record import Record
-from cabledrive.identification.sensor import Sensor
+from cabledrive.identification.output_error import RowFit, StartedFit, fit_from_many_starts, fit_of
+from cabledrive.identification.regression import readable
 from cabledrive.identification.two_inertia_channels import (
     TwoInertiaChannels,
     channels_of,

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cabledrive.identification.chain_model import Record
 from cabledrive.identification.filters import difference
-from cabledrive.identification.identifiability import readable
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.record import Record
+from cabledrive.identification.regression import readable
 from cabledrive.parameters import InputRefused
 
 INPUTS = {"torque": "N m", "force": "N", "current": "A", "voltage": "V"}

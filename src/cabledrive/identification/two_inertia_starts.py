@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.chain_model import Record
 from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.record import Record
 
 Array = NDArray[np.float64]
 

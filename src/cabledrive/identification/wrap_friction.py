@@ -1,4 +1,4 @@
-r"""Friction at wraps told from friction at bearings, by logs of one axis at several tensions of its cable.
+r"""Friction at wraps told from friction at bearings, and inertias from the differences of rigs.
 
 A rope that slides over a guide loses tension in proportion to it, a bearing does not. With a pretension T per
 log, the motor's torque while the rope slides one way is
@@ -15,12 +15,14 @@ and what the terms in :math:`\delta, \varepsilon` change is added to them as an 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
-from cabledrive.identification.estimates import Estimate
+from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of
@@ -239,3 +241,33 @@ def _findings(free: _Fit, levels: Sequence[float], constant: Estimate, slope: Es
     if slope.high < 0.0 or constant.high < 0.0:
         found.append("one of the two frictions is negative: a tension, a sign or the model is wrong")
     return tuple(found)
+
+
+def inertias_of_the_rigs(
+    motor: Identification, with_drive_pulley: Identification, with_load_pulley: Identification
+) -> dict[str, Estimate]:
+    """Inertias of motor, drive pulley and load pulley, as in Table 4.2.
+
+    ``motor``, ``with_drive_pulley``, ``with_load_pulley``: the motor alone, with the drive pulley, and with
+    the load pulley on its shaft.
+    Returns "J1", "J11", "J12", "J2", intervals propagated from those of the rigs, which are independent.
+    """
+    return {
+        "J1": with_drive_pulley.parameters["inertia"],
+        "J11": motor.parameters["inertia"],
+        "J12": difference_of(with_drive_pulley, motor),
+        "J2": difference_of(with_load_pulley, motor),
+    }
+
+
+def difference_of(larger: Identification, smaller: Identification, name: str = "inertia") -> Estimate:
+    """Difference of one parameter of two independent identifications.
+
+    Returns with Welch's degrees of freedom.
+    """
+    a, b = larger.parameters[name], smaller.parameters[name]
+    error = hypot(a.standard_error, b.standard_error)
+    parts = a.standard_error**4 / larger.freedom + b.standard_error**4 / smaller.freedom
+    half = float(stats.t.ppf(0.975, error**4 / parts)) * error if parts > 0 else float("inf")
+    value = a.value - b.value
+    return Estimate(value=value, unit=a.unit, standard_error=error, low=value - half, high=value + half)

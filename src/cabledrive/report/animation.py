@@ -1,23 +1,110 @@
-"""The loop in motion on a page: an SVG that plays without a script."""
+"""The loop in motion: frames of a run, on a page without a script, as a GIF, under control.
+
+Deflections across the cable and turns of the pulleys are drawn larger than they are, by factors that are
+said; the spokes turn with the pulleys, clockwise where the cable of the upper span moves to the right.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from math import cos, degrees, hypot, sin
+from typing import TYPE_CHECKING
 
+import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive
-from cabledrive.report.figures.machine_layout import machine_layout
-from cabledrive.report.figures.sheet import Sheet
-from cabledrive.report.motion import (
-    FIRST_LINE,
-    SECONDS_PER_FRAME,
-    Motion,
-    motion_of,
-    motion_words,
-    span_curve,
-    spokes,
-)
-from cabledrive.report.style import NARROW, WIDE, theme_css
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.report.figures.machine import MachineLayout, machine_layout
+from cabledrive.report.figures.moving_machine import tension_colour
+from cabledrive.report.figures.sheet import Point, Sheet
+from cabledrive.report.picture import INK, NARROW, PAPER, QUIET, SPAN_COLOURS, WIDE, house_style, theme_css
+from cabledrive.report.typesetting import number, quantity
+from cabledrive.rig import Tracking
 from cabledrive.simulation import SimulationResult
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+
+MOST_FRAMES = 72
+SECONDS_PER_FRAME = 1.0 / 16.0
+POINTS = 41
+FIRST_LINE = 18.0  # px
+_DEFLECTION, _TURN, _LARGEST_FACTOR = 26.0, 0.6, 1e6  # px, rad
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Motion:
+    """Frames of a run."""
+
+    time: Array  # (frames,) [s]
+    place: Array  # (points,): shares of the span, from the pulley where it starts
+    across: dict[str, Array]  # (frames, points): displacement w of each span, outwards [m]
+    angles: Array  # (frames, 2): of drive and load pulley [rad]
+
+
+def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:
+    """Frames from the whole fields of a run, the first ``most``; less than two are refused."""
+    if len(result.fields) < 2:
+        raise InputRefused(
+            f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
+        )
+    place = np.linspace(0.0, 1.0, POINTS)
+    across = {}
+    for row, span in enumerate(result.spans):
+        at = result.position[row] / result.position[row, -1]
+        first = row * (at.size - 1)
+        w = result.fields[:most, 2, first : first + at.size]
+        across[span] = np.array([np.interp(place, at, field) for field in w])
+    time = result.field_time[:most]
+    angles = [np.interp(time, result.time, angle) for angle in (result.drive_angle, result.load_angle)]
+    return Motion(time=time, place=place, across=across, angles=np.column_stack(angles))
+
+
+def frame_interval(drive: Drive) -> float:
+    """Time between frames that shows the lowest transverse mode in eighteen pictures. Returns [s]."""
+    speed = (drive.cable.pretension / drive.cable.stretched_mass_per_length) ** 0.5
+    return 2.0 * drive.pulley_distance / speed / 18.0
+
+
+def factors(motion: Motion) -> tuple[float, float]:
+    """How many pixels a metre of deflection has, and how many times too far the pulleys turn."""
+    deflection = max(float(np.max(np.abs(field))) for field in motion.across.values())
+    turn = float(np.max(np.abs(motion.angles - motion.angles[:1])))
+    larger = min(_TURN / turn, _LARGEST_FACTOR) if turn > _TURN / _LARGEST_FACTOR else 1.0
+    return _DEFLECTION / deflection if deflection > 0.0 else 0.0, float(f"{larger:.1e}")
+
+
+def motion_words(layout: MachineLayout, drive: Drive, motion: Motion) -> str:
+    """What is drawn too large, and how slow it plays."""
+    pixels, turn = factors(motion)
+    distance = hypot(layout.load[0] - layout.drive[0], layout.load[1] - layout.drive[1])
+    larger = pixels * drive.pulley_distance / distance
+    slower = SECONDS_PER_FRAME / float(motion.time[1] - motion.time[0])
+    return f"w × {number(larger, 2)}, angles × {number(turn, 2)}, {number(slower, 2)} times slower"
+
+
+def span_curve(layout: MachineLayout, motion: Motion, span: str, frame: int) -> list[Point]:
+    """A span as drawn in a frame; w points out of the loop. ``span``, {"upper", "lower"}. Returns [px]."""
+    pixels, _ = factors(motion)
+    side = 1.0 if span == "upper" else -1.0
+    return [
+        layout.off(layout.on_span(span, float(share)), 0.0, side * pixels * float(w))
+        for share, w in zip(motion.place, motion.across[span][frame], strict=True)
+    ]
+
+
+def spokes(layout: MachineLayout, motion: Motion, frame: int) -> list[tuple[Point, Point]]:
+    """A diameter of drive and load pulley [px] as drawn in a frame, upright at the start."""
+    _, larger = factors(motion)
+    ends = []
+    turned = larger * (motion.angles[frame] - motion.angles[0])
+    for axle, radius, angle in zip((layout.drive, layout.load), layout.radii, turned, strict=True):
+        along, across = radius * sin(angle), radius * cos(angle)
+        ends.append((layout.off(axle, along, across), layout.off(axle, -along, -across)))
+    return ends
 
 
 def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Markup, Markup, Markup]:
@@ -90,9 +177,9 @@ def framed(name: str, frames: Sequence[Sequence[str]]) -> list[str]:
     """Elements of each frame as a group that is seen in its turn; ``name``: as the switch has it."""
     period = len(frames) * SECONDS_PER_FRAME
     groups = []
-    for number, elements in enumerate(frames):
+    for place, elements in enumerate(frames):
         # half a frame early, so that a drawing that never starts shows the first frame and no other
-        delay = ((number - 0.5) / len(frames) - 1.0) * period
+        delay = ((place - 0.5) / len(frames) - 1.0) * period
         inside = "\n".join(elements)
         groups.append(f'<g class="{name}-frame" style="animation-delay: {delay:.4f}s">{inside}</g>')
     return groups
@@ -123,3 +210,132 @@ def switch(name: str, frames: int) -> Markup:
         f'</style>\n<input type="checkbox" id="{name}-switch" aria-label="Pause or play the animation">'
         f'<label for="{name}-switch"></label>'
     )
+
+
+_COLOURS = 32
+_WIDTH = 560  # px
+
+
+def animation_gif(drive: Drive, result: SimulationResult) -> bytes:
+    """The loop in motion as a GIF; refused with less than two whole fields."""
+    from PIL.Image import Dither
+
+    motion = motion_of(result)
+    frames = _painted(drive, motion, _WIDTH)
+    palette = frames[len(frames) // 4].quantize(_COLOURS)
+    reduced = [frame.quantize(palette=palette, dither=Dither.NONE) for frame in frames]
+    with BytesIO() as file:
+        reduced[0].save(
+            file,
+            "GIF",
+            save_all=True,
+            append_images=reduced[1:],
+            duration=round(1000 * SECONDS_PER_FRAME / 10) * 10,
+            loop=0,
+            optimize=True,
+        )
+        return file.getvalue()
+
+
+def _painted(drive: Drive, motion: Motion, width: int) -> "list[Image]":
+    """Frames as pictures of colours."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
+    from PIL import Image
+
+    layout = machine_layout(drive, width, False)
+    with house_style():
+        figure = Figure(figsize=(width / 72, layout.size[1] / 72), facecolor=PAPER)
+        canvas = FigureCanvasAgg(figure)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.set(xlim=(0.0, layout.size[0]), ylim=(layout.size[1], 0.0), aspect="equal")
+        axes.set_axis_off()
+        for axle, radius in zip((layout.drive, layout.load), layout.radii, strict=True):
+            axes.add_patch(Circle(axle, radius, fill=False, edgecolor=QUIET, linewidth=1.2))
+        axes.text(12.0, FIRST_LINE, motion_words(layout, drive, motion), color=QUIET)
+        clock = axes.text(layout.size[0] - 12.0, layout.size[1] - 10.0, "", color=QUIET, ha="right")
+        diameters = [axes.plot([], [], color=INK, linewidth=2.0)[0] for _ in range(2)]
+        cables = {span: axes.plot([], [], color=SPAN_COLOURS[span])[0] for span in motion.across}
+        frames = []
+        for frame in range(motion.time.size):
+            for line, ends in zip(diameters, spokes(layout, motion, frame), strict=True):
+                line.set_data(*zip(*ends, strict=True))
+            for span, cable in cables.items():
+                cable.set_data(*zip(*span_curve(layout, motion, span, frame), strict=True))
+            clock.set_text(f"{1e3 * (motion.time[frame] - motion.time[0]):.1f} ms")
+            canvas.draw()
+            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
+    return frames
+
+
+FRAMES = 64
+NAME = "controlled"
+
+
+def controlled_film(drive: Drive, run: Tracking) -> str:
+    """A run of the rig on a plant with two pulleys, as an HTML page that needs no other file.
+
+    The motion plays to scale; short ticks show where the load pulley should be, and the words by how much it
+    is not there. Refused: a plant without spans under tension, a run that ended at once.
+    """
+    if run.tensions is None:
+        raise InputRefused("the film shows tensions: choose a plant with a flexible cable, such as `cable`")
+    if run.time.size < 2:
+        raise InputRefused(f"the run ended at once: {run.incomplete}")
+    shown = np.unique(np.linspace(0, run.time.size - 1, FRAMES).astype(int))
+    wide, narrow = (_drawn(drive, run, shown, width) for width in (WIDE, NARROW))
+    plant = run.summary["plant"]
+    return moving_page(
+        f"{drive.title or drive.name}: {run.summary['controller']} on {plant}",
+        switch(NAME, shown.size),
+        wide,
+        narrow,
+        alt=f"The drive under control: the load pulley follows its reference, plant {plant}.",
+    )
+
+
+def _drawn(drive: Drive, run: Tracking, shown: NDArray[np.int64], width: float) -> Markup:
+    """The film on a sheet of a width; ``shown``: samples of the run."""
+    assert run.tensions is not None
+    layout = machine_layout(drive, width, width == NARROW)
+    low, high = float(run.tensions.min()), float(run.tensions.max())
+    still = Sheet()
+    for axle, radius in zip((layout.drive, layout.load), layout.radii, strict=True):
+        still.circle(axle, radius, colour="quiet")
+    slower = SECONDS_PER_FRAME * shown.size / float(run.time[-1] - run.time[0])
+    words = f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, {number(slower, 2)} times slower"
+    still.words(words, (12.0, FIRST_LINE), anchor="start", colour="quiet")
+    frames = [_frame(layout, run, int(sample), (low, high)) for sample in shown]
+    still.elements.extend(framed(NAME, [frame.elements for frame in frames]))
+    return still.svg(layout.size)
+
+
+def _frame(layout: MachineLayout, run: Tracking, sample: int, tensions: tuple[float, float]) -> Sheet:
+    """One picture; ``tensions``: least and largest of the run [N]."""
+    assert run.tensions is not None
+    drawn, (low, high) = Sheet(), tensions
+    for row, span in enumerate(("upper", "lower")):
+        share = (float(run.tensions[sample, row]) - low) / max(high - low, 1e-12)
+        path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in layout.curve(span))
+        style = f"fill: none; stroke: {tension_colour(share)}; stroke-width: 3.2; stroke-linecap: round"
+        drawn.elements.append(f'<path d="{path}" style="{style}"/>')
+    turned = float(run.angles[sample, -2]), float(run.load_angle[sample])  # each at its own shaft
+    for axle, radius, angle in zip((layout.drive, layout.load), layout.radii, turned, strict=True):
+        drawn.line(_rim(layout, axle, radius, angle), _rim(layout, axle, -radius, angle), width=2.0)
+    wanted = float(run.reference[sample])
+    for end in (-1.0, 1.0):
+        drawn.line(
+            _rim(layout, layout.load, end * (layout.radii[1] + 2.0), wanted),
+            _rim(layout, layout.load, end * (layout.radii[1] + 9.0), wanted),
+            colour="green",
+            width=2.0,
+        )
+    words = f"{run.time[sample]:.3f} s, error {degrees(float(run.error[sample])):.4f} deg"
+    drawn.words(words, (layout.size[0] - 12.0, layout.size[1] - 10.0), anchor="end", colour="quiet")
+    return drawn
+
+
+def _rim(layout: MachineLayout, axle: Point, radius: float, angle: float) -> Point:
+    """A point at a distance from an axle, upright at angle zero; ``radius`` [px], ``angle`` [rad]."""
+    return layout.off(axle, radius * sin(angle), radius * cos(angle))

@@ -1,11 +1,62 @@
-"""What a chapter is made of: paragraphs, figures, tables, equations and notes, without a word of HTML."""
+"""What a chapter is made of: paragraphs, figures, tables, equations, notes, live curves."""
 
+import base64
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
+from itertools import pairwise
 from typing import ClassVar
 
+import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
-from cabledrive.report.plot import Plot
+from cabledrive.identification.regressor_curves import RegressorCurves
+from cabledrive.parameters.arrays import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """A curve of a plot."""
+
+    name: str
+    values: NDArray[np.float64]  # (p,): at the points of the plot; a gap where not finite
+    colour: str = "blue"  # name of a colour of the page
+    dashed: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Panel:
+    """Curves over one axis."""
+
+    title: str
+    unit: str  # of all curves
+    series: tuple[Series, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plot:
+    """Curves that answer to the pointer: values, zoom, the data as a file."""
+
+    kind: ClassVar[str] = "plot"
+    name: str  # anchor, unique on the page
+    alt: str  # what is seen, for whoever does not see it
+    caption: str | Markup
+    points: NDArray[np.float64]  # (p,): ascending, common to all panels
+    along: str  # what the points are
+    unit: str  # of the points
+    panels: tuple[Panel, ...]  # one above the other
+
+    def __post_init__(self) -> None:
+        for panel in self.panels:
+            for series in panel.series:
+                if series.values.shape != self.points.shape:
+                    raise ValueError(
+                        f"{self.name}: {series.name} has shape {series.values.shape}, "
+                        f"the points {self.points.shape}"
+                    )
+
 
 Text = str | Markup  # plain text is escaped by the page; markup is taken as it is
 Cell = Text | float | None
@@ -86,7 +137,7 @@ class Equation:
     """A displayed formula."""
 
     kind: ClassVar[str] = "equation"
-    formula: Markup  # content of a MathML ``math`` element, see `cabledrive.report.formula`
+    formula: Markup  # content of a MathML ``math`` element, see `cabledrive.report.typesetting`
     words: str  # the formula as it is read aloud
     number: str = ""  # number in the documentation, such as "3.13"
 
@@ -139,3 +190,101 @@ class Chapter:
         return tuple(
             part for block in blocks for part in (block.blocks if isinstance(block, Beside) else (block,))
         )
+
+
+_UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"
+
+
+def plot_json(plot: Plot) -> Markup:
+    """Names, units, colours and curves of a plot, fit for a script element."""
+    data = {
+        "name": plot.name,
+        "x": {"name": plot.along, "unit": plot.unit, "values": _packed(plot.points)},
+        "panels": [
+            {
+                "title": panel.title,
+                "unit": panel.unit,
+                "series": [
+                    {"name": s.name, "colour": s.colour, "dashed": s.dashed, "values": _packed(s.values)}
+                    for s in panel.series
+                ],
+            }
+            for panel in plot.panels
+        ],
+    }
+    # "<" ends no element from inside a string, whatever a drive file calls its parts
+    return Markup(json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))
+
+
+def _packed(values: NDArray[np.float64]) -> str:
+    return base64.urlsafe_b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+
+
+def library() -> tuple[str, str]:
+    """The script and the style of uPlot, its licence in front of the script."""
+    licence = (_UPLOT / "LICENSE").read_text(encoding="utf-8").strip()
+    script = (_UPLOT / "uPlot.iife.min.js").read_text(encoding="utf-8")
+    return f"/*! uPlot 1.6.32\n{licence}\n*/\n{script}", (_UPLOT / "uPlot.min.css").read_text(
+        encoding="utf-8"
+    )
+
+
+BINS = 250
+COLOURS = ("blue", "orange", "green", "purple", "ochre", "red", "ink")
+
+
+def time_plot(name: str, time: Array, panels: Sequence[Panel], *, alt: str, caption: Text) -> Plot:
+    """A plot over time of as few instants as keep every peak of every curve. ``time``, shape (p,) [s]."""
+    curves = [series.values for panel in panels for series in panel.series]
+    kept = instants(curves, time.size)
+    thin = [
+        Panel(
+            title=panel.title,
+            unit=panel.unit,
+            series=tuple(
+                Series(name=s.name, values=s.values[kept], colour=s.colour, dashed=s.dashed)
+                for s in panel.series
+            ),
+        )
+        for panel in panels
+    ]
+    return Plot(
+        name=name, alt=alt, caption=caption, points=time[kept], along="time", unit="s", panels=tuple(thin)
+    )
+
+
+def instants(curves: Sequence[Array], count: int, bins: int = BINS) -> NDArray[np.intp]:
+    """Which of ``count`` instants to show: both ends, and in each bin the extremes of each curve."""
+    if count <= 2 * bins:
+        return np.arange(count)
+    kept = {0, count - 1}
+    for first, last in pairwise(np.linspace(0, count, bins + 1).astype(int)):
+        for curve in curves:
+            part = curve[first:last]
+            kept |= {first + int(np.argmin(part)), first + int(np.argmax(part))}
+    return np.array(sorted(kept))
+
+
+def regressors_plot(
+    name: str, curves: RegressorCurves, *, linear: bool = False, alt: str, caption: Text
+) -> Plot:
+    """Acceleration, speed and friction regressor, filtered and not; torque and modelling error."""
+    length = "m" if linear else "rad"
+    rows = (("Acceleration", f"{length}/s^2"), ("Speed", f"{length}/s"), ("Friction regressor", "1"))
+    panels = [
+        Panel(
+            title=title,
+            unit=unit,
+            series=(
+                Series(name="unfiltered", values=curves.unfiltered[k], colour="quiet"),
+                Series(name="filtered", values=curves.filtered[k]),
+            ),
+        )
+        for k, (title, unit) in enumerate(rows)
+    ]
+    pushed = (
+        Series(name="measured", values=curves.torque, colour="quiet"),
+        Series(name="modelling error", values=curves.error, colour="orange"),
+    )
+    panels.append(Panel(title="Force" if linear else "Torque", unit="N" if linear else "N m", series=pushed))
+    return time_plot(name, curves.time, panels, alt=alt, caption=caption)

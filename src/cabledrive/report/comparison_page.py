@@ -6,9 +6,9 @@ from typing import Any
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.fields import percent
 from cabledrive.report.blocks import Block, Chapter, Column, Note, Paragraph, RowGroup, Table
-from cabledrive.report.numbers import number
+from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
-from cabledrive.report.provenance import Provenance, versions
+from cabledrive.report.typesetting import number
 from cabledrive.studies.controller_comparison import Comparison
 
 METHOD = "one tuning procedure for all laws, then the same drawn plants, with encoders, filter and delay"

@@ -1,8 +1,11 @@
-"""What every page is given: the machines, and what has been computed of them once for all."""
+"""What every page is given: the machines, what was computed of them once, where the numbers come from."""
 
+import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import cached_property
+from importlib.metadata import version
 from math import pi
 
 from cabledrive.modal import Modes, modes, natural_frequencies
@@ -10,7 +13,8 @@ from cabledrive.modal.networks import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.names import anchors
+from cabledrive.parameters.version import __version__
+from cabledrive.report.words import anchors
 
 SHOWN_MODES, ROUTE_MODES = 5, 6
 MOST_LISTED = 10_000
@@ -94,3 +98,33 @@ def _round_up(value: float) -> float:
     rounded = float(digits)
     step = 10.0 ** (int(digits.split("e")[1]) - 1)
     return rounded if rounded >= value else float(f"{rounded + step:.1e}")
+
+
+_PACKAGES = ("numpy", "scipy", "xarray", "matplotlib", "Jinja2")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """What is needed to make a report again."""
+
+    written_at: datetime  # time of the run, in UTC
+    versions: tuple[tuple[str, str], ...]  # programs and their versions, `cabledrive` first
+    hashes: tuple[tuple[str, str], ...]  # name and content hash of every drive
+    methods: tuple[str, ...]  # how the numbers were computed
+
+
+def provenance(context: ReportContext, methods: Sequence[str], written_at: datetime) -> Provenance:
+    """Collect the provenance of a report; a time of the run without a time zone is taken as UTC."""
+    zoned = written_at if written_at.tzinfo else written_at.replace(tzinfo=UTC)
+    return Provenance(
+        written_at=zoned.astimezone(UTC),
+        versions=versions(),
+        hashes=tuple((one.name, content_hash(one)) for one in context.machines),
+        methods=tuple(methods),
+    )
+
+
+def versions() -> tuple[tuple[str, str], ...]:
+    """Programs that a report is made with, and their versions. Returns `cabledrive` first."""
+    packages = tuple((name, version(name)) for name in _PACKAGES)
+    return (("cabledrive", __version__), ("Python", platform.python_version()), *packages)

@@ -9,18 +9,28 @@ import numpy as np
 
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.frequency_response import response_by_segments
+from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regressor_curves import regressor_curves
-from cabledrive.identification.response_inputs import compensated_torque, speed_of
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.report.blocks import Block, Chapter, Column, Figure, Note, Paragraph, RowGroup, Section, Table
-from cabledrive.report.figures.identification import measured_picture
-from cabledrive.report.numbers import number, unit_name
+from cabledrive.report.blocks import (
+    Block,
+    Chapter,
+    Column,
+    Figure,
+    Note,
+    Paragraph,
+    RowGroup,
+    Section,
+    Table,
+    regressors_plot,
+)
+from cabledrive.report.context import Provenance, versions
+from cabledrive.report.figures.followed import measured_picture
 from cabledrive.report.page import Page, render
-from cabledrive.report.provenance import Provenance, versions
-from cabledrive.report.time_plots import regressors_plot
+from cabledrive.report.typesetting import number, unit_name
 
 LONGEST_WINDOW = 2.0
 MOST_BYTES = 2**30

@@ -1,4 +1,4 @@
-"""The natural modes of a drive in one picture: a ladder of frequencies with a shape to each rung."""
+"""Natural modes in one picture, over figures of a machine, and over speed with their orders."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,12 +13,29 @@ from cabledrive.modal.mode import BOTH, LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.figures.route_modes import draw_mode
-from cabledrive.report.style import LINE, PAPER, QUIET, SMALL, TEXT, family_colour, house_style
+from cabledrive.report.figures.shapes import draw_mode
+from cabledrive.report.picture import (
+    BLUE,
+    GREEN,
+    LINE,
+    OCHRE,
+    ORANGE,
+    PAPER,
+    PURPLE,
+    QUIET,
+    RED,
+    SMALL,
+    TEXT,
+    family_colour,
+    house_style,
+)
+from cabledrive.studies.excitation_orders import Branch, Campbell
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 MOST_ROWS, MOST_PANELS = 10, 4
 POINTS = 400
@@ -173,3 +190,155 @@ def _draw_pulleys(axes: "Axes", drive: Drive, top: float) -> None:
     for number, span in enumerate(drive.spans):
         middle = _across(drive, (number + 0.5) * drive.span_length)
         axes.annotate(f"{span}\nspan", (middle, 0.0), **below)
+
+
+LINES = (RED, GREEN, PURPLE, OCHRE)
+MOST_NAMES = 8
+
+
+def campbell_drawing(found: Campbell, form: str) -> bytes:
+    """The picture as the content of a file; ``form``, {"svg", "png", "pdf"}."""
+    from matplotlib.figure import Figure
+
+    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with file_style(), BytesIO() as file:
+        figure = Figure(figsize=(8.4, 5.2), layout="constrained")
+        draw_campbell(figure, found)
+        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
+        return file.getvalue()
+
+
+def draw_campbell(figure: "Figure", found: Campbell) -> None:
+    """Put the axes on an empty figure: a mode is the band of its frequencies over all places."""
+    axes = figure.add_subplot()
+    top, reached = found.covered, found.low
+    for low, high in (*found.clear, (found.high, found.high)):
+        axes.axvspan(reached, low, color=ORANGE, alpha=0.15, linewidth=0.0)
+        axes.axvspan(low, high, ymax=0.02, color=GREEN, linewidth=0.0)
+        reached = high
+    for branch in found.branches:
+        _band(axes, branch, top, found)
+    speeds = np.array([found.low, found.high])
+    for number, (name, rate) in enumerate(found.orders.items()):
+        colour = LINES[number % len(LINES)]
+        axes.plot(speeds, rate * speeds, color=colour, linewidth=2.0, label=f"order {name}")
+    axes.set_xlim(found.low, found.high)
+    axes.set_ylim(0.0, top)
+    unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
+    axes.set_xlabel(f"speed of {found.coordinate} [{unit}]; green: clear of all modes")
+    axes.set_ylabel("frequency [Hz]")
+    axes.legend(frameon=False, loc="upper left")
+    _names(axes, found, top)
+
+
+def _band(axes: "Axes", branch: Branch, top: float, found: Campbell) -> None:
+    own = branch.hertz[~np.isnan(branch.hertz)]
+    low, high = own.min(), min(own.max(), top)
+    colour = BLUE if branch.kind == "longitudinal" else QUIET
+    axes.fill_between([found.low, found.high], low, high, color=colour, alpha=0.05, linewidth=0.0)
+    for edge in {low, high} - {top}:
+        axes.plot([found.low, found.high], [edge, edge], color=colour, linewidth=0.7)
+
+
+def _names(axes: "Axes", found: Campbell, top: float) -> None:
+    """Names of the heaviest modes at the right edge, pushed apart where they would overlap."""
+    heaviest = sorted(found.branches, key=lambda own: -own.weight)[:MOST_NAMES]
+    placed = sorted((float(np.nanmin(branch.hertz)), branch.name) for branch in heaviest)
+    gap, last = 0.045 * top, -np.inf
+    for hertz, name in placed:
+        last = max(hertz, last + gap)
+        axes.annotate(
+            name,
+            (found.high, hertz),
+            (1.04, last / top),
+            textcoords="axes fraction",
+            fontsize=7,
+            va="center",
+            arrowprops={"arrowstyle": "-", "linewidth": 0.4, "relpos": (0.0, 0.5)},
+        )
+
+
+_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, OCHRE, RED)
+_PANEL = 4.6  # inch
+MOST_FIELDS = 4
+
+
+def map_drawing(found: "xr.Dataset", form: str) -> bytes:
+    """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
+    from matplotlib.figure import Figure
+
+    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with file_style(), BytesIO() as file:
+        columns = 1 if len(plane_of(found)) == 1 else min(len(fields_of(found)), 2)
+        rows = 1 if columns == 1 and len(plane_of(found)) == 1 else -(-len(fields_of(found)) // columns)
+        figure = Figure(figsize=(_PANEL * columns + 1.6, _PANEL * rows), layout="constrained")
+        draw_map(figure, found, columns)
+        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
+        return file.getvalue()
+
+
+def plane_of(found: "xr.Dataset") -> list[str]:
+    """The dimensions that are drawn: the first one or two with more than one value."""
+    dims = [str(dim) for dim in found["certified"].dims]
+    return [dim for dim in dims if found.sizes[dim] > 1][:2] or dims[:1]
+
+
+def fields_of(found: "xr.Dataset") -> list[tuple[str, "xr.DataArray"]]:
+    """What is drawn over two figures: bodies' moves where the machine has them, else longitudinal modes."""
+    dims = [str(dim) for dim in found["certified"].dims]
+    rest = {dim: 0 for dim in dims if dim not in plane_of(found)}
+    if "coordinate_hz" in found:
+        own = [(str(c), found["coordinate_hz"].sel(coordinate=c)) for c in found["coordinate"].values]
+    else:
+        own = [(f"longitudinal mode {m}", found["longitudinal_hz"].sel(mode=m)) for m in found["mode"].values]
+    kept = [(name, data.isel(rest)) for name, data in own if np.isfinite(data.isel(rest).values).any()]
+    return kept[:MOST_FIELDS]
+
+
+def draw_map(figure: "Figure", found: "xr.Dataset", columns: int) -> None:
+    """Put the axes of a map on an empty figure."""
+    plane = plane_of(found)
+    if len(plane) == 1:
+        _draw_curves(figure.add_subplot(), found, plane[0])
+        return
+    fields = fields_of(found)
+    for number, (name, data) in enumerate(fields):
+        axes = figure.add_subplot(-(-len(fields) // columns), columns, number + 1)
+        _draw_field(figure, axes, name, data, plane)
+
+
+def _draw_curves(axes: "Axes", found: "xr.Dataset", dim: str) -> None:
+    rest = {str(d): 0 for d in found["certified"].dims if d != dim}
+    x = found[dim].values
+    for mode in found["mode"].values:
+        own = found.sel(mode=mode).isel(rest)
+        first = mode == found["mode"].values[0]
+        axes.plot(x, own["transverse_hz"], color=QUIET, linewidth=0.8, label="transverse" if first else None)
+        axes.plot(
+            x, own["longitudinal_hz"], color=BLUE, linewidth=1.6, label="longitudinal" if first else None
+        )
+    for number, (name, data) in enumerate(fields_of(found) if "coordinate_hz" in found else []):
+        colour = _COLOURS[(number + 1) % len(_COLOURS)]
+        axes.plot(x, data.values, ":", color=colour, linewidth=2.4, label=name)
+    axes.set_xlabel(_label(found, dim))
+    axes.set_ylabel("frequency [Hz]")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(frameon=False)
+
+
+def _draw_field(figure: "Figure", axes: "Axes", name: str, data: "xr.DataArray", plane: list[str]) -> None:
+    values = data.transpose(plane[1], plane[0]).values
+    x, y = data[plane[0]].values, data[plane[1]].values
+    mesh = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis")
+    if min(values.shape) > 1 and np.isfinite(values).all() and np.ptp(values) > 0.0:
+        lines = axes.contour(x, y, values, 8, colors="white", linewidths=0.7)
+        axes.clabel(lines, fmt="%.4g", fontsize=7)
+    bar = figure.colorbar(mesh, ax=axes)
+    bar.set_label("Hz")
+    axes.set_title(name)
+    axes.set_xlabel(_label(data, plane[0]))
+    axes.set_ylabel(_label(data, plane[1]))
+
+
+def _label(found: Any, dim: str) -> str:
+    return f"{dim} [{found[dim].attrs['units']}]"

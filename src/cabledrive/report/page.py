@@ -4,19 +4,51 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import count
+from typing import Any
 
 import jinja2
 from markupsafe import Markup
 
-from cabledrive.report import formula
-from cabledrive.report.blocks import Block, Chapter, Figure, Table
-from cabledrive.report.numbers import unit_name
-from cabledrive.report.plot import Plot
-from cabledrive.report.plot_data import library, plot_json
-from cabledrive.report.provenance import Provenance
-from cabledrive.report.style import theme_css
-from cabledrive.report.typesetting import capital, typeset
-from cabledrive.report.views import View
+from cabledrive.report import typesetting as formula
+from cabledrive.report.blocks import Block, Chapter, Figure, Plot, Table, Text, library, plot_json
+from cabledrive.report.context import Provenance
+from cabledrive.report.picture import theme_css
+from cabledrive.report.typesetting import capital, typeset, unit_name
+
+MACHINES, TOPICS = "machines", "topics"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Badge:
+    """A verdict in a few words."""
+
+    text: str
+    tone: str  # "good", "warning" or "remark"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Card:
+    """What the overview shows of a page."""
+
+    text: Text  # one sentence
+    picture: Markup | None = None  # inline SVG
+    badges: tuple[Badge, ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()  # what, and its value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """A page inside the report."""
+
+    anchor: str  # unique in the file
+    title: str
+    group: str  # "machines" or "topics"
+    card: Card
+    template: str  # sets the page
+    content: Any  # what the template is given as ``it``
+    blocks: tuple[Block, ...]  # its figures and tables in order, those beside one another included
+    methods: tuple[str, ...] = ()  # how its numbers were computed
+
 
 _TEMPLATES = resources.files("cabledrive.report") / "templates"
 

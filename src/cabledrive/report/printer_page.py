@@ -13,12 +13,22 @@ from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.modal import modes
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import Block, Chapter, Column, Note, Paragraph, RowGroup, Table
-from cabledrive.report.numbers import fixed, number
+from cabledrive.report.blocks import (
+    Block,
+    Chapter,
+    Column,
+    Note,
+    Panel,
+    Paragraph,
+    Plot,
+    RowGroup,
+    Series,
+    Table,
+)
+from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
 from cabledrive.report.picture import picture
-from cabledrive.report.plot import Panel, Plot, Series
-from cabledrive.report.provenance import Provenance, versions
+from cabledrive.report.typesetting import fixed, number
 from cabledrive.studies.mode_map import frequency_of_coordinate
 from cabledrive.trajectories.input_shaping import residual_vibration
 

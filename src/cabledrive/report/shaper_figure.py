@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.identification.printer_shaper import PrinterShaper
 from cabledrive.report.mode_figure import file_style
-from cabledrive.report.style import BLUE, FAINT, GREEN, INK, OCHRE, ORANGE, PURPLE, QUIET, TEXT, label
+from cabledrive.report.picture import BLUE, FAINT, GREEN, INK, OCHRE, ORANGE, PURPLE, QUIET, TEXT, label
 from cabledrive.trajectories.input_shaping import TOLERANCE, residual_vibration
 
 if TYPE_CHECKING:

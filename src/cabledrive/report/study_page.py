@@ -6,15 +6,16 @@ from importlib.metadata import version
 
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.version import __version__
+from cabledrive.report.context import Provenance
 from cabledrive.report.page import Page, render
-from cabledrive.report.provenance import Provenance
-from cabledrive.report.study.acceptance import acceptance_chapter
-from cabledrive.report.study.carriage import carriage_acceptance_chapter, carriage_controller_chapter
-from cabledrive.report.study.controller import controller_chapter
-from cabledrive.report.study.data import data_chapter
+from cabledrive.report.study.acceptance import (
+    acceptance_chapter,
+    carriage_acceptance_chapter,
+    carriage_controller_chapter,
+)
+from cabledrive.report.study.controller import controller_chapter, modes_chapter, resonance_chapter
 from cabledrive.report.study.knowledge import knowledge_chapter
-from cabledrive.report.study.mechanics import modes_chapter, resonance_chapter
-from cabledrive.report.study.verdict import verdict_chapter
+from cabledrive.report.study.verdict import data_chapter, verdict_chapter
 from cabledrive.studies.study import StudyResult
 
 PACKAGES = ("numpy", "scipy", "numba", "matplotlib", "Jinja2")

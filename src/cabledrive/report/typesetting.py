@@ -1,15 +1,84 @@
-"""The last touch on a page: what program text spells in plain letters is set as print has it.
+"""Numbers as people read them, formulas as MathML, and the last touch on a page.
 
 Powers and indices are raised and lowered, a minus is a minus, and no line ends between a number and its unit.
 Formulas, code, styles and scripts stay as they are, and so does what stands inside a tag.
 """
 
 import re
+from math import degrees, floor, isfinite, log10, pi
 
-from cabledrive.report.numbers import SPACE, number
+from markupsafe import Markup, escape
+
+SPACE = "\N{NARROW NO-BREAK SPACE}"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PREFIXES = {3: "k", 6: "M", 9: "G", 12: "T"}
+_PREFIXED = {"N", "Pa", "Hz", "N/m", "N m", "N m/rad"}
+
+
+def number(value: float, digits: int = 5) -> str:
+    """A number of some significant digits, trailing zeros dropped: "0.03", "116.33", "7.316 × 10⁻⁶"."""
+    if not isfinite(value):
+        return "infinite" if value > 0 else "minus infinite" if value < 0 else "not a number"
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0.0:
+        return "0"
+    if 1e-3 <= abs(rounded) < 1e6:
+        return f"{rounded:.{max(digits, 6)}g}".replace("-", "−")
+    exponent = floor(log10(abs(value)))
+    mantissa = f"{value / 10.0**exponent:.{digits}g}"
+    if abs(float(mantissa)) >= 10.0:  # 9.99999 rounds up
+        mantissa, exponent = f"{float(mantissa) / 10:.{digits}g}", exponent + 1
+    return f"{mantissa}{SPACE}×{SPACE}10{str(exponent).translate(_RAISED)}".replace("-", "−")
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with a given count of decimals, for columns that line up."""
+    return f"{value:.{decimals}f}".replace("-", "−")
+
+
+def decimals_for(largest: float, digits: int = 6) -> int:
+    """Decimals, at least 1, that give the largest number of a column this many digits."""
+    return max(1, digits - 1 - floor(log10(abs(largest)))) if largest else 1
+
+
+def unit_name(unit: str) -> str:
+    """A unit of a drive file as it is printed: "kg m²" for "kg m^2"; nothing for a plain number."""
+    if unit == "1":
+        return ""
+    head, *powers = unit.split("^")
+    return head + "".join(p[0].translate(_RAISED) + p[1:] for p in powers)
+
+
+def quantity(value: float, unit: str, digits: int = 5) -> str:
+    """A quantity in SI in the unit people use for its size: "2.6 GPa", "0.49 g/m", "3 cm", "1092 rpm"."""
+    value, unit = _customary(value, unit)
+    name = unit_name(unit)
+    gap = "" if name.startswith("°") else SPACE
+    return f"{number(value, digits)}{gap}{name}" if name else number(value, digits)
+
+
+def _customary(value: float, unit: str) -> tuple[float, str]:
+    size = abs(value)
+    if unit == "rad":
+        return degrees(value), "°"
+    if unit == "rad/s":
+        return value * 30 / pi, "rpm"
+    if unit == "m^2" and size < 1e-2:
+        return value * 1e6, "mm^2"
+    if unit == "m" and 0 < size < 0.1:
+        return (value * 1e3, "mm") if size >= 1e-4 else (value * 1e6, "µm")
+    if unit in ("kg", "kg/m") and 0 < size < 0.1:
+        return value * 1e3, unit.replace("kg", "g")
+    if unit in _PREFIXED and size >= 1e3:
+        power = min(3 * floor(log10(size) / 3 + 1e-12), 12)
+        return value / 10.0**power, _PREFIXES[power] + unit
+    if unit in ("N", "N m") and 0 < size < 0.1:
+        return value * 1e3, "m" + unit
+    return value, unit
+
 
 _KEPT = re.compile(r"(<(style|script|code|math)\b.*?</\2>|<[^>]+>)", re.S)
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 _LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _LETTERS = {"chi": "χ", "eps": "ε", "rho": "ρ", "gamma": "γ", "Gamma": "Γ"}
 
@@ -57,3 +126,64 @@ def _symbol(found: re.Match[str]) -> str:
     if found[3]:
         return _LETTERS[found[3]]
     return _LETTERS.get(found[1], found[1]) + found[2].translate(_LOWERED)
+
+
+Part = str | Markup
+
+
+def _part(part: Part) -> Markup:
+    """Markup as it is; a number, an operator or a letter in the element where it belongs."""
+    if isinstance(part, Markup):
+        return part
+    if part.replace(".", "", 1).isdigit():
+        return Markup("<mn>{}</mn>").format(part)
+    if part.isalpha():
+        return Markup("<mi>{}</mi>").format(part)
+    return Markup("<mo>{}</mo>").format(part)
+
+
+def row(*parts: Part) -> Markup:
+    """Parts side by side. ``*parts``: letters, numbers, operators, or parts made by the functions here."""
+    return Markup("<mrow>{}</mrow>").format(Markup("").join(map(_part, parts)))
+
+
+def sub(base: Part, index: Part) -> Markup:
+    """A letter with an index."""
+    return Markup("<msub>{}{}</msub>").format(_part(base), _part(index))
+
+
+def power(base: Part, exponent: Part) -> Markup:
+    """A power."""
+    return Markup("<msup>{}{}</msup>").format(_part(base), _part(exponent))
+
+
+def fraction(above: Part, below: Part) -> Markup:
+    """A fraction."""
+    return Markup("<mfrac>{}{}</mfrac>").format(_part(above), _part(below))
+
+
+def root(*parts: Part) -> Markup:
+    """A square root."""
+    return Markup("<msqrt>{}</msqrt>").format(row(*parts))
+
+
+def total(index: Part, *parts: Part) -> Markup:
+    """A sum over an index. ``index``: the index that runs; ``*parts``: what is summed."""
+    return Markup("<munder><mo>∑</mo>{}</munder>{}").format(_part(index), row(*parts))
+
+
+def inline(*parts: Part) -> Markup:
+    """A formula inside running text. Returns a ``math`` element."""
+    return Markup("<math>{}</math>").format(row(*parts))
+
+
+def block(formula: Markup, words: str) -> Markup:
+    """A displayed formula. ``words``: the formula as it is read aloud. Returns a ``math`` element."""
+    return Markup('<math display="block" aria-label="{}">{}</math>').format(escape(words), formula)
+
+
+MODE_COUNT = row(
+    "J", "(", "ω", ")", "=", "s", "{", "K", "(", "ω", ")", "}", "+",
+    total("i", "⌊", fraction(row("ω", sub("l", "i")), row("π", "c")), "⌋"),
+)  # fmt: skip
+"""The count of Wittrick and Williams."""

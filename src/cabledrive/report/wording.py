@@ -7,7 +7,7 @@ from importlib import resources
 
 import jinja2
 
-from cabledrive.report.numbers import number, quantity
+from cabledrive.report.typesetting import number, quantity
 from cabledrive.rig.setting import DEGREE
 
 Say = Callable[..., str]

@@ -1,13 +1,12 @@
 """The drive as a laboratory sees it: sampled, counted, delayed, limited, with friction that sticks."""
 
 from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
-from cabledrive.rig.carriage.carriage_move import CarriageMove, CarriageRun
-from cabledrive.rig.carriage.transporter import move_carriage
+from cabledrive.rig.carriage.transporter import CarriageMove, CarriageRun, move_carriage
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.front_door import track
 from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, Payload, RigOptions
 from cabledrive.rig.tracking import Tracking
-from cabledrive.rig.two_motors.result import TwoMotorTracking
+from cabledrive.rig.two_motors.run import TwoMotorTracking
 
 __all__ = [
     "BodyMotion",

@@ -14,7 +14,7 @@ from cabledrive.rig.setting import BodyMotion, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking
 from cabledrive.rig.trial import track_pulses
 from cabledrive.rig.two_motors.front import track_winches
-from cabledrive.rig.two_motors.result import TwoMotorTracking
+from cabledrive.rig.two_motors.run import TwoMotorTracking
 
 
 @overload

@@ -8,10 +8,9 @@ import numpy as np
 
 from cabledrive.control.darc import printed_bounds
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.loop import Loop, run
+from cabledrive.rig.closed_loop.chain_plant import drawn_pair
+from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
-from cabledrive.rig.closed_loop.other_plants import with_plant
-from cabledrive.rig.closed_loop.pair import drawn_pair
 from cabledrive.rig.setting import DEGREE, RigOptions
 
 

@@ -15,12 +15,11 @@ from cabledrive.control.iterative_learning import (
 from cabledrive.control.numbers import GAIN, LEARNING, LINEAR
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.loop import Loop, Run, run
+from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.margins import closed_loop, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import Spreads
-from cabledrive.rig.ranking.margins import closed_loop, sampled_controller, sampled_plant
 from cabledrive.rig.setting import DEGREE, RigOptions
 from cabledrive.rig.tuning import ripple_limit
 

@@ -1,10 +1,11 @@
-"""The bound of the theorem along a run, and how much of what it allows the run used."""
+"""The bound of the theorem along a run, and the sufficient condition of backstepping."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from cabledrive.control.backstepping import stability_margin
 from cabledrive.control.bound import (
     ErrorBound,
     SlidingResidual,
@@ -12,15 +13,14 @@ from cabledrive.control.bound import (
     regressor_deviation,
     sliding_residual,
 )
-from cabledrive.control.numbers import DARC, DESIRED, LEARNING, NOMINAL, SCHEDULED
+from cabledrive.control.numbers import BACKSTEPPING, DARC, DESIRED, LEARNING, NOMINAL, SCHEDULED
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import true_parameters
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
+from cabledrive.rig.law_checks import LearningCheck, check_learning, check_scheduled
 from cabledrive.rig.laws.fitting import place
-from cabledrive.rig.learning_check import LearningCheck, check_learning
 from cabledrive.rig.run_facts import disturbance_bound
-from cabledrive.rig.scheduled_check import check_scheduled
 from cabledrive.rig.setting import DEGREE
 
 
@@ -159,3 +159,29 @@ def bound_words(
     if broken:
         words["within_bound_reason"] = "; ".join(broken)
     return words
+
+
+INSTANTS = 40
+
+
+def margin_words(loop: Loop, estimates: Array, states: Array) -> dict[str, Any]:
+    """Smallest eigenvalue of D_z of (6.100) over the states and estimates that a run met.
+
+    ``estimates``, shape (samples, p); ``states``, shape (samples, 2n): angles and speeds as the law took
+    them.
+    Returns empty for other laws and for runs without a sound sample.
+    """
+    law = loop.controller.law
+    sound = np.flatnonzero(np.all(np.isfinite(states), axis=1)) if states.size else np.zeros(0, dtype=int)
+    if law.kind != BACKSTEPPING or not len(sound):
+        return {}
+    chosen = sound[:: max(1, len(sound) // INSTANTS)]
+    reference = loop.controller.reference
+    margins = [stability_margin(law, estimates[k], states[k], reference[k]) for k in chosen]
+    return {
+        "d_z": {
+            "smallest": min(margins),
+            "largest": max(margins),
+            "positive_share": float(np.mean(np.array(margins) > 0.0)),
+        }
+    }

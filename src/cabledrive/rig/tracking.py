@@ -1,4 +1,4 @@
-"""What a run of the rig says: peaks, the bound of the theorem, and the assumptions that did not hold."""
+"""What a run of the rig was, in numbers, words and a quick picture."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -9,28 +9,29 @@ from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.rig.assumptions import Departure, broken_assumptions, departures
-from cabledrive.rig.backstepping_condition import margin_words
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, SUMMARY, Array
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.eigenvalues import pole_words
-from cabledrive.rig.laws.stepper import NO_FILTER
-from cabledrive.rig.pair_words import pair_words, rest_words
+from cabledrive.rig.laws.registry import NO_FILTER
 from cabledrive.rig.run_facts import (
     condition_words,
     disturbance_facts,
     motor_words,
+    pair_words,
     payload_words,
     plant_words,
+    rest_words,
     span_tensions,
     why_ended,
 )
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
-from cabledrive.rig.theorem import bound_words, check_theorem
+from cabledrive.rig.theorem import bound_words, check_theorem, margin_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 OBSERVERS = {
     0: "none, ideal states",
@@ -121,8 +122,6 @@ class Tracking(ResultCard):
         -------
         matplotlib.figure.Figure
         """
-        from cabledrive.rig.tracking_plot import tracking_figure
-
         return tracking_figure(self)
 
     def _card(self) -> list[tuple[str, str]]:
@@ -261,3 +260,24 @@ def within(estimates: Array, made: Controller) -> bool | None:
         return None
     low, high = made.law.learning[LOW], made.law.learning[HIGH]
     return bool(np.all((estimates >= low) & (estimates <= high)))
+
+
+def tracking_figure(run: Tracking) -> "Figure":
+    """Reference and load angle, error with its bound, and torque over time."""
+    from matplotlib import pyplot
+
+    figure, (above, middle, below) = pyplot.subplots(3, 1, sharex=True, layout="constrained")
+    above.plot(run.time, np.degrees(run.reference), "--", label="reference")
+    above.plot(run.time, np.degrees(run.load_angle), label="load")
+    above.set_ylabel("angle [deg]")
+    above.legend()
+    above.set_title(f"{run.summary['controller']} on {run.summary['plant']}")
+    middle.plot(run.time, np.degrees(run.error))
+    if run.bound is not None and run.summary["within_bound"] is not None:
+        for sign in (-1.0, 1.0):
+            middle.plot(run.time, sign * np.degrees(run.bound), ":", color="gray")
+    middle.set_ylabel("error [deg]")
+    below.plot(run.time, run.torque)
+    below.set_ylabel("torque [N m]")
+    below.set_xlabel("time [s]")
+    return figure

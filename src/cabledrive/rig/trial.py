@@ -1,4 +1,4 @@
-"""`track`: run a control law on the virtual rig and say how well the load followed."""
+"""`track`: run a law on the rig, or two laws one after the other, and judge it by its bounds."""
 
 from dataclasses import replace
 from os import PathLike
@@ -6,33 +6,73 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import cross_motion
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.chain_plant import doubled
+from cabledrive.rig.closed_loop.loop import Loop, Run, check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.closed_loop.pair import doubled
-from cabledrive.rig.disturbed.changing_load import loop_with_loads
+from cabledrive.rig.disturbed_plants import loop_with_loads
 from cabledrive.rig.expected_bound import bound_over_draws
-from cabledrive.rig.law_change import judged_apart
 from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.file_law import law_from_file, with_filter
+from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
 from cabledrive.rig.laws.indirect import NAME, run_indirect
-from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import CONTROLLERS, known_name, needed_order
 from cabledrive.rig.learning_samples import run_learning_samples
 from cabledrive.rig.plant_samples import draw_words, run_samples
-from cabledrive.rig.ranking.best import BEST, best_controller, best_words
+from cabledrive.rig.ranked import BEST, best_controller, best_words
 from cabledrive.rig.repetition import repeat_motion
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
-from cabledrive.rig.tracking import Tracking, summarize
+from cabledrive.rig.theorem import bound_along
+from cabledrive.rig.tracking import Tracking, summarize, within
 from cabledrive.rig.tuning import design
 from cabledrive.trajectories import move_limits, peak_demand
+
+
+def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Tracking:
+    """A run as `cabledrive.rig.tracking.summarize` puts it, its first part held to the first law's bounds.
+
+    ``found``: of the whole run, by the last law; ``first``, ``last``: of the laws before and after the first
+    pulse with its dwell.
+    """
+    pause = min(first.rig.first_end, done.ended)
+    before, after = first.controller, last.controller
+    inside = [within(found.estimates[:pause], before), within(found.estimates[pause:], after)]
+    found.summary["estimates_within_bounds"] = all(inside)
+    low, high = LOW, HIGH
+    limits = np.array(
+        [
+            np.minimum(before.law.learning[low], after.law.learning[low]),
+            np.maximum(before.law.learning[high], after.law.learning[high]),
+        ]
+    )
+    found = replace(found, estimate_bounds=limits)
+    early = bound_along(first, done.log[:pause])
+    if early is None or found.bound is None:
+        return found
+    if first is not last:  # the causes of the error are measured for one law only: every departure counts
+        broken = [*found.summary["departures"], "the law was made anew during the run"]
+        found.summary.update(
+            broken_assumptions=broken,
+            within_bound=None,
+            within_bound_reason="; ".join(broken),
+            bound_used=None,
+        )
+    tube = np.concatenate((early.tube / first.gear, found.bound[pause:]))
+    printed = max(early.printed / first.gear / DEGREE, found.summary["printed_norm_bound_deg"])
+    kept = bool(np.all(np.abs(found.error) <= tube + 1e-12))
+    found.summary.update(
+        theory_bound_deg=float(tube.max()) / DEGREE, printed_norm_bound_deg=printed, inside_tube=kept
+    )
+    if not found.summary["broken_assumptions"]:
+        found.summary["within_bound"] = kept
+    return replace(found, bound=tube)
+
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
 

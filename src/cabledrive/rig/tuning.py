@@ -20,21 +20,17 @@ from cabledrive.control.observers import QUIET, KalmanTuning
 from cabledrive.control.reference import flat_output, flat_reference
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.reduction.lumped_chain import highest_model
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.disturbances import torque_limit
-from cabledrive.rig.disturbed.disturbances_file import Disturbances, standard_disturbances
-from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
+from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop, standard_disturbances
 from cabledrive.rig.laws.baselines import BASELINES
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.filter_tuning import tuning_by_uncertainty
+from cabledrive.rig.laws.eigenvalues import check_least_bandwidth, tuning_by_uncertainty
 from cabledrive.rig.laws.fitting import fitted_encoders
-from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
 from cabledrive.rig.laws.load_learning import KINDS
-from cabledrive.rig.laws.registry import CONTROLLERS, check_sample_rate, known_name
-from cabledrive.rig.laws.stepper import NO_FILTER, OPEN_LOOPS
-from cabledrive.rig.ranking.margins import Margins, margins_of
+from cabledrive.rig.laws.registry import CONTROLLERS, NO_FILTER, OPEN_LOOPS, check_sample_rate, known_name
+from cabledrive.rig.margins import Margins, margins_of
 from cabledrive.rig.setting import RigOptions
 
 SETTINGS_HZ = (

@@ -8,24 +8,24 @@ from cabledrive.identification.amplifier import AmplifierFit, identify_amplifier
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
-from cabledrive.identification.friction_regressors import FrictionModel
+from cabledrive.identification.inverse_dynamics import FrictionModel
+from cabledrive.identification.log_response import compensated_torque, independent_lines, speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regressor_curves import RegressorCurves, regressor_curves
-from cabledrive.identification.response_inputs import compensated_torque, speed_of
-from cabledrive.identification.response_lines import independent_lines
 from cabledrive.identification.response_models import ResponseFit, fit_response
-from cabledrive.identification.rig_differences import inertias_of_the_rigs
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
+from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.chapter_4 import (
+from cabledrive.rig.bench.virtual_rig import (
     BENCH_TESTS,
     TORQUE_PER_VOLT,
     BenchTest,
+    VirtualRig,
     bench_command,
     bench_rig,
     response_command,
+    run_rig,
 )
-from cabledrive.rig.bench.virtual_rig import VirtualRig, run_rig
 
 SEED = 2015
 RATE = 5000.0

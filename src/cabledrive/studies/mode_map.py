@@ -14,8 +14,7 @@ from cabledrive.modal import Modes
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.labels import stamped
-from cabledrive.studies.varied_drive import quantity_of, varied_together
+from cabledrive.studies.varied_drive import quantity_of, stamped, varied_together
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,20 +10,190 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.network.span_table import follows
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.margins import (
-    EXCEEDED,
-    FRICTION,
-    HOLDS,
-    TEETH,
-    UNKNOWN,
-    MotorMargin,
-    PulleyMargin,
-    SpanMargin,
-)
-from cabledrive.studies.motion_margin_words import LEAST_FRICTION, assumptions_of, reasons_of
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_snapshot import driven_of
+
+HOLDS, EXCEEDED, UNKNOWN = "holds", "exceeded", "unknown"
+FRICTION, TEETH = "friction", "teeth"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpanMargin:
+    """Tensions of one rope of a span along a motion [N], and what it holds.
+
+    Attributes
+    ----------
+    name, route : str
+    rest : (float, float)
+        Lowest and highest at rest in the poses.
+    even : (float, float)
+        With forces of inertia and friction, without vibration.
+    tension : (float, float)
+        With the vibration.
+    lowest_at, highest_at : float
+        When [s].
+    strength, safety_factor : float or None
+        Strength over the highest tension; None without a strength.
+    """
+
+    name: str
+    route: str
+    rest: tuple[float, float]
+    even: tuple[float, float]
+    tension: tuple[float, float]
+    lowest_at: float
+    highest_at: float
+    strength: float | None
+    safety_factor: float | None
+
+    @property
+    def slack(self) -> bool:
+        """Whether it goes slack."""
+        return self.tension[0] <= 0.0
+
+    @property
+    def verdict(self) -> str:
+        """Whether the rope stays tight and unbroken."""
+        broken = self.safety_factor is not None and self.safety_factor < 1.0
+        return EXCEEDED if self.slack or broken else HOLDS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PulleyMargin:
+    """What a pulley must transmit along a motion, and what its friction or its teeth hold.
+
+    Attributes
+    ----------
+    name, route : str
+    by : {"friction", "teeth"}
+    wrap : float
+        Least wrap [rad].
+    needed_friction : float or None
+        Largest ``abs(ln(T1/T2))`` over the wrap; None where one tension is gone.
+    capstan_friction : float or None
+        Of the file.
+    effective_tension, allowed : float, float or None
+        Largest difference of the tensions of one rope, and what the teeth in mesh take [N].
+    teeth_in_mesh : int or None
+    margin : float or None
+        What holds over what is needed; below 1 the rope slips or the teeth are overloaded.
+    time : float
+        When it is least [s].
+    verdict : {"holds", "exceeded", "unknown"}
+    """
+
+    name: str
+    route: str
+    by: str
+    wrap: float
+    needed_friction: float | None
+    capstan_friction: float | None
+    effective_tension: float
+    allowed: float | None
+    teeth_in_mesh: int | None
+    margin: float | None
+    time: float
+    verdict: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotorMargin:
+    """What a motor must give along a motion, at its pulley [N m], [rad/s]; limits None if not in the file."""
+
+    name: str
+    peak_torque: float
+    rms_torque: float
+    holding_torque: float
+    torque_limit: float | None
+    peak_speed: float
+    speed_limit: float | None
+
+    @property
+    def verdict(self) -> str:
+        """Whether torque and speed stay within the limits."""
+        if self.torque_limit is not None and self.peak_torque > self.torque_limit:
+            return EXCEEDED
+        if self.speed_limit is not None and self.peak_speed > self.speed_limit:
+            return EXCEEDED
+        return UNKNOWN if self.torque_limit is None else HOLDS
+
+
+LEAST_FRICTION = 0.05
+"""Friction that a pulley without a coefficient in the file is trusted to have."""
+_MISFIT = 0.05
+"""Part of the largest torque by which the file's may differ from that of its places without a word."""
+
+
+def reasons_of(
+    spans: tuple[SpanMargin, ...], pulleys: tuple[PulleyMargin, ...], motors: tuple[MotorMargin, ...]
+) -> tuple[str, ...]:
+    """Why a motion exceeds what holds, or cannot be judged, one line each."""
+    found = []
+    for span in spans:
+        if span.slack:
+            found.append(f"span {span.name} goes slack at {span.lowest_at:.4g} s")
+        if span.safety_factor is not None and span.safety_factor < 1.0:
+            found.append(
+                f"span {span.name} reaches {span.tension[1]:.4g} N at {span.highest_at:.4g} s, its strength "
+                f"is {span.strength:.4g} N"
+            )
+    for own in pulleys:
+        if own.verdict == UNKNOWN:
+            lack = "strength [N] of the belt" if own.by == TEETH else "capstan_friction"
+            found.append(f"pulley {own.name}: the file gives no {lack}")
+        elif own.verdict == EXCEEDED and own.by == TEETH:
+            found.append(
+                f"belt on {own.name}: {own.effective_tension:.4g} N on {own.teeth_in_mesh} teeth in mesh at "
+                f"{own.time:.4g} s, {own.allowed or 0.0:.4g} N allowed"
+            )
+        elif own.verdict == EXCEEDED:
+            need = "more than any" if own.needed_friction is None else f"{own.needed_friction:.3g}"
+            found.append(
+                f"the rope slips on {own.name} at {own.time:.4g} s: friction {own.capstan_friction:.3g}, "
+                f"needed {need}"
+            )
+    for motor in motors:
+        if motor.torque_limit is None:
+            found.append(f"motor at {motor.name}: the file gives no torque limit")
+        elif motor.peak_torque > motor.torque_limit:
+            found.append(
+                f"motor at {motor.name}: {motor.peak_torque:.4g} N m needed, limit "
+                f"{motor.torque_limit:.4g} N m"
+            )
+        if motor.speed_limit is not None and motor.peak_speed > motor.speed_limit:
+            found.append(
+                f"motor at {motor.name}: {30.0 / pi * motor.peak_speed:.4g} rpm needed, limit "
+                f"{30.0 / pi * motor.speed_limit:.4g} rpm"
+            )
+    return tuple(found) or ("ropes stay tight and unbroken, wraps, teeth and motors hold",)
+
+
+def assumptions_of(found: MotionTensions, pulleys: tuple[PulleyMargin, ...]) -> tuple[str, ...]:
+    """What the margins of a motion rest on."""
+    slow = found.slow
+    poses = "in the pose of the file" if len(slow.networks) == 1 else f"frozen in {len(slow.networks)} poses"
+    how = (
+        "torque from the given places, friction of bodies, bearings and motors included"
+        if slow.given
+        else "places from the given torque, without friction"
+    )
+    lines = [
+        "forces of inertia distributed over elastic ropes; vibration by the modes of masses and springs "
+        f"{poses}, {found.lowest_mode:.4g} to {found.highest_mode:.4g} Hz, sampled every "
+        f"{1e3 * found.time[1]:.3g} ms",
+        how,
+        "not included: slip itself, vibration across the ropes, reflections of waves inside a span",
+    ]
+    if any(own.margin is None and own.verdict == HOLDS and own.needed_friction for own in pulleys):
+        lines.append(f"pulleys without capstan_friction have {LEAST_FRICTION} or more")
+    if found.mismatch > _MISFIT * np.abs(found.torque).max(initial=0.0):
+        lines.append(
+            f"the torque of the file differs by up to {found.mismatch:.3g} N m from the one that its places "
+            "need, which is taken"
+        )
+    return tuple(lines)
+
 
 Array = NDArray[np.float64]
 

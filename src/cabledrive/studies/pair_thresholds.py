@@ -1,4 +1,4 @@
-r"""Longitudinal modes and the transverse ones that they excite, 1:2 and sum type, with threshold torques.
+r"""Longitudinal modes and the transverse ones they excite: thresholds, slopes, losses.
 
 With q of frequency W and amplitude Q, transverse modes a and b of one stretch grow where
 
@@ -11,9 +11,13 @@ and a = b is the 1:2 resonance. There the third harmonic's share is added, as in
 
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from cabledrive.mechanics.network.assembly import Network
+from cabledrive.modal import Mode
 from cabledrive.parameters import Drive
 from cabledrive.reduction.sagging_model import BAND, SaggingModel, longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import free_stretches, static_state
@@ -166,3 +170,114 @@ def _least_pumping(loss_a: float, loss_b: float, detuning: float, natural: float
     if inside < 0.0 or shift <= 0.0:
         return inf
     return sqrt(2.0 * least / (shift + sqrt(inside)))
+
+
+Array = NDArray[np.float64]
+
+WAYS = {"w": "across", "v": "out of plane"}
+"""Direction of a transverse plane."""
+
+
+class Slopes(NamedTuple):
+    """Slopes of a mode at the points of every piece it moves, by number of the piece."""
+
+    mode: Mode
+    by_piece: dict[int, Array]
+
+
+def slopes_of(network: Network, mode: Mode, way: str, nodes: Array, slope: Array) -> dict[int, Array]:
+    """Slopes of a mode of unit modal mass on the pieces that it moves."""
+    motion, found = mode._motion, {}
+    for number, piece in enumerate(network.pieces):
+        name = network.drive.free_spans[piece.span].name
+        x = piece.start + nodes * piece.length
+        values = motion.displacement(name, way, x)[0].real
+        if values.any():
+            found[number] = slope @ values / piece.length
+    return found
+
+
+def coupling_by_span(network: Network, q: Slopes, a: Slopes, b: Slopes, weights: Array) -> dict[int, float]:
+    """Coupling of two transverse modes by a longitudinal one, by span."""
+    shares: dict[int, float] = {}
+    for number in set(q.by_piece) & set(a.by_piece) & set(b.by_piece):
+        piece = network.pieces[number]
+        route = network.drive.free_spans[piece.span].route
+        product = q.by_piece[number] * a.by_piece[number] * b.by_piece[number]
+        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
+        ropes = 1 if a.mode.clamped or b.mode.clamped else network.drive.route[route].ropes
+        value = network.drive.ropes[route].axial_rigidity * ropes * piece.length * float(weights @ product)
+        shares[piece.span] = shares.get(piece.span, 0.0) + value
+    return shares
+
+
+def transverse_loss(network: Network, own: Slopes) -> float:
+    """Damping rate of a transverse mode [1/s]: that of the ropes that move, by their strain energy."""
+    shares = {
+        number: float(np.sum(values**2)) * network.pieces[number].length
+        for number, values in own.by_piece.items()
+    }
+    total = sum(shares.values())
+    drive = network.drive
+    rates = {
+        number: drive.ropes[drive.free_spans[network.pieces[number].span].route].transverse_damping
+        for number in shares
+    }
+    return sum(rates[number] * share for number, share in shares.items()) / total
+
+
+POINTS = 48
+"""Points at which a wave is looked at on each piece of a span: enough for 20 half waves."""
+
+
+def quadrature() -> tuple[Array, Array, Array]:
+    """Gauss points of [0, 1], their weights, and the matrix that differentiates at them."""
+    x, w = np.polynomial.legendre.leggauss(POINTS)
+    gaps = x[:, None] - x + np.eye(POINTS)
+    scale = np.array([np.prod(row) for row in 2.0 * gaps])
+    slope = scale[:, None] / scale / gaps
+    np.fill_diagonal(slope, 0.0)
+    np.fill_diagonal(slope, -slope.sum(axis=1))
+    return 0.5 * (x + 1.0), 0.5 * w, 2.0 * slope
+
+
+def motor_turn(network: Network, mode: Mode) -> float:
+    """Turn of the first motor's pulley, or of its rotor, in a mode of unit modal mass [rad/sqrt(kg)]."""
+    drive = network.drive
+    pulley = drive.pulley[drive.driven[0] if drive.driven else 0].name
+    joints = mode._motion.joints
+    for name in (f"rotor of {pulley}", pulley):
+        if name in joints:
+            value = abs(float(np.real(joints[name][0])))
+            return value if value > 1e-9 * max(float(np.abs(v[0])) for v in joints.values()) else 0.0
+    return 0.0
+
+
+def modal_damping(network: Network, mode: Mode, strains: dict[int, Array]) -> float:
+    """Damping of a longitudinal mode of unit modal mass [1/s]: viscous parts of the file alone.
+
+    ``strains``: slopes along the pieces at the points of quadrature.
+    """
+    drive, joints = network.drive, mode._motion.joints
+    _, weights, _ = quadrature()
+    total = 0.0
+    for number, values in strains.items():
+        piece = network.pieces[number]
+        route = drive.free_spans[piece.span].route
+        damping = drive.ropes[route].axial_damping * drive.route[route].ropes
+        total += damping * piece.length * float(weights @ values**2)
+
+    def moved(name: str) -> float:
+        return float(np.abs(joints[name][0])) if name in joints else 0.0
+
+    for pulley in drive.pulley:
+        total += pulley.viscous_friction * moved(pulley.name) ** 2
+    for motor, own in zip(drive.motor, drive.driven, strict=True):
+        name = drive.pulley[own].name
+        rotor = f"rotor of {name}"
+        total += motor.viscous_friction * moved(rotor if rotor in joints else name) ** 2
+        if rotor in joints:
+            total += (motor.joint_damping or 0.0) * float(np.abs(joints[rotor][0] - joints[name][0])) ** 2
+    for body in drive.body:
+        total += body.damping * sum(moved(f"{body.name}.{move}") ** 2 for move in body.moves)
+    return total

@@ -1,12 +1,20 @@
-"""A planned motion, and the drive along it: pretension and carriages at each instant."""
+"""A planned motion, from a table, and the drive along it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.logs.opening import open_table
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.files import require_regular
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.strain_free import POSE
+from cabledrive.parameters.units import to_si
 
 Array = NDArray[np.float64]
 
@@ -100,3 +108,113 @@ def with_carriage_at(drive: Drive, place: float) -> Drive:
         position = place if number == 0 else own.position + direction * moved
         carriages[number] = replace(own, position=position)
     return replace(drive, carriage=tuple(carriages))
+
+
+MOST_ROWS = 5_000_000
+COLUMNS = {
+    "time": "s",
+    "torque": "N m",
+    "pretension": "N",
+    "carriage": "m",
+    "load torque": "N m",
+}
+"""Columns of a motion file, and their SI units; the first two are needed."""
+
+
+def read_motion(
+    path: str | Path, machine: RoutedDrive | None = None, *, torque: bool = True
+) -> PlannedMotion:
+    """Read a planned motion from a CSV or TSV file.
+
+    Parameters
+    ----------
+    path : path-like
+        With a head such as ``time [s], torque [N m], pretension [N], carriage [mm], load torque [N m]``. Time
+        and torque are needed; time starts at 0 and ascends. A column without a unit is in SI.
+    machine : RoutedDrive, optional
+        Whose motion it is: torque is that of its first motor, ``torque NAME [N m]`` that of another motor's
+        pulley, and ``head.x [m]`` the place of a body.
+    torque : bool, default True
+        Whether the torque is needed; else it is zero where the file gives places alone.
+
+    Returns
+    -------
+    PlannedMotion
+
+    Raises
+    ------
+    InputRefused
+        If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
+    """
+    path, columns = Path(path), COLUMNS if machine is None else _columns_of(machine)
+    require_regular(path, "name a CSV file with time and torque")
+    table = open_table(path, text=True)
+    if (table.rows or 0) > MOST_ROWS:
+        raise InputRefused(f"{path.name}: about {table.rows} rows, at most {MOST_ROWS} are read: thin it out")
+    chosen = {name.lower().replace("_", " "): name for name in table.names}
+    if len(chosen) < len(table.names):
+        raise InputRefused(f"{path.name}: two columns have one name ({', '.join(table.names)}): drop one")
+    for name in chosen:
+        if name not in columns:
+            known = nearest(name, tuple(columns))
+            raise InputRefused(
+                f'{path.name}: column "{chosen[name]}" is not part of a motion{known}: '
+                f"write {', '.join(columns)}"
+            )
+    placed = machine is not None and any(name in _by_column(_moves(machine)) for name in chosen)
+    for name in ("time", "torque") if torque or not placed else ("time",):
+        if name not in chosen:
+            raise InputRefused(f'{path.name}: no column "{name} [{COLUMNS[name]}]": a motion needs it')
+    blocks = list(table.read(table.names))
+    found: dict[str, Array] = {}
+    for name, column in chosen.items():
+        values = np.concatenate([block[column] for block in blocks])
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputRefused(
+                f'{path.name}: row {bad[0] + 1} of column "{column}" holds no finite number: fill it in'
+            )
+        unit = table.units.get(column, columns[name])
+        try:
+            found[name] = values * to_si(f"1 {unit}", columns[name])
+        except InputRefused as refusal:
+            raise InputRefused(f'{path.name}: column "{column}": {refusal}') from None
+    found.setdefault("torque", np.zeros(found["time"].size))
+    try:
+        return PlannedMotion(**_fields(found, machine))
+    except InputRefused as refusal:
+        raise InputRefused(f"{path.name}: {refusal}") from None
+
+
+def _columns_of(machine: RoutedDrive) -> dict[str, str]:
+    """Columns of a motion of a machine with routes, in lower case, and their SI units."""
+    moves = [*_by_column(_moves(machine)), *_by_column(_motors(machine), "torque ")]
+    units = [POSE[one.rpartition(".")[2]] for one in _moves(machine)] + ["N m"] * len(_motors(machine))
+    return {"time": "s", "torque": "N m", **dict(zip(moves, units, strict=True))}
+
+
+def _moves(machine: RoutedDrive) -> list[str]:
+    return [f"{body.name}.{move}" for body in machine.body for move in body.moves]
+
+
+def _motors(machine: RoutedDrive) -> list[str]:
+    """Pulleys of all motors but the first."""
+    return [machine.pulley[number].name for number in machine.driven[1:]]
+
+
+def _by_column(names: list[str], before: str = "") -> dict[str, str]:
+    """Names by the words of their column."""
+    return {f"{before}{name}".lower().replace("_", " "): name for name in names}
+
+
+def _fields(found: Mapping[str, Array], machine: RoutedDrive | None) -> dict[str, Any]:
+    """Fields of a `PlannedMotion` from columns."""
+    if machine is None:
+        return {name.replace(" ", "_"): values for name, values in found.items()}
+    places, motors = _by_column(_moves(machine)), _by_column(_motors(machine), "torque ")
+    return {
+        "time": found["time"],
+        "torque": found["torque"],
+        "places": {places[name]: values for name, values in found.items() if name in places},
+        "torques": {motors[name]: values for name, values in found.items() if name in motors},
+    }

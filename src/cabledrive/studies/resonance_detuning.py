@@ -1,13 +1,25 @@
-"""Detuning of a drive from the instability region of a torque; tuning of each span under a steady load."""
+"""Detuning of a drive from the instability region of a torque, and whether what acts reaches it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cabledrive.modal.batch import LoopBatch, many_spectra
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import LARGEST, SMALLEST
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
+from cabledrive.reduction.autoparametric_batch import many_models, pulley_modes, spans_at_rest, straight_spans
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
-from cabledrive.reduction.threshold import growth_rates, instability_half_width, pulley_amplitude
+from cabledrive.reduction.threshold import (
+    growth_rates,
+    instability_half_width,
+    pulley_amplitude,
+    threshold_torque,
+)
+from cabledrive.studies.excitation_orders import frequency_per_speed
 
 Array = NDArray[np.float64]
 
@@ -131,3 +143,151 @@ def _against_regions(
 def _verdict(distance: ArrayLike, half_width: ArrayLike) -> NDArray[np.str_]:
     inside, close = np.less(distance, half_width), np.less(distance, CLOSE * np.asarray(half_width))
     return np.where(inside, RESONANT, np.where(close, NEAR, SAFE))
+
+
+LARGEST_PHASE = 2.0
+"""Of the pulley mode along a span [rad]: beyond, another mode may be the lowest in which a pulley turns."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResonanceBatch:
+    """Numbers of each loop; NaN where there is none, every array of shape (n,).
+
+    Attributes
+    ----------
+    done : ndarray of bool
+        Whether the closed form holds; the others are for `resonance`.
+    frequency_ratio, tuned_pretension, threshold_torque, threshold_here, pulley_frequency : ndarray
+        [-], [N], [N m], [N m], [Hz]; as in `cabledrive.studies.resonance.ResonanceSummary`.
+    verdict : ndarray of str
+    """
+
+    done: NDArray[np.bool_]
+    frequency_ratio: Array
+    tuned_pretension: Array
+    threshold_torque: Array
+    threshold_here: Array
+    pulley_frequency: Array
+    verdict: NDArray[np.str_]
+
+
+def many_resonances(loops: LoopBatch, torque: Array) -> ResonanceBatch:
+    """Frequency ratio, tuned pretension, thresholds and verdict of each loop; the span lengths are given.
+
+    ``torque``, shape (n,): amplitude of the verdict [N m].
+    """
+    omegas, found = many_spectra(loops.chains(), 1)
+    omega = omegas[:, 0]
+    phase = omega * loops.length * np.sqrt(loops.density / loops.rigidity)
+    with np.errstate(all="ignore"):
+        modes, rest = pulley_modes(loops, omega), spans_at_rest(loops)
+        force = straight_spans(loops, loops.pretension).force
+        ratio = np.pi * np.sqrt(force / loops.density) / loops.length / omega
+        wanted = force / (2.0 * ratio) ** 2
+        reached = wanted < loops.rigidity
+        tuned = np.where(reached, wanted / (1.0 - wanted / loops.rigidity), np.nan)
+        here = many_models(loops, modes, rest)
+        at_tuning = many_models(loops, modes, straight_spans(loops, tuned))
+        allowed = ~reached | ((tuned >= SMALLEST) & (tuned <= LARGEST))
+        return ResonanceBatch(
+            done=found & (phase < LARGEST_PHASE) & allowed & (rest.lowest > 0.0),
+            frequency_ratio=ratio,
+            tuned_pretension=tuned,
+            threshold_torque=np.where(reached, _finite(_tuned_threshold(at_tuning)), np.nan),
+            threshold_here=_finite(threshold_torque(here)),
+            pulley_frequency=omega / (2.0 * np.pi),
+            verdict=verdicts(here, torque),
+        )
+
+
+def _tuned_threshold(model: AutoparametricModel) -> Array:
+    """Zero where either mode is undamped, whatever round-off leaves of the tuning."""
+    undamped = (np.asarray(model.modal_damping) == 0.0) | (np.asarray(model.transverse_damping) == 0.0)
+    return np.where(undamped, 0.0, threshold_torque(model))
+
+
+def _finite(values: Array) -> Array:
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+UNKNOWN = "unknown"
+CLOSE_SHARE = 0.5
+"""Share of the lowest threshold from which a torque is called close."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActingTorque:
+    """A torque that acts on the first motor's pulley without a planned motion.
+
+    Attributes
+    ----------
+    amplitude : float or None
+        [N m]; None: nobody says.
+    bands : tuple of (str, float, float), or None
+        Name of an order with the frequencies that it reaches [Hz]; None: it may act at any frequency.
+    """
+
+    amplitude: float | None
+    bands: tuple[tuple[str, float, float], ...] | None = None
+
+    def reaches(self, hertz: float) -> str | None:
+        """How it comes to act at a frequency [Hz]: the name of an order, or "" for any; None: it does not."""
+        if self.bands is None:
+            return ""
+        return next((name for name, low, high in self.bands if low <= hertz <= high), None)
+
+
+def acting_torque(drive: RoutedDrive, torque: float | None) -> ActingTorque | None:
+    """The torque of the verdict: as given, else that of the file's [excitation]; None where there is neither.
+
+    ``torque``: amplitude [N m], which may act at any frequency.
+    Raises `InputRefused` for one out of range, and for orders that are not tied to the motion.
+    """
+    if torque is not None:
+        if not 0.0 <= torque <= LARGEST:
+            raise InputRefused(f"torque = {torque:.9g} N m must lie between 0 and {LARGEST:g} N m")
+        return ActingTorque(torque)
+    stated = drive.excitation
+    if stated is None:
+        return None
+    ripple, limit = stated.torque_ripple, drive.motor[0].torque_limit if drive.motor else None
+    amplitude = None if ripple is None or limit is None else ripple * limit
+    if not stated.orders:
+        return ActingTorque(amplitude)
+    coordinate, low, high = stated.range
+    bands = []
+    for order in stated.listed:
+        rate = frequency_per_speed(drive, order, coordinate)
+        if order.pulley is not None:  # a rail's joints push a body, not the motor
+            bands.append((order.name, rate * low, rate * high))
+    return ActingTorque(amplitude, tuple(bands))
+
+
+def verdict_of(
+    acting: ActingTorque | None, thresholds: Sequence[tuple[float, float | None]]
+) -> tuple[str, tuple[str, ...]]:
+    """The verdict on an acting torque with its reasons.
+
+    ``thresholds``: longitudinal frequency [Hz] and threshold torque [N m] of every pair.
+    """
+    excited = [(torque, hertz) for hertz, torque in thresholds if torque is not None]
+    if not excited:
+        return SAFE, ("no listed pair is excited by the first motor",)
+    lowest, at = min(excited)
+    from_there = f"from {lowest:.4g} N m of steady torque at {at:.4g} Hz on, transverse modes grow"
+    if acting is None:
+        return NO_EXCITATION, (f"{STATE_ONE}; {from_there}",)
+    reached = [(torque, hertz) for torque, hertz in excited if acting.reaches(hertz) is not None]
+    if not reached:
+        bands = ", ".join(f"{name} {low:.4g} to {high:.4g} Hz" for name, low, high in acting.bands or ())
+        return SAFE, (f"no order reaches the longitudinal frequency of a pair: {bands or 'none turns'}",)
+    lowest, at = min(reached)
+    by = acting.reaches(at)
+    source = f"order {by}" if by else "a torque"
+    words = f"{source} at {at:.4g} Hz grows transverse modes from {lowest:.4g} N m on"
+    if acting.amplitude is None:
+        return UNKNOWN, (f"{words}; its amplitude is not given: add excitation.torque_ripple",)
+    words = f"{words}; the amplitude is {acting.amplitude:.4g} N m"
+    if acting.amplitude >= lowest:
+        return RESONANT, (words,)
+    return (NEAR if acting.amplitude >= CLOSE_SHARE * lowest else SAFE), (words,)

@@ -1,4 +1,4 @@
-r"""Pairs near internal resonance of a machine with routes: which tension waves can excite which strings.
+r"""Pairs near internal resonance of any machine, loop, line or routes.
 
 A longitudinal mode q of unit modal mass strains its spans by :math:`u_x`. It changes the tension that holds
 transverse modes a and b of unit modal mass, and with amplitude Q at frequency W they grow where
@@ -22,12 +22,27 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.natural import straight_modes
-from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.mode_slopes import WAYS, Slopes, coupling_by_span, slopes_of, transverse_loss
-from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, NEAR_SUM, ONE_TO_TWO, SUM, WEAKEST
-from cabledrive.studies.route_mode_losses import modal_damping, motor_turn, quadrature
-from cabledrive.studies.route_verdict import acting_torque, verdict_of
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
+from cabledrive.studies.pair_thresholds import (
+    HIGHEST,
+    NEAR,
+    NEAR_SUM,
+    ONE_TO_TWO,
+    SUM,
+    WAYS,
+    WEAKEST,
+    Slopes,
+    coupling_by_span,
+    modal_damping,
+    motor_turn,
+    quadrature,
+    slopes_of,
+    transverse_loss,
+)
+from cabledrive.studies.resonance import ResonanceSummary
+from cabledrive.studies.resonance import resonance as resonance_of_loop
+from cabledrive.studies.resonance_detuning import acting_torque, verdict_of
 
 Array = NDArray[np.float64]
 
@@ -245,3 +260,44 @@ def _pair(
         threshold_torque=torque if isfinite(torque) else None,
         reason="" if isfinite(torque) else "the first motor does not turn in this longitudinal mode",
     )
+
+
+def resonance(
+    drive: Drive | RoutedDrive,
+    *,
+    torque: float | None = None,
+    load_torque: float = 0.0,
+    details: bool = True,
+) -> ResonanceSummary | RouteResonance:
+    """Frequency ratio, threshold torque, pairs near resonance and verdict of a machine.
+
+    Parameters
+    ----------
+    drive : Drive or RoutedDrive
+    torque : float, optional
+        Amplitude of the verdict [N m]; default: that of the file's [excitation]. Where there is neither, the
+        verdict is "no excitation given", and the figures of a loop or a line are those at its torque limit
+        or, without one, 1 % of the slack torque.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m], which splits the tuning of the spans; on loops and lines.
+    details : bool, default True
+        Whether to list the pairs of a loop or a line, and to find its torque of tenfold growth, which take
+        most of the time.
+
+    Returns
+    -------
+    ResonanceSummary or RouteResonance
+        The second of a machine with routes: its pairs near 1:2 and of sum type, Eq. (N.11).
+
+    Raises
+    ------
+    InputRefused
+        If the torque is negative, the steady one takes a span's tension away, or a cable runs.
+    NotComputed
+        If a span hangs slack at rest.
+    """
+    if not isinstance(drive, RoutedDrive):
+        return resonance_of_loop(drive, torque=torque, load_torque=load_torque, details=details)
+    if load_torque:
+        refuse_route("`resonance` under a load torque")
+    return route_resonance(drive, torque=torque)

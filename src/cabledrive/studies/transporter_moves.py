@@ -9,8 +9,16 @@ from numpy.typing import NDArray
 from cabledrive.control.transporter import frozen_poles
 from cabledrive.parameters import Carriage, Drive, InputRefused, Motor, Sensors
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies, transporter_of
-from cabledrive.rig.carriage.carriage_move import MARGIN, CarriageMove, CarriageRun, force_limit, one_count
-from cabledrive.rig.carriage.transporter import LAWS, made_law, move_carriage
+from cabledrive.rig.carriage.transporter import (
+    LAWS,
+    MARGIN,
+    CarriageMove,
+    CarriageRun,
+    force_limit,
+    made_law,
+    move_carriage,
+    one_count,
+)
 from cabledrive.rig.setting import sample_interval
 
 Array = NDArray[np.float64]

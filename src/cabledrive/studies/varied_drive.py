@@ -1,13 +1,17 @@
-"""A drive with one or several of its figures changed, named by the key of the drive file."""
+"""A drive with one or several of its figures changed, and what every labelled result says of itself."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.fields import key_of, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.parameters.route.strain_free import POSE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 Machine = TypeVar("Machine", Drive, RoutedDrive)
 
@@ -112,3 +116,20 @@ def _field(table: Any, name: str, key: str) -> Any:
         what = "is not a quantity with a unit" if name in known else "is unknown"
         raise InputRefused(f'key "{key}" {what}{nearest(name, numeric)}')
     return numeric[name]
+
+
+def stamped(data: "xr.Dataset", drive: Drive | RoutedDrive, title: str) -> "xr.Dataset":
+    """Add title, drive, hash, version and method to a result.
+
+    ``drive``: the drive it was computed from; ``title``: what it shows.
+    Returns the same data with attributes.
+    """
+    from cabledrive.parameters.version import __version__
+
+    return data.assign_attrs(
+        title=title,
+        drive=drive.name,
+        drive_hash=content_hash(drive),
+        version=__version__,
+        method="exact dynamic stiffness, modes isolated by counting",
+    )

@@ -11,16 +11,14 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.studio import pages
-from cabledrive.studio.desk import Desk
+from cabledrive.studio import guard as pages
 from cabledrive.studio.guard import Guard, Keys
 from cabledrive.studio.jobs import Jobs
 from cabledrive.studio.library import LOGS, WORK, Library
 from cabledrive.studio.log_store import LogStore
 from cabledrive.studio.logs_view import check, curves, log_of_work, logs_page, take_log
 from cabledrive.studio.machine_view import home, machine_page, machine_part, take_text
-from cabledrive.studio.state import State
-from cabledrive.studio.warm import Warm
+from cabledrive.studio.state import Desk, State, Warm
 from cabledrive.studio.work_view import cancel, events, file, job_page, job_part, resume, start, work_page
 
 

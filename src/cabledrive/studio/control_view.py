@@ -11,19 +11,16 @@ from starlette.responses import JSONResponse, Response
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.units import to_si
-from cabledrive.report.figures.control_runs import spectrum
-from cabledrive.report.time_plots import instants
+from cabledrive.report.blocks import instants
+from cabledrive.report.figures.study_runs import spectrum
 from cabledrive.rig import Tracking, track
-from cabledrive.rig.disturbed.disturbances_file import Disturbances
-from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS
-from cabledrive.rig.laws.stepper import OPEN_LOOPS, SHAPED
-from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
-from cabledrive.rig.ranking.ranked import offered
-from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.studio import pages
+from cabledrive.rig.disturbed_plants import Disturbances
+from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, SHAPED
+from cabledrive.rig.ranked import offered
+from cabledrive.rig.setting import Motion, RigOptions, parse_disturbance, parse_encoder_dropout
+from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import DISTURBANCES, SWITCHES, disturbed
-from cabledrive.studio.desk import Desk
-from cabledrive.studio.state import State, command_line, drive_of, state_of
+from cabledrive.studio.state import Desk, State, command_line, drive_of, state_of
 
 NONE_HERE = "No control law runs on this machine"
 PLANTS = ("model-1", "model-2", "model-3", "model-4", "cable")

@@ -11,11 +11,10 @@ from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, R
 
 from cabledrive.identification.logs.opening import FORMATS as FORMATS_OF_LOGS
 from cabledrive.parameters import InputRefused
-from cabledrive.studio import pages
+from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import FORMATS, asked
-from cabledrive.studio.desk import Desk, bounded_body
 from cabledrive.studio.jobs import RUNNING, Job
-from cabledrive.studio.state import command_line, drive_of, state_of
+from cabledrive.studio.state import Desk, bounded_body, command_line, drive_of, state_of
 
 FRAMED = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "

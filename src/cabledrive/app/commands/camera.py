@@ -6,9 +6,8 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
 from cabledrive.parameters import InputRefused
 
 
@@ -41,7 +40,7 @@ def command(
 ) -> Answer:
     """Follow a white marker through VIDEO, or a folder of pictures, and write a log that `identify` reads."""
     from cabledrive.identification.camera import marker_log, open_clip, scale_from, track_marker
-    from cabledrive.rig.log_table import log_csv
+    from cabledrive.rig.log_file import log_csv
 
     if scale is not None:
         refuse_given("known_length", "known_pixels", why="has no effect beside --scale: give one of the two")

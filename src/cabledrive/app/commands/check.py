@@ -5,9 +5,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, machine_argument, saves_answer
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
 from cabledrive.app.route_answer import checked_route
 from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest
@@ -42,7 +41,7 @@ def command(drive: Drive | RoutedDrive, plot: NewFile | None, motion_file: str |
     """Validate DRIVE; print derived quantities and warnings; with --motion the margins along it."""
     answer = checked_route(drive) if isinstance(drive, RoutedDrive) else _checked(drive)
     if motion_file is not None:
-        from cabledrive.app.motion_margins_answer import with_margins
+        from cabledrive.app.motion_answers import with_margins
 
         answer = with_margins(answer, drive, motion_file)
     if plot is not None:
@@ -75,8 +74,8 @@ def _text(drive: Drive, derived: dict[str, Any], warnings: tuple[str, ...]) -> s
 
 def _sections(derived: dict[str, Any]) -> Iterator[str]:
     """The datasheet, each section under its heading; what does not exist for this drive is left out."""
-    from cabledrive.report.datasheet_words import DATASHEET
-    from cabledrive.report.numbers import quantity
+    from cabledrive.report.typesetting import quantity
+    from cabledrive.report.words import DATASHEET
 
     width = max(len(words) for section in DATASHEET.values() for _, words, _ in section)
     for heading, section in DATASHEET.items():

@@ -2,10 +2,8 @@
 
 import click
 
-from cabledrive.app.completion import complete_drive
-from cabledrive.app.new_file import NewFile, NewFileType
-from cabledrive.app.options import Subcommand, answering, force_option
-from cabledrive.app.results import Answer, json_text, provenance
+from cabledrive.app.options import Subcommand, answering, complete_drive, force_option
+from cabledrive.app.results import Answer, NewFile, NewFileType, json_text, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives, packaged_text
 
 

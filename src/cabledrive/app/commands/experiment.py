@@ -5,9 +5,8 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, axis_argument, force_option
-from cabledrive.app.results import Absent, Answer, provenance
+from cabledrive.app.results import Absent, Answer, NewFile, NewFileType, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 METHOD = (
@@ -46,7 +45,7 @@ def command(
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
     from cabledrive.app.run_limits import check_excitation
     from cabledrive.rig.bench.experiment import Excitation, experiment, load_excitation
-    from cabledrive.rig.log_table import log_csv
+    from cabledrive.rig.log_file import log_csv
     from cabledrive.rig.run_facts import motor_words
 
     if plan:
@@ -81,7 +80,7 @@ def command(
 
 def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
     """Predicted errors, peaks and warnings."""
-    from cabledrive.rig.bench.planned_experiment import plan_experiment
+    from cabledrive.rig.bench.experiment import plan_experiment
     from cabledrive.rig.run_facts import motor_words
 
     found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)

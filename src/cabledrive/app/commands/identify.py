@@ -4,14 +4,12 @@ from typing import Any
 
 import click
 
-from cabledrive.app.combinations import refuse_given
+from cabledrive.app.combinations import Chooser, reading_options, refuse_given
 from cabledrive.app.estimate_text import finding_lines, parameter_rows
-from cabledrive.app.log_options import Chooser, reading_options
-from cabledrive.app.messages import note
-from cabledrive.app.new_file import PAGE, NewFile, NewFileType
+from cabledrive.app.failures import note
 from cabledrive.app.options import Quantity, Subcommand, answering, saves_answer
 from cabledrive.app.ping_answer import pinged
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
 from cabledrive.parameters import InputRefused
 
 
@@ -162,7 +160,7 @@ def command(
 def _check_drawable(log: str, options: Any) -> None:
     """Refuse a page of a log that is read in blocks, before the work."""
     from cabledrive.identification.logs.reading import open_log
-    from cabledrive.identification.long_logs import is_long
+    from cabledrive.identification.one_log import is_long
 
     if is_long(open_log(log, options.columns)):
         raise InputRefused(f"--report: {log} is too long to be drawn: leave it out, or cut the log")

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, force_option, machine_argument
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
@@ -120,8 +119,7 @@ def _netcdf(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | No
 
 
 def _drawn(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | None") -> bytes:
-    from cabledrive.report.campbell_figure import campbell_drawing
-    from cabledrive.report.map_figure import map_drawing
+    from cabledrive.report.mode_figure import campbell_drawing, map_drawing
 
     form = path.suffix[1:]
     return map_drawing(found, form) if excited is None else campbell_drawing(excited, form)

@@ -4,9 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies

@@ -5,10 +5,9 @@ from pathlib import Path
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.messages import note
-from cabledrive.app.new_file import PAGE, NewFile, NewFileType
+from cabledrive.app.failures import note
 from cabledrive.app.options import Subcommand, answering, force_option
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives
 
 

@@ -5,9 +5,8 @@ from dataclasses import replace
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
-from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
 from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque, motor_condition, released
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.route import RoutedDrive
@@ -92,13 +91,13 @@ def command(
     motion is checked as well: how far the cable moves across, excited directly through sag or parametrically.
     """
     if isinstance(drive, RoutedDrive):
-        from cabledrive.app.route_resonance_answer import route_resonance_answer
+        from cabledrive.app.motion_answers import route_resonance_answer
 
         _refuse_for_routes(motion_file)
         return route_resonance_answer(drive, torque, motion_file, floor, limit)
     import numpy as np
 
-    from cabledrive.app.motion_answer import alarm_data, alarm_text
+    from cabledrive.app.motion_answers import alarm_data, alarm_text
     from cabledrive.app.resonance_answer import (
         branch_data,
         branches_text,
@@ -106,7 +105,7 @@ def command(
         resonance_text,
     )
     from cabledrive.studies.alarm import alarm
-    from cabledrive.studies.motion_file import read_motion
+    from cabledrive.studies.planned_motion import read_motion
     from cabledrive.studies.resonance import resonance
     from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, NO_EXCITATION, OF_A_MOTION, RESONANT
     from cabledrive.studies.resonance_remedies import remedies
@@ -128,9 +127,8 @@ def command(
                 found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion, *found.reasons[1:])
             )
     if map_file is not None:
-        from cabledrive.report.resonance_map_page import resonance_map_page
-        from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
-        from cabledrive.studies.resonance_map import growth_map
+        from cabledrive.report.map_page import resonance_map_page
+        from cabledrive.studies.resonance_map import growth_map, spot_check_line, spot_checks
 
         growth = growth_map(drive, torque=found.torque, load_torque=load_torque)
         checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))

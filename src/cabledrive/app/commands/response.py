@@ -5,12 +5,10 @@ from typing import Any
 
 import click
 
-from cabledrive.app.combinations import OptionOf, refuse_given, refuse_not_of
-from cabledrive.app.log_options import Chooser, reading_options
+from cabledrive.app.combinations import Chooser, OptionOf, reading_options, refuse_given, refuse_not_of
 from cabledrive.app.machine_response import is_machine, response_of_machine
-from cabledrive.app.new_file import OBJECT, NewFile, NewFileType
 from cabledrive.app.options import FREQUENCY, Quantity, Subcommand, answering, force_option
-from cabledrive.app.results import Answer, json_text, provenance
+from cabledrive.app.results import OBJECT, Answer, NewFile, NewFileType, json_text, provenance
 from cabledrive.parameters import InputRefused
 
 LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
@@ -140,10 +138,8 @@ def command(
     phase; repeats are averaged robustly. LOG may also be the file of a machine with routes: its response is
     computed, --input and --response are then coordinates such as "motor" and head.x.
     """
-    from cabledrive.identification.coherence_words import coherence_words
-    from cabledrive.identification.log_response import response
+    from cabledrive.identification.log_response import coherence_words, read_pair, response
     from cabledrive.identification.one_log import IdentifyOptions, load_options
-    from cabledrive.identification.response_inputs import read_pair
 
     output = column or former
     if is_machine(log):
@@ -212,7 +208,7 @@ def _lines_of(found: Any) -> dict[str, Any]:
 
 def _of_a_file(path: str, file: NewFile | None) -> Answer:
     """A response that was measured elsewhere, averaged over its repeats."""
-    from cabledrive.identification.response_file import read_response
+    from cabledrive.identification.log_response import read_response
 
     found = read_response(path)
     answer = Answer(

@@ -2,9 +2,8 @@
 
 import click
 
-from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, saves_answer
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 

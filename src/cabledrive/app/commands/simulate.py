@@ -6,11 +6,10 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
-from cabledrive.app.messages import QUIET, note
+from cabledrive.app.failures import QUIET, note
 from cabledrive.app.network_answer import simulated_route
-from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option, machine_argument
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
 from cabledrive.app.run_pictures import fields_to_animate, undrawn
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive

@@ -2,8 +2,7 @@
 
 import click
 
-from cabledrive.app.completion import complete_drive
-from cabledrive.app.options import Subcommand
+from cabledrive.app.options import Subcommand, complete_drive
 
 
 @click.command(

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cabledrive.app.failures import note
 from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
-from cabledrive.app.messages import note
 from cabledrive.app.options import Subcommand, answering, axis_or_machine
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
@@ -114,8 +114,8 @@ def _without_chain(drive: RoutedDrive, why: str, logs: int, folder: Path, asked:
     """Modes, internal resonance and margins of a machine, with its page."""
     from cabledrive.parameters.drive_file import drive_text
     from cabledrive.report.writing import report_html
+    from cabledrive.studies.study.pipeline import study_without_chain
     from cabledrive.studies.study.results_file import DRIVE, REPORT, finish
-    from cabledrive.studies.study.without_chain import study_without_chain
 
     results = study_without_chain(drive, why, logs)
     note("report")
@@ -137,7 +137,7 @@ def _studied(
     from cabledrive.app.run_limits import check_record
     from cabledrive.report.study_page import study_html
     from cabledrive.studies.study import run_study
-    from cabledrive.studies.study.assumed_motion import goals_for
+    from cabledrive.studies.study.check_stage import goals_for
     from cabledrive.studies.study.results_file import write_files
     from cabledrive.studies.study.stage_cache import sweep
 

@@ -45,7 +45,7 @@ NOTE = "Steady state across the plane of the machine; ropes touch nothing, the b
 def command(drive: Drive | RoutedDrive, building: float, amplitude: float, text: str | None) -> Answer:
     """First frequency and amplitude of every rope of DRIVE in a building that sways, over places."""
     from cabledrive.app.vary_options import vary_of
-    from cabledrive.report.numbers import quantity
+    from cabledrive.report.typesetting import quantity
     from cabledrive.studies.sway import STEEP, sway
 
     machine = drive if isinstance(drive, RoutedDrive) else as_machine(drive)

@@ -6,10 +6,9 @@ from typing import Any
 
 import click
 
-from cabledrive.app.messages import QUIET, note
-from cabledrive.app.new_file import FORCE
+from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import Subcommand, answering, force_option
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import FORCE, Answer, provenance
 from cabledrive.parameters import InputRefused
 
 METHOD = "each row by its number alone; chunks of rows written whole, their status last"

@@ -5,19 +5,18 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
-from cabledrive.app.completion import complete_controller, listed_laws
-from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import (
     FREQUENCY,
     Quantity,
     Subcommand,
     answering,
     axis_or_winches,
+    complete_controller,
+    listed_laws,
     saves_answer,
 )
-from cabledrive.app.payload_options import payload_options
-from cabledrive.app.pulse_options import pulse_options
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.pulse_options import payload_options, pulse_options
+from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
 from cabledrive.app.track_text import track_text
 from cabledrive.app.two_motor_answer import two_motor_answer, winch_options
 from cabledrive.parameters import Drive, load_drive
@@ -146,7 +145,7 @@ def command(
     from cabledrive.reduction.network_axis import as_axis
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.log_file import log_text
-    from cabledrive.rig.parsed_options import (
+    from cabledrive.rig.setting import (
         parse_disturbance,
         parse_encoder_dropout,
         parse_payload,
@@ -206,7 +205,7 @@ def command(
     if log_file is not None:
         log_file.write(log_text(found, actual or drive))
     if animate is not None:
-        from cabledrive.report.controlled_film import controlled_film
+        from cabledrive.report.animation import controlled_film
 
         animate.write(controlled_film(actual or drive, found))
     said = found.summary

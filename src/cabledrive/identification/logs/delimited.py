@@ -8,9 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.cells import MISSING, is_number, split_line, zone_of
-from cabledrive.identification.logs.heads import heads_of
-from cabledrive.identification.logs.lines import LONGEST_LINE, first_lines, line_blocks, too_long
+from cabledrive.identification.logs.lines import (
+    LONGEST_LINE,
+    MISSING,
+    first_lines,
+    heads_of,
+    is_number,
+    line_blocks,
+    split_line,
+    too_long,
+    zone_of,
+)
 from cabledrive.identification.logs.table import Array, Blocks, Reading, Table, seconds_of
 from cabledrive.parameters import InputRefused
 

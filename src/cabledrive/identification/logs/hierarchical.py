@@ -1,5 +1,11 @@
-"""HDF5 files (MATLAB 7.3, NetCDF 4) and classic NetCDF as columns; datasets by their path."""
+"""HDF5, NetCDF and MATLAB files as columns, tried in a process of its own."""
 
+import os
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -7,15 +13,84 @@ import numpy as np
 
 from cabledrive.identification.logs.table import (
     BLOCK_ROWS,
+    LARGEST_CHUNK,
     Array,
     Blocks,
     Reading,
     Table,
     check_lengths,
+    require_fitting,
+    sliced,
+    unpacked_matlab,
 )
-from cabledrive.identification.logs.trial import require_readable
-from cabledrive.identification.logs.unpacking import LARGEST_CHUNK, require_fitting
 from cabledrive.parameters import InputRefused
+
+SECONDS = 3.0
+BYTES_PER_SECOND = 50e6
+LONGEST_WAIT = 15.0
+"""Wall clock per second of processor time."""
+
+
+def require_readable(path: Path, read: Callable[[], object]) -> None:
+    """Refuse a file over which the process that reads it dies, or takes more time than its size explains.
+
+    Where a process cannot be forked safely (anywhere but on Linux) nothing is tried.
+
+    ``read``: reads what is to be read later; what it raises does not count here.
+    Raises `InputRefused` if it crashes or does not end.
+    """
+    if sys.platform != "linux":
+        return
+    seconds = SECONDS + path.stat().st_size / BYTES_PER_SECOND
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of threads: the child calls one library and ends
+        child = os.fork()
+    if child == 0:
+        _try(read, seconds)
+    try:
+        status = _ended(child, LONGEST_WAIT * seconds)
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        raise
+    if status is None or os.WIFSIGNALED(status):
+        number = None if status is None else os.WTERMSIG(status)
+        endless = number in (None, signal.SIGXCPU)
+        what = "reading it does not end" if endless else f"its library ends by signal {number}"
+        raise InputRefused(f"{path.name}: is damaged ({what}): write it again")
+
+
+def _try(read: Callable[[], object], seconds: float) -> None:
+    """The child: reads, and never returns."""
+    import resource
+
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 2))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        read()
+    finally:
+        os._exit(0)
+
+
+def _ended(child: int, longest: float) -> int | None:
+    """Status of a process; None where it had to be killed."""
+    began, pause = time.monotonic(), 1e-4
+    while time.monotonic() - began < longest:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return status
+        time.sleep(pause)
+        pause = min(2.0 * pause, 0.02)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return None
+
 
 TRIED = 64
 """Columns of which the first block is read on trial."""
@@ -162,3 +237,60 @@ def _scaled(values: Any, attributes: Any) -> Array:
 
 def _text(value: Any) -> str:
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
+
+
+def open_matlab(path: Path, reading: Reading | None = None) -> Table:
+    """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``.
+
+    Raises `InputRefused` if it cannot be read or would unpack to more than `LARGEST_IN_MEMORY`.
+    """
+    if is_hdf5(path):
+        return open_hdf5(path)
+    columns: dict[str, Array] = {}
+    scalars: dict[str, float] = {}
+    for name, value in _variables(path).items():
+        _collect_arrays(name, value, columns, scalars)
+    if not columns:
+        raise InputRefused(f"{path.name}: holds no vector of numbers: save the channels as vectors (-v7)")
+
+    def read(names: tuple[str, ...]) -> Any:
+        check_lengths({name: len(columns[name]) for name in names}, path.name)
+        return sliced({name: columns[name] for name in names})
+
+    rows = max(len(values) for values in columns.values())
+    return Table(source=path.name, names=tuple(columns), units={}, rows=rows, read=read, scalars=scalars)
+
+
+def _variables(path: Path) -> dict[str, Any]:
+    from scipy import io
+
+    require_fitting(path, unpacked_matlab(path))
+    require_readable(path, lambda: io.loadmat(path))
+    try:
+        found = io.loadmat(path, squeeze_me=True, struct_as_record=False)
+    except Exception as error:  # scipy raises many kinds for a damaged file
+        raise InputRefused(
+            f"{path.name}: is no readable MATLAB file ({error}): save it again with -v7"
+        ) from None
+    return {name: value for name, value in found.items() if name and not name.startswith("__")}
+
+
+def _collect_arrays(
+    name: str, value: Any, columns: dict[str, Array], scalars: dict[str, float], depth: int = 0
+) -> None:
+    """Sort a variable, field by field, into columns and single numbers; what is neither is left out."""
+    if hasattr(value, "_fieldnames") and depth < 6:
+        for field in value._fieldnames:
+            _collect_arrays(f"{name}.{field}", getattr(value, field), columns, scalars, depth + 1)
+        return
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiub":
+        return
+    if array.ndim == 0:
+        scalars[name] = float(array)
+    elif array.ndim == 1 and array.size > 1:
+        columns[name] = array  # as it is: a block at a time becomes doubles
+    elif array.ndim == 2 and min(array.shape) <= 64:
+        across = array if array.shape[0] <= array.shape[1] else array.T
+        for k, row in enumerate(across):
+            columns[f"{name}[{k}]"] = row

@@ -1,13 +1,23 @@
-"""Messages of topics as columns: numbers by their path, and two times of each message on one origin each."""
+"""Messages of topics as columns: MCAP files and ROS 2 bags."""
 
+import json
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.table import Array, Blocks, Reading, Table, sliced
+from cabledrive.identification.logs.table import (
+    Array,
+    Blocks,
+    Reading,
+    Table,
+    require_fitting,
+    sliced,
+    unpacked_mcap,
+)
 from cabledrive.parameters import InputRefused
 
 MOST_MESSAGES = 5_000_000
@@ -170,3 +180,105 @@ def _joined(
     for name in names:
         found[name] = np.asarray(np.interp(time[both], others[_topic(name, rows)], arrays[name]))
     return found
+
+
+def open_mcap(path: Path, reading: Reading | None = None) -> Table:
+    """Open an MCAP log: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
+
+    Returns times in seconds from the first of their kind in the file.
+    Raises `InputRefused` if the extra is not installed, or the file is damaged or holds no numbers.
+    """
+    try:
+        from mcap.reader import make_reader
+    except ImportError:
+        raise InputRefused(
+            f"{path.name}: reading MCAP needs an extra: pip install 'cabledrive[mcap]'"
+        ) from None
+    require_fitting(path, unpacked_mcap(path))
+    topics = Topics(source=path.name)
+    factories = _decoders()
+    try:
+        with path.open("rb") as stream:
+            for schema, channel, message in make_reader(stream).iter_messages():
+                decoded = _decoded(schema, channel, message, factories)
+                if decoded is not None:
+                    topics.add(channel.topic, message.log_time, decoded)
+    except (InputRefused, MemoryError):
+        raise
+    except Exception as error:  # decoders raise many kinds for a message that is not what its schema says
+        raise InputRefused(f"{path.name}: is damaged ({error}): record it again") from None
+    if not topics.columns:
+        raise InputRefused(
+            f"{path.name}: holds no numbers in JSON or ROS 2 messages: export it to CSV or Parquet"
+        )
+    return topics.table(reading)
+
+
+def _decoders() -> list[Any]:
+    try:
+        from mcap_ros2.decoder import DecoderFactory
+    except ImportError:
+        return []
+    return [DecoderFactory()]
+
+
+def _decoded(schema: Any, channel: Any, message: Any, factories: list[Any]) -> Any:
+    if channel.message_encoding == "json":
+        return json.loads(message.data)
+    for factory in factories:
+        decode = factory.decoder_for(channel.message_encoding, schema)
+        if decode is not None:
+            return decode(message.data)
+    return None
+
+
+def open_rosbag(path: Path, reading: Reading | None = None) -> Table:
+    """Open a ROS 2 bag: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
+
+    Message types come from the bag where it holds them (ROS 2 Iron and later), else from those of ROS 2
+    Humble; topics of other types are left out.
+
+    Raises `InputRefused` if the extra is not installed, or the bag holds no numbers.
+    """
+    try:
+        from rosbags.rosbag2 import Reader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise InputRefused(
+            f"{path.name}: reading ROS 2 bags needs an extra: pip install 'cabledrive[ros2]'"
+        ) from None
+    require_fitting(path, path.stat().st_size)
+    if any(sign in str(path) for sign in "?#%"):  # parts of the address by which SQLite opens a file
+        raise InputRefused(f"{path}: SQLite takes no ?, # or % in a path: rename it")
+    types, topics = get_typestore(Stores.ROS2_HUMBLE), Topics(source=path.name)
+    left_out: set[str] = set()
+    with Reader(path) as bag:
+        known = {connection.id: _learnt(connection, types) for connection in bag.connections}
+        for connection, when, data in bag.messages():
+            if known[connection.id]:
+                topics.add(connection.topic, when, types.deserialize_cdr(data, connection.msgtype))
+            else:
+                left_out.add(connection.msgtype)
+    if not topics.columns:
+        missing = f" of a known type (not: {', '.join(sorted(left_out))[:80]})" if left_out else ""
+        raise InputRefused(f"{path.name}: holds no numbers in messages{missing}: export it to CSV or Parquet")
+    return topics.table(reading)
+
+
+def _learnt(connection: Any, types: Any) -> bool:
+    """Whether the type of a topic is known, once its definition in the bag is read."""
+    from rosbags.typesys import get_types_from_idl, get_types_from_msg
+
+    if connection.msgtype in types.types:
+        return True
+    definition = getattr(connection.msgdef, "data", "")
+    if not definition:
+        return False
+    form = str(connection.msgdef.format.name)
+    found = (
+        get_types_from_idl(definition)
+        if form == "IDL"
+        else get_types_from_msg(definition, connection.msgtype)
+    )
+    types.register({name: kind for name, kind in found.items() if name not in types.types})
+    return connection.msgtype in types.types

@@ -7,11 +7,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.logs import channel_check
-from cabledrive.identification.logs.column_map import Column, ColumnMap, other_channel, recognised_columns
+from cabledrive.identification.logs import time_check as channel_check
+from cabledrive.identification.logs.column_map import (
+    Column,
+    ColumnMap,
+    factor_to_si,
+    other_channel,
+    recognise,
+    recognised_columns,
+)
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.identification.logs.opening import open_table
-from cabledrive.identification.logs.quantities import factor_to_si, recognise
 from cabledrive.identification.logs.table import Reading, Table
 from cabledrive.identification.logs.time_check import TimeCheck, check_time
 from cabledrive.parameters import InputRefused

@@ -1,14 +1,165 @@
-"""Time stamps: backwards, doubled, missing, jittering; what can be repaired is, and said."""
+"""Time stamps and channels of a log: what is wrong with them, what can be repaired."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.logs.channel_check import require_size
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import LARGEST, SMALLEST
 
 Array = NDArray[np.float64]
+LONGEST_HOLE = 5
+MOST_HOLES = 0.02
+FEW_LEVELS, MANY_LEVELS = 8, 20
+CUT = 3.0
+"""Time at an end of the range over that at the levels beside it, from which the rest is cut off."""
+UNROUNDED = 0.3
+"""Levels over samples within the range of a channel from which its values are not rounded."""
+
+
+def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Array:
+    """Replace few missing values by straight lines.
+
+    ``values``, shape (samples,); ``name``, ``source``: for words and refusals; ``repaired``: grows by what
+    was done.
+    Returns shape (samples,).
+    Raises `InputRefused` if more is missing than `LONGEST_HOLE` in a row or `MOST_HOLES` of all, or a value
+    is infinite.
+    """
+    if np.isinf(values).any():
+        row = int(np.argmax(np.isinf(values)))
+        raise InputRefused(f"{source}: {name} is infinite at row {row + 1}: correct it")
+    hole = np.isnan(values)
+    if not hole.any():
+        return values
+    longest = _longest_run(hole)
+    if longest > LONGEST_HOLE or hole.mean() > MOST_HOLES:
+        raise InputRefused(
+            f"{source}: {name} has {hole.sum()} missing values ({100 * hole.mean():.3g} %, {longest} in a "
+            f"row); at most {LONGEST_HOLE} in a row and {100 * MOST_HOLES:g} % are filled: cut the log there"
+        )
+    repaired.append(f"{int(hole.sum())} missing values of {name} filled by straight lines")
+    rows = np.arange(values.size)
+    return np.interp(rows, rows[~hole], values[~hole])
+
+
+def require_size(values: Array, name: str, unit: str, source: str) -> None:
+    """Refuse values that no machine has: a wrong unit or factor, or a file read the wrong way.
+
+    ``values``, shape (samples,); ``name``, ``unit``, ``source``: for the refusal.
+    Raises `InputRefused` if the largest of them is above `LARGEST`, or below `SMALLEST` and not zero.
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest > LARGEST or 0.0 < largest < SMALLEST:
+        raise InputRefused(
+            f"{source}: {name} reaches {largest:.3g} {unit}, no size of a machine ({SMALLEST:g} to "
+            f"{LARGEST:g}): check its unit and factor"
+        )
+
+
+def quantum_of(values: Array) -> float:
+    """Step of which all values are multiples, up to a common offset; 0 where there is none.
+
+    ``values``, shape (samples,).
+    Returns in the channel's unit.
+    """
+    levels = np.unique(values[:: max(1, values.size // 200_000)])
+    if levels.size < 3:
+        return 0.0
+    gaps = np.diff(levels)
+    tiny = 1e-9 * max(np.abs(levels[0]), np.abs(levels[-1]))
+    gaps = gaps[gaps > 4 * tiny]
+    if gaps.size < 2:
+        return 0.0
+    step = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
+    counts = gaps / step
+    tolerance = np.maximum(1e-3, 4.0 * tiny / step)
+    return step if np.abs(counts - np.rint(counts)).max() < max(0.01, tolerance) and step > 50 * tiny else 0.0
+
+
+def unwrap(values: Array, name: str, quantum: float, repaired: list[str]) -> Array:
+    """Undo the wraps of an encoder: jumps by one and the same large amount, forth and back.
+
+    ``values``, shape (samples,): angle [rad]; ``quantum``: step of the encoder [rad]; 0: none; ``repaired``:
+    grows by what was done.
+    Returns shape (samples,).
+    """
+    steps = np.diff(values)
+    span = np.ptp(values)
+    far = np.abs(steps) > 0.6 * span
+    if not far.any() or span <= 20.0 * quantum or far.sum() > 0.2 * steps.size:
+        return values
+    usual = np.abs(steps[~far]).max(initial=0.0)
+    if span < 8.0 * usual:
+        return values
+    turn = _whole_turn(span + max(quantum, usual / 2))
+    repaired.append(f"{int(far.sum())} wraps of {name} by {turn:.5g} rad undone")
+    return values - np.concatenate(([0.0], np.cumsum(np.where(far, np.sign(steps) * turn, 0.0))))
+
+
+def lost_counts(values: Array, quantum: float) -> int:
+    """Number of samples at which a position jumps, as an encoder does that loses counts.
+
+    A jump shows as two neighbouring second differences, equal and opposite, far outside the others.
+
+    ``values``, shape (samples,).
+    """
+    bend = np.diff(values, 2)
+    if bend.size < 10:
+        return 0
+    scale = max(float(np.median(np.abs(bend))), 0.5 * quantum, 1e-300)
+    usual = np.quantile(np.abs(bend), 0.99)
+    large = np.abs(bend) > max(12.0 * scale, 4.0 * usual)
+    pairs = large[:-1] & large[1:] & (np.abs(bend[:-1] + bend[1:]) < 0.5 * np.abs(bend[:-1]))
+    return int(pairs.sum())
+
+
+def saturated(values: Array) -> NDArray[np.bool_]:
+    """Samples that stand at an end of the channel's range for three or more in a row.
+
+    A smooth torque that is rounded stands at its largest level too, at most about twice as long as at the
+    levels beside it; one that is cut stands there longer. Where levels of plateaus lie beside an end, as of
+    steps, only others count, and only if fewer samples stand within the range. Of a channel that is not
+    rounded every such stand counts; one of few levels, like a square wave, does not saturate.
+
+    ``values``, shape (samples,).
+    Returns shape (samples,).
+    """
+    first = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1))
+    length, level = np.diff(np.append(first, values.size)), values[first]
+    end = (level == values.max()) | (level == values.min())
+    long = length >= 3
+    stands = int(length[end & long].sum())
+    every, inner = (_beside(run) for run in (length, np.where(end, 0, length)))
+    plateaus = int(length[long & ~end & (length > CUT * every)].sum())
+    cut = stands > CUT * every[end & long].sum()
+    levels = np.unique(level).size
+    cut |= stands > max(plateaus, CUT * inner[end & long].sum()) and levels > MANY_LEVELS
+    cut |= levels > UNROUNDED * length[~end].sum()
+    if levels <= FEW_LEVELS or not cut or stands < 0.001 * values.size:
+        return np.zeros(values.size, dtype=bool)
+    return np.repeat(end & long, length)
+
+
+def _beside(length: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Samples of the runs before and after each, shape (runs,)."""
+    return np.append(length[1:], 0) + np.insert(length[:-1], 0, 0)
+
+
+def _whole_turn(jump: float) -> float:
+    """The amount of a wrap: a whole turn where it is near one, else what was seen."""
+    turns = jump / (2 * np.pi)
+    return (
+        2 * np.pi * round(turns) if round(turns) >= 1 and abs(turns - round(turns)) < 0.05 * turns else jump
+    )
+
+
+def _longest_run(flags: NDArray[np.bool_]) -> int:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
 LONGEST_GAP = 5
 """Missing rows in a row that are filled by straight lines."""
 MOST_MISSING = 0.02

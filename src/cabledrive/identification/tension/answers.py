@@ -4,9 +4,78 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cabledrive.identification.estimates import Estimate, estimate_dict, report_dict
 from cabledrive.identification.logs.log import DataReport
-from cabledrive.identification.tension.partials import Partial
+
+Array = NDArray[np.float64]
+
+LEAST_COUNT = 0.5
+"""Counts of a pulley's encoder that a tone must have: rounding makes tones of its own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Partial:
+    """One tone of a ping.
+
+    Attributes
+    ----------
+    number : int
+        Which mode of the span, from 1.
+    frequency : float
+        At vanishing amplitude where ``decays``, else at its own [Hz].
+    standard_error : float
+        [Hz].
+    peak : float
+        Where the spectrum of the whole record has its peak [Hz].
+    amplitude : float
+        Largest envelope, in the channel's unit.
+    rise : float
+        By how much the frequency was higher at that envelope [Hz]; 0 where it cannot be determined.
+    decays : bool
+        Whether the envelope falls enough to identify the effect of amplitude.
+    """
+
+    number: int
+    frequency: float
+    standard_error: float
+    peak: float
+    amplitude: float
+    rise: float
+    decays: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """The partial as JSON has it."""
+        return {
+            "number": self.number,
+            "frequency_hz": self.frequency,
+            "standard_error_hz": self.standard_error,
+            "rise_with_amplitude_hz": self.rise,
+        }
+
+
+def count_of(values: Array) -> float:
+    """Step between the levels of a channel.
+
+    ``values``, shape (samples,).
+    Returns in the channel's unit; 0 where it has no levels.
+    """
+    levels = np.unique(values)
+    return float(np.diff(levels).min()) if 1 < levels.size < 0.1 * values.size else 0.0
+
+
+def amplitude_spectrum(values: Array, interval: float) -> tuple[Array, Array]:
+    """Amplitude over frequency, Hann window, four times padded.
+
+    ``values``, shape (samples,); ``interval`` [s].
+    Returns ``frequency, amplitude`` [Hz], unit of the values.
+    """
+    window = np.hanning(values.size)
+    padded = 4 * values.size
+    spectrum = np.abs(np.fft.rfft((values - values.mean()) * window, padded)) * 2 / window.sum()
+    return np.asarray(np.fft.rfftfreq(padded, interval), dtype=float), spectrum
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,3 +167,105 @@ def of_length_and_mass(tension: float, of_mass: float) -> dict[str, float]:
     """By how much one per cent of the file's length and of its mass per length move a tension [N]."""
     one = 0.01 * of_mass * tension
     return {"of_1_percent_of_length": 2.0 * one, "of_1_percent_of_mass_per_length": one}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FamilyTension:
+    """One family of partials and the tension it says.
+
+    Attributes
+    ----------
+    name : {"upper", "lower", "tauter", "looser", "heard"}
+        The span; where the labels cannot be assigned, which of the two tensions; "heard" for a single family.
+    tension : Estimate
+        [N].
+    spread : float
+        Largest difference of the tensions that its partials say, over the tension; 0 with one partial.
+    line_width : float
+        Width of its strongest partial: half-power width of its decay and of the record [Hz].
+    of_mass : float
+        Relative change of the tension with one of the file's mass per length; of its length, twice that.
+    partials : tuple of Partial
+    """
+
+    name: str
+    tension: Estimate
+    spread: float
+    line_width: float
+    of_mass: float
+    partials: tuple[Partial, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BothTensions:
+    """Tensions of both spans from one recording.
+
+    Attributes
+    ----------
+    families : mapping of str to FamilyTension
+        "upper" and "lower", or "tauter" and "looser", or "heard" alone.
+    pretension : Estimate
+        Mean of both tensions [N].
+    standing_torque : Estimate
+        Torque on the drive pulley that holds the difference, positive where the lower span is tauter [N m];
+        its size where there are no labels.
+    labelled : bool
+    unidentifiable : tuple of str
+        What the recording does not determine, one line each.
+    findings : tuple of str
+    channel : str
+    report : DataReport
+    drive : str
+    """
+
+    families: Mapping[str, FamilyTension]
+    pretension: Estimate
+    standing_torque: Estimate
+    labelled: bool
+    unidentifiable: tuple[str, ...]
+    findings: tuple[str, ...]
+    channel: str
+    report: DataReport
+    drive: str
+
+    def __getitem__(self, name: str) -> float:
+        return self.families[name].tension.value
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether both tensions have a value."""
+        return len(self.families) == 2
+
+    def as_dict(self) -> dict[str, Any]:
+        """The tensions as JSON has them, in the form of a ping of one span.
+
+        Returns
+        -------
+        dict
+        """
+        parameters = {f"tension_{name}": estimate_dict(one.tension) for name, one in self.families.items()}
+        parameters |= {
+            "pretension": estimate_dict(self.pretension),
+            "standing_torque": estimate_dict(self.standing_torque),
+        }
+        return {
+            "model": "tension-from-ping-of-both-spans",
+            "parameters": parameters,
+            "identifiable": self.identifiable,
+            "unidentifiable": list(self.unidentifiable),
+            "residual": {
+                "relative": max(one.spread for one in self.families.values()),
+                "of": "tensions of partials",
+            },
+            "spans": {
+                name: {
+                    "channel": self.channel,
+                    "line_width_hz": one.line_width,
+                    "of_length_and_mass": of_length_and_mass(one.tension.value, one.of_mass),
+                    "partials": [partial.as_dict() for partial in one.partials],
+                }
+                for name, one in self.families.items()
+            },
+            "findings": list(self.findings),
+            "data": [report_dict(self.report)],
+        }

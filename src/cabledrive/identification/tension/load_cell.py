@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.logs.channel_check import quantum_of
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.logs.time_check import quantum_of
 from cabledrive.parameters import Drive, InputRefused
 
 Array = NDArray[np.float64]

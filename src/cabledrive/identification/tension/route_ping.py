@@ -12,8 +12,7 @@ from scipy import stats
 from cabledrive.identification.estimates import Estimate, estimate_dict
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.answers import PingTension, SpanTension
-from cabledrive.identification.tension.from_ping import channels_of
-from cabledrive.identification.tension.pinged_string import PingedString, tension_of_string, widened
+from cabledrive.identification.tension.from_ping import PingedString, channels_of, tension_of_string, widened
 from cabledrive.identification.tension.prepared_recording import PARTIALS
 from cabledrive.mechanics.network import statics_of
 from cabledrive.modal import modes

@@ -1,14 +1,28 @@
-"""Frequencies against one quantity of the drive, each curve a mode followed by its shape."""
+"""Pictures of frequencies: modes followed along a quantity, of several machines, a measured response."""
 
+from collections.abc import Sequence
 from math import log10
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cabledrive.identification.frequency_response import FrequencyResponse
+from cabledrive.modal import Modes
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.numbers import number
-from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import INK, QUIET, family_colour, label, log_axis, short_family
+from cabledrive.report.picture import (
+    BLUE,
+    INK,
+    LINE,
+    ORANGE,
+    QUIET,
+    Picture,
+    family_colour,
+    label,
+    log_axis,
+    picture,
+    short_family,
+)
+from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,3 +134,97 @@ def _name_ends(axes: "Axes", ends: list[tuple[float, str, str]]) -> None:
         beside = ("axes fraction", "data")
         look = {"va": "center", "color": colour, "annotation_clip": False}
         label(axes, words, (1.0, 10**place), (6, 0), xycoords=beside, **look)
+
+
+_ROW, _FOOT = 27.0, 72.0  # heights [px]
+
+
+def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Modes]) -> Picture:
+    """Draw the lowest frequency of each kind for every machine, machines in order of the first."""
+    rows = [(machine, lowest(modes)) for machine, modes in zip(machines, all_modes, strict=True)]
+    rows.sort(key=lambda row: row[1])
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.add_subplot()
+        widest = max(rows, key=lambda row: max(row[1]) / min(row[1]))
+        for place, row in enumerate(rows):
+            _draw_row(axes, place * (1.6 if narrow else 1.0), row, narrow, named=row is widest)
+        values = [value for _, pair in rows for value in pair]
+        room = (max(values) / min(values)) ** 0.2  # for what stands beside the outermost marks
+        axes.set_xlim(
+            min(values) / max(room, 3.0 if narrow else 3.4),
+            max(values) * max(room**0.7, 3.0 if narrow else 2.6),
+        )
+        log_axis(axes, "x", 300.0 if narrow else 560.0)
+        axes.set_xlabel("frequency [Hz]")
+        last = (len(rows) - 1) * (1.6 if narrow else 1.0)
+        axes.set_ylim(last + 0.6, -1.3 if narrow else -0.9)
+        axes.spines["left"].set_visible(False)
+        if narrow:
+            axes.set_yticks([])
+        else:
+            axes.set_yticks(range(len(rows)), [machine for machine, _ in rows])
+            axes.tick_params(axis="y", length=0)
+
+    return picture(name, _draw, wide=_ROW * len(rows) + _FOOT, narrow=1.6 * _ROW * len(rows) + _FOOT)
+
+
+def lowest(modes: Modes) -> tuple[float, float]:
+    """Lowest frequency along the cable and across it. Returns ``along, across`` [Hz]."""
+    return modes.longitudinal[0].frequency, modes.transverse[0].frequency
+
+
+def _draw_row(
+    axes: "Axes", place: float, row: tuple[str, tuple[float, float]], narrow: bool, *, named: bool
+) -> None:
+    """One machine; in the row where there is most room the two marks are named."""
+    machine, (along, across) = row
+    axes.hlines(place, min(along, across), max(along, across), color=LINE, linewidth=1.2)
+    axes.plot(along, place, "o", color=BLUE, markersize=7)
+    axes.plot(across, place, "D", color=ORANGE, markersize=6)
+    if narrow:
+        label(axes, machine, (0.0, place), (0, 9), xycoords=("axes fraction", "data"))
+    for value, other, colour, word in ((along, across, BLUE, "along"), (across, along, ORANGE, "across")):
+        words = [number(value, 3), word] if named else [number(value, 3)]
+        side = 1 if value >= other else -1
+        label(
+            axes,
+            "  ".join(words[::side]),
+            (value, place),
+            (8 * side, 0),
+            ha="left" if side > 0 else "right",
+            va="center",
+            color=colour,
+        )
+
+
+def measured_picture(
+    name: str,
+    measured: FrequencyResponse,
+    model: tuple[np.ndarray, np.ndarray] | None,
+    unit: str,
+) -> Picture:
+    """A measured response with its 95 % band, and a model's, at frequencies [Hz], where there is one."""
+    low = np.maximum(measured.magnitude - 2 * measured.deviation, 0.3 * measured.magnitude)
+    high = measured.magnitude + 2 * measured.deviation
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1]})
+        above.fill_between(measured.frequency, low, high, color=BLUE, alpha=0.18, linewidth=0)
+        above.plot(measured.frequency, measured.magnitude, color=BLUE, linewidth=1.0)
+        below.plot(measured.frequency, measured.phase, color=BLUE, linewidth=1.0)
+        if model is not None:
+            above.plot(model[0], np.abs(model[1]), "--", color=INK, linewidth=1.2)
+            below.plot(model[0], np.degrees(np.angle(model[1])), "--", color=INK, linewidth=1.2)
+        below.set_xlim(float(measured.frequency[0]), float(measured.frequency[-1]))
+        log_axis(below, "x", 250.0 if narrow else 600.0)
+        above.set_ylim(low.min(), high.max())
+        log_axis(above, "y", 170.0)
+        above.set_ylabel(unit)
+        above.set_title("blue: measured, 95 % band; dashed: model")
+        below.set_ylim(-190.0, 190.0)
+        below.set_yticks((-180, -90, 0, 90, 180))
+        below.set_ylabel("phase [deg]")
+        below.set_xlabel("frequency [Hz]")
+
+    return picture(name, _draw, wide=330.0, narrow=330.0)

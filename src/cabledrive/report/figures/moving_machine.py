@@ -17,10 +17,9 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.figures.machine import draw_machine
-from cabledrive.report.figures.route_sheet import draw_route
-from cabledrive.report.figures.sheet import Point, Sheet
-from cabledrive.report.numbers import quantity
-from cabledrive.report.style import NARROW, WIDE
+from cabledrive.report.figures.sheet import Point, Sheet, draw_route
+from cabledrive.report.picture import NARROW, WIDE
+from cabledrive.report.typesetting import quantity
 
 POINTS = 49
 PIECES = 8

@@ -1,20 +1,35 @@
-"""Mode shapes along the unrolled machine: drive pulley, upper span, load pulley, lower span, drive pulley."""
+"""Mode shapes along the unrolled machine, and drawn on a machine with routes."""
 
 from collections.abc import Sequence
+from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cabledrive.modal import Mode
+from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.numbers import number
-from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import GREEN, INK, LINE, QUIET, SPAN_COLOURS, short_family
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan
+from cabledrive.report.picture import (
+    BLUE,
+    GREEN,
+    INK,
+    LINE,
+    ORANGE,
+    QUIET,
+    SPAN_COLOURS,
+    Picture,
+    picture,
+    short_family,
+)
+from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 POINTS = 121
 _PANEL, _FOOT = 96.0, 24.0  # heights [px]
@@ -96,3 +111,133 @@ def _name_places(axes: "Axes", drive: Drive) -> None:
         axes.text(place, 0.0, "load" if place == 1 else "drive", ha="center", color=QUIET, **below)
     for place, span in enumerate(drive.spans):
         axes.text(place + 0.5, 0.0, span, ha="center", color=SPAN_COLOURS[span], **below)
+
+
+SIZE = 0.08
+"""Largest displacement as drawn, of the machine's larger side."""
+DOTS = 9
+"""Of a span as long as the machine."""
+TURN = 0.6
+"""Largest turn of a pulley as drawn [rad]."""
+MOVES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
+_ROUTE_PANEL, _ROUTE_FOOT = 210.0, 8.0  # heights [px]
+
+
+def route_modes_picture(name: str, drive: RoutedDrive, modes: Sequence[Mode]) -> Picture:
+    """Draw modes, one panel each; ``name``: unique on the page."""
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        draw_route_modes(figure, drive, modes, 1 if narrow else 2)
+
+    rows = -(-len(modes) // 2)
+    return picture(
+        name, _draw, wide=_ROUTE_PANEL * rows + _ROUTE_FOOT, narrow=_ROUTE_PANEL * len(modes) + _ROUTE_FOOT
+    )
+
+
+def draw_route_modes(figure: "Figure", drive: RoutedDrive, modes: Sequence[Mode], columns: int) -> None:
+    """Put a panel for each mode on an empty figure."""
+    rows = -(-len(modes) // columns)
+    for place, mode in enumerate(modes):
+        draw_mode(figure.add_subplot(rows, columns, place + 1), drive, mode)
+
+
+def draw_mode(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
+    """One mode on the machine at rest; a longitudinal one moves dots along the spans."""
+    across = mode.kind == TRANSVERSE
+    colour = ORANGE if across else BLUE
+    shapes = [_shape(mode, span) for span in drive.free_spans]
+    largest = max(float(np.abs(shape).max()) for shape in shapes) or 1.0
+    size = SIZE * machine_size(drive) / largest
+    for span, shape in zip(drive.free_spans, shapes, strict=True):
+        ends = np.array(span.contacts)
+        axes.plot(*ends.T, color=LINE, linewidth=1.0, zorder=1)
+        if not across:
+            _draw_along(axes, ends, size * shape / span.length, machine_size(drive) / span.length)
+            continue
+        line = ends[0] + np.outer(np.linspace(0.0, 1.0, POINTS), ends[1] - ends[0])
+        normal = np.array((-span.along[1], span.along[0]))
+        moved = line + size * np.outer(shape, normal)
+        axes.plot(*moved.T, color=colour, linewidth=1.5, zorder=3)
+    _draw_pulleys(axes, drive, mode, colour)
+    _draw_bodies(axes, drive, mode)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.04)
+    axes.set_axis_off()
+    axes.set_title(mode_title(mode))
+
+
+def _draw_along(axes: "Axes", ends: Array, shape: Array, shorter: float) -> None:
+    """Dots of a span, evenly spaced at rest, where its motion along takes them, each with its way.
+
+    ``shape``, shape (POINTS,), over the length; ``shorter``: the machine's side over it.
+    """
+    rest = (np.arange(count := max(2, round(DOTS / shorter))) + 0.5) / count
+    moved = np.clip(rest + np.interp(rest, np.linspace(0.0, 1.0, POINTS), shape), 0.0, 1.0)
+    first, way = ends[0], ends[1] - ends[0]
+    for start, end in zip(rest, moved, strict=True):
+        axes.plot(*(first + np.outer((start, end), way)).T, color=BLUE, linewidth=2.2, zorder=2)
+    axes.plot(*(first + np.outer(moved, way)).T, "o", color=BLUE, markersize=3.0, zorder=3)
+
+
+def mode_title(mode: Mode) -> str:
+    """Frequency, multiplicity and what moves."""
+    times = f" ×{mode.multiplicity}" if mode.multiplicity > 1 else ""
+    if mode.span is None:
+        return f"{number(mode.frequency, 5)} Hz{times}, along: {mode.family}"
+    plane = "out of plane" if mode.plane == "v" else "across"
+    return f"{number(mode.frequency, 5)} Hz{times}, {plane}: {mode.span}"
+
+
+def machine_size(drive: RoutedDrive) -> float:
+    """Larger side of the box round all contacts [m]."""
+    points = np.array([end for span in drive.free_spans for end in span.contacts])
+    return float(np.ptp(points, axis=0).max())
+
+
+def _shape(mode: Mode, span: FreeSpan) -> Array:
+    """Displacement of the first shape along a span, shape (p,)."""
+    return np.asarray(np.real(mode.shape(span.name, np.linspace(0.0, span.length, POINTS))[0]), dtype=float)
+
+
+def _joint(mode: Mode, name: str) -> float:
+    values = mode.joints.get(name)
+    return 0.0 if values is None else float(np.real(values[0]))
+
+
+def _draw_pulleys(axes: "Axes", drive: RoutedDrive, mode: Mode, colour: str) -> None:
+    """Circles with a radius at rest and, where the pulley turns, one turned."""
+    from matplotlib.patches import Circle
+
+    turns = [_joint(mode, pulley.name) for pulley in drive.pulley]
+    rims = [abs(turn * p.radius) for turn, p in zip(turns, drive.pulley, strict=True)]
+    most = max(rims, default=0.0) or 1.0
+    for pulley, turn, rim in zip(drive.pulley, turns, rims, strict=True):
+        axes.add_patch(Circle(pulley.at, pulley.radius, fill=False, edgecolor=QUIET, linewidth=0.8, zorder=2))
+        for angle, drawn in ((0.0, QUIET), (TURN * float(np.sign(turn)) * rim / most, colour)):
+            tip = pulley.at[0] + pulley.radius * sin(-angle), pulley.at[1] + pulley.radius * cos(angle)
+            axes.plot((pulley.at[0], tip[0]), (pulley.at[1], tip[1]), color=drawn, linewidth=0.9, zorder=2)
+
+
+def _draw_bodies(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
+    """A square at each body, with an arrow where it slides and a ring where it turns."""
+    moves = {
+        (body.name, move): _joint(mode, f"{body.name}.{move}") for body in drive.body for move in body.moves
+    }
+    most = max((abs(value) for (_, move), value in moves.items() if move in MOVES), default=0.0) or 1.0
+    length = 1.5 * SIZE * machine_size(drive)
+    for place, body in enumerate(drive.body):
+        turning = any(moves[body.name, move] for move in body.moves if move not in MOVES)
+        looks: dict[str, Any] = {"color": GREEN, "markersize": 9 if turning else 5, "zorder": 4}
+        axes.plot(*body.at, "o" if turning else "s", fillstyle="none" if turning else "full", **looks)
+        for move in body.moves:
+            share = moves[body.name, move] / most
+            if move not in MOVES or abs(share) < 0.02:
+                continue
+            way = MOVES[move]
+            tip = body.at[0] + length * share * way[0], body.at[1] + length * share * way[1]
+            arrow = {"arrowstyle": "-|>", "color": GREEN, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", xy=tip, xytext=body.at, arrowprops=arrow, zorder=4, annotation_clip=False)
+        if len(drive.body) <= 4:
+            beside = (5, 5 - 18 * (place % 2))  # neighbours apart
+            axes.annotate(body.name, body.at, beside, textcoords="offset points", fontsize=8, color=INK)

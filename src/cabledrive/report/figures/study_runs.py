@@ -1,20 +1,38 @@
-"""Pictures of a study: intervals, bound over bandwidth, errors of many plants, the worst run."""
+"""Pictures of a study: intervals, bounds over bandwidth, responses, errors of many plants."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, FAINT, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
+from cabledrive.reduction.quality import distributed_response, model_response
+from cabledrive.report.picture import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    LINE,
+    ORANGE,
+    PURPLE,
+    QUIET,
+    RED,
+    Picture,
+    label,
+    log_axis,
+    picture,
+)
+from cabledrive.rig import Tracking
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
+from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.machine import LOG, WORDS, Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 PARTS = (("theorem", BLUE, "-"), ("unmatched", PURPLE, "--"), ("sensors", GREEN, "-."))
 PART_WORDS = {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"}
@@ -154,3 +172,117 @@ def worst_picture(name: str, worst: WorstCase) -> Picture:
         panels[-1].set_xlabel("time [s]")
 
     return picture(name, _draw, wide=380.0, narrow=380.0)
+
+
+CARRIAGE_PARTS = (
+    ("nominal", "best values", BLUE, "-", 0, 5),
+    ("uncertain", "uncertain", PURPLE, "--", 0, -13),
+    ("sensors", "encoders", GREEN, "-.", 0, 5),
+)
+"""Name, words, look, and where the words stand: by which bandwidth, and how far above."""
+
+
+def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture:
+    """The estimated error and its parts over the bandwidth. ``name``: unique on the page."""
+    usable = [one for one in found.candidates if one.estimate is not None]
+    hertz = np.array([one.bandwidth for one in usable])
+    whole = 1e3 * np.array([one.estimate or 0.0 for one in usable])
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes, least = figure.subplots(), whole.min()
+        axes.plot(hertz, whole, color=INK, linewidth=2.4)
+        label(axes, "estimate", (hertz[0], whole[0]), (6, 5), color=INK)
+        for part, words, colour, style, beside, above in CARRIAGE_PARTS:
+            values = 1e3 * np.array([getattr(one, part) for one in usable])
+            least = min(least, values.min())
+            axes.plot(hertz, values, style, color=colour, linewidth=1.5)
+            label(axes, words, (hertz[beside], values[beside]), (4, above), color=colour)
+        chosen = [i for i, one in enumerate(usable) if one.bandwidth == found.bandwidth]
+        axes.plot(hertz[chosen], whole[chosen], "o", markersize=9, fillstyle="none", color=RED)
+        axes.set_ylim(max(0.5 * least, 1e-4 * whole.max()), 2.5 * whole.max())
+        log_axis(axes, "y", 230.0)
+        axes.set_xlabel("bandwidth [Hz]")
+        axes.set_ylabel("mm")
+
+    return picture(name, _draw, wide=280.0, narrow=260.0)
+
+
+def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None) -> Picture:
+    """Share of the runs below an error, all the way and at rest, with the goal [m]."""
+    looks = ((runs.peaks, "all the way", BLUE, "-"), (runs.rests, "at rest", ORANGE, "--"))
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes, right = figure.subplots(), 1.15e3 * max(runs.peaks[-1], min(goal or 0.0, 4.0 * runs.peaks[-1]))
+        for errors, words, colour, style in looks:
+            shown = 1e3 * np.append(0.0, errors)
+            share = 100.0 * np.arange(len(shown)) / runs.draws
+            axes.step(shown, share, style, where="post", color=colour, linewidth=1.8)
+            middle = (len(shown) * (3 if words == "at rest" else 1)) // 4
+            label(axes, words, (float(shown[middle]), float(share[middle])), (8, -6), color=colour)
+        if goal is not None and 1e3 * goal <= right:
+            axes.axvline(1e3 * goal, color=RED, linestyle="-.", linewidth=1.4)
+            label(axes, "goal", (1e3 * goal, 6.0), (-5, 0), color=RED, ha="right")
+        axes.set_xlim(0.0, right)
+        axes.set_ylim(0.0, 103.0)
+        axes.set_xlabel("largest error in a run [mm]")
+        axes.set_ylabel("runs below [%]")
+
+    return picture(name, _draw, wide=280.0, narrow=260.0)
+
+
+def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
+    """Position, error and torque of the worst run. ``name``: unique on the page."""
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        panels = figure.subplots(3, 1, sharex=True)
+        rows = (
+            ("position [mm]", 1e3 * np.array(worst.reference), QUIET),
+            ("error [mm]", 1e3 * np.array(worst.error), BLUE),
+            ("torque [N m]", np.array(worst.torque), GREEN),
+        )
+        for axes, (words, values, colour) in zip(panels, rows, strict=True):
+            axes.axhline(0.0, color=LINE, linewidth=1.0)
+            axes.plot(worst.time, values, color=colour, linewidth=1.3)
+            axes.set_ylabel(words)
+        panels[-1].set_xlabel("time [s]")
+
+    return picture(name, _draw, wide=380.0, narrow=380.0)
+
+
+MODEL_COLOURS = {1: QUIET, 2: ORANGE, 3: GREEN, 4: BLUE}
+STYLES = ("-", "--", "-.", ":")
+
+
+def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture:
+    """Magnitude from motor torque to load angle: the distributed cable and the models."""
+    hertz = np.geomspace(0.5, 500.0, 700)
+    omega = 2.0 * np.pi * hertz
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.subplots()
+        axes.plot(hertz, np.abs(distributed_response(drive, omega)), color=INK, linewidth=3.0, alpha=0.35)
+        for number in models:
+            size = np.abs(model_response(drive, number, omega))
+            axes.plot(hertz, size, STYLES[number - 1], color=MODEL_COLOURS[number], linewidth=1.4)
+            end = (hertz[-1], size[-1])
+            label(axes, str(number), end, (4, -4), color=MODEL_COLOURS[number], annotation_clip=False)
+        axes.set_xlim(0.5, 500.0)
+        axes.set_ylim(np.abs(distributed_response(drive, omega)).min(), 1e3)
+        log_axis(axes, "x", 280.0 if narrow else 600.0)
+        log_axis(axes, "y", 200.0)
+        axes.set_xlabel("frequency [Hz]")
+        axes.set_ylabel("load angle per torque [rad/(N m)]")
+
+    return picture(name, _draw, wide=300.0, narrow=280.0)
+
+
+def spectrum(run: Tracking, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
+    """Frequency [Hz] and amplitude [deg] of the error of the load in the last dwell."""
+    interval = run.time[1] - run.time[0]
+    still = run.time > run.time[-1] - run.summary["motion"]["dwell"]
+    signal = np.degrees(run.error[still])
+    window = np.hanning(signal.size)
+    amplitude = 2.0 * np.abs(np.fft.rfft((signal - signal.mean()) * window, 8 * signal.size)) / window.sum()
+    frequency = np.fft.rfftfreq(8 * signal.size, interval)
+    kept = (frequency >= lowest) & (frequency <= 200.0)
+    return frequency[kept], amplitude[kept]

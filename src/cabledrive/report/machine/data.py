@@ -7,10 +7,9 @@ from typing import Any
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
 from cabledrive.report.blocks import Column, Figure, RowGroup, Table
-from cabledrive.report.datasheet_words import DATASHEET
 from cabledrive.report.figures.machine import machine_picture
-from cabledrive.report.numbers import quantity
-from cabledrive.report.typesetting import capital
+from cabledrive.report.typesetting import capital, quantity
+from cabledrive.report.words import DATASHEET
 
 MOST_CARRIAGES = 4
 NOTHING = 1e-12  # in SI; what round-off leaves of a weight across a vertical cable

@@ -1,25 +1,41 @@
-"""The page of one machine, and the card that leads to it."""
+"""The page of one machine, a loop or one with routes, and the card that leads to it."""
 
 from dataclasses import dataclass
+from math import degrees
+
+from markupsafe import Markup
 
 from cabledrive.mechanics import drive_warnings
+from cabledrive.mechanics.network import statics_of
+from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
-from cabledrive.parameters import Drive
-from cabledrive.report.blocks import Block, Figure, Table
-from cabledrive.report.certificate_words import certificate_words
+from cabledrive.modal.mode_rows import mode_rows
+from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.blocks import Block, Column, Figure, Plot, RowGroup, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.machine import machine_sketch
-from cabledrive.report.machine.card import machine_card
+from cabledrive.report.figures.moving_machine import moving_machine, route_sketch
+from cabledrive.report.figures.shapes import mode_title, route_modes_picture
+from cabledrive.report.machine.card import (
+    ResonanceVerdict,
+    across_table,
+    along_table,
+    ladder,
+    machine_card,
+    pairs_of_route,
+    resonance_verdict,
+    shapes,
+    simple_models_table,
+    travel_figures,
+)
 from cabledrive.report.machine.data import data_table, derived_table, drawing, source_paragraphs
-from cabledrive.report.machine.internal_resonance import ResonanceVerdict, resonance_verdict
-from cabledrive.report.machine.modes import across_table, along_table, ladder, shapes
 from cabledrive.report.machine.rest import rest_plot, rest_table
-from cabledrive.report.numbers import number
-from cabledrive.report.plot import Plot
-from cabledrive.report.simple_models import simple_models_table
-from cabledrive.report.style import short_family
-from cabledrive.report.views import MACHINES, View
+from cabledrive.report.page import MACHINES, View
+from cabledrive.report.picture import short_family
+from cabledrive.report.typesetting import number, quantity
+from cabledrive.report.words import certificate_words
 
 METHODS = (
     "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
@@ -113,3 +129,190 @@ def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
     words = short_family(first.family) if first.span is None else f"{first.span} span"
     words = words.replace("both span", "both spans")
     return what, f"{number(first.frequency, 4)} Hz, {words}"
+
+
+SHOWN_MODES = 3
+ROUTE_METHODS = (
+    "Machines with routes: exact dynamic stiffness of every span, count of the network by the signs of that "
+    "stiffness, roots enclosed between two counts; tensions from the balance of forces.",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoutePage:
+    """What the template of a machine with routes is given."""
+
+    name: str  # part of every anchor of the page
+    drive: RoutedDrive
+    digest: str  # content hash
+    modes: Modes
+    certificate: str  # what it says of the modes
+    held: str  # how the motors were held
+    resonance: ResonanceVerdict
+    warnings: tuple[str, ...]
+    sources: tuple[str, ...]
+    drawing: Figure
+    shapes: Figure
+    along: Table | None
+    across: Table | None
+    pairs: Table | None
+    spans: Table
+    pulleys: Table | None
+    travels: tuple[Figure, ...]
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """Figures and tables in the order of the page."""
+        parts = (
+            self.drawing, self.along, self.across, self.shapes, *self.travels, self.pairs, self.spans,
+            self.pulleys,
+        )  # fmt: skip
+        return tuple(part for part in parts if part is not None)
+
+
+def route_view(context: ReportContext, place: int) -> View:
+    """Page and card of one machine with routes of a report; ``place``: its number among them."""
+    page = _route_page(context, place)
+    return View(
+        anchor=f"machine-{page.name}",
+        title=page.drive.name,
+        group=MACHINES,
+        card=machine_card(page, route_sketch(page.drive), _route_fact),
+        template="route.html",
+        content=page,
+        blocks=page.blocks,
+        methods=ROUTE_METHODS if place == 0 else (),
+    )
+
+
+def _route_page(context: ReportContext, place: int) -> RoutePage:
+    drive, name, modes = context.routes[place], context.route_anchors[place], context.route_modes[place]
+    context.progress(f"pairs and travel: {drive.name}")
+    verdict, pairs = pairs_of_route(drive)
+    warnings = (*route_warnings(drive), *modes.warnings)
+    return RoutePage(
+        name=name,
+        drive=drive,
+        digest=content_hash(drive),
+        modes=modes,
+        certificate=certificate_words(modes),
+        held=f"{lowest_frequencies(drive).line} {how_held(modes)}",
+        resonance=verdict,
+        warnings=tuple(dict.fromkeys(line.rstrip(".") for line in warnings)),
+        sources=source_paragraphs(drive.source),
+        drawing=_drawing(drive, name),
+        shapes=_shapes(drive, name, modes),
+        along=_along(modes) if modes.longitudinal else None,
+        across=across_table(modes) if modes.transverse else None,
+        pairs=pairs,
+        spans=_spans(drive),
+        pulleys=_pulleys(drive),
+        travels=tuple(travel_figures(drive, name)),
+    )
+
+
+def _route_fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
+    if not modes:
+        return what, "none found"
+    return what, f"{number(modes[0].frequency, 4)} Hz, {modes[0].span or modes[0].family}"
+
+
+def _drawing(drive: RoutedDrive, name: str) -> Figure:
+    """The machine from its coordinates, spans coloured by tension."""
+    wide, narrow = moving_machine(drive, None)
+    parts = (
+        f"{len(drive.route)} {'rope' if len(drive.route) == 1 else 'ropes'}, {len(drive.pulley)} pulleys, "
+        f"{len(drive.body)} bodies, {len(drive.motor)} motors"
+    )
+    return Figure(
+        name=f"drawing-{name}",
+        alt=f"The machine from its coordinates: {parts}.",
+        caption="The machine from the coordinates of its file; the colour of a span is its tension "
+        "at rest. Bands are bodies with what they carry, dots anchors, boxes carriages.",
+        wide=wide,
+        narrow=narrow,
+    )
+
+
+def _shapes(drive: RoutedDrive, name: str, modes: Modes) -> Figure:
+    across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
+    shown = [*modes.longitudinal[:SHOWN_MODES], *across[:1]]
+    picture = route_modes_picture(f"shapes-{name}", drive, shown)
+    return picture.figure(
+        name=f"shapes-{name}",
+        alt=f"{len(shown)} modes drawn on the machine: {'; '.join(map(mode_title, shown))}.",
+        caption="The lowest modes on the machine. Blue: displacement along a span, drawn across it; orange: "
+        "across. Arrows: bodies that slide; rings: bodies that turn; radii: pulleys at rest and turned.",
+    )
+
+
+def _along(modes: Modes) -> Table:
+    """Longitudinal modes and where their kinetic energy is."""
+    rows = [
+        (number(row.frequency, 6), str(row.count), row.family, row.where)
+        for row in mode_rows(modes.longitudinal)
+    ]
+    return Table(
+        caption="Longitudinal modes and the parts that hold their kinetic energy.",
+        columns=(
+            Column(title="Frequency", unit="Hz", numeric=True),
+            Column(title="Modes", numeric=True),
+            Column(title="What moves"),
+            Column(title="Kinetic energy"),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
+
+
+def _spans(drive: RoutedDrive) -> Table:
+    rows = []
+    for row in span_rows(drive, statics_of(drive)):
+        safety = row["safety_factor"]
+        rows.append(
+            (
+                row["name"],
+                quantity(row["length"], "m"),
+                quantity(row["tension"], "N"),
+                str(row["ropes"]),
+                number(row["string_frequency_hz"], 5),
+                Markup("&ndash;") if safety is None else number(safety, 3),
+            )
+        )
+    return Table(
+        caption="Free spans at rest.",
+        columns=(
+            Column(title="Span"),
+            Column(title="Length", numeric=True),
+            Column(title="Mean tension", numeric=True),
+            Column(title="Ropes", numeric=True),
+            Column(title="String", unit="Hz", numeric=True),
+            Column(title="Safety factor", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+        note="The safety factor is the rope's strength over its largest tension at rest.",
+    )
+
+
+def _pulleys(drive: RoutedDrive) -> Table | None:
+    none = Markup("&ndash;")
+    rows = [
+        (
+            row["name"],
+            number(degrees(row["wrap"]), 4),
+            "slips" if row["needed_friction"] is None else number(row["needed_friction"], 3),
+            none if row["capstan_friction"] is None else number(row["capstan_friction"], 3),
+        )
+        for row in pulley_rows(drive, statics_of(drive))
+    ]
+    if not rows:
+        return None
+    return Table(
+        caption="Pulleys that a rope passes.",
+        columns=(
+            Column(title="Pulley"),
+            Column(title="Wrap", unit="deg", numeric=True),
+            Column(title="Friction needed at rest", numeric=True),
+            Column(title="Friction given", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )

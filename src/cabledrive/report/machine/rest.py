@@ -5,9 +5,8 @@ import numpy as np
 from cabledrive.mechanics.rest import RestingStretch, RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.blocks import Column, RowGroup, Table
-from cabledrive.report.numbers import quantity
-from cabledrive.report.plot import Panel, Plot, Series
+from cabledrive.report.blocks import Column, Panel, Plot, RowGroup, Series, Table
+from cabledrive.report.typesetting import quantity
 
 POINTS = 65
 MOST_ROWS = 8

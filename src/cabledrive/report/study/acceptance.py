@@ -1,15 +1,117 @@
-"""Chapter "Acceptance": many plants, the distribution of their errors, and the worst of them."""
+"""Chapters "Controller" of a carriage and "Acceptance" of a study."""
 
+from collections.abc import Mapping, Sequence
+
+from cabledrive.parameters.fields import percent
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
-from cabledrive.report.figures.study_runs import peaks_picture, worst_picture
-from cabledrive.report.numbers import number
-from cabledrive.report.study.laws_table import laws_table
-from cabledrive.report.study.quantity_tables import worst_plant_table
-from cabledrive.report.wording import texts
+from cabledrive.report.figures.study_runs import (
+    carriage_bandwidths_picture,
+    carriage_peaks_picture,
+    carriage_worst_picture,
+    peaks_picture,
+    worst_picture,
+)
+from cabledrive.report.typesetting import number
+from cabledrive.report.wording import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
+from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.carriage_case import CarriageModel
+from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.machine import UNITS, WORDS
+from cabledrive.studies.study.verdict_stage import NO_BOUND
+
+
+def laws_table(scores: Sequence[LawScore], unit: str, size: float) -> Table:
+    """Every law, simplest first, with its errors and the share of the plants it holds within the goal."""
+    rows: tuple[tuple[Cell, ...], ...] = tuple(_row(one, size) for one in scores)
+    return Table(
+        caption="Laws tried, simplest first.",
+        columns=(
+            Column(title="Law"),
+            Column(title="Setting"),
+            Column(title="Runs", numeric=True),
+            Column(title="99 %", unit=unit, numeric=True),
+            Column(title="Worst", unit=unit, numeric=True),
+            Column(title="In goal", numeric=True),
+            Column(title="At least", numeric=True),
+            Column(title="Ended early", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note="; ".join(f"{one.controller}: {one.reason}" for one in scores if one.reason),
+    )
+
+
+def _row(one: LawScore, size: float) -> tuple[Cell, ...]:
+    def shown(error: float | None) -> str:
+        return "" if error is None else number(error / size, 3)
+
+    def inside(share: float | None) -> str:
+        return "" if share is None else percent(share)
+
+    reached = one.reached.error if one.reached else None
+    errors = (shown(reached), shown(one.worst))
+    return (
+        one.controller,
+        one.setting,
+        f"{one.runs}",
+        *errors,
+        inside(one.share),
+        inside(one.share_low),
+        f"{one.failed}",
+    )
+
+
+def shares_table(caption: str, shares: Mapping[str, float], unit: str, size: float) -> Table:
+    """Shares of each quantity, largest first, in a unit of a size in SI."""
+    ordered = sorted(shares.items(), key=lambda item: -item[1])
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (named(name), number(share / size, 3)) for name, share in ordered
+    )
+    return Table(
+        caption=caption,
+        columns=(Column(title="Quantity"), Column(title="Share", unit=unit, numeric=True)),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def worst_plant_table(
+    values: Mapping[str, float], best: Mapping[str, float], phases: Sequence[float]
+) -> Table:
+    """The plant of the worst run beside the best values, in SI; ``phases``: of the encoders, in counts."""
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (
+            named(name),
+            number(value, 5),
+            number(best[name], 5) if name in best else "",
+            unit_shown(UNITS[name]),
+        )
+        for name, value in values.items()
+    )
+    return Table(
+        caption="The plant of the worst run.",
+        columns=(
+            Column(title="Quantity"),
+            Column(title="Its value", numeric=True),
+            Column(title="Best value", numeric=True),
+            Column(title="Unit"),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note=f"Encoder phases in counts: {', '.join(f'{phase:+.2f}' for phase in phases)}.",
+    )
+
+
+def named(name: str) -> str:
+    """A quantity at the head of a row."""
+    return WORDS[name][:1].upper() + WORDS[name][1:]
+
+
+def unit_shown(unit: str) -> str:
+    """A unit in its column; nothing for a plain number."""
+    return "" if unit == "1" else unit.replace("^2", "²")
+
 
 say = texts("study_acceptance")
 
@@ -97,4 +199,160 @@ def _worst(result: StudyResult, worst: WorstCase) -> Figure:
         name="worst",
         alt=say("worst_seen", worst=worst),
         caption=say("worst", draw=worst.draw),
+    )
+
+
+say_carriage = texts("study_carriage")
+
+
+def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
+    """The scheduled law and its bandwidth; None: the drive has no carriage that the law covers."""
+    found, model = result.controller, result.model
+    if not isinstance(model, CarriageModel):
+        return None
+    assert not isinstance(found, ControllerResult)
+    blocks: list[Block] = [_model(model)]
+    if model.reason:
+        blocks.append(Note(text=sentences((model.reason,)), tone="warning"))
+    elif found is None:
+        blocks.append(Note(text=say_carriage("too_far")))
+    elif found.bandwidth is None:
+        blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
+    else:
+        blocks += [Paragraph(text=say_carriage("law", found=found)), Note(text=sentences((NO_BOUND,)))]
+    if found is not None and found.candidates:
+        blocks.append(_candidates(found))
+    if found is not None and sum(one.estimate is not None for one in found.candidates) > 1:
+        blocks.append(_bandwidths(found))
+    if found is not None and found.shares:
+        blocks.append(shares_table(say_carriage("shares"), found.shares, "mm", 1e-3))
+    return Chapter(
+        title="Controller",
+        anchor="controller",
+        blocks=tuple(blocks),
+        methods=(say_carriage("controller_method"),),
+    )
+
+
+def _model(model: CarriageModel) -> Table:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (number(x, 4), number(lumped, 5), number(exact, 5), f"{100 * abs(lumped / exact - 1.0):.2g}")
+        for x, lumped, exact in zip(model.positions, model.lumped, model.exact, strict=True)
+    )
+    return Table(
+        caption=say_carriage("model"),
+        columns=(
+            Column(title="Place", unit="m", numeric=True),
+            Column(title="Model", unit="Hz", numeric=True),
+            Column(title="Exact", unit="Hz", numeric=True),
+            Column(title="Apart", unit="%", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note=say_carriage("left_out", error=model.left_out),
+    )
+
+
+def _candidates(found: CarriageController) -> Table:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(_carriage_row(one, found.chosen) for one in found.candidates)
+    return Table(
+        caption=say_carriage("candidates"),
+        columns=(
+            Column(title="Bandwidth"),
+            Column(title="Best values", numeric=True),
+            Column(title="Uncertain", numeric=True),
+            Column(title="Encoders", numeric=True),
+            Column(title="Estimate", numeric=True),
+            Column(title="Torque", unit="N m", numeric=True),
+            Column(title=""),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note=say_carriage("refused", candidates=found.candidates),
+    )
+
+
+def _carriage_row(one: CarriageCandidate, chosen: CarriageCandidate | None) -> tuple[Cell, ...]:
+    parts = (one.nominal, one.uncertain, one.sensors, one.estimate)
+    return (
+        f"{one.bandwidth:g} Hz",
+        *("" if part is None else number(1e3 * part, 3) for part in parts),
+        "" if one.torque is None else number(one.torque, 3),
+        "chosen" if one == chosen else "refused" if one.refused else "",
+    )
+
+
+def _bandwidths(found: CarriageController) -> Figure:
+    picture = carriage_bandwidths_picture("bandwidths", found)
+    return picture.figure(
+        name="bandwidths",
+        alt=say_carriage("bandwidths_seen", candidates=found.candidates),
+        caption=say_carriage("bandwidths"),
+    )
+
+
+def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
+    """What the runs said, if there were any."""
+    runs = result.runs
+    if not result.carried or not runs.draws:
+        return None
+    blocks: list[Block] = [
+        Paragraph(text=say_carriage("acceptance")),
+        laws_table(result.scores, "mm", 1e-3),
+        _runs(runs),
+    ]
+    if runs.peaks:
+        blocks.append(_carriage_peaks(result, runs))
+    if runs.worst is not None:
+        blocks += [
+            _worst_carriage(runs.worst),
+            worst_plant_table(runs.worst.values, result.knowledge.values, runs.worst.phases),
+        ]
+    return Chapter(
+        title="Acceptance",
+        anchor="acceptance",
+        blocks=tuple(blocks),
+        methods=(say_carriage("acceptance_method", draws=runs.draws, seed=result.goals.seed),),
+    )
+
+
+def _runs(runs: AcceptanceResult) -> Table:
+    def millimetres(value: float | None) -> str:
+        return "" if value is None else number(1e3 * value, 3)
+
+    whole, rest = (
+        tuple(millimetres(runs.quantile(share, rest=still)) for share in (0.5, 0.99, 1.0))
+        for still in (False, True)
+    )
+    assert runs.largest_torque is not None
+    assert runs.smallest_tension is not None
+    reached = "no goal" if runs.reached is None else f"{100 * runs.reached:.1f} %"
+    return Table(
+        caption=say_carriage("runs", draws=runs.draws),
+        columns=(
+            Column(title="When"),
+            Column(title="Median", numeric=True),
+            Column(title="99 %", numeric=True),
+            Column(title="Worst", numeric=True),
+            Column(title="In goal", numeric=True),
+        ),
+        groups=(RowGroup(rows=(("All the way", *whole, reached), ("At rest", *rest, ""))),),
+        note=say_carriage("runs_note", runs=runs),
+    )
+
+
+def _carriage_peaks(result: StudyResult, runs: AcceptanceResult) -> Figure:
+    goal = result.goals.carriage_error
+    picture = carriage_peaks_picture("peaks", runs, goal)
+    return picture.figure(
+        name="peaks",
+        alt=say_carriage("peaks_seen", peaks=runs.peaks, goal=goal),
+        caption=say_carriage("peaks"),
+    )
+
+
+def _worst_carriage(worst: WorstCase) -> Figure:
+    picture = carriage_worst_picture("worst", worst)
+    return picture.figure(
+        name="worst",
+        alt=say_carriage("worst_seen", worst=worst),
+        caption=say_carriage("worst", draw=worst.draw),
     )

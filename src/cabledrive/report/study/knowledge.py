@@ -2,14 +2,13 @@
 
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
 from cabledrive.report.figures.study_runs import intervals_picture
-from cabledrive.report.numbers import number
-from cabledrive.report.study.quantity_tables import named, unit_shown
+from cabledrive.report.study.acceptance import named, unit_shown
 from cabledrive.report.study.verdict import listed
+from cabledrive.report.typesetting import number
 from cabledrive.report.wording import texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.carriage_machine import carriage_quantities
-from cabledrive.studies.study.datasheet_bounds import by_datasheet
-from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity
+from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity, by_datasheet
 
 say = texts("study_knowledge")
 SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal", GUESS: "guess"}

@@ -1,15 +1,58 @@
-"""Chapter "Verdict": the answer, why, with which margins, and what would help."""
+"""Chapters "Verdict" and "Drive and data" of a study."""
 
 from markupsafe import Markup
 
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
-from cabledrive.report.numbers import quantity
-from cabledrive.report.study.carriage_goals import asked_of_carriage, carriage_method
-from cabledrive.report.study.goals_table import goals_table, load_range
+from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.wording import sentences, texts
+from cabledrive.report.words import DATASHEET
 from cabledrive.studies.study import Goals, StudyResult
+from cabledrive.studies.study.check_stage import LogWords
+from cabledrive.studies.study.findings import move_words
 from cabledrive.studies.study.verdict_stage import Margin
-from cabledrive.studies.study.verdict_words import move_words
+
+
+def goals_table(rows: list[tuple[Cell, ...]]) -> Table:
+    """Goals beside their values; each row two cells."""
+    return Table(
+        caption="Goals.",
+        columns=(Column(title="Goal"), Column(title="Value")),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
+
+
+def load_range(goals: Goals, otherwise: str) -> str:
+    """Range of the load's inertia in words; ``otherwise`` where none was asked for."""
+    if goals.load_inertia is None:
+        return otherwise
+    low, high = goals.load_inertia
+    return f"{number(low, 4)} to {number(high, 4)} kg m²"
+
+
+say_goals = texts("study_carriage_goals")
+
+
+def carriage_method() -> str:
+    """How the verdict of a carriage is found, for the provenance."""
+    return say_goals("method")
+
+
+def asked_of_carriage(goals: Goals) -> Table:
+    """The goals of a study with a carriage."""
+    error, hung = goals.carriage_error, goals.hanging_mass
+    assert goals.travel is not None
+    rows: list[tuple[Cell, ...]] = [
+        ("Error of the carriage", quantity(error, "m", 3) if error else "none given"),
+        ("Each move", say_goals("move", goals=goals)),
+        ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
+        ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
+        ("Below the carriage", say_goals("hung", goals=goals) if hung else "no hanging mass"),
+        ("Load pulley", load_range(goals, "as in the file")),
+        ("Test", say_goals("test", goals=goals)),
+    ]
+    return goals_table(rows)
+
 
 say = texts("study_verdict")
 TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
@@ -86,3 +129,78 @@ def _asked(goals: Goals) -> Table:
         ("Test", say("test", goals=goals)),
     ]
     return goals_table(rows)
+
+
+say_data = texts("study_data")
+
+
+def data_chapter(result: StudyResult) -> Chapter:
+    """The drive file and the logs."""
+    found = result.check
+    blocks: list[Block] = [_datasheet(found.derived)]
+    if isinstance(result.drive, AxisDrive):
+        blocks.append(_chain(result.drive))
+    if found.missing:
+        blocks.insert(0, Note(text=listed(say_data("missing"), found.missing), tone="warning"))
+    if found.warnings:
+        blocks.append(Note(text=listed("Warnings:", found.warnings), tone="warning"))
+    if found.logs:
+        blocks.append(_logs(found.logs))
+        said = tuple(f"{log.name}: {words}" for log in found.logs for words in (*log.repaired, *log.findings))
+        blocks += [points("In the logs:", said)] if said else []
+    else:
+        blocks.append(Paragraph(text=say_data("no_log")))
+    return Chapter(
+        title="Drive and data",
+        anchor="data",
+        blocks=tuple(blocks),
+        methods=(say_data("method"),),
+    )
+
+
+def _datasheet(derived: dict[str, float | None]) -> Table:
+    groups = []
+    for title, lines in DATASHEET.items():
+        rows: list[tuple[Cell, ...]] = []
+        for name, words, unit in lines:
+            value = derived.get(name)
+            if value is not None:
+                rows.append((words, quantity(value, unit)))
+        if rows:
+            groups.append(RowGroup(title=title, rows=tuple(rows)))
+    return Table(
+        caption=say_data("datasheet"),
+        columns=(Column(title="Quantity"), Column(title="Value", numeric=True)),
+        groups=tuple(groups),
+    )
+
+
+def _chain(drive: AxisDrive) -> Paragraph:
+    """What "load pulley" and its angle stand for on an axis of a machine with routes."""
+    motors = " and ".join(f"{'-' if sign < 0 else ''}{name}" for name, sign in drive.words["motors"].items())
+    gain = f"{1e3 * abs(drive.gain):.4g} mm/rad" if drive.slides else f"{abs(drive.gain):.4g} rad/rad"
+    return Paragraph(text=say_data("axis", drive=drive, motors=motors, gain=gain))
+
+
+def _logs(logs: tuple[LogWords, ...]) -> Table:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (
+            log.name,
+            f"{log.rows}",
+            f"{log.duration:.4g}",
+            f"{log.sample_rate:.6g}",
+            ", ".join(name.replace("_", " ") for name in log.channels),
+        )
+        for log in logs
+    )
+    return Table(
+        caption="The logs.",
+        columns=(
+            Column(title="File"),
+            Column(title="Rows", numeric=True),
+            Column(title="Length", unit="s", numeric=True),
+            Column(title="Rate", unit="Hz", numeric=True),
+            Column(title="Channels"),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )

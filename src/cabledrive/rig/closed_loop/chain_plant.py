@@ -1,13 +1,20 @@
-"""The lumped plant of the rig as its kernel takes it, and the linear motion of a chain."""
+"""The lumped plant of the rig as its kernel takes it, its linear motion, a pair of motors."""
 
-from math import inf
+from dataclasses import dataclass, replace
+from math import exp, inf, sqrt
 from typing import Any
 
 import numpy as np
 
+from cabledrive.control.flank_torque import FlankLaw, first_memory
+from cabledrive.control.numbers import KALMAN, ObserverNumbers
+from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
-from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
-from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant
+from cabledrive.rig.closed_loop.loop_kernels import PairNumbers
+from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
+from cabledrive.rig.setting import RigOptions
 
 PER_RADIAN, SLOPE = 12.0, 50.0
 """Internal steps per radian of the fastest mode; K of smoothed friction c tanh(K w) [s/rad]."""
@@ -86,3 +93,237 @@ def linear_step(chain: LumpedChain, interval: float, current_rate: float) -> Arr
     block = np.zeros((rates.shape[1], rates.shape[1]))
     block[: len(rates)] = rates * interval
     return np.asarray(expm(block)[: len(rates)])
+
+
+PRELOAD_SHARE, MARGIN_SHARE = 0.25, 0.2
+"""Preload where none is given, over the torque limit of one motor; margin over the preload."""
+DAMPING = 0.7
+"""Damping ratio that the law gives the difference of the motors."""
+SLOWER = 0.5
+"""Rate of the preload's lags, over the frequency of a motor on its joint."""
+INTERNAL_STEPS = 5
+SPREADS = (0.1, 0.05, 0.5, 0.2)
+"""Half widths of what is drawn: stiffness, inertia, friction of motor a against motor b; backlash."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Skew:
+    """How the motors of a pair differ from each other, and what its start and its encoders were.
+
+    Attributes
+    ----------
+    stiffness, inertia, friction : float, default 0.0
+        Of motor a more, of motor b less than their mean, as a share.
+    backlash : float, default 0.0
+        Of both gears beyond that of the file, as a share.
+    held : float, default 0.0
+        Part of the friction that held the preload off its value at the start, from -1 to 1.
+    phase : float, default 0.0
+        Of the second motor's encoder, in counts.
+    """
+
+    stiffness: float = 0.0
+    inertia: float = 0.0
+    friction: float = 0.0
+    backlash: float = 0.0
+    held: float = 0.0
+    phase: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pair:
+    """Two motors on one shaft.
+
+    Attributes
+    ----------
+    law : FlankLaw
+    joint : tuple of int
+        See `PairNumbers`.
+    backlash : float
+        Of each gear, from end to end, as the file has it [rad].
+    current_rate : float
+        Of the torque loops [rad/s]; 0: none.
+    skew : Skew
+    """
+
+    law: FlankLaw
+    joint: tuple[int, int]
+    backlash: float
+    current_rate: float
+    skew: Skew
+
+
+def doubled(drive: Drive) -> Drive:
+    """The drive with a second motor and gear like its own on the drive pulley.
+
+    As long as both flanks are closed the mean of both motors is a motor of twice the size without backlash.
+    Raises `InputRefused` where there is no backlash, no joint, or the motor's encoder is missing.
+    """
+    motor, sensors = drive.motor, drive.sensors
+    if motor is None or motor.backlash <= 0.0:
+        raise InputRefused(
+            "pair: motor.backlash is 0: a second motor is preloaded against backlash: give it, such as "
+            'backlash = "1 deg"'
+        )
+    if motor.joint_stiffness is None:
+        raise InputRefused(
+            "pair: motor.joint_stiffness is missing: the flanks close by the bending of both gears: give "
+            'it, such as joint_stiffness = "135 N m/rad"'
+        )
+    if sensors is None or sensors.motor_encoder is None:
+        raise InputRefused("pair: sensors.motor_encoder is missing: both motors are read: give its counts")
+    twice: dict[str, Any] = {
+        key: None if getattr(motor, key) is None else 2.0 * getattr(motor, key)
+        for key in (
+            "inertia", "viscous_friction", "coulomb_friction", "offset_torque", "joint_stiffness",
+            "joint_damping", "torque_limit",
+        )
+    }  # fmt: skip
+    return replace(drive, motor=replace(motor, **twice, rotor_inertia=None))
+
+
+def make_pair(
+    design: LumpedChain,
+    drive: Drive,
+    observer: ObserverNumbers,
+    rig: RigNumbers,
+    shafts: tuple[str, ...],
+    options: RigOptions,
+    sampling: Sampling,
+    generator: np.random.Generator,
+    *,
+    other: bool,
+) -> Pair:
+    """The law of the preload and its sensors.
+
+    ``design``: chain of the filter, its motor that of both; ``drive``: doubled; ``shafts``: whose encoders
+    are read; ``other``: whether plant or controller is the user's own, or the plant the distributed cable.
+    Raises `InputRefused` for a preload that the motors cannot hold, or a law that sees no joint.
+    """
+    motor = drive.motor
+    assert motor is not None
+    if other:
+        raise InputRefused(
+            "pair: its plant is the lumped chain and its law of position a packaged one: leave --plant and "
+            "a controller of your own out"
+        )
+    knows = observer.kind == KALMAN and design.names[:2] == ("motor", "drive")
+    if not knows and shafts[:2] != ("motor", "drive"):
+        raise InputRefused(
+            "pair: this law's filter does not know the joint of the motors, and its encoders do not show it: "
+            "take a law of the whole chain, such as lqi"
+        )
+    stiffness = 0.5 * float(motor.joint_stiffness or 0.0)
+    inertia, coulomb = 0.5 * motor.inertia, 0.5 * motor.coulomb_friction
+    viscous = 0.5 * (motor.viscous_friction + motor.joint_damping)
+    limit = inf if motor.torque_limit is None else 0.5 * motor.torque_limit
+    preload = options.preload
+    if preload is None:
+        if not np.isfinite(limit):
+            raise InputRefused("preload is not given, and motor.torque_limit neither: give one of the two")
+        preload = PRELOAD_SHARE * limit
+    if not 2.0 * coulomb < preload < limit:
+        raise InputRefused(
+            f"preload = {preload:.4g} N m must lie above {2.0 * coulomb:.4g} N m, twice the friction of a "
+            f"motor, and below {limit:.4g} N m, its torque limit: choose it between them"
+        )
+    single = LumpedChain(
+        names=("motor",),
+        inertias=(inertia,),
+        viscous=(viscous,),
+        coulomb=(0.0,),
+        offsets=(0.0,),
+        holding=stiffness,
+    )
+    # Half the difference of two roundings has half the variance of one.
+    counts = [float(rig.counts[0]) / sqrt(2.0) if rig.counts[0] > 0.0 else 1e-9]
+    found = kalman_filter(
+        single, [0], counts, sampling, chosen=[0], tuning=KalmanTuning(offsets=()), settled=True
+    )
+    natural = sqrt(stiffness / inertia)
+    law = FlankLaw(
+        observer=found,
+        stiffness=stiffness,
+        play=0.5 * motor.backlash,
+        limit=limit,
+        preload=preload,
+        margin=MARGIN_SHARE * preload,
+        remaining=exp(-SLOWER * natural * rig.interval),
+        damper=max(2.0 * DAMPING * natural * inertia - viscous, 0.0),
+        coulomb=max(coulomb, 1e-9),
+    )
+    random = options.encoder_phase == "random" and not options.ideal_sensors
+    phase, held = generator.uniform(-0.5, 0.5), generator.uniform(-1.0, 1.0)
+    return Pair(
+        law=law,
+        joint=(0, 1) if knows else (-1, -1),
+        backlash=motor.backlash,
+        current_rate=sampling.current_rate,
+        skew=Skew(phase=phase if random else 0.0, held=held if random else 0.0),
+    )
+
+
+def drawn_pair(pair: Pair, generator: np.random.Generator) -> Pair:
+    """A pair whose motors differ, with another start and another phase of the second encoder."""
+    stiffness, inertia, friction, backlash = (
+        spread * generator.uniform(-1.0, 1.0) for spread in SPREADS
+    )  # fmt: skip
+    skew = Skew(
+        stiffness=stiffness,
+        inertia=inertia,
+        friction=friction,
+        backlash=backlash,
+        held=generator.uniform(-1.0, 1.0),
+        phase=generator.uniform(-0.5, 0.5),
+    )
+    return replace(pair, skew=skew)
+
+
+def pair_plant(pair: Pair, plant: ChainPlant, interval: float) -> ChainPlant:
+    """The plant with its motor and first link as two of half the size, apart by their skew."""
+    skew, apart = pair.skew, np.array([1.0, -1.0])
+
+    def halves(whole: Array, share: float = 0.0) -> Array:
+        return np.concatenate((0.5 * whole[0] * (1.0 + share * apart), whole[1:]))
+
+    play = np.full(2, 0.5 * pair.backlash * (1.0 + skew.backlash))
+    made = plant._replace(
+        inertia=halves(plant.inertia, skew.inertia),
+        viscous=halves(plant.viscous),
+        coulomb=halves(plant.coulomb, skew.friction),
+        offset=halves(plant.offset),
+        ends=np.concatenate((np.array([[0, 2], [1, 2]]), plant.ends[1:] + 1)),
+        stiffness=halves(plant.stiffness, skew.stiffness),
+        damping=halves(plant.damping),
+        play=np.concatenate((play, plant.play[1:])),
+        slack=np.concatenate((np.full(2, inf), plant.slack[1:])),
+        motors=2,
+        current_rate=pair.current_rate,
+    )
+    return in_steps(made, interval, INTERNAL_STEPS)
+
+
+def pair_numbers(pair: Pair, plant: ChainPlant) -> PairNumbers:
+    """Law and sensors; ``plant``: of the pair."""
+    start = 0.5 * float(_turned(pair, plant).sum())
+    return PairNumbers(law=pair.law, phase=pair.skew.phase, start=start, joint=np.array(pair.joint))
+
+
+def pair_at_rest(pair: Pair, plant: ChainPlant, late_samples: int) -> Array:
+    """State in which a run begins: angles, speeds, torques, and what the loop keeps behind them."""
+    n, turned = len(plant.inertia), _turned(pair, plant)
+    kept = np.zeros(2 * n - 1 + MEMORY)
+    kept[:2], kept[2 * n : 2 * n + 2] = turned * (1.0, -1.0), pair.law.preload * np.array([1.0, -1.0])
+    for place in (FLANKS, LEAST):
+        kept[2 * n - 1 + place : 2 * n + 1 + place] = _held(pair, plant)
+    return np.concatenate((kept, first_memory(pair.law, late_samples)))
+
+
+def _held(pair: Pair, plant: ChainPlant) -> float:
+    """Torque of either flank that friction left at rest [N m]."""
+    return pair.law.preload + pair.skew.held * float(plant.coulomb[:2].min())
+
+
+def _turned(pair: Pair, plant: ChainPlant) -> Array:
+    """Turn of each motor against its flank at rest [rad]."""
+    return plant.play[:2] + _held(pair, plant) / plant.stiffness[:2]

@@ -13,16 +13,20 @@ from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
-from cabledrive.rig.closed_loop.by_sample import run_by_sample
-from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
+from cabledrive.rig.closed_loop.by_sample import run_by_sample, run_own
+from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, drive_like, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
-from cabledrive.rig.closed_loop.chain_plant import chain_numbers
+from cabledrive.rig.closed_loop.chain_plant import (
+    Pair,
+    chain_numbers,
+    make_pair,
+    pair_at_rest,
+    pair_numbers,
+    pair_plant,
+)
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, run_loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
-from cabledrive.rig.closed_loop.own_loop import run_own
-from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
-from cabledrive.rig.closed_loop.pair import Pair, make_pair, pair_at_rest, pair_numbers, pair_plant
-from cabledrive.rig.closed_loop.user_plant import user_plant
+from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, user_plant
 from cabledrive.rig.disturbances import (
     control_delay,
     current_rate,
@@ -332,3 +336,37 @@ def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -
 def log_width(loop: Loop) -> int:
     """Columns of a log: states, readings, command, slip, sigma, estimates, regressor, states of the law."""
     return 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
+
+
+def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float | None = None) -> Loop:
+    """The same law and filter on another lumped chain, or on the distributed cable like it.
+
+    ``chain``: at the first shaft; ``play``: backlash of the first link [rad]; default: that of the loop. The
+    distributed cable has none.
+    Raises `InputRefused` if the plant is the user's own.
+    """
+    check_drawable(loop)
+    interval, rate = loop.rig.interval, loop.plant.current_rate
+    slack = loop.slack
+    if np.isfinite(slack):
+        slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
+    play = loop.backlash if play is None else play
+    plant = lumped_plant(chain, interval, rate, options, play, slack, loop.controller.field)
+    cable = loop.cable
+    if cable is not None:
+        cable = cable_plant(drive_like(cable.drive, chain), chain, interval, options, measured=False)
+    return replace(loop, cable=cable, chain=chain, plant=plant, slack=slack)
+
+
+def check_drawable(loop: Loop) -> None:
+    """Refuse to vary a plant whose parameters are not known.
+
+    Raises `InputRefused` if the plant is the user's own, or was drawn with disturbances.
+    """
+    if loop.own_plant is not None:
+        raise InputRefused(
+            f'plant "{loop.own_plant.name}" is your own, and its parameters are not known: draws take the '
+            "drive's models, lumped chains and the cable"
+        )
+    if loop.disturbed:
+        raise InputRefused("the plant carries disturbances already: draw from the loop without them")

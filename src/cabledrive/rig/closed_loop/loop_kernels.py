@@ -1,13 +1,24 @@
-"""The closed loop of the rig on lumped plants, compiled: one motor or a preloaded pair."""
+"""The closed loop of the rig on lumped plants, compiled: for runs, for own controllers, for firmware."""
 
+from collections.abc import Callable
+from functools import lru_cache
 from math import isfinite, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from cabledrive.control.controller_kernels import controller_step
+from cabledrive.control.controller_kernels import (
+    PathState,
+    TargetState,
+    controller_step,
+    issue,
+    observe,
+    path_row,
+    target_step,
+)
 from cabledrive.control.flank_torque import COMMANDS, FlankLaw, preload_step
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
+from cabledrive.control.reference import ReferenceNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.rig.closed_loop.chain_kernels import (
     FLANKS,
@@ -15,11 +26,12 @@ from cabledrive.rig.closed_loop.chain_kernels import (
     TORQUE,
     VIEW,
     ChainPlant,
+    move,
     move_chain,
     see_chain,
 )
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers, LoopState, RigNumbers
-from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
+from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, read_encoders, sense
 
 
 class PairNumbers(NamedTuple):
@@ -106,3 +118,158 @@ def run_loop(
         finish_sample(rig, target, k, s, log, seen, wanted, command, sigma, s.discrete[0])
         move_chain(plant, rig, k, s, older, newer)
     return last
+
+
+NOT_FINITE = 9
+"""Why a run ended: the command or the state of the user's controller is not finite, or of another size."""
+
+
+HELD = -1
+"""No end: a reading is missing, and the last command is held."""
+
+
+@njit_in_place
+def before_step(
+    plant: ChainPlant, observer: ObserverNumbers, rig: RigNumbers, k: int, gone: float, s: LoopState
+) -> int:
+    """A sample up to the user's step: why the run ends here, `HELD` where a reading is missing, else 0."""
+    code = see_chain(plant, gone, s)
+    if code != 0:
+        return code
+    sense(observer, rig, k, s.work, s)
+    seen = observe(observer, s.controller, s.readings)
+    for j in range(s.readings.size):
+        seen = seen and isfinite(s.readings[j])
+    return 0 if seen else HELD
+
+
+@njit_in_place
+def after_step(
+    plant: ChainPlant, observer: ObserverNumbers, rig: RigNumbers, target: Array, k: int, torque: float,
+    valid: bool, s: LoopState, log: Array,
+) -> None:  # fmt: skip
+    """A sample from the user's torque on: limit, filter, score, log, plant."""
+    if not valid:
+        s.summary[6] += 1.0
+    wanted, command = issue(observer, rig.torque_limit, s.controller, torque, valid)
+    seen = s.terms[VIEW, : s.x.size]
+    finish_sample(rig, target, k, s, log, seen, wanted, command, 0.0, s.discrete[0])
+    move_chain(plant, rig, k, s, 0.0, 0.0)
+
+
+@lru_cache(maxsize=16)
+def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
+    """The loop for a compiled step; it is compiled when it is first run, in each process.
+
+    ``step``: compiled by numba; ``filtered``: whether it takes the filter's states, or the encoders'
+    readings.
+    """
+    import numba
+
+    def run_own_loop(  # arrays may be made here: numba counts their references
+        plant: Any, observer: Any, gains: Any, rig: Any, reference: Array, target: Array, first: int,
+        last: int, s: Any, log: Array,
+    ) -> int:  # fmt: skip
+        gone, memory = farthest(target), s.controller.memory
+        for k in range(first, last):
+            code, torque = before_step(plant, observer, rig, k, gone, s), 0.0
+            if code > 0:
+                s.discrete[1] = code
+                return k
+            if code == 0:
+                measurement = s.controller.states.copy() if filtered else s.readings.copy()
+                state, torque = step(gains, memory.copy(), measurement, reference[k].copy())
+                good = isfinite(torque) and len(state) == memory.size
+                for i in range(memory.size):
+                    if good:
+                        memory[i] = state[i]
+                        good = isfinite(memory[i])
+                if not good:
+                    s.discrete[1] = NOT_FINITE
+                    return k
+            after_step(plant, observer, rig, target, k, torque, code == 0, s, log)
+        return last
+
+    compiled: Callable[..., int] = numba.njit(error_model="numpy", nogil=True)(run_own_loop)
+    return compiled
+
+
+class PlantState(NamedTuple):
+    """A lumped chain in time: what it is, its slip, commands under way, and scratch, as in `LoopState`."""
+
+    x: Array
+    discrete: Integers
+    commands: Array
+    readings: Array
+    terms: Array
+    work: Array
+
+
+class LoopTarget(NamedTuple):
+    """A closed loop in time: plant, controller, reference; ``sample`` (1,): of the next step."""
+
+    plant: PlantState
+    target: TargetState
+    path: PathState
+    row: Array
+    sample: Integers
+
+
+def new_plant_state(plant: ChainPlant, rig: RigNumbers) -> PlantState:
+    """A plant at rest at angle zero."""
+    states = 2 * len(plant.inertia) + 1
+    return PlantState(
+        x=np.zeros(states),
+        discrete=np.zeros(2, dtype=np.int64),
+        commands=np.zeros(rig.late_samples + 2),
+        readings=np.zeros(len(rig.encoders)),
+        terms=np.zeros((5, states)),
+        work=np.zeros(states),
+    )
+
+
+@njit_part
+def plant_read(rig: RigNumbers, s: PlantState) -> None:
+    """The encoders now, into the plant's readings."""
+    read_encoders(rig.encoders, rig.counts, rig.phases, rig.dropout, s.x, 0, s.readings)
+
+
+@njit_part
+def plant_step(
+    plant: ChainPlant,
+    rig: RigNumbers,
+    s: PlantState,
+    command: float,
+    motor: float,
+    load: float,
+) -> None:
+    """One sample on, under a command, which acts after the delay, and torques on motor and load [N m]."""
+    newest = s.commands.size - 1
+    for i in range(newest):
+        s.commands[i] = s.commands[i + 1]
+    s.commands[newest] = command
+    # `move` looks at the fields that both kinds of state have.
+    move(plant, s, s.commands[0], 0.0, 0.0, motor, load, 0.0, rig.late_part)  # type: ignore[arg-type]
+    move(plant, s, s.commands[1], 0.0, 0.0, motor, load, 0.0, rig.interval - rig.late_part)  # type: ignore[arg-type]
+    s.discrete[0] = 0 if s.x[plant.inertia.size] == 0.0 else 1
+
+
+@njit_part
+def loop_step(
+    plant: ChainPlant,
+    rig: RigNumbers,
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    numbers: ReferenceNumbers,
+    limit: float,
+    s: LoopTarget,
+    motor: float,
+    load: float,
+) -> tuple[float, bool]:
+    """One sample of the closed loop: limited command [N m], and whether it was computed."""
+    plant_read(rig, s.plant)
+    path_row(numbers, s.path, s.sample[0] * rig.interval, s.row[0])
+    command, valid = target_step(observer, law, limit, s.target, s.plant.readings, s.row)
+    plant_step(plant, rig, s.plant, command, motor, load)
+    s.sample[0] += 1
+    return command, valid

@@ -1,4 +1,4 @@
-"""Baselines by name: PD, PID, LQG, LQI, H-infinity, disturbance observers, shaper, each with a feedforward.
+"""Laws to compare with, by name, and backstepping and model reference adaptation.
 
 One number tunes each, the bandwidth; `cabledrive.rig.tuning` tunes them all by one rule.
 """
@@ -10,8 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.backstepping import chain_generator, chain_numbers, chain_reference
+from cabledrive.control.backstepping_recursion import gain_names
+from cabledrive.control.darc import printed_bounds
 from cabledrive.control.hinf import hinf_law
 from cabledrive.control.linear_laws import (
+    FRICTION_SLOPE,
     feedforward,
     feedforward_generator,
     l1_law,
@@ -20,6 +24,8 @@ from cabledrive.control.linear_laws import (
     lqi_law,
     pd_law,
     pid_law,
+    reference_model_generator,
+    reference_model_law,
     rigid_feedforward,
     rigid_inertia,
 )
@@ -30,7 +36,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, natural_frequencies_of, state_space
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.fitting import load_count
+from cabledrive.rig.laws.fitting import law_shafts, load_count
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
 INTEGRAL_TIMES = 3.0
@@ -240,3 +246,68 @@ BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
     "dob": dob,
     "shaper": shaper,
 }
+
+
+SIX_HZ = 25.0
+ADAPTATION = 1e-18
+
+
+def backstepping_6(spec: DesignSpec) -> Controller:
+    """Backstepping with unmatched uncertainty on Model 4, dampers and friction along the reference."""
+    chain = spec.model(4)
+    hertz = SIX_HZ if spec.bandwidth is None else spec.bandwidth
+    adaptation = ADAPTATION if spec.adapt else 0.0
+    law = chain_numbers(chain, hertz, adaptation, spec.interval)
+    gains = gain_names(law.matrix, law.rows[0])
+    return Controller(
+        name="backstepping-6",
+        law=law,
+        reference=chain_reference(chain, spec.wanted(6), spec.interval),
+        shafts=law_shafts(4, spec.feedback),
+        start=law.learning[0],
+        tuning=QUIET,
+        gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
+        model=4,
+        damped=True,
+        generator=chain_generator(chain, spec.interval),
+    )
+
+
+NAME = "mrac"
+SLOWER = 0.1
+"""Bandwidth of adaptation over that of the feedback."""
+
+
+def reference_model(spec: DesignSpec) -> Controller:
+    """Quadratic feedback whose closed loop is the reference model; the motor's four parameters adapt."""
+    number = highest_model(spec.drive)
+    chain = spec.model(number)
+    count, torque, settings = weights(spec)
+    flat = flat_output(chain)
+    motion = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
+    speed, acceleration = motion[:, -2], motion[:, -1]
+    functions = np.column_stack((acceleration, speed, np.tanh(FRICTION_SLOPE * speed), np.ones(len(speed))))
+    bounds = printed_bounds(chain, flexible_joint=chain.size == 3)
+    # The offset of a motor acts against its torque's sign in the model: it is subtracted.
+    low, high = bounds.low - bounds.nominal, bounds.high - bounds.nominal
+    low[3], high[3] = -high[3], -low[3]
+    law = reference_model_law(
+        lq_law(chain, count, torque, spec.interval),
+        low,
+        high,
+        np.abs(functions).max(axis=0),
+        SLOWER * 2.0 * pi * rigid_bandwidth(chain, count, torque) * float(spec.adapt),
+    )
+    return Controller(
+        name=NAME,
+        law=law,
+        reference=np.ascontiguousarray(np.hstack((feedforward(chain, flat, motion), functions))),
+        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
+        start=np.zeros(4),
+        tuning=QUIET,
+        gains=settings
+        | {"learns": ["inertia_motor", "viscous_friction", "coulomb_friction", "offset_torque"]},
+        model=number,
+        damped=True,
+        generator=reference_model_generator(chain, flat, spec.interval),
+    )

@@ -1,6 +1,7 @@
-"""Eigenvalues of a law on the actual plant: most of what is seen in a run is in them."""
+"""Eigenvalues of a law on the actual plant, the least bandwidth it tolerates, and its filter."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
 
@@ -9,11 +10,14 @@ import numpy as np
 from cabledrive.control.backstepping import backstepping_row
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR, NOMINAL
+from cabledrive.control.observers import KalmanTuning
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_space
 from cabledrive.rig.closed_loop.loop import Loop, plant_chain
-from cabledrive.rig.laws.controllers import Controller
-from cabledrive.rig.laws.fitting import place
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, own_filter
+from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts, place
+from cabledrive.rig.plant_samples import Spreads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,3 +97,95 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
         Pole(frequency=abs(v) / (2.0 * pi), damping_ratio=float(-v.real / abs(v)) if abs(v) else 1.0)
         for v in kept
     )
+
+
+HIGHEST_HZ = 200.0
+
+
+def check_least_bandwidth(
+    law: Callable[[DesignSpec], Controller], made: Controller, spec: DesignSpec
+) -> None:
+    """Refuse a bandwidth below which a law of Model 4 is unstable on its own drive.
+
+    Without the dampers in its model the law needs a stiffness of its own to outdo them. Other laws are let
+    through: what they excite belongs to what is to be seen.
+
+    ``law``: makes the controller of a spec.
+    Raises `InputRefused` if the linear loop with true states is unstable and a higher bandwidth makes it
+    stable.
+    """
+    hertz = spec.bandwidth
+    one_of_them = made.law.kind == BACKSTEPPING or not (made.damped or made.flat is None)
+    if hertz is None or made.model != 4 or not one_of_them or _stable(made, spec):
+        return
+    high = hertz
+    while not _stable(law(replace(spec, bandwidth=high)), spec):
+        high *= 1.5
+        if high > HIGHEST_HZ:
+            return
+    low = high / 1.5
+    while high - low > 0.01 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _stable(law(replace(spec, bandwidth=middle)), spec) else (middle, high)
+    raise InputRefused(
+        f"bandwidth = {hertz:.4g} Hz is below {high:.3g} Hz, where {made.name} is unstable on this drive "
+        "(its feedback leaves the damping of the cable out): raise it, or take darc-4-damped"
+    )
+
+
+def _stable(made: Controller, spec: DesignSpec) -> bool:
+    return all(pole.damping_ratio > -1e-9 for pole in closed_loop_poles(spec.drive, made))
+
+
+def damped_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
+    """The damping-aware law of Model 3 or 4 (``number``); its filter by what is not known."""
+    counts = np.array(list(read_encoders(spec, number).values()))
+    tuning = tuning_by_uncertainty(spec, filter_chain(spec, number), counts)
+    return chain_law(spec, number, name, damped=True, tuning=tuning)
+
+
+def filter_chain(spec: DesignSpec, number: int) -> LumpedChain:
+    """The chain that the Kalman filter of a law is made for.
+
+    ``number``, {1, 2, 3, 4}: Model of the law.
+    """
+    return spec.model(own_filter(number, spec.feedback) or highest_model(spec.drive))
+
+
+def read_encoders(spec: DesignSpec, number: int) -> dict[str, float]:
+    """One count of each encoder that the filter of a law reads, at the first shaft [rad], by shaft.
+
+    ``number``, {3, 4}.
+    """
+    fitted, shafts = fitted_encoders(spec.drive), law_shafts(number, spec.feedback)
+    if own_filter(number, spec.feedback) is None:
+        return fitted
+    return {shaft: count for shaft, count in fitted.items() if shaft in shafts}
+
+
+def tuning_by_uncertainty(spec: DesignSpec, chain: LumpedChain, counts: Array) -> KalmanTuning:
+    """Noise of the filter from what is not known of the drive.
+
+    The load's equation is off by the spreads of stiffness and inertia times the largest acceleration wanted,
+    for a sixteenth of the rise; friction by the Coulomb torque, within a second as a walk and within a
+    millisecond as noise; each encoder's zero by half a count, walking that far within some seconds.
+
+    ``counts``, shape (m,) [rad].
+    """
+    spreads = Spreads()
+    wanted = spec.wanted(2)
+    moving = np.abs(wanted[1]) > 0.0
+    rise = float(np.count_nonzero(moving)) * spec.interval / max(1, _moves(moving))
+    off = (spreads.cable_stiffness + spreads.load_inertia) * float(np.abs(wanted[2]).max())
+    coulomb = chain.coulomb[0]
+    return KalmanTuning(
+        torque=1e-3 * coulomb**2,
+        disturbance=coulomb**2,
+        load_acceleration=off**2 * rise / 16.0,
+        offsets=tuple(float(count) ** 2 / 6.0 for count in counts[:-1]),
+    )
+
+
+def _moves(moving: Array) -> int:
+    """How many times a motion sets out."""
+    return int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])

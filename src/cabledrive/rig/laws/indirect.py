@@ -15,7 +15,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law
-from cabledrive.rig.laws.filter_tuning import damped_law
+from cabledrive.rig.laws.eigenvalues import damped_law
 from cabledrive.rig.laws.fitting import fit_observer
 from cabledrive.rig.setting import RigOptions
 

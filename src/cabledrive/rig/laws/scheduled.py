@@ -13,7 +13,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
+from cabledrive.rig.laws.eigenvalues import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.setting import PAYLOAD_RANGE, Payload
 
 NAME = "lqi-scheduled"

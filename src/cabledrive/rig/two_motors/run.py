@@ -1,7 +1,8 @@
-"""Run the law of two motors on the virtual rig."""
+"""Run the law of two motors on a machine, and what is left of a run."""
 
 from dataclasses import dataclass
 from math import ceil, exp, pi
+from typing import Any
 
 import numpy as np
 
@@ -9,14 +10,51 @@ from cabledrive.control.tension_position import first_state
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.two_motors import TwoMotorMachine, winched_machine
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 from cabledrive.rig.disturbances import stepped_in
 from cabledrive.rig.setting import BodyMotion, Disturbance
-from cabledrive.rig.two_motors.design import TensionDesign, design_tensions
-from cabledrive.rig.two_motors.plan import ORDER, Plan, plan_motion, way_of
+from cabledrive.rig.two_motors.plan import ORDER, Plan, TensionDesign, design_tensions, plan_motion, way_of
 from cabledrive.rig.two_motors.plant_kernels import COLUMNS, RigNumbers, close_loop
-from cabledrive.rig.two_motors.result import TwoMotorTracking
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class TwoMotorTracking(ResultCard):
+    """A run of a body between two motors.
+
+    Attributes
+    ----------
+    summary : dict
+        What `cabledrive track --json` prints.
+    time : ndarray, shape (samples,)
+        [s].
+    reference, place : ndarray, shape (samples, m)
+        Wanted and true place of the body from where it rests [m].
+    tensions, torques : ndarray, shape (samples, 2)
+        Of the lines [N]; of the motors, positive winding in [N m].
+    incomplete : str or None
+        What was not kept, and why.
+    """
+
+    summary: dict[str, Any]
+    time: Array
+    reference: Array
+    place: Array
+    tensions: Array
+    torques: Array
+    incomplete: str | None
+
+    def _card(self) -> list[tuple[str, str]]:
+        said = self.summary
+        rows = [
+            ("Tracking", f"{said['controller']} on {said['plant']}"),
+            ("peak error", f"{said['peak_error_mm']:.4g} mm"),
+            ("least tension", f"{said['least_tension']:.4g} N (allowed: {said['least_allowed']:.4g} N)"),
+            ("peak torque", f"{said['peak_torque']:.4g} N m"),
+        ]
+        return [*rows, *([("not kept", self.incomplete)] if self.incomplete else [])]
+
 
 INTERNAL_STEP = 1e-4
 """Largest internal step of the plant [s]; smaller where the lines are stiff."""
@@ -96,7 +134,7 @@ def track_two_motors(
     InputRefused
         If the machine is another, data are missing, or the tension at rest leaves no room.
     """
-    from cabledrive.rig.two_motors.samples import run_samples
+    from cabledrive.rig.two_motors.front import run_samples
     from cabledrive.rig.two_motors.summary import summarize
 
     if seed < 0:

@@ -1,6 +1,5 @@
 """Controllers side by side on one drive: tuned by one procedure, run on the same disturbed plants."""
 
-from cabledrive.studies.controller_comparison.comparison import Comparison
-from cabledrive.studies.controller_comparison.run_comparison import compare
+from cabledrive.studies.controller_comparison.comparison import Comparison, compare
 
 __all__ = ["Comparison", "compare"]

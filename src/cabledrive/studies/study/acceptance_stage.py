@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.studies.study.candidates import lost
-from cabledrive.studies.study.correlations import Correlation
+from cabledrive.studies.study.candidates import lost, quantile_of_all
 from cabledrive.studies.study.knowledge_stage import Knowledge
-from cabledrive.studies.study.lasting_runs import quantile_of_all
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.plant import ClosedLoop, Score
-from cabledrive.studies.study.sampled_plants import sampled_plant
+from cabledrive.studies.study.sampled_plants import Correlation, sampled_plant
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
 BLOCKS = {"lumped": 50, "carriage": 25, "cable": 5}

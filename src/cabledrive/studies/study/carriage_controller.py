@@ -10,7 +10,6 @@ from numpy.linalg import LinAlgError
 
 from cabledrive.parameters import Drive
 from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
-from cabledrive.studies.study.bandwidth_search import SAMPLES_PER_PERIOD, while_quiet
 from cabledrive.studies.study.carriage_case import (
     Array,
     CarriageCase,
@@ -23,6 +22,7 @@ from cabledrive.studies.study.carriage_case import (
     whole_run,
 )
 from cabledrive.studies.study.carriage_machine import carriage_values, transporter_with
+from cabledrive.studies.study.controller_stage import SAMPLES_PER_PERIOD, while_quiet
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import Quantity
 

@@ -14,7 +14,6 @@ from cabledrive.reduction.transporter import (
     transporter_of,
 )
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, with_load
 from cabledrive.studies.study.machine import (
@@ -24,6 +23,7 @@ from cabledrive.studies.study.machine import (
     KINDS,
     UNITS,
     Quantity,
+    by_datasheet,
     has_flexible_joint,
     values_of,
 )

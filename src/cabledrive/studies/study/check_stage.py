@@ -1,19 +1,29 @@
-"""Stage 1: the drive and the data: what follows from the file, what is odd, what the logs hold."""
+"""The drive, its data and the motion before any controller: what is odd, assumed, asked."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import left_out_under_torque
 from cabledrive.mechanics.network.span_table import route_warnings
+from cabledrive.modal import natural_frequencies
 from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.laws.fitting import SHAFTS
-from cabledrive.studies.study.carriage_machine import missing_for_carriage
+from cabledrive.rig.setting import DEGREE, Motion
+from cabledrive.studies.study.carriage_machine import MARGIN, ORDER, missing_for_carriage
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.machine import values_of
+from cabledrive.studies.study.modes_stage import motion_torque
+from cabledrive.trajectories import move_limits, shortest_rise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,3 +129,203 @@ def _in_short(log: Log, digest: str) -> LogWords:
         repaired=report.repaired,
         findings=report.findings,
     )
+
+
+ANGLE = 45.0 * DEGREE
+"""Of a load pulley whose turn is not given [rad]."""
+SLOWER = 2.0
+"""Over the shortest move within the limits: feedback and uncertainty need the rest."""
+PERIODS = 4.0
+"""Of the lowest longitudinal mode, at least."""
+STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+"""Durations are rounded up to one of these times a power of ten."""
+
+
+def goals_for(drive: Drive, goals: Goals) -> Goals:
+    """Goals whose motion is complete; travel of a carriage and turn of its pulley agree.
+
+    Returns what was assumed stands in `Goals.assumed`.
+    Raises `InputRefused` if they speak of a carriage and there is none, or of an angle where there is one, or
+    the way leaves the span.
+    """
+    if isinstance(drive, AxisDrive) and drive.slides:
+        goals = _of_a_slide(drive, goals)
+    _check_words(drive, goals)
+    radius, assumed = drive.load_pulley.radius, []
+    angle, travel = goals.angle, goals.travel
+    if drive.carriage:
+        if travel is None:
+            travel = angle * radius if angle is not None else _half_of_the_way(drive)
+            assumed += [] if angle is not None else [f"{travel:.4g} m, half of the remaining travel"]
+        if not missing_for_carriage(drive):
+            _check_way(drive, travel)
+        angle = travel / radius
+        goals = replace(goals, travel=travel, order=max(goals.order, ORDER))
+    elif angle is None:
+        way = "" if goals.gain is None else f", {1e3 * ANGLE * goals.gain:.4g} mm"
+        angle, assumed = ANGLE, [f"{ANGLE / DEGREE:g} deg{way}"]
+    duration = goals.duration
+    if duration is None:
+        duration, why = _duration(drive, angle, goals.order)
+        assumed.append(f"{duration:g} s, {why}")
+    words = f"motion assumed: {'; '.join(assumed)}" if assumed else ""
+    return replace(goals, angle=angle, duration=duration, assumed=words)
+
+
+def _of_a_slide(drive: AxisDrive, goals: Goals) -> Goals:
+    """Travel and error of a load that slides as the angles that they are over its gain."""
+    gain = abs(drive.gain)
+    if goals.travel is not None and goals.angle is not None:
+        raise InputRefused(f"travel and angle both give the way of {drive.load}: leave one out")
+    return replace(
+        goals,
+        gain=gain,
+        angle=goals.angle if goals.travel is None else goals.travel / gain,
+        error=goals.error if goals.carriage_error is None else goals.carriage_error / gain,
+        travel=None,
+        carriage_error=None,
+    )
+
+
+def _check_words(drive: Drive, goals: Goals) -> None:
+    if drive.carriage and goals.error is not None:
+        raise InputRefused(
+            f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage: state a "
+            'length, such as error = "0.5 mm"'
+        )
+    if drive.carriage:
+        return
+    for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
+        if getattr(goals, name) is not None:
+            word = "error, a length," if name == "carriage_error" else name
+            raise InputRefused(
+                f"{word} refers to a carriage, but the drive has none: give the goal of the load"
+            )
+
+
+def _check_way(drive: Drive, travel: float) -> None:
+    start, length = drive.carriage[0].position, drive.span_length
+    least, most = MARGIN * length, (1.0 - MARGIN) * length
+    if not least < start < start + travel < most:
+        raise InputRefused(
+            f"travel = {travel:.4g} m takes the carriage from {start:.4g} m to {start + travel:.4g} m, and "
+            f"{least:.4g} m to {most:.4g} m of its span are free: shorten the travel, or move the carriage"
+        )
+
+
+def _half_of_the_way(drive: Drive) -> float:
+    """Half of what is left of the first carriage's span, rounded down to two digits [m]."""
+    left = 0.5 * ((1.0 - MARGIN) * drive.span_length - drive.carriage[0].position)
+    if left <= 0.0:
+        left = 0.5 * (drive.carriage[0].position - MARGIN * drive.span_length)
+    unit = 10.0 ** (floor(log10(left)) - 1)
+    return float(f"{floor(left / unit) * unit:.2g}")
+
+
+def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
+    """Duration of a move by limits and lowest mode [s], and which of them decides."""
+    lowest = _lowest_mode(drive)
+    by_mode = PERIODS / lowest
+    mode_words = f"{PERIODS:g} periods of the lowest longitudinal mode, {lowest:.4g} Hz"
+    try:
+        shortest, binding = shortest_rise(move_limits(drive), angle, order)
+    except (InputRefused, NotComputed):
+        return _rounded_up(by_mode), f"{mode_words}; the file gives no limit that bounds the move"
+    if SLOWER * shortest > by_mode:
+        name = binding.replace("_", " ")
+        return _rounded_up(SLOWER * shortest), f"{SLOWER:g} times the shortest move, {name} decides"
+    return _rounded_up(by_mode), mode_words
+
+
+def _lowest_mode(drive: Drive) -> float:
+    """Lowest longitudinal mode, of an axis the lowest of its chain [Hz]."""
+    if isinstance(drive, AxisDrive):
+        return float(min(drive.words["frequencies_hz"]))
+    return float(natural_frequencies(with_measured_stiffness(drive), count=1)[0])
+
+
+def _rounded_up(duration: float) -> float:
+    power = 10.0 ** floor(log10(duration))
+    step = next(one for one in STEPS if one >= ceil(duration / power * 1e9 - 1.0) / 1e9)
+    return float(f"{step * power:.3g}")
+
+
+UNITS = {"torque": "N m", "speed": "rad/s", "slack_torque": "N m"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demand:
+    """One thing that is asked, and what there is.
+
+    Attributes
+    ----------
+    name : {"torque", "speed", "slack_torque"}
+    asked : float
+        Largest along the motion.
+    limit : float or None
+        None: no limit is known.
+    unit : str
+    """
+
+    name: str
+    asked: float
+    limit: float | None
+    unit: str
+
+    @property
+    def met(self) -> bool:
+        """Whether the limit is kept."""
+        return self.limit is None or self.asked <= self.limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DemandResult:
+    """Everything that the motion asks for.
+
+    Attributes
+    ----------
+    demands : tuple of Demand
+    shortest : float or None
+        Shortest duration of this move within the limits, by an upper bound of the demand [s].
+    binding : str
+        The limit that decides it, or why there is none.
+    """
+
+    demands: tuple[Demand, ...]
+    shortest: float | None
+    binding: str
+
+    @property
+    def exceeded(self) -> tuple[Demand, ...]:
+        """What is asked beyond its limit."""
+        return tuple(demand for demand in self.demands if not demand.met)
+
+
+def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResult:
+    """What a motion asks of a drive.
+
+    ``drive``: with the best values; ``torque``: largest torque of the goals [N m].
+    """
+    limits = move_limits(drive)
+    limits = limits if torque is None else replace(limits, torque=min(limits.torque, torque))
+    _, along = motion_torque(drive, motion)
+    gear = drive.load_pulley.radius / drive.drive_pulley.radius
+    time = np.linspace(0.0, motion.trajectory.duration, 4001)
+    _, speed, acceleration = motion.trajectory(time, 2)
+    through = values_of(drive)["load_inertia"] / gear * np.abs(acceleration).max()
+    found = [
+        Demand(name="torque", asked=float(np.abs(along).max()), limit=_finite(limits.torque), unit="N m"),
+        Demand(name="speed", asked=float(np.abs(speed).max()), limit=_finite(limits.speed), unit="rad/s"),
+    ]
+    if drive.kind == "loop":
+        slack = _finite(limits.slack_torque)
+        found.append(Demand(name="slack_torque", asked=float(through), limit=slack, unit="N m"))
+    try:
+        shortest, binding = shortest_rise(limits, motion.angle * DEGREE, motion.rise_order)
+    except (InputRefused, NotComputed) as failure:
+        return DemandResult(demands=tuple(found), shortest=None, binding=str(failure))
+    return DemandResult(demands=tuple(found), shortest=shortest, binding=binding)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,19 +1,22 @@
-"""Everything that a verdict is made of."""
+"""Everything that a verdict is made of, and its sentences."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil, floor, log10
 
 from cabledrive.parameters import Drive
+from cabledrive.parameters.fields import percent, rounded
+from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
-from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.candidates import CONFIDENCE, ENOUGH, LawScore
+from cabledrive.studies.study.carriage_case import CarriageModel
 from cabledrive.studies.study.carriage_controller import CarriageController
-from cabledrive.studies.study.carriage_demand import CarriageModel
-from cabledrive.studies.study.check_stage import CheckResult
+from cabledrive.studies.study.check_stage import CheckResult, DemandResult
 from cabledrive.studies.study.controller_stage import ControllerResult
-from cabledrive.studies.study.demand_stage import DemandResult
-from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.goals import ErrorUnit, Goals, goal_of
 from cabledrive.studies.study.knowledge_stage import Knowledge
-from cabledrive.studies.study.modes_stage import ModelResult
-from cabledrive.studies.study.resonance_stage import ResonanceResult
+from cabledrive.studies.study.machine import WORDS
+from cabledrive.studies.study.modes_stage import ModelResult, ResonanceResult
 from cabledrive.studies.study.tried_laws import TriedLaws
 
 
@@ -78,3 +81,168 @@ class Findings:
             return None
         name = self.laws.chosen.controller
         return next((one for one in self.laws.cable_scores if one.controller == name), None)
+
+
+PLANTS = {
+    "lumped": "lumped plants",
+    "cable": "plants on the distributed cable",
+    "carriage": "plants with a carriage",
+}
+
+FAR = 0.2
+"""Distance of the ratio from one half beyond which a higher mode is the resonant one."""
+
+RECORD = (
+    "record a log of the whole drive with torque, motor, drive and load angle, excited from 0.25 to 10 Hz "
+    "in both directions (cabledrive experiment --excitation shows one)"
+)
+
+
+def resonance_words(resonance: ResonanceResult) -> str:
+    """Detuning of the drive from its resonance, in one line.
+
+    ``resonance``: one that refuses.
+    """
+    ratio, pulley = resonance.frequency_ratio, resonance.pulley_frequency
+    mode = f"pulley mode's frequency ({pulley:.4g} Hz)"
+    where = f"the lowest transverse mode of a span has {ratio:.4g} of the {mode}"
+    if ratio is not None and abs(ratio - 0.5) > FAR:
+        where = f"a higher transverse mode of a span lies at half the {mode}"
+    if resonance.alarm == "dangerous":
+        largest, limit = _millimetres(resonance.largest), _millimetres(resonance.limit)
+        return f"resonance: {where}, and the motion excites it to {largest} (limit: {limit})"
+    return (
+        f"resonance: {where}, inside the 1:2 instability region of a torque ripple of "
+        f"{resonance.ripple:.4g} N m, a twentieth of the motion's torque"
+    )
+
+
+def _millimetres(amplitude: float | None) -> str:
+    return "an unbounded amplitude" if amplitude is None else f"{rounded(1e3 * amplitude, 2)} mm"
+
+
+def move_words(goals: Goals) -> str:
+    """The move that is planned, in words."""
+    if goals.travel is not None:
+        hung = " with the mass below it" if goals.hanging_mass else ""
+        return f"{goals.travel:.4g} m in {goals.duration:g} s{hung}"
+    assert goals.angle is not None
+    if goals.gain is not None:
+        return f"{1e3 * goals.gain * goals.angle:.4g} mm in {goals.duration:g} s"
+    return f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s"
+
+
+def rounded_up(value: float) -> float:
+    """The next number of two digits.
+
+    ``value``: above 0.
+    """
+    scale = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{ceil(value / scale - 1e-9) * scale:.2g}")
+
+
+def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> str:
+    """What is reached without a goal."""
+    move, reached = move_words(goals), chosen.reached
+    if reached is None or reached.error is None:
+        early = f"{chosen.failed} of {chosen.runs} runs ended early, so no error can be stated"
+        return f"no error goal given; {chosen.controller} at {move}: {early}"
+    words = f"no error goal given; {chosen.controller} follows {move} within {unit.words(reached.error)}"
+    words += f" in {percent(reached.share)} of the plants, {100 * reached.confidence:g} % confidence"
+    if cable is not None and cable.reached is not None and cable.reached.error is not None:
+        inside = f"{unit.words(cable.reached.error)} in {percent(cable.reached.share)}"
+        return f"{words}; on the distributed cable within {inside}"
+    return words + _only(chosen)
+
+
+def held_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> list[str]:
+    """What is reached where the goal is held.
+
+    ``chosen``: with a goal.
+    """
+    goal = goal_of(goals)
+    assert goal is not None
+    first = f"{chosen.controller} follows {move_words(goals)} within the goal of {unit.words(goal)}"
+    first += _only(chosen) if cable is None else ""
+    return [first, *(_share_words(one) for one in (chosen, cable) if one is not None)]
+
+
+def _only(chosen: LawScore) -> str:
+    return "; tested on lumped plants only, not on the distributed cable" if chosen.plant == "lumped" else ""
+
+
+def _share_words(one: LawScore) -> str:
+    assert one.share is not None
+    assert one.share_low is not None
+    words = f"{percent(one.share)} of {one.runs} {PLANTS[one.plant]} keep within the goal: at least "
+    return f"{words}{percent(one.share_low)} of all, with {100 * CONFIDENCE:g} % confidence"
+
+
+def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
+    """What a law lacks, in words.
+
+    ``goal`` [rad] or [m].
+    Returns empty where nothing is short.
+    """
+    if one.holds is not False:
+        return []
+    enough = ENOUGH[one.plant]
+    if one.share == 1.0:
+        why = f"all of {one.runs} {PLANTS[one.plant]} keep within {unit.words(goal)} under {one.controller}"
+        few = f"so few runs prove only {percent(one.share_low or 0.0)}; {percent(enough)} are required"
+        return [f"{why}, but {few}"]
+    words = f"none of the tried laws meets the goal of {unit.words(goal)}; closest is {one.controller}: "
+    words += f"{_share_words(one)}; {percent(enough)} are required"
+    if one.reached is not None and one.reached.error is not None:
+        kept = f"{percent(one.reached.share)} keep within {unit.words(one.reached.error)}"
+        words += f"; {kept}"
+    found = [words]
+    if one.failed:
+        found.append(f"{one.failed} of {one.runs} runs on {PLANTS[one.plant]} ended early: unstable or slack")
+    return found
+
+
+def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
+    """Why plants were not run; what is among the reasons of the verdict is not repeated.
+
+    ``reasons``: of the verdict.
+    """
+    left = {one.reason: one.plant for one in (found.cable, found.runs) if not one.draws and one.reason}
+    words = []
+    for reason, plant in left.items():
+        where = "" if len(left) == 1 and not found.runs.draws else f" on the {plant} plant"
+        why = reason
+        if reason in reasons:
+            why = "no controller was found, see above"
+        elif found.check.missing and set(found.check.missing) <= set(reasons):
+            why = "no controller can be designed, see above"
+        words.append(f"acceptance{where} was not run: {why}")
+    return words
+
+
+def remedies_for(found: Findings) -> list[str]:
+    """Changes that keep the runs from ending early, or else make the bound smaller."""
+    slower = "lengthen the move: the acceleration falls with the square of its duration"
+    if found.runs.failed:
+        unstable = f"where the loop is unstable, identify the drive more accurately: {RECORD}"
+        return ["raise cable.pretension to keep the spans from going slack", slower, unstable]
+    controller = found.controller
+    if not isinstance(controller, ControllerResult) or controller.chosen is None:
+        return [slower, RECORD]
+    chosen, words = controller.chosen, []
+    parts = {
+        "sensors": chosen.sensors or 0.0,
+        "unmatched": chosen.unmatched or 0.0,
+        "matched": chosen.theorem or 0.0,
+    }
+    largest = max(parts, key=lambda name: parts[name])
+    if largest == "sensors":
+        words.append("fit finer encoders: quantisation is the largest part of the bound")
+    elif largest == "unmatched" and controller.shares:
+        name = max(controller.shares, key=lambda key: controller.shares[key])
+        words.append(f"identify the {WORDS[name]} more accurately, the largest part of the bound: {RECORD}")
+    else:
+        words.append(
+            f"identify friction and inertia of the motor more accurately, or sample faster: {RECORD}"
+        )
+    return [*words, slower]

@@ -1,4 +1,4 @@
-"""What a study is asked to reach: error, motion, load range and torque, from a small TOML file."""
+"""What a study is asked to reach, from a small file, and in what its error is counted."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -48,7 +48,7 @@ class Goals:
         Largest error of the load angle [rad]; None: there is no goal, and no verdict.
     angle, duration : float or None
         Of each pulse of the load [rad], [s]; None: assumed from the drive's limits, see
-        `cabledrive.studies.study.assumed_motion`.
+        `cabledrive.studies.study.check_stage`.
     dwell : float
         Rest after each move [s].
     pulses, order : int
@@ -250,3 +250,51 @@ def motion_of(goals: Goals) -> dict[str, Any]:
     """The motion as plain data."""
     names = ("angle", "duration", "dwell", "pulses", "order")
     return {name: getattr(goals, name) for name in names}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorUnit:
+    """A unit of an error.
+
+    Attributes
+    ----------
+    name : str
+        As it is printed, and the ending of its keys.
+    si : str
+    size : float
+        In SI.
+    """
+
+    name: str
+    si: str
+    size: float
+
+    def of(self, error: float) -> float:
+        """An error in this unit."""
+        return error / self.size
+
+    def words(self, error: float) -> str:
+        """An error with three digits and the unit."""
+        return f"{error / self.size:.3g} {self.name}"
+
+
+DEGREES = ErrorUnit(name="deg", si="rad", size=DEGREE)
+MILLIMETRES = ErrorUnit(name="mm", si="m", size=1e-3)
+
+
+def error_unit(goals: Goals) -> ErrorUnit:
+    """Millimetres where a carriage travels or a load slides, else degrees.
+
+    ``goals``: as `cabledrive.studies.study.check_stage.goals_for` leaves them.
+    """
+    if goals.gain is not None:  # of an angle: its way is the angle times the gain
+        return ErrorUnit(name="mm", si="rad", size=1e-3 / goals.gain)
+    return DEGREES if goals.travel is None else MILLIMETRES
+
+
+def goal_of(goals: Goals) -> float | None:
+    """Largest error allowed.
+
+    Returns [rad] of the load, [m] of a carriage.
+    """
+    return goals.error if goals.travel is None else goals.carriage_error

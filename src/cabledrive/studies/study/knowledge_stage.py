@@ -10,12 +10,18 @@ from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import identify_chain, whole_drive, with_torque_at
-from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
-from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.log_finding import LogFinding, coarser_encoders, encoder_findings
 from cabledrive.studies.study.log_replay import Replay, replay
-from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, WORDS, Quantity, drive_with
-from cabledrive.studies.study.sampled_plants import sampled_plant
+from cabledrive.studies.study.machine import (
+    GOAL,
+    LOAD_FRICTIONS,
+    LOG,
+    WORDS,
+    Quantity,
+    by_datasheet,
+    drive_with,
+)
+from cabledrive.studies.study.sampled_plants import Correlation, among, of_an_axis, sampled_plant
 
 UNLISTED = (*LOAD_FRICTIONS, "backlash")
 """What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""

@@ -1,16 +1,27 @@
-"""Stages 3 and 5: certified modes, how far each reduced model holds, and which one the motion calls for."""
+"""Stages 3 to 5: certified modes, the internal resonance, and which reduced model holds how far."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from cabledrive.mechanics.holding import FREE
 from cabledrive.modal import modes
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.strain_free import POSE
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
 from cabledrive.rig.closed_loop.loop import plant_chain
-from cabledrive.rig.ranking.ranked import one_count
+from cabledrive.rig.ranked import one_count
 from cabledrive.rig.setting import DEGREE, Motion
+from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
+from cabledrive.studies.planned_motion import PlannedMotion
+from cabledrive.studies.resonance import RESONANT, resonance
+from cabledrive.studies.resonance_detuning import UNKNOWN
+from cabledrive.studies.route_alarm import RouteAlarm, route_alarm
+from cabledrive.studies.route_pairs import route_resonance
+from cabledrive.studies.study.machine import values_of
 
 SHOWN = 4
 NEGLIGIBLE = 0.1
@@ -177,3 +188,171 @@ def neglected_windup(drive: Drive, motion: Motion) -> dict[int, float]:
         twists.append(torque / stiffness / gear)
     cable, joint = twists[0], (twists[1] if len(twists) > 1 else 0.0)
     return {1: cable + joint, 2: cable, 3: joint, 4: 0.0}
+
+
+RIPPLE_SHARE = 0.05
+"""Torque at the pulley mode's frequency over the motion's largest: cogging, friction, counts of encoders."""
+
+REPEATED = 4
+"""Pulses in a row for which the alarm is asked: the energy of one is still there when the next begins."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResonanceResult:
+    """Where a drive stands.
+
+    Attributes
+    ----------
+    verdict : {"safe", "close", "resonant", "unknown"}
+        Under the ripple, if it swung at the pulley mode's frequency.
+    frequency_ratio, detuning, pulley_frequency : float or None
+        [-], [-], [Hz].
+    tuned_pretension, threshold_torque : float or None
+        [N], [N m].
+    torque, ripple : float
+        Largest torque of the motion, and what is taken to ripple at the pulley mode's frequency [N m].
+    alarm : {"safe", "dangerous", "unknown"}, or None
+        Of the planned motion; None: it could not be computed.
+    largest : float or None
+        Largest transverse amplitude along the motion [m]; None: beyond all numbers.
+    limit : float
+        What is allowed [m].
+    slack : bool
+        Whether the pulley mode's response takes a span's tension away.
+    reasons : tuple of str
+    remedy : str
+    """
+
+    verdict: str
+    frequency_ratio: float | None
+    detuning: float | None
+    pulley_frequency: float | None
+    tuned_pretension: float | None
+    threshold_torque: float | None
+    torque: float
+    ripple: float
+    alarm: str | None
+    largest: float | None
+    limit: float
+    slack: bool
+    reasons: tuple[str, ...]
+    remedy: str
+
+    @property
+    def refuses(self) -> bool:
+        """Whether the motion is not to be run on this drive."""
+        return self.alarm == DANGEROUS or self.verdict == RESONANT
+
+
+def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np.ndarray, np.ndarray]:
+    """Torque that a motion asks of the motor, drive as one rigid machine.
+
+    Returns ``time, torque``, shape (samples,) [s], [N m] at the first shaft.
+    """
+    values = values_of(drive)
+    gear = drive.load_pulley.radius / drive.drive_pulley.radius
+    time = np.linspace(0.0, motion.trajectory.duration, samples)
+    _, speed, acceleration = gear * motion.trajectory(time, 2)
+    carried = sum(carriage.mass for carriage in drive.carriage) * drive.drive_pulley.radius**2
+    inertia = values["near_inertia"] + values["load_inertia"] / gear**2 + carried
+    friction = values["viscous_friction"] * speed + values["coulomb_friction"] * np.sign(speed)
+    return time, inertia * acceleration + friction
+
+
+def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
+    """Internal resonance of a drive, its stiffness as identified, under a planned motion."""
+    if isinstance(drive, AxisDrive):
+        return _of_axis(drive, motion)
+    machine = with_measured_stiffness(drive)
+    repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
+    time, torque = motion_torque(drive, repeated, samples=8001)
+    largest = float(np.abs(torque).max())
+    summary = resonance(machine, torque=RIPPLE_SHARE * largest)
+    try:
+        found = alarm(machine, PlannedMotion(time=time, torque=torque))
+        word, swing, limit = found.verdict, found.largest_transverse, found.limit
+        slack, remedy = found.slack, found.remedy
+    except (InputRefused, NotComputed):
+        word, swing, limit, slack, remedy = None, 0.0, 0.0, False, ""
+    if summary.verdict == RESONANT and word == SAFE:
+        remedy = "move the pretension away from the tuned one, or damp the cable"
+    return ResonanceResult(
+        verdict=summary.verdict,
+        frequency_ratio=summary.frequency_ratio,
+        detuning=summary.detuning,
+        pulley_frequency=summary.pulley_frequency,
+        tuned_pretension=summary.tuned_pretension,
+        threshold_torque=summary.threshold_torque,
+        torque=largest,
+        ripple=RIPPLE_SHARE * largest,
+        alarm=word,
+        largest=float(swing) if np.isfinite(swing) else None,
+        limit=float(limit),
+        slack=bool(slack),
+        reasons=tuple(summary.reasons),
+        remedy=remedy,
+    )
+
+
+def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
+    """Pairs of the machine of an axis, as its file gives it, and the motion that its motors share."""
+    repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
+    time, torque = motion_torque(drive, repeated, samples=8001)
+    largest = float(np.abs(torque).max())
+    ripple = RIPPLE_SHARE * largest
+    judged, refused = _alarm_of_axis(drive, repeated, time, torque)
+    found: dict[str, Any] = {
+        "verdict": UNKNOWN,
+        "frequency_ratio": None,
+        "detuning": None,
+        "pulley_frequency": None,
+        "threshold_torque": None,
+    }
+    try:
+        pairs = route_resonance(drive.machine, torque=ripple / len(drive.machine.motor), motor=FREE)
+    except InputRefused as refusal:
+        reasons: tuple[str, ...] = (f"pairs of modes: {refusal}",)
+    else:
+        reasons = (*pairs.reasons, *pairs.left_out)
+        found |= {
+            "verdict": pairs.verdict,
+            "frequency_ratio": pairs.frequency_ratio,
+            "detuning": pairs.detuning,
+            "pulley_frequency": pairs.longitudinal_hz,
+            "threshold_torque": pairs.threshold_torque,
+        }
+    return ResonanceResult(
+        **found,
+        tuned_pretension=None,
+        torque=largest,
+        ripple=ripple,
+        alarm=None if judged is None else judged.verdict,
+        largest=None if judged is None else judged.largest_transverse,
+        limit=0.0 if judged is None else judged.limit,
+        slack=judged is not None and judged.slack,
+        reasons=(*reasons, *((refused,) if judged is None else (*judged.reasons, *judged.assumptions))),
+        remedy="move the pretension of the span away, or damp the cable" if judged is None else judged.remedy,
+    )
+
+
+def _alarm_of_axis(
+    drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray
+) -> tuple[RouteAlarm | None, str]:
+    """The alarm for the torque that the motors share while the load follows; else why there is none."""
+    machine, signs = drive.machine, drive.words["motors"]
+    first, *others = [machine.pulley[number].name for number in machine.driven]
+    shares = {name: sign * torque / len(signs) for name, sign in signs.items()}
+    way = motion.trajectory(time, 0)[0] * (drive.gain if drive.slides else np.sign(drive.gain))
+    name, _, move = drive.load.rpartition(".")
+    bodies = {body.name: body for body in machine.body}
+    places = {}
+    if name in bodies and move in POSE:
+        start = 0.0 if move == "turn" else bodies[name].at["xy".index(move)]
+        places = {drive.load: start + way}
+    try:
+        planned = PlannedMotion(
+            time=time, torque=shares[first], places=places, torques={one: shares[one] for one in others}
+        )
+        return route_alarm(machine, planned), ""
+    except (InputRefused, NotComputed) as failure:
+        return None, f"planned motion: {failure}"

@@ -1,28 +1,62 @@
-"""A study from end to end: one order of stages for every plant, each kept when it is done."""
+"""A study from end to end: one order of stages for every plant, and what is left without a chain."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cabledrive.parameters import Drive, content_hash
+from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+from cabledrive.mechanics.network.statics import statics_of
+from cabledrive.modal import modes
+from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.version import __version__
 from cabledrive.reduction.network_axis import as_axis
+from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study.acceptance_stage import no_runs
-from cabledrive.studies.study.assumed_motion import goals_for
-from cabledrive.studies.study.carriage_plant import CarriagePlant
-from cabledrive.studies.study.check_stage import CheckResult, check
+from cabledrive.studies.study.check_stage import CheckResult, check, goals_for
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
-from cabledrive.studies.study.load_plant import LoadPlant
-from cabledrive.studies.study.log_files import log_files, logs_of
 from cabledrive.studies.study.machine import mechanical
-from cabledrive.studies.study.modes_stage import find_modes
+from cabledrive.studies.study.modes_stage import ModesResult, find_modes, resonance_of
 from cabledrive.studies.study.plant import Plant
-from cabledrive.studies.study.resonance_stage import resonance_of
-from cabledrive.studies.study.result import StudyResult
-from cabledrive.studies.study.stage_cache import StageCache, key_of
+from cabledrive.studies.study.plants import CarriagePlant, LoadPlant
+from cabledrive.studies.study.stage_cache import StageCache, key_of, log_files, logs_of
 from cabledrive.studies.study.tried_laws import Trial, TriedLaws, try_laws
-from cabledrive.studies.study.verdict_stage import judge
+from cabledrive.studies.study.verdict_stage import Verdict, judge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyResult(Findings):
+    """Everything that a study found, with its verdict.
+
+    Attributes
+    ----------
+    drive, known : Drive
+        As its file says, and with the best values, after identification.
+    goals : Goals
+    check : CheckResult
+    knowledge : Knowledge
+    modes : ModesResult
+    resonance : ResonanceResult
+    demand : DemandResult
+    model : ModelResult, CarriageModel or None
+    controller : ControllerResult, CarriageController or None
+        The damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error.
+    laws : TriedLaws or None
+        Every law under one acceptance test.
+    runs, cable : AcceptanceResult
+        Of the law that is chosen, on the plants that decide first and on the distributed cable.
+    verdict : Verdict
+    key : str
+        Hash of all inputs.
+    """
+
+    drive: Drive
+    known: Drive
+    modes: ModesResult
+    verdict: Verdict
+    key: str
 
 
 def run_study(
@@ -113,3 +147,70 @@ def study_key(drive: Drive, hashes: Sequence[str], goals: Goals) -> str:
     """
     inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": list(hashes)}
     return key_of("study", {**inputs, "goals": goals})
+
+
+COUNT = 6
+METHOD = "certified modes, pairs near internal resonance, tensions at rest"
+REMEDY = "name another axis (--axis), or give a machine whose load is the end of a chain"
+
+
+def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, Any]:
+    """Plain data of a study's results, SI; ``why``: no controller; ``logs``: how many were given."""
+    found, statics = modes(drive, count=COUNT), statics_of(drive)
+    spans, pulleys = span_rows(drive, statics), pulley_rows(drive, statics)
+    resonance, reasons = _resonance(drive)
+    cautions = [*route_warnings(drive), *found.warnings]
+    if logs:
+        cautions.append(f"{logs} logs were not used: without a chain there is nothing to identify")
+    return {
+        "verdict": "unknown",
+        "headline": f"no controller: {why}",
+        "candidates": [],
+        "reasons": [f"no controller: {why}", *reasons],
+        "findings": [
+            {"id": "no-chain", "value": None, "value_reason": why, "limit": None, "unit": "", "decides": True}
+        ],
+        "remedies": [REMEDY],
+        "cautions": cautions,
+        "margins": {
+            "lowest_tension": min(min(row["tension_start"], row["tension_end"]) for row in spans),
+            "safety_factor": min(
+                (row["safety_factor"] for row in spans if row["safety_factor"] is not None), default=None
+            ),
+            "spans": spans,
+            "pulleys": pulleys,
+        },
+        "drive": drive.name,
+        "drive_hash": content_hash(drive),
+        "stages": {
+            "modes": {
+                "longitudinal_hz": [mode.frequency for mode in found.longitudinal],
+                "transverse_hz": [mode.frequency for mode in found.transverse],
+                "certified": found.certified,
+                "certified_reason": found.certified_reason,
+            },
+            "resonance": resonance,
+        },
+        "provenance": {
+            "cabledrive": __version__,
+            "drive": drive.name,
+            "drive_hash": content_hash(drive),
+            "method": METHOD,
+        },
+    }
+
+
+def _resonance(drive: RoutedDrive) -> tuple[dict[str, Any] | None, list[str]]:
+    """The internal resonance, and what it says."""
+    try:
+        found = route_resonance(drive)
+    except (InputRefused, NotComputed) as refusal:
+        return None, [f"internal resonance not computed: {refusal}"]
+    data = {
+        "verdict": found.verdict,
+        "threshold_torque": found.threshold_torque,
+        "longitudinal_hz": found.longitudinal_hz,
+        "frequency_ratio": found.frequency_ratio,
+        "nearest_span": found.nearest_span,
+    }
+    return data, [f"internal resonance: {found.verdict}; {found.reasons[0]}"]

@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive
+from cabledrive.studies.study.carriage_case import CarriageModel
 from cabledrive.studies.study.carriage_controller import CarriageController
-from cabledrive.studies.study.carriage_demand import CarriageModel
-from cabledrive.studies.study.controller_stage import ControllerResult
-from cabledrive.studies.study.demand_stage import DemandResult
+from cabledrive.studies.study.check_stage import DemandResult
+from cabledrive.studies.study.controller_stage import ControllerResult, LawSetting
 from cabledrive.studies.study.knowledge_stage import Knowledge
-from cabledrive.studies.study.law_settings import LawSetting
-from cabledrive.studies.study.log_files import Logs
 from cabledrive.studies.study.modes_stage import ModelResult, ModesResult
-from cabledrive.studies.study.stage_cache import Made
+from cabledrive.studies.study.stage_cache import Logs, Made
 
 Array = NDArray[np.float64]
 EXCEEDED = "the motion exceeds the limits of the drive"

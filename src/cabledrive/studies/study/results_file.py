@@ -18,13 +18,11 @@ from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.carriage_case import case_of, loop_at
 from cabledrive.studies.study.carriage_controller import CarriageController
-from cabledrive.studies.study.closed_loop import joined_loop, near_encoder
-from cabledrive.studies.study.error_units import error_unit, goal_of
-from cabledrive.studies.study.goals import Goals
-from cabledrive.studies.study.law_settings import law_of
-from cabledrive.studies.study.plain_data import as_plain
-from cabledrive.studies.study.result import StudyResult
-from cabledrive.studies.study.stage_cache import sources_hash
+from cabledrive.studies.study.controller_stage import law_of
+from cabledrive.studies.study.goals import Goals, error_unit, goal_of
+from cabledrive.studies.study.pipeline import StudyResult
+from cabledrive.studies.study.sampled_plants import joined_loop, near_encoder
+from cabledrive.studies.study.stage_cache import as_plain, sources_hash
 
 RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
 LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_tension")

@@ -1,11 +1,236 @@
-"""Plants drawn from what is known of a drive, each with a generator of its own."""
+r"""Plants drawn from what is known of a drive, and the law of a study in closed loop on them.
+
+An interval is the regression's 95 % and, on top, what cannot be distinguished from a number: other filters, a
+residual that hides. Of the second part nobody knows how it goes together with that of another number; it is
+taken as independent. The whole covariance is then the regression's and a diagonal, and with the half widths
+:math:`h` of the regression's intervals and :math:`H` of the whole ones the correlation is
+
+.. math:: \rho_{ij} = \frac{C_{ij}}{\sqrt{C_{ii}C_{jj}}}\,\frac{h_i}{H_i}\,\frac{h_j}{H_j}, \qquad i \ne j .
+"""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cabledrive.studies.study.correlations import Correlation, root_of
-from cabledrive.studies.study.machine import LOG, Quantity
+from cabledrive.control.darc import Bounds
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.regression import Fit
+from cabledrive.parameters import Drive
+from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, with_plant
+from cabledrive.rig.disturbances import joint_backlash
+from cabledrive.rig.laws.controllers import Controller, chain_law
+from cabledrive.rig.laws.fitting import fitted_encoders
+from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.trial import spec_for
+from cabledrive.studies.study.machine import LOG, Quantity, drive_with
+
+RIPPLE_ORDER = 12.0
+"""Periods per radian where none is drawn."""
+MOTOR_SIDE = ("viscous_friction", "coulomb_friction", "offset_torque")
+
+
+def projection_bounds(quantities: Mapping[str, Quantity], drive: Drive, model: int) -> Bounds:
+    """Bounds of the estimates p2 to p5 from what is known.
+
+    ``drive``: with the best values; ``model``, {1, 3, 4}: of the law.
+    """
+    near = quantities["near_inertia"]
+    low, high = near.outer
+    if FLEXIBLE_JOINT[model]:
+        share = quantities["motor_share"]
+        low, high = low * share.outer[0], high * share.outer[1]
+    elif model == 1:
+        gear = drive.load_pulley.radius / drive.drive_pulley.radius
+        load = quantities["load_inertia"].outer
+        low, high = low + load[0] / gear**2, high + load[1] / gear**2
+    chain = plant_chain(drive, model)
+    nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+    lows, highs = np.array([[low, high], *(quantities[name].outer for name in MOTOR_SIDE)]).T
+    return Bounds(nominal=nominal, low=np.minimum(lows, nominal), high=np.maximum(highs, nominal))
+
+
+def make_law(
+    drive: Drive, motion: Motion, quantities: Mapping[str, Quantity], model: int, hertz: float
+) -> Controller:
+    """The damped law of the chain, its projection bounds from what is known, at a bandwidth.
+
+    ``drive``: with the best values; ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz].
+    """
+    spec = spec_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
+    bounds = projection_bounds(quantities, drive, model)
+    return chain_law(spec, model, f"darc-{model}-damped", damped=True, bounds=bounds)
+
+
+def near_encoder(drive: Drive) -> str:
+    """Encoder that stands for the motor's angle where the law knows one only."""
+    return "motor" if "motor" in fitted_encoders(drive) else "drive"
+
+
+def joined_loop(
+    drive: Drive,
+    plant: Drive,
+    law: Controller,
+    motion: Motion,
+    torque: float | None,
+    *,
+    options: RigOptions | None = None,
+    cable: bool = False,
+) -> Loop:
+    """The law on a plant, with the torque limit of the goals.
+
+    ``drive``, ``plant``: as believed, as it is; ``torque``: largest torque of the goals [N m]; ``cable``:
+    whether the plant is the distributed nonlinear cable.
+    """
+    loop = close_loop(
+        drive, plant, law, motion, options or rig_options(plant), np.random.default_rng(0), cable=cable
+    )
+    limit = loop.rig.torque_limit if torque is None else min(torque, loop.rig.torque_limit)
+    return replace(loop, rig=loop.rig._replace(torque_limit=float(limit)))
+
+
+def rig_options(drive: Drive, *, ideal: bool = False) -> RigOptions:
+    """How the rig of a study differs from an ideal one: encoders with random phases, stick-slip, delay.
+
+    ``ideal``: true states instead of encoders and filter.
+    """
+    return RigOptions(feedback=near_encoder(drive), ideal_sensors=ideal, forbid_slack=True)
+
+
+def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: np.ndarray | None) -> Loop:
+    """The same law on another plant, its encoders at other phases, its delay longer by whole samples.
+
+    Ripple of the motor's torque goes with the angle that is wanted, which the motor keeps nearly.
+
+    ``drive``: with the best values; ``values``: quantities of the plant; ``phases``: of the encoders that are
+    read, from -1/2 to 1/2; None: as they are.
+    """
+    options = rig_options(drive, ideal=bool(np.all(loop.rig.counts == 0.0)))
+    plant = drive_with(drive, values)
+    chain = plant_chain(plant, None)
+    play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
+    fresh = with_plant(loop, chain, options, play)
+    rig = fresh.rig if phases is None else fresh.rig._replace(phases=phases)
+    if "delay" in values:
+        known = rig.late_samples * rig.interval + rig.late_part
+        more = round((values["delay"] - known) / rig.interval)
+        rig = rig._replace(late_samples=max(rig.late_samples + more, 0))
+    if values.get("ripple_torque"):
+        order, phase = values.get("ripple_order", RIPPLE_ORDER), values.get("ripple_phase", 0.0)
+        ripple = values["ripple_torque"] * np.sin(order * loop.target[: len(rig.forces)] + phase)
+        rig = rig._replace(forces=rig.forces + np.column_stack((ripple, np.zeros_like(ripple))))
+    return replace(fresh, rig=rig)
+
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float, float]
+ROUNDING = 1e-9
+"""Largest negative eigenvalue of a matrix of correlations that counts as rounding."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Correlation:
+    """How two numbers of a log err together.
+
+    Attributes
+    ----------
+    first, second : str
+        Quantities, in the order of the alphabet.
+    value : float
+        From -1 to 1.
+    """
+
+    first: str
+    second: str
+    value: float
+
+
+def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlation, ...]:
+    """Correlations of what is identified from a whole drive's log.
+
+    A cable's stiffness and damping come out over the load's inertia, whose whole error they share. Of what is
+    their own they are independent, and so is the joint: twist and its rate are orthogonal over a record.
+
+    ``fit``: the sum of torques; ``intervals``: value and bounds of what was identified.
+    """
+    common = _half_products(fit.covariance, fit.half_width())
+    names = [name for name in fit.names if name in intervals]
+    products = {
+        (a, b): float(common[fit.names.index(a), fit.names.index(b)]) for a in names for b in names if a != b
+    }
+    whole = {name: 0.5 * (high - low) for name, (_, low, high) in intervals.items()}
+    cable = [name for name in ("cable_stiffness", "cable_damping") if name in intervals]
+    shares = {name: intervals[name][0] / intervals["load_inertia"][0] for name in cable}
+    for name in cable:
+        for other in names:
+            along = products.get(("load_inertia", other), whole["load_inertia"] ** 2)
+            products[name, other] = shares[name] * along
+    if len(cable) == 2:
+        products[cable[0], cable[1]] = shares[cable[0]] * shares[cable[1]] * whole["load_inertia"] ** 2
+    return _over(products, whole)
+
+
+def of_an_axis(
+    found: Identification, parts: Mapping[str, float], known: Mapping[str, Quantity]
+) -> tuple[Correlation, ...]:
+    """Correlations of what is identified from a log of one rigid axis.
+
+    ``found``: with an inertia; ``parts``: shares of the axis's inertia that its two parts are, by their
+    names; ``known``: as identified from the log.
+    """
+    names = list(found.parameters)
+    halves = np.array([0.5 * (e.high - e.low) for e in found.parameters.values()])
+    common = _half_products(found.covariance, halves)
+    weights = {name: (names.index("inertia"), part) for name, part in parts.items()}
+    weights |= {name: (names.index(name), 1.0) for name in names if name in known}
+    products = {
+        (a, b): float(weights[a][1] * weights[b][1] * common[weights[a][0], weights[b][0]])
+        for a in weights
+        for b in weights
+        if a != b
+    }
+    return _over(products, {name: known[name].half_width for name in weights})
+
+
+def _half_products(covariance: Array, halves: Array) -> Array:
+    """Correlation times both half widths; 0 where a number has no variance."""
+    errors = np.sqrt(np.diag(covariance))
+    scale = np.divide(halves, errors, out=np.zeros_like(errors), where=errors > 0.0)
+    return np.asarray(covariance * np.outer(scale, scale), dtype=np.float64)
+
+
+def _over(products: Mapping[tuple[str, str], float], whole: Mapping[str, float]) -> tuple[Correlation, ...]:
+    found = {}
+    for (a, b), product in products.items():
+        if product != 0.0:
+            found[min(a, b), max(a, b)] = product / (whole[a] * whole[b])
+    return tuple(Correlation(first=a, second=b, value=found[a, b]) for a, b in sorted(found))
+
+
+def among(correlations: Sequence[Correlation], quantities: Mapping[str, Quantity]) -> tuple[Correlation, ...]:
+    """Those of two numbers that both stayed the log's."""
+    from_log = {name for name, quantity in quantities.items() if quantity.source == LOG}
+    return tuple(one for one in correlations if {one.first, one.second} <= from_log)
+
+
+def root_of(correlations: Sequence[Correlation], names: Sequence[str]) -> Array:
+    """Symmetric root of the matrix of correlations: it makes independent numbers correlated ones.
+
+    ``names``: each quantity of a correlation among them.
+    Returns shape (names, names).
+    Raises `ValueError` if no numbers can be correlated so.
+    """
+    matrix = np.eye(len(names))
+    for one in correlations:
+        i, j = names.index(one.first), names.index(one.second)
+        matrix[i, j] = matrix[j, i] = one.value
+    sizes, directions = np.linalg.eigh(matrix)
+    if sizes.size and sizes[0] < -ROUNDING:
+        raise ValueError(f"smallest eigenvalue {sizes[0]:.3g} of the correlations is negative: mend them")
+    return np.asarray(directions * np.sqrt(np.maximum(sizes, 0.0)) @ directions.T, dtype=np.float64)
+
 
 TWO_SIDED_95 = 1.96
 RIPPLE_ORDERS = (1.0, 50.0)

@@ -1,22 +1,90 @@
-"""Results of stages by the hash of all that they depend on: what is done once is not done again."""
+"""Results of stages as plain data, kept by the hash of all that they depend on, logs by their bytes."""
 
+import dataclasses
 import hashlib
 import inspect
 import json
 import sys
 import time
+import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from math import isfinite
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from cabledrive.identification.logs.column_map import ColumnMap
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.logs.reading import read_log
 from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import intact_object, with_own_hash, write_whole
+from cabledrive.parameters.route.tables import tables_from_routed
+from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 from cabledrive.parameters.version import __version__
-from cabledrive.studies.study.plain_data import as_plain, revived
+from cabledrive.studies.study.knowledge_stage import usable_log
+
+
+def as_plain(value: Any) -> Any:
+    """What JSON can hold of a result, without loss; fields that no comparison sees are left out.
+
+    ``value``: dataclasses, drives, mappings, tuples, finite numbers, words, None.
+    Raises `ValueError` if a number is not finite: a result says None instead, and why.
+    """
+    if isinstance(value, AxisDrive):
+        machine = tables_from_routed(value.machine)
+        return tables_from_drive(value) | {"machine": machine, "load": value.load, "gain": value.gain}
+    if isinstance(value, Drive):
+        return tables_from_drive(value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        seen = (field.name for field in dataclasses.fields(value) if field.compare)
+        return {name: as_plain(getattr(value, name)) for name in seen}
+    if isinstance(value, Mapping):
+        return {str(key): as_plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [as_plain(item) for item in value]
+    if isinstance(value, float) and not isfinite(value):
+        raise ValueError(f"{value} cannot be kept: give None with a reason")
+    return value
+
+
+def revived(kind: Any, data: Any) -> Any:
+    """The result that plain data stand for.
+
+    ``kind``: dataclass, or the annotation of one of its fields; ``data``: from `as_plain`.
+    Returns of that kind.
+    """
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin in (types.UnionType, typing.Union):
+        return None if data is None else revived(_member(arguments, data), data)
+    if kind is Drive:
+        return drive_from_tables(data)
+    if dataclasses.is_dataclass(kind):
+        hints = typing.get_type_hints(kind)
+        given = {
+            field.name: revived(hints[field.name], data[field.name]) for field in dataclasses.fields(kind)
+        }
+        return typing.cast(Any, kind)(**given)
+    if origin is tuple:
+        kinds = [arguments[0]] * len(data) if arguments[-1] is Ellipsis else list(arguments)
+        return tuple(revived(k, item) for k, item in zip(kinds, data, strict=True))
+    if origin is not None and issubclass(origin, Mapping):
+        return {key: revived(arguments[1], item) for key, item in data.items()}
+    if kind is float and isinstance(data, int):
+        return float(data)
+    return data
+
+
+def _member(kinds: tuple[Any, ...], data: Any) -> Any:
+    """The kind of a union that data are of: of several dataclasses the one with these fields."""
+    found = [kind for kind in kinds if kind is not type(None)]
+    if len(found) == 1:
+        return found[0]
+    return next(kind for kind in found if {field.name for field in dataclasses.fields(kind)} == set(data))
+
 
 Result = TypeVar("Result")
 STALE = 3600.0
@@ -153,3 +221,33 @@ def sweep(folder: Path) -> None:
     for path in folder.glob(".cabledrive-*"):
         if path.is_file() and time.time() - path.stat().st_mtime > STALE:
             path.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogFile:
+    """One log: its name and SHA-256 say what it is, its path only where it lies."""
+
+    path: Path = field(compare=False)
+    name: str
+    sha256: str
+
+
+Logs = Made[list[Log]]
+
+
+def log_files(paths: Sequence[Path]) -> tuple[LogFile, ...]:
+    """Logs by their bytes.
+
+    Raises `InputRefused` if a file cannot be read.
+    """
+    return tuple(LogFile(path=path, name=path.name, sha256=file_hash(path)) for path in paths)
+
+
+def logs_of(files: Sequence[LogFile], columns: ColumnMap) -> Logs:
+    """Logs that are read when a stage needs them."""
+    return Made(read_all, (tuple(files), columns))
+
+
+def read_all(files: Sequence[LogFile], columns: ColumnMap) -> list[Log]:
+    """All logs, each with torque and angle."""
+    return [usable_log(read_log(file.path, columns)) for file in files]

@@ -1,4 +1,4 @@
-"""Stage 8: yes, no or unknown, why, with which margins, and what would help; loads and carriages alike.
+"""Stage 8: yes, no or unknown, why, with which margins, and what would help.
 
 Yes: a law holds the error goal with confidence, and nothing known contradicts the plants that it was tested
 on. No: torque, speed, slack or resonance refuse the motion, which no law can mend. Unknown: all else.
@@ -12,17 +12,13 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
-from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.candidates import ENOUGH, LawScore, ReachedError
+from cabledrive.studies.study.carriage_case import CarriageModel
 from cabledrive.studies.study.carriage_controller import CarriageController
-from cabledrive.studies.study.carriage_verdict import carriage_cautions, carriage_remedies
-from cabledrive.studies.study.confidence import ENOUGH, ReachedError
 from cabledrive.studies.study.controller_stage import ControllerResult
-from cabledrive.studies.study.error_units import ErrorUnit, error_unit, goal_of
-from cabledrive.studies.study.findings import Findings
-from cabledrive.studies.study.machine import WORDS
-from cabledrive.studies.study.resonance_stage import motion_torque
-from cabledrive.studies.study.verdict_words import (
+from cabledrive.studies.study.findings import (
     RECORD,
+    Findings,
     held_words,
     reached_words,
     remedies_for,
@@ -31,6 +27,67 @@ from cabledrive.studies.study.verdict_words import (
     short_of,
     unrun,
 )
+from cabledrive.studies.study.goals import ErrorUnit, error_unit, goal_of
+from cabledrive.studies.study.machine import WORDS
+from cabledrive.studies.study.modes_stage import motion_torque
+
+NO_BOUND = "no theorem bounds the error of the scheduled law: the error is a result of the runs"
+LONGER = "lengthen the move: the force falls with the square of its duration"
+
+
+def _millimetres(value: float) -> str:
+    return f"{1e3 * value:.3g} mm"
+
+
+def carriage_remedies(control: CarriageController) -> list[str]:
+    """What would make the error of a carriage smaller.
+
+    ``control``: with a bandwidth.
+    """
+    assert control.chosen is not None
+    chosen = control.chosen
+    parts = {"sensors": chosen.sensors or 0.0, "uncertain": chosen.uncertain or 0.0}
+    words = []
+    if parts["sensors"] > max(parts["uncertain"], chosen.nominal or 0.0):
+        words.append("fit finer encoders: quantisation is the largest part of the error")
+    elif control.shares:
+        name = max(control.shares, key=lambda key: control.shares[key])
+        words.append(f"identify the {WORDS[name]} more accurately: it causes the largest part of the error")
+    if not control.both:
+        words.append(
+            "fit sensors.load_encoder with the resolution of the drive pulley's: the law then uses both"
+        )
+    return [*words, LONGER]
+
+
+def carriage_cautions(found: Findings, current_loop: bool) -> list[str]:
+    """What does not decide, and should be known.
+
+    ``found``: of a carriage; ``current_loop``: whether the drive file names a torque loop or a delay.
+    """
+    runs, model, control = found.runs, found.model, found.controller
+    words = [NO_BOUND] if runs.draws else []
+    if found.goals.rail_friction is None:
+        words.append(
+            "friction of the carriage on its guide is an estimate, 0 to 1 N s/m: state rail_friction "
+            "in [carriage]"
+        )
+    if isinstance(model, CarriageModel) and model.left_out > 0.0:
+        words.append(
+            "the motor joint is taken as rigid: its windup and backlash, "
+            f"{_millimetres(model.left_out)} at the carriage, are added to every error"
+        )
+    if current_loop:
+        words.append(
+            "the runs contain neither delay nor torque loop; both are short compared with the period of "
+            "the carriage"
+        )
+    if isinstance(control, CarriageController) and not control.both:
+        words.append("the law uses the motor-side encoder only: the load pulley has no equal encoder")
+    if runs.saturated:
+        words.append(f"{runs.saturated} of {runs.draws} runs reached the torque limit")
+    return words
+
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
 OTHER = (

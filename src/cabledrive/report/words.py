@@ -1,0 +1,121 @@
+"""Certificates and derived quantities in words, and names that can stand in a link."""
+
+import re
+import unicodedata
+from collections.abc import Sequence
+
+from cabledrive.modal import Modes
+from cabledrive.modal.ranges import INCOMPLETE
+from cabledrive.report.typesetting import number
+
+_SMALL = (
+    "no",
+    "one",
+    "two",
+    "three",
+    "four",
+    "five",
+    "six",
+    "seven",
+    "eight",
+    "nine",
+    "ten",
+    "eleven",
+    "twelve",
+)
+
+
+def count_words(count: int, what: str) -> str:
+    """A count with its noun, regular in the plural: "one mode", "157 modes"."""
+    shown = _SMALL[count] if count < len(_SMALL) else f"{count}"
+    return f"{shown} {what}" if count == 1 else f"{shown} {what}s"
+
+
+def certificate_words(modes: Modes) -> str:
+    """The certificate of a list of modes as a reader takes it."""
+    proof = modes.certificate
+    below = f"{number(proof.below, 6)} Hz"
+    held = (
+        f"Up to {below} this machine has exactly {count_words(proof.count, 'natural mode')}: "
+        f"{proof.longitudinal} longitudinal and {proof.transverse} transverse, both planes counted"
+    )
+    rigid = _rigid_words(modes.rigid_body_modes)
+    if modes.certified:
+        return (
+            f"{held}. All are listed. The number comes from a count that is independent of the list; two "
+            f"such counts, {number(proof.enclosure, 1)} of the frequency to either side, enclose each "
+            f"mode. {rigid}"
+        )
+    if modes.certified_reason != INCOMPLETE:
+        return f"{held}, according to the model used. Not certified: {modes.certified_reason}. {rigid}"
+    doubt = "The list may be incomplete: the count could not be reached."
+    return f"{held}. {doubt} {rigid}"
+
+
+def _rigid_words(count: int) -> str:
+    if count == 0:
+        return "It has no rigid-body mode (0 Hz)."
+    if count == 1:
+        return "It also has one rigid-body mode (0 Hz), in which all parts turn together."
+    return f"It also has {count_words(count, 'rigid-body mode')} (0 Hz), motions that strain nothing."
+
+
+DATASHEET: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "Cable": (
+        ("axial_rigidity", "Axial rigidity EA", "N"),
+        ("prestrain", "Strain under the pretension, T₀/EA", "1"),
+        ("cable_stiffness", "Stiffness of one span, EA/L", "N/m"),
+        ("cable_mass", "Mass of the whole cable", "kg"),
+        ("pulley_distance", "Span under pretension, Lₑ", "m"),
+        ("axial_wave_speed", "Longitudinal wave speed", "m/s"),
+        ("transverse_wave_speed", "Transverse wave speed", "m/s"),
+    ),
+    "Torque": (
+        ("slack_torque", "Slack torque at the drive pulley", "N m"),
+        ("no_slip_torque_drive", "Slip torque at the drive pulley", "N m"),
+        ("no_slip_torque_load", "Slip torque at the load pulley", "N m"),
+    ),
+    "At rest": (
+        ("lowest_static_tension", "Lowest tension at rest", "N"),
+        ("static_sag", "Largest sag of a free stretch, tension kept at T₀", "m"),
+        ("irvine_parameter", "Irvine parameter λ²; sag is small well below 1", "1"),
+    ),
+    "Inertias": (
+        ("chi1", "Drive pulley over cable, χ₁ = J₁/(r₁² m)", "1"),
+        ("chi2", "Load pulley over cable, χ₂ = J₂/(r₂² m)", "1"),
+        ("reflected_rotor_inertia", "Rotor through the gear, at the output shaft", "kg m^2"),
+    ),
+    "Estimates with a massless cable": (
+        ("cable_mode_frequency_hz", "Lowest mode of pulleys and carriages, motor joint rigid", "Hz"),
+        ("joint_mode_frequency_hz", "Motor against drive pulley", "Hz"),
+    ),
+    "Lowest longitudinal frequency": (
+        ("lowest_frequency_free_hz", "Motor free (without a motor: drive pulley free)", "Hz"),
+        ("lowest_frequency_held_hz", "Motor held (without a motor: drive pulley held)", "Hz"),
+        ("lowest_frequency_holding_hz", "Motor on its holding stiffness", "Hz"),
+    ),
+    "Resolution": (
+        ("motor_encoder_resolution", "Motor encoder, one count at the output shaft", "rad"),
+        ("drive_encoder_resolution", "Drive encoder, one count", "rad"),
+        ("load_encoder_resolution", "Load encoder, one count", "rad"),
+    ),
+}
+"""For each heading: name in `DerivedQuantities` or `LowestFrequencies`, words, SI unit."""
+
+
+def anchor(title: str) -> str:
+    """A title as the name of a place on the page: lower-case letters first, digits and hyphens."""
+    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
+    words = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
+    return words if words[:1].isalpha() else f"drive-{words}".rstrip("-")
+
+
+def anchors(titles: Sequence[str]) -> tuple[str, ...]:
+    """Anchors of several titles, numbered where they would be the same. Returns all different."""
+    taken: list[str] = []
+    for title in titles:
+        name, number = anchor(title), 2
+        while name in taken:
+            name, number = f"{anchor(title)}-{number}", number + 1
+        taken.append(name)
+    return tuple(taken)

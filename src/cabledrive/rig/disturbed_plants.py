@@ -1,0 +1,295 @@
+"""Plants drawn with their disturbances, from a file of ranges, and a load that changes along a run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from math import ceil, inf, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.toml_values import quantity_of, read_toml
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
+from cabledrive.rig.closed_loop.chain_plant import chain_numbers
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.laws.scheduled import NAME, announced, told_otherwise
+from cabledrive.rig.plant_samples import sampled_chain
+from cabledrive.rig.setting import Motion, Payload, RigOptions
+
+
+def loop_with_loads(loop: Loop, motion: Motion, options: RigOptions) -> Loop:
+    """A loop whose plant's load changes as the options say.
+
+    Raises `InputRefused` if a load is announced to a law that takes none or after the end of the run, changes
+    after it, or the plant is no lumped chain.
+    """
+    if motion.payload and loop.controller.schedule is None:
+        raise InputRefused(
+            f"payload = {motion.payload[0].factor:.4g} is announced, and {loop.controller.name} takes no "
+            f"announcement: take {NAME}, or leave payload out"
+        )
+    end = (len(loop.controller.reference) - 1) * loop.rig.interval
+    for one in motion.payload:
+        if one.start > end:
+            raise InputRefused(
+                f"payload from {one.start:.4g} s on: the run ends at {end:.4g} s: name a time in it"
+            )
+    if options.load_change is None:
+        return loop
+    if options.load_change[0] > end:
+        raise InputRefused(
+            f"load_change at {options.load_change[0]:.4g} s: the run ends at {end:.4g} s: name a time in it"
+        )
+    if loop.cable is not None or loop.own_plant is not None:
+        raise InputRefused("load_change is of a lumped chain: leave the plant or --load-change out")
+    time, factor = options.load_change
+    return replace(loop, plant=loop.plant._replace(load_time=time, load_factor=factor), disturbed=True)
+
+
+Range = tuple[float, float]
+NONE: Range = (0.0, 0.0)
+UNITS: dict[str, tuple[str, float, float]] = {
+    "load_coulomb": ("N m", 0.0, inf),
+    "load_viscous": ("N m s/rad", 0.0, inf),
+    "stribeck_excess": ("1", 0.0, 10.0),
+    "stribeck_speed": ("rad/s", 1e-3, inf),
+    "backlash": ("rad", 0.0, 0.5),
+    "cogging": ("N m", 0.0, inf),
+    "cogging_periods": ("1", 1.0, 10_000.0),
+    "torque_ripple": ("1", 0.0, 1.0),
+    "ripple_periods": ("1", 1.0, 10_000.0),
+    "encoder_eccentricity": ("rad", 0.0, 0.5),
+    "added_delay": ("s", 0.0, inf),
+    "jitter": ("s", 0.0, inf),
+    "load_factor": ("1", 0.05, 20.0),
+    "load_time": ("s", 0.0, inf),
+    "announced_error": ("1", -0.9, 9.0),
+    "announced_late": ("s", -inf, inf),
+    "softening": ("1/s", 0.0, 1.0),
+    "warming": ("1/s", 0.0, 1.0),
+    "shock_torque": ("N m", -inf, inf),
+    "shock_time": ("s", 0.0, inf),
+    "shock_duration": ("s", 0.0, inf),
+}
+"""SI unit, least and largest value of each key."""
+FRICTION_SHARE = 0.5
+"""Largest Coulomb friction of the load, over that of the motor, where nothing else is stated."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Disturbances:
+    """Ranges from which each plant of a comparison draws, all at the first shaft.
+
+    Attributes
+    ----------
+    load_coulomb, load_viscous : tuple of float
+        Friction of the load beside that of the drive [N m], [N m s/rad].
+    stribeck_excess, stribeck_speed : tuple of float
+        Friction at standstill over Coulomb friction, as a share of it; speed at which a third is left
+        [rad/s].
+    backlash : tuple of float
+        Of the motor's gearhead, from end to end [rad].
+    cogging, cogging_periods : tuple of float
+        Torque [N m]; periods per turn of the motor's shaft.
+    torque_ripple, ripple_periods : tuple of float
+        Share of the torque; periods per turn.
+    encoder_eccentricity : tuple of float
+        Error of the load's encoder, once per turn [rad].
+    added_delay : tuple of float
+        On top of the drive's own, unknown to the filter [s].
+    jitter : tuple of float
+        Standard deviation of the sample times [s].
+    load_factor, load_time : tuple of float
+        Factor of the load's inertia from a time on; [s].
+    announced_error, announced_late : tuple of float
+        Of the load that is announced to a law scheduled by it: error as a share of the true one, and by how
+        much later than the change it comes, negative: earlier [s].
+    softening : tuple of float
+        Share of the cable's stiffness that is lost in a second [1/s].
+    warming : tuple of float
+        Share of all Coulomb friction that is lost in a second [1/s].
+    shock_torque, shock_time, shock_duration : tuple of float
+        Torque on the load [N m], its start and duration [s].
+    """
+
+    load_coulomb: Range = NONE
+    load_viscous: Range = NONE
+    stribeck_excess: Range = NONE
+    stribeck_speed: Range = (0.3, 0.3)
+    backlash: Range = NONE
+    cogging: Range = NONE
+    cogging_periods: Range = (24.0, 24.0)
+    torque_ripple: Range = NONE
+    ripple_periods: Range = (6.0, 48.0)
+    encoder_eccentricity: Range = NONE
+    added_delay: Range = NONE
+    jitter: Range = NONE
+    load_factor: Range = (1.0, 1.0)
+    load_time: Range = NONE
+    announced_error: Range = NONE
+    announced_late: Range = NONE
+    softening: Range = NONE
+    warming: Range = NONE
+    shock_torque: Range = NONE
+    shock_time: Range = NONE
+    shock_duration: Range = (0.01, 0.01)
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            unit, least, most = UNITS[field.name]
+            low, high = getattr(self, field.name)
+            words = "" if unit == "1" else f" {unit}"
+            if not least <= low <= high <= most:
+                raise InputRefused(
+                    f"{field.name} = {low:.4g} to {high:.4g}{words}: give smallest and largest, from "
+                    f"{least:.4g} to {most:.4g}{words}"
+                )
+
+    @property
+    def announced(self) -> Range:
+        """Least and largest load that is announced, as factors; the drive's own is among them."""
+        (low, high), (less, more) = self.load_factor, self.announced_error
+        return min(1.0, low * (1.0 + less)), max(1.0, high * (1.0 + more))
+
+    @property
+    def changes_load(self) -> bool:
+        """Whether the load's inertia may be another than that of the drive."""
+        return self.load_factor != (1.0, 1.0)
+
+
+def standard_disturbances(drive: Drive) -> Disturbances:
+    """Coulomb friction of the load up to half that of the motor, where no file says otherwise."""
+    own = drive.motor.coulomb_friction if drive.motor else 0.0
+    return Disturbances(load_coulomb=(0.0, FRICTION_SHARE * own))
+
+
+def load_disturbances(path: str | Path) -> Disturbances:
+    """Read disturbances; a key that the file leaves out does not disturb.
+
+    Raises `InputRefused` if it cannot be read or is not understood.
+    """
+    path = Path(path)
+    content = read_toml(path, 'write TOML such as load_coulomb = ["0 N m", "0.02 N m"]')
+    try:
+        return disturbances_of(content)
+    except InputRefused as refusal:
+        raise refusal.at(path.name) from None
+
+
+def disturbances_of(content: Mapping[str, Any]) -> Disturbances:
+    """Disturbances from a table of TOML: a quantity, or [smallest, largest].
+
+    Raises `InputRefused` if a key is unknown or a value has another unit.
+    """
+    found: dict[str, Range] = {}
+    for key, value in content.items():
+        if key not in UNITS:
+            raise InputRefused(f"{key}: unknown key{nearest(key, UNITS)}")
+        ends = value if isinstance(value, list) else [value, value]
+        if len(ends) != 2:
+            raise InputRefused(f"{key}: {len(ends)} values are no range: write [smallest, largest]")
+        low, high = (quantity_of(key, end, UNITS[key][0]) for end in ends)
+        found[key] = (low, high)
+    return Disturbances(**found)
+
+
+ANNOUNCED = ("announced_error", "announced_late")
+"""Drawn last, and for laws that are told the load alone: every law meets the same plants."""
+STEP = 20e-6
+"""Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
+
+
+def disturbed_loop(
+    loop: Loop, disturbances: Disturbances, options: RigOptions, generator: np.random.Generator
+) -> Loop:
+    """The same law and filter on one plant at random with its disturbances.
+
+    ``loop``: nominal, on a lumped chain.
+    Raises `InputRefused` if the delay to add reaches the next sample, or the plant is no lumped chain.
+    """
+    if loop.cable is not None or loop.own_plant is not None:
+        raise InputRefused("disturbed plants are lumped chains: leave the plant out")
+    chain = sampled_chain(loop.chain, generator)
+    names = [one.name for one in fields(disturbances) if one.name not in ANNOUNCED]
+    drawn = {name: generator.uniform(*getattr(disturbances, name)) for name in names}
+    chain = replace(
+        chain,
+        coulomb=(*chain.coulomb[:-1], chain.coulomb[-1] + drawn["load_coulomb"]),
+        viscous=(*chain.viscous[:-1], chain.viscous[-1] + drawn["load_viscous"]),
+    )
+    phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
+    turned = generator.uniform(0.0, 2.0 * pi, 3)
+    jitter = generator.normal(0.0, 1.0, len(loop.target) + 1)
+    late = loop.rig.late_part + drawn["added_delay"]
+    interval = loop.rig.interval
+    if late >= interval:
+        raise InputRefused(
+            f"added_delay = {drawn['added_delay']:.4g} s reaches the next sample, {interval:.4g} s: keep it "
+            "and the drive's own part of a sample below, or raise sensors.delay by whole samples"
+        )
+    random = options.encoder_phase == "random" and not options.ideal_sensors
+    rig = loop.rig._replace(
+        phases=phases if random else loop.rig.phases,
+        late_part=late,
+        forces=loop.rig.forces + shock(drawn, loop.rig.forces.shape[0], interval),
+    )
+    if drawn["jitter"] > 0.0:
+        rig = rig._replace(jitter=np.clip(drawn["jitter"] * jitter, -0.4 * interval, 0.4 * interval))
+    made = loop.controller
+    if disturbances.changes_load and made.schedule is not None:
+        drawn |= {name: generator.uniform(*getattr(disturbances, name)) for name in ANNOUNCED}
+        start = max(drawn["load_time"] + drawn["announced_late"], 0.0)
+        payload = Payload(factor=drawn["load_factor"] * (1.0 + drawn["announced_error"]), start=start)
+        made = told_otherwise(made, announced((payload,), interval, len(loop.target)))
+    plant = disturbed_plant(loop, chain, drawn, turned)
+    return replace(loop, chain=chain, rig=rig, controller=made, plant=plant, disturbed=True)
+
+
+def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:
+    """Torque of a shock on motor and load, shape (samples, 2) [N m]; it lasts at least a sample."""
+    forces = np.zeros((samples, 2))
+    first = round(drawn["shock_time"] / interval)
+    forces[first : first + max(1, round(drawn["shock_duration"] / interval)), 1] = drawn["shock_torque"]
+    return forces
+
+
+def disturbed_plant(
+    loop: Loop, chain: LumpedChain, drawn: dict[str, float], turned: np.ndarray
+) -> ChainPlant:
+    """A plant from its chain and what was drawn.
+
+    ``turned``, shape (3,): phases of cogging, torque ripple and eccentricity [rad].
+    """
+    flexible = "motor" in chain.names and "drive" in chain.names
+    if drawn["backlash"] > 0.0 and not flexible:
+        raise InputRefused(
+            "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
+        )
+    interval = loop.rig.interval
+    return chain_numbers(
+        chain,
+        interval,
+        current_rate=loop.plant.current_rate,
+        substeps=ceil(interval / STEP),
+        play=max(drawn["backlash"], loop.backlash),
+        slack=loop.slack * loop.chain.stiffness[-1] / chain.stiffness[-1] if chain.size > 1 else inf,
+        twist_limit=loop.plant.twist_limit,
+        phases=turned,
+        excess=drawn["stribeck_excess"],
+        fading=drawn["stribeck_speed"],
+        cogging_lines=drawn["cogging_periods"],
+        ripple=drawn["torque_ripple"],
+        ripple_lines=drawn["ripple_periods"],
+        eccentricity=drawn["encoder_eccentricity"] * loop.gear,
+        turning=1.0 / loop.gear,
+        cogging=drawn["cogging"],
+        softening=drawn["softening"],
+        warming=drawn["warming"],
+        load_factor=drawn["load_factor"],
+        load_time=drawn["load_time"],
+        field=loop.plant.field,
+        field_periods=loop.plant.field_periods,
+    )

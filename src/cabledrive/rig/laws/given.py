@@ -1,0 +1,186 @@
+"""A controller of the user's own, and the law of a controller.json, made ready for the rig."""
+
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.linear_laws import feedforward_generator
+from cabledrive.control.load_schedule import LoadSchedule
+from cabledrive.control.numbers import DARC, HIGH, LEARNING, LOW, OWN, LawNumbers, start_estimates
+from cabledrive.control.observers import QUIET
+from cabledrive.control.own_controller import OwnController, checked_controller
+from cabledrive.control.reference import ReferenceNumbers, flat_output, reference_numbers
+from cabledrive.control.reference_kernels import reference_table
+from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.reduction.lumped_chain import highest_model
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table
+from cabledrive.rig.laws.controller_file import ControllerFile
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers
+from cabledrive.rig.laws.fitting import place
+from cabledrive.rig.laws.load_learning import KINDS, load_learning
+from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.scheduled import announced, told_otherwise
+from cabledrive.rig.setting import RigOptions
+
+
+def own_law(given: Any, spec: DesignSpec) -> Controller:
+    """The user's controller with its reference along the motion.
+
+    ``given``: an object of `cabledrive.control.ControllerProtocol`.
+    Raises `InputRefused` if it does not fit: its name, shafts, sample time, or settings of packaged laws.
+    """
+    own = checked_controller(given)
+    _check(own, spec)
+    number = highest_model(spec.drive)
+    chain = spec.model(number)
+    shafts = own.shafts or (("motor", "drive", "load") if chain.size == 3 else ("motor", "load"))
+    if "drive" in shafts and chain.size == 2 and "motor" in shafts:
+        raise InputRefused(
+            f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {spec.drive.name} '
+            "turn as one: take motor and load, or give motor.joint_stiffness"
+        )
+    gains = {"measures": own.measures, "follows": own.follows}
+    if own.follows == "inverse":
+        gains["feedforward"] = FEEDFORWARDS[spec.feedforward]
+    return Controller(
+        name=own.name,
+        law=LawNumbers(OWN, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((5, 0)), np.zeros(7)),
+        reference=np.ascontiguousarray(_reference(own, spec, shafts)),
+        shafts=shafts,
+        start=np.zeros(0),
+        tuning=QUIET,
+        gains=gains,
+        model=number,
+        damped=True,
+        own=own,
+        generator=_generator(own, spec, shafts),
+    )
+
+
+def _reference(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> Array:
+    """What the controller follows, shape (samples, columns)."""
+    chain = spec.model(highest_model(spec.drive))
+    wanted = spec.wanted(2 * chain.size)
+    if own.follows == "motion":
+        return wanted.T
+    table = feedforward_table(spec, chain, wanted)
+    places = [place(chain, shaft) for shaft in shafts]
+    return table[:, [*places, *(chain.size + i for i in places), 2 * chain.size]]
+
+
+def _generator(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> ReferenceNumbers | None:
+    """What makes the rows of `_reference` sample by sample; none where friction needs a shaft left out."""
+    chain = spec.model(highest_model(spec.drive))
+    n = chain.size
+    if own.follows == "motion":
+        return reference_numbers(np.eye(2 * n + 1))
+    if "motor" not in shafts and chain.coulomb[0] > 0.0:
+        return None
+    rigid = spec.feedforward == "rigid"
+    flat = None if rigid else flat_output(chain, damped=spec.feedforward == "damped")
+    whole = feedforward_generator(chain, flat, spec.interval)
+    places = [place(chain, shaft) for shaft in shafts]
+    kept = [*places, *(n + i for i in places), 2 * n]
+    return whole._replace(
+        output=np.ascontiguousarray(whole.output[kept]),
+        constant=whole.constant[kept],
+        places=np.array(
+            [[kept.index(column) for column in one] for one in whole.places.tolist()], dtype=np.int64
+        ).reshape(-1, 2),
+    )
+
+
+def _check(own: OwnController, spec: DesignSpec) -> None:
+    if own.sample_time is not None and abs(own.sample_time - spec.interval) > 1e-9 * spec.interval:
+        raise InputRefused(
+            f'controller "{own.name}": sample_time = {own.sample_time:.6g} s is not that of the rig, '
+            f"{spec.interval:.6g} s: design it for that, or change sensors.sample_rate"
+        )
+    if spec.bandwidth is not None:
+        raise InputRefused(
+            f'bandwidth = {spec.bandwidth:.4g} Hz is a setting of the packaged laws; "{own.name}" has gains '
+            "of its own: leave it out"
+        )
+    if not spec.adapt:
+        raise InputRefused(f'adapt = False is a setting of the packaged laws: leave it out for "{own.name}"')
+
+
+def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
+    """The law of a file with its reference along another motion; tables along the motion are made anew.
+
+    Raises `InputRefused` if the drive is not that of the file, or settings of a packaged law are given.
+    """
+    if content_hash(spec.drive) != found.drive_hash:
+        raise InputRefused(
+            f"was made for another drive, hash {found.drive_hash[:12]}, not {content_hash(spec.drive)[:12]}: "
+            "give the drive.toml beside it, and what differs as the plant"
+        ).at(found.path)
+    if spec.bandwidth is not None or not spec.adapt:
+        raise InputRefused("holds its own gains: leave bandwidth and adaptation out").at(found.path)
+    if spec.feedforward != "damped":
+        raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
+    spec = replace(spec, feedback=found.feedback, best=False)
+    made = _designed(found, spec)
+    hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
+    if found.law.kind == LEARNING and found.reference is None:
+        raise InputRefused("has no generator of its reference: run the study again").at(found.path)
+    rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
+    gains = {"file": found.path} | hertz
+    changed = replace(made, law=found.law, start=start_estimates(found.law), gains=gains, bandwidth=rate)
+    if found.reference is None or spec.motion is None:
+        return changed
+    motion = motion_numbers(spec.drive, spec.motion)
+    table = reference_table(found.reference, motion, spec.interval, spec.samples)
+    return _told(replace(changed, reference=table, generator=found.reference), spec, found.path)
+
+
+def _told(made: Controller, spec: DesignSpec, path: str) -> Controller:
+    """The law of a file with the loads that the motion announces; another law is returned as it is."""
+    if made.schedule is None or spec.motion is None:
+        return made
+    low, high = (float(end) for end in made.law.learning[[LOW, HIGH], 0])
+    for one in spec.motion.payload:
+        if not low <= one.factor <= high:
+            raise InputRefused(
+                f"payload = {one.factor:.4g} times the load is outside what it is designed for, {low:.4g} to "
+                f"{high:.4g}: announce less, or design it anew with a wider payload_range"
+            ).at(path)
+    told = announced(spec.motion.payload, spec.interval, len(made.reference))
+    schedule = LoadSchedule(low=low, high=high, points=len(made.law.rows))
+    return told_otherwise(replace(made, schedule=schedule), told)
+
+
+def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
+    """The packaged law of that name, for what a run says of it besides its numbers."""
+    if found.name.endswith("-damped"):  # without the trial runs that chose its gains
+        number = int(found.name.split("-")[1])
+        return chain_law(replace(spec, bandwidth=found.bandwidth), number, found.name, damped=True)
+    given = replace(spec, bandwidth=found.bandwidth)
+    if found.name in KINDS and found.reference is not None:
+        return load_learning(given, found.name, found.reference.load.turning)
+    return CONTROLLERS[found.name](given)
+
+
+def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
+    """A loop with the filter and the torque limit of a file.
+
+    Raises `InputRefused` if the rig reads other encoders, or no filter is wanted.
+    """
+    if options.ideal_sensors or options.observer != "kalman":
+        raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
+            found.path
+        )
+    if abs(found.sample_time - loop.rig.interval) > 1e-9 * found.sample_time:
+        raise InputRefused(
+            f"samples every {found.sample_time:.6g} s, the rig every {loop.rig.interval:.6g} s"
+        ).at(found.path)
+    if found.encoders != loop.encoder_shafts:
+        raise InputRefused(f"reads the encoders of {found.encoders}, the rig {loop.encoder_shafts}").at(
+            found.path
+        )
+    limit = min(found.torque_limit, loop.rig.torque_limit)
+    return replace(loop, observer=found.observer, rig=loop.rig._replace(torque_limit=limit))

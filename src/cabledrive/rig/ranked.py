@@ -1,0 +1,227 @@
+"""Which laws are compared on a drive, what each reaches on many plants, and which of them is best."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.fields import nearest
+from cabledrive.rig.closed_loop.loop import run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
+from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop, standard_disturbances
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
+from cabledrive.rig.laws.fitting import load_count, load_gear
+from cabledrive.rig.laws.indirect import NAME as INDIRECT
+from cabledrive.rig.laws.indirect import run_indirect
+from cabledrive.rig.laws.load_learning import CHANGING
+from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
+from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, main_laws
+from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
+from cabledrive.rig.setting import DEGREE, RigOptions
+from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, law_at, ripple_limit, tuned
+
+COLUMNS = ("peak", "later_peak", "peak_torque", "saturated", "failed")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scores:
+    """Runs of one law, one entry a plant.
+
+    Attributes
+    ----------
+    peaks, later : tuple of float
+        Largest error of the whole run, and after its first pulse and dwell [rad at the load].
+    torques : tuple of float
+        [N m].
+    saturated : tuple of float
+        Samples at the torque limit.
+    failed : tuple of bool
+        Whether the run ended before its time.
+    """
+
+    peaks: tuple[float, ...]
+    later: tuple[float, ...]
+    torques: tuple[float, ...]
+    saturated: tuple[float, ...]
+    failed: tuple[bool, ...]
+
+    def joined(self, other: "Scores") -> "Scores":
+        """These runs and others."""
+        names = ("peaks", "later", "torques", "saturated", "failed")
+        return Scores(**{name: (*getattr(self, name), *getattr(other, name)) for name in names})
+
+
+def scored(
+    tuned: TunedLaw,
+    spec: DesignSpec,
+    disturbances: Disturbances,
+    options: RigOptions,
+    seed: int,
+    draws: range,
+) -> Scores:
+    """Run a law on plants, the same for every law.
+
+    ``draws``: numbers of the plants; each has a generator of its own.
+    """
+    columns = [SUMMARY.index(name) for name in COLUMNS[:-1]]
+
+    def one(draw: int) -> Array:
+        plant = disturbed_loop(tuned.loop, disturbances, options, np.random.default_rng([seed, draw]))
+        if tuned.name == INDIRECT:
+            _, done, _ = run_indirect(replace(spec, bandwidth=tuned.bandwidth), plant, options)
+        else:
+            done = run(plant, log=False)
+        return np.append(done.state.summary[columns], done.failed)
+
+    with ThreadPoolExecutor(2) as pool:
+        rows = np.array(list(pool.map(one, draws)))
+    rows[:, :2] /= tuned.loop.gear
+    peaks, later, torques, saturated, failed = (tuple(column.tolist()) for column in rows.T)
+    return Scores(
+        peaks=peaks, later=later, torques=torques, saturated=saturated, failed=tuple(map(bool, failed))
+    )
+
+
+def rank(scores: Scores, goal: float, *, learns: bool) -> tuple[float, float]:
+    """Smaller is better: share of plants outside the goal, then the largest error.
+
+    ``goal``: largest error allowed [rad]; ``learns``: whether the first pulse is for learning and does not
+    count.
+    """
+    errors = counted(scores, learns=learns)
+    return float(np.mean([error > goal for error in errors])), max(errors)
+
+
+def counted(scores: Scores, *, learns: bool) -> Sequence[float]:
+    """Error of each run; infinite where it ended early [rad]."""
+    errors = scores.later if learns else scores.peaks
+    return [float("inf") if failed else error for error, failed in zip(errors, scores.failed, strict=True)]
+
+
+BEST = "best"
+LEARNS = (INDIRECT, LOAD_LEARNING, CHANGING)
+"""Laws whose first pulse is for learning, where there are more."""
+BEST_DRAWS = 20
+COMPARED = RigOptions(forbid_slack=False)
+"""Options of a comparison: random encoder phases, Kalman filter, spans that may go slack and go on."""
+
+
+def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
+    """Laws that are compared where none are named, simplest first; two more where the load changes.
+
+    Two more for a stepper as well, the open loops that it is without an encoder.
+    """
+    *fixed, learning = main_laws(drive)
+    steppers = OPEN_LOOPS if drive.motor is not None and drive.motor.holding_stiffness else ()
+    changing = (SCHEDULED, CHANGING) if disturbances.changes_load else ()
+    return (*steppers, *fixed, *changing, learning)
+
+
+def checked_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of laws, each once.
+
+    Raises `InputRefused` if one is unknown or given twice, or there is none.
+    """
+    for place, name in enumerate(names):
+        if name not in CONTROLLERS:
+            raise InputRefused(
+                f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
+            )
+        if name in names[:place]:
+            raise InputRefused(f"controller {name} is given twice: name each once")
+    if not names:
+        raise InputRefused("controllers: none are named: name at least one, such as lqi,darc-4-damped")
+    return tuple(names)
+
+
+def one_count(drive: Drive) -> float:
+    """One count of the load's encoder, else of the one nearest to it, at the load [rad]."""
+    return load_count(drive) / load_gear(drive)
+
+
+def goal_of(drive: Drive) -> float:
+    """Error that is to be kept: the drive's own goal, or one count of the load's encoder [rad]."""
+    own = drive.goal.tracking_error if drive.goal is not None else None
+    return one_count(drive) if own is None else own
+
+
+@lru_cache(maxsize=8)
+def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None], ...]]:
+    """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants.
+
+    ``spec``: with its motion.
+    Raises `NotComputed` if no law can be tuned.
+    """
+    assert spec.motion is not None
+    disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
+    several = spec.motion.pulses > 1
+    found: list[tuple[tuple[float, float], TunedLaw]] = []
+    reached: list[tuple[str, Scores | None]] = []
+    for name in offered(spec.drive, disturbances):
+        if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
+            continue
+        try:
+            one = tuned(name, spec, disturbances)
+            law = law_as_tuned(name, one.bandwidth, one.filter, spec)
+            scores = scored(law, spec, disturbances, COMPARED, 0, range(BEST_DRAWS)) if one.accepted else None
+        except (NotComputed, InputRefused):
+            scores = None
+        reached.append((name, scores))
+        if scores is not None:
+            found.append((rank(scores, goal, learns=several and name in LEARNS), law))
+    if not found:
+        raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")
+    return min(found, key=lambda pair: pair[0])[1], tuple(reached)
+
+
+__all__ = ["BEST", "best_controller", "best_words"]
+
+
+def best_controller(spec: DesignSpec) -> Controller:
+    """The law that ranks first, with the bandwidth and the filter that the comparison tuned.
+
+    Raises `InputRefused` if a bandwidth or another feedforward is asked for, or estimates are to keep still.
+    """
+    if spec.bandwidth is not None or spec.feedforward != "damped" or not spec.adapt:
+        raise InputRefused(
+            "controller = best is tuned as a whole: leave bandwidth, feedforward and no-adaptation out, or "
+            "name a law"
+        )
+    tuned, _ = best_law(_compared(spec))
+    reason = (
+        f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
+        f"plants with friction at the load; the highest bandwidth with a disk margin of {LEAST_DISK:g} and a "
+        f"torque ripple of {ripple_limit(spec):.3g} N m"
+    )
+    made = law_at(tuned.name, tuned.bandwidth, tuned.filter, spec)
+    return replace(made, gains=made.gains | {"reasons": [reason]})
+
+
+def best_words(spec: DesignSpec) -> dict[str, Any]:
+    """What each law reached in the comparison that chose: worst and median error [deg], or none."""
+    assert spec.motion is not None
+    tuned, reached = best_law(_compared(spec))
+    several, found = spec.motion.pulses > 1, []
+    for name, scores in reached:
+        words: dict[str, Any] = {"name": name, "worst_deg": None, "median_deg": None}
+        if scores is not None:
+            errors = np.array(counted(scores, learns=several and name in LEARNS)) / DEGREE
+            worst, median = float(errors.max()), float(np.median(errors))
+            words["worst_deg"] = worst if np.isfinite(worst) else None
+            words["median_deg"] = median if np.isfinite(median) else None
+        found.append(words)
+    return {
+        "controller": tuned.name,
+        "draws": BEST_DRAWS,
+        "goal_deg": goal_of(spec.drive) / DEGREE,
+        "candidates": found,
+    }
+
+
+def _compared(spec: DesignSpec) -> DesignSpec:
+    """The spec of a comparison: the drive and the motion, with the options of every comparison."""
+    return replace(spec, options=COMPARED, plant=None, best=False, feedback="motor")
