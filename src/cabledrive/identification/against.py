@@ -20,26 +20,17 @@ MODEL = "rigid-axis-coulomb"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Against:
-    """What an identified axis does on another log.
+    """What an identified axis does on another log."""
 
-    Attributes
-    ----------
-    source : str
-        The other log.
-    open_loop : dict
-        Speed simulated under the other log's torque alone: root mean square of its error, "error", in "unit",
-        "relative" to that of the measured speed; or why there is none, "reason".
-    closed_loop : dict
-        With an observer that follows the angle: "torque_error", what it has to add to the measured torque
-        ("torque_unit"), "relative" to that; "error" of its prediction of the angle one sample ahead.
-    cross_test : dict
-        By name of a parameter: "value", "other", from the other log alone, and whether the intervals of 95 %
-        overlap, "agrees".
-    """
-
-    source: str
+    source: str  # the other log
+    # speed simulated under the other log's torque alone: root mean square of its error, "error", in "unit",
+    # "relative" to that of the measured speed; or why there is none, "reason"
     open_loop: dict[str, Any]
+    # with an observer that follows the angle: "torque_error", what it has to add to the measured torque
+    # ("torque_unit"), "relative" to that; "error" of its prediction of the angle one sample ahead
     closed_loop: dict[str, Any]
+    # by name of a parameter: "value", "other", from the other log alone, and whether the intervals of 95 %
+    # overlap, "agrees"
     cross_test: dict[str, Any]
 
     def as_dict(self) -> dict[str, Any]:

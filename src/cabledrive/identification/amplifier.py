@@ -43,25 +43,12 @@ FARTHEST = 300.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AmplifierFit:
-    """An amplifier as its response shows it.
+    """An amplifier as its response shows it."""
 
-    Attributes
-    ----------
-    gain : Estimate
-        [N m/V].
-    bandwidth : Estimate
-        [Hz]; without a value where the lag lies too far above the band.
-    delay : Estimate
-        [s].
-    misfit : float
-        Root mean square of the weighted residual; 1 where the model explains all but the noise.
-    findings : tuple of str
-    """
-
-    gain: Estimate
-    bandwidth: Estimate
-    delay: Estimate
-    misfit: float
+    gain: Estimate  # [N m/V]
+    bandwidth: Estimate  # [Hz]; without a value where the lag lies too far above the band
+    delay: Estimate  # [s]
+    misfit: float  # root mean square of the weighted residual; 1 where the model explains all but the noise
     findings: tuple[str, ...] = ()
 
     @property

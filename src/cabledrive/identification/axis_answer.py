@@ -97,23 +97,12 @@ REFUSING = (MISFIT, NOT_FOLLOWED, "unexplained-torque", "methods-contradict", "l
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What is asked of the logs of one axis.
-
-    Attributes
-    ----------
-    axis : AxisOptions
-    method : str
-        One of `cabledrive.identification.one_log.METHODS`.
-    check : bool
-        Whether the model is tested.
-    torque : str
-        One of `cabledrive.identification.torque_timing.TIMINGS`.
-    """
+    """What is asked of the logs of one axis."""
 
     axis: AxisOptions
-    method: str
-    check: bool
-    torque: str
+    method: str  # one of `cabledrive.identification.one_log.METHODS`
+    check: bool  # whether the model is tested
+    torque: str  # one of `cabledrive.identification.torque_timing.TIMINGS`
 
 
 def answer(logs: Sequence[Log], request: Request) -> Identification:

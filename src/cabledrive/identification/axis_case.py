@@ -82,42 +82,20 @@ sample to sample. The doubt is the distance to both."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Case:
-    """One log, ready to be simulated.
+    """One log, ready to be simulated."""
 
-    Attributes
-    ----------
-    torque, lines : ndarray, shape (samples,)
-        As measured, and its spectral lines alone.
-    speed : ndarray, shape (samples,)
-        Measured, filtered.
-    start : float
-        Measured speed at the first sample.
-    interval : float
-    inner : slice
-        Samples for which the filter has settled.
-    bandwidth : float
-        [Hz].
-    slope : float
-        Of smooth friction; 0: set-valued.
-    quantum : float
-        Step of the encoder [rad or m]; 0: none.
-    weights : ndarray or None
-        Filter that makes the residual white.
-    lag : bool
-        Whether the instant at which the torque acts is free.
-    """
-
+    # torque, lines: (samples,): as measured, and its spectral lines alone
     torque: Array
     lines: Array
-    speed: Array
-    start: float
+    speed: Array  # (samples,): Measured, filtered
+    start: float  # measured speed at the first sample
     interval: float
-    inner: slice
-    bandwidth: float
-    slope: float
-    quantum: float = 0.0
-    weights: Array | None = None
-    lag: bool = False
+    inner: slice  # samples for which the filter has settled
+    bandwidth: float  # [Hz]
+    slope: float  # of smooth friction; 0: set-valued
+    quantum: float = 0.0  # step of the encoder [rad or m]; 0: none
+    weights: Array | None = None  # filter that makes the residual white
+    lag: bool = False  # whether the instant at which the torque acts is free
 
     def filtered(self, values: Array) -> Array:
         """Signals below the bandwidth.

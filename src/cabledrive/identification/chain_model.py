@@ -24,26 +24,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Record:
-    """Input and outputs of one run.
+    """Input and outputs of one run."""
 
-    Attributes
-    ----------
-    input : ndarray, shape (samples,)
-        In any unit: gains turn it into torque or force.
-    output : ndarray, shape (samples, channels)
-    interval : float
-        [s].
-    first, last : int, int or None
-        Samples ``first`` to ``last`` (not included) are fitted; the rest is for validation.
-    bandwidth : float or None
-        Measured and simulated outputs are compared below this frequency [Hz]; None: as they are.
-    """
-
-    input: Array
-    output: Array
-    interval: float
+    input: Array  # (samples,): in any unit: gains turn it into torque or force
+    output: Array  # (samples, channels)
+    interval: float  # [s]
+    # first, last: samples ``first`` to ``last`` (not included) are fitted; the rest is for validation
     first: int = 0
     last: int | None = None
+    # measured and simulated outputs are compared below this frequency [Hz]; None: as they are
     bandwidth: float | None = None
 
     def __post_init__(self) -> None:
@@ -75,21 +64,11 @@ SENSOR_QUANTITIES = ("lag", "threshold")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensor:
-    """A speed sensor.
+    """A speed sensor."""
 
-    Attributes
-    ----------
-    rectified : bool
-        Whether it shows the absolute value.
-    lag : float
-        Time constant T [s]; 0: none.
-    threshold : float
-        Speed :math:`z_0` that is taken off; 0: none.
-    """
-
-    rectified: bool = False
-    lag: float = 0.0
-    threshold: float = 0.0
+    rectified: bool = False  # whether it shows the absolute value
+    lag: float = 0.0  # time constant T [s]; 0: none
+    threshold: float = 0.0  # speed :math:`z_0` that is taken off; 0: none
 
 
 def shown(
@@ -136,23 +115,14 @@ SIGNED = ("offset", "angle", "speed")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FreeParameter:
-    """One parameter of a row.
-
-    Attributes
-    ----------
-    name : str
-    quantity : str
-        One of `cabledrive.reduction.friction_integration.QUANTITIES`, or of
-        `cabledrive.identification.chain_model.SENSOR_QUANTITIES`.
-    number : int
-        Of the inertia or link.
-    low, high : float
-        Bounds; both positive but for offsets and initial values.
-    """
+    """One parameter of a row."""
 
     name: str
+    # one of `cabledrive.reduction.friction_integration.QUANTITIES`, or of
+    # `cabledrive.identification.chain_model.SENSOR_QUANTITIES`
     quantity: str
-    number: int = 0
+    number: int = 0  # of the inertia or link
+    # low, high: Bounds; both positive but for offsets and initial values
     low: float = 1e-9
     high: float = 1e9
 
@@ -164,38 +134,19 @@ class FreeParameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainModel:
-    """A lumped chain with its free parameters and its measured channels.
+    """A lumped chain with its free parameters and its measured channels."""
 
-    Attributes
-    ----------
-    inertias : int
-        How many.
-    free : tuple of FreeParameter
-    measured : tuple of int
-        Number of the inertia whose speed each output channel shows.
-    driven : int
-        Number of the inertia that the input drives.
-    given : dict of (str, int) to float
-        Quantities that are known, by quantity and number; all others are 0.
-    sensor : Sensor
-        Of all channels; free parameters replace its own values.
-    delay : int
-        Samples after which the input acts.
-    hold : {"line", "step"}
-        Input on straight lines between samples, or standing from sample to sample.
-    substeps : int
-        Steps per sample.
-    """
-
-    inertias: int
+    inertias: int  # how many
     free: tuple[FreeParameter, ...]
-    measured: tuple[int, ...]
-    driven: int = 0
+    measured: tuple[int, ...]  # number of the inertia whose speed each output channel shows
+    driven: int = 0  # number of the inertia that the input drives
+    # quantities that are known, by quantity and number; all others are 0
     given: Mapping[tuple[str, int], float]
-    sensor: Sensor = field(default_factory=Sensor)
-    delay: int = 0
+    sensor: Sensor = field(default_factory=Sensor)  # of all channels; free parameters replace its own values
+    delay: int = 0  # samples after which the input acts
+    # {"line", "step"}: input on straight lines between samples, or standing from sample to sample
     hold: str = "step"
-    substeps: int = 4
+    substeps: int = 4  # steps per sample
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -59,33 +59,16 @@ FAULTS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Suspicion:
-    """One fault with the evidence for it.
+    """One fault with the evidence for it."""
 
-    Attributes
-    ----------
-    fault : str
-        Key of `FAULTS`.
-    significance : float
-        Factor of its disturbance over its standard error.
-    critical : float
-        Significance that a sound log exceeds at any fault with the chance `FALSE_ALARMS`, by Student's t.
-    gain : float
-        Share of the weighted residual's power that it explains.
-    family_gain : float
-        Share that all faults of its family explain together.
-    value : float
-        The factor.
-    from_law : bool
-        Whether it comes from the comparison of two laws of friction.
-    """
-
-    fault: str
-    significance: float
+    fault: str  # key of `FAULTS`
+    significance: float  # factor of its disturbance over its standard error
+    # significance that a sound log exceeds at any fault with the chance `FALSE_ALARMS`, by Student's t
     critical: float
-    gain: float
-    family_gain: float
-    value: float
-    from_law: bool = False
+    gain: float  # share of the weighted residual's power that it explains
+    family_gain: float  # share that all faults of its family explain together
+    value: float  # the factor
+    from_law: bool = False  # whether it comes from the comparison of two laws of friction
 
     @property
     def family(self) -> str:

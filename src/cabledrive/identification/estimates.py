@@ -11,16 +11,10 @@ from cabledrive.identification.logs.log import DataReport
 
 
 class Finding(str):
-    """A sentence that has a code, for programs that read the answer.
-
-    Attributes
-    ----------
-    code : str
-        Short and lasting: "model-misfit".
-    """
+    """A sentence that has a code, for programs that read the answer."""
 
     __slots__ = ("code",)
-    code: str
+    code: str  # short and lasting: "model-misfit"
 
     def __new__(cls, code: str, message: str) -> "Finding":
         """Make one."""
@@ -59,77 +53,36 @@ LINEAR_UNITS = {"viscous_friction": "N s/m", "coulomb_friction": "N", "stribeck_
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """One parameter.
+    """One parameter."""
 
-    Attributes
-    ----------
-    value : float
-        NaN where it is not identifiable.
-    unit : str
-    standard_error : float
-        Infinite where it is not identifiable, as the bounds are.
-    low, high : float
-        Bounds of the 95 % interval.
-    reason : str
-        Why there is no number.
-    """
-
-    value: float
+    value: float  # NaN where it is not identifiable
     unit: str
-    standard_error: float
+    standard_error: float  # infinite where it is not identifiable, as the bounds are
+    # low, high: bounds of the 95 % interval
     low: float
     high: float
-    reason: str = ""
+    reason: str = ""  # why there is no number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Identification:
-    """Parameters of a model, identified from logs.
-
-    Attributes
-    ----------
-    model : str
-    parameters : mapping of str to Estimate
-    identifiable : bool
-        Whether every parameter has a number.
-    unidentifiable : tuple of str
-        Directions that the logs leave open, in words.
-    residual : mapping
-        ``rms`` [N m or N], ``relative`` to the measured torque, ``rows``.
-    condition_number : float
-        Of the regressor matrix.
-    method : mapping
-        How it was done, with every choice that was made from the data.
-    findings : tuple of str
-        Faults and doubts that a reader must act on, each a `Finding` with its code.
-    notes : tuple of str
-        Conventions that were found in the log, as that of the torque's instant.
-    checked : bool
-        Whether the model was tested against the log.
-    check_reason : str
-        How, or why not.
-    reports : tuple of DataReport
-        Of each log.
-    covariance : ndarray, shape (p, p)
-        Of the parameters in their order.
-    freedom : int
-        Degrees of freedom of the intervals.
-    """
+    """Parameters of a model, identified from logs."""
 
     model: str
     parameters: Mapping[str, Estimate]
-    identifiable: bool
-    unidentifiable: tuple[str, ...]
-    residual: Mapping[str, Any]
-    condition_number: float
-    method: Mapping[str, Any]
-    covariance: Array
-    freedom: int
+    identifiable: bool  # whether every parameter has a number
+    unidentifiable: tuple[str, ...]  # directions that the logs leave open, in words
+    residual: Mapping[str, Any]  # ``rms`` [N m or N], ``relative`` to the measured torque, ``rows``
+    condition_number: float  # of the regressor matrix
+    method: Mapping[str, Any]  # how it was done, with every choice that was made from the data
+    covariance: Array  # (p, p): of the parameters in their order
+    freedom: int  # degrees of freedom of the intervals
+    # faults and doubts that a reader must act on, each a `Finding` with its code
     findings: tuple[str, ...] = ()
-    reports: tuple[DataReport, ...] = field(default_factory=tuple)
-    notes: tuple[str, ...] = ()
-    checked: bool = False
-    check_reason: str = "not requested"
+    reports: tuple[DataReport, ...] = field(default_factory=tuple)  # of each log
+    notes: tuple[str, ...] = ()  # conventions that were found in the log, as that of the torque's instant
+    checked: bool = False  # whether the model was tested against the log
+    check_reason: str = "not requested"  # How, or why not
 
     @property
     def refused(self) -> bool:

@@ -35,28 +35,15 @@ SHORT = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
-    """One disturbance with the evidence for it.
+    """One disturbance with the evidence for it."""
 
-    Attributes
-    ----------
-    name : str
-        Of the disturbance.
-    value, error : float
-        Factor and standard error.
-    critical : float
-        Significance that a sound log exceeds at any disturbance with the chance `FALSE_ALARMS`.
-    gain : float
-        Share of the innovations' power that it explains.
-    shift : tuple of float
-        What it would change in the four parameters.
-    """
-
-    name: str
+    name: str  # of the disturbance
+    # value, error: factor and standard error
     value: float
     error: float
-    critical: float
-    gain: float
-    shift: tuple[float, ...] = ()
+    critical: float  # significance that a sound log exceeds at any disturbance with the chance `FALSE_ALARMS`
+    gain: float  # share of the innovations' power that it explains
+    shift: tuple[float, ...] = ()  # what it would change in the four parameters
 
     @property
     def fault(self) -> str:

@@ -172,15 +172,9 @@ LEAST_SHARE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """A record that was left out.
+    """A record that was left out."""
 
-    Attributes
-    ----------
-    start, end : float
-        [s], from the first sample of the log.
-    reason : str
-    """
-
+    # start, end: [s], from the first sample of the log
     start: float
     end: float
     reason: str

@@ -25,39 +25,19 @@ ESTIMATORS = ("H1", "H2", "Hv")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrequencyResponse:
-    """Response at discrete frequencies.
+    """Response at discrete frequencies."""
 
-    Attributes
-    ----------
-    frequency : ndarray, shape (m,)
-        [Hz].
-    response : ndarray, shape (m,)
-        Output per input.
-    deviation : ndarray, shape (m,)
-        Standard deviation of the response, of real and imaginary part together.
-    coherence : ndarray, shape (m,)
-        Between 0 and 1; 1 where it is not estimated (one record).
-    averages : float
-        Independent averages behind each value.
-    nonlinear : ndarray or None, shape (m,)
-        Level of the nonlinear distortion in the output at each frequency, from lines that are not excited.
-    noise : ndarray or None, shape (m,)
-        Level of the noise in the output at each frequency, from the spread over periods.
-    left_out : int
-        Records that were left out as outliers.
-    blows : tuple of LeftOut
-        These records, where they are parts of a log.
-    """
-
-    frequency: Array
-    response: ComplexArray
-    deviation: Array
-    coherence: Array
-    averages: float
+    frequency: Array  # (m,): [Hz]
+    response: ComplexArray  # (m,): output per input
+    deviation: Array  # (m,): standard deviation of the response, of real and imaginary part together
+    coherence: Array  # (m,): between 0 and 1; 1 where it is not estimated (one record)
+    averages: float  # independent averages behind each value
+    # (m,): level of the nonlinear distortion in the output at each frequency, from lines that are not excited
     nonlinear: Array | None = None
+    # (m,): level of the noise in the output at each frequency, from the spread over periods
     noise: Array | None = None
-    left_out: int = 0
-    blows: tuple[LeftOut, ...] = ()
+    left_out: int = 0  # records that were left out as outliers
+    blows: tuple[LeftOut, ...] = ()  # these records, where they are parts of a log
 
     @property
     def magnitude(self) -> Array:

@@ -58,43 +58,23 @@ SHORTEST = 60
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Track:
-    """One log as the observer takes it.
+    """One log as the observer takes it."""
 
-    Attributes
-    ----------
-    torque : ndarray, shape (samples,)
-        Mean from each sample to the next.
-    position : ndarray, shape (samples,)
-    start : float
-        Speed at the first sample.
-    interval : float
-        [s].
-    quantum : float
-        Step of the encoder; 0: none.
-    """
-
-    torque: Array
-    position: Array
-    start: float
-    interval: float
-    quantum: float
+    torque: Array  # (samples,): mean from each sample to the next
+    position: Array  # (samples,)
+    start: float  # speed at the first sample
+    interval: float  # [s]
+    quantum: float  # step of the encoder; 0: none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prediction:
-    """The observer's run along a track.
+    """The observer's run along a track."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (4,)
-        Inertia, viscous friction, Coulomb friction, offset.
-    gains : ndarray, shape (2,)
-    innovation, speed, acceleration, direction, jump : ndarray, shape (samples,)
-        Of the angle; predicted motion; 0 where the axis sticks; factor of a sensitivity over a turn.
-    """
-
-    values: Array
-    gains: Array
+    values: Array  # (4,): Inertia, viscous friction, Coulomb friction, offset
+    gains: Array  # (2,)
+    # innovation, speed, acceleration, direction, jump: (samples,): of the angle; predicted motion; 0 where
+    # the axis sticks; factor of a sensitivity over a turn
     innovation: Array
     speed: Array
     acceleration: Array
@@ -161,21 +141,13 @@ def best_bandwidth(track: Track, values: Array) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Following:
-    """The run of the observer that follows a log best.
-
-    Attributes
-    ----------
-    track : Track
-    run : Prediction
-    bandwidth : float
-        Of the observer [rad/s].
-    added : ndarray, shape (samples,)
-        Torque that it adds to the measured one to follow the angle: what the axis leaves unexplained.
-    """
+    """The run of the observer that follows a log best."""
 
     track: Track
     run: Prediction
-    bandwidth: float
+    bandwidth: float  # of the observer [rad/s]
+    # (samples,): torque that it adds to the measured one to follow the angle: what the axis leaves
+    # unexplained
     added: Array
 
 

@@ -28,21 +28,11 @@ DEAD_ZONE_DEVIATIONS = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionModel:
-    """Which friction is fitted.
+    """Which friction is fitted."""
 
-    Attributes
-    ----------
-    kind : str
-        One of `FRICTIONS`.
-    slope : float
-        K of c tanh(K w) [s/rad].
-    fading : float
-        Speed at which the excess of Stribeck friction has fallen to 1/e [rad/s].
-    """
-
-    kind: str = "coulomb"
-    slope: float = PRINTED_SLOPE
-    fading: float = 0.0
+    kind: str = "coulomb"  # one of `FRICTIONS`
+    slope: float = PRINTED_SLOPE  # K of c tanh(K w) [s/rad]
+    fading: float = 0.0  # speed at which the excess of Stribeck friction has fallen to 1/e [rad/s]
 
     def __post_init__(self) -> None:
         if self.kind not in FRICTIONS:
@@ -107,32 +97,18 @@ FILTERS = ("zero-phase", "causal", "ideal")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisEquation:
-    """How the regression of one axis is formed.
+    """How the regression of one axis is formed."""
 
-    Attributes
-    ----------
-    linear : bool
-        Whether the axis slides (mass, force) instead of turning (inertia, torque).
-    bandwidth : float
-        Of the filter on both sides [Hz].
-    filter : str
-        One of `FILTERS`: Butterworth of order 4 forwards and backwards; (4.1) with damping 1; ideal.
-    friction : FrictionModel
-    quantum : float
-        Step of the position [rad or m]; 0: none.
-    kink : float
-        Friction over inertia [rad/s^2 or m/s^2]: the jump of the acceleration at a turn is twice that. Known
-        roughly from a first pass; the speed whose sign is taken then keeps its kinks when it is smoothed.
-    lag : bool
-        Whether the rate of the torque is the last column, see `cabledrive.identification.torque_timing`.
-    """
-
-    linear: bool
-    bandwidth: float
+    linear: bool  # whether the axis slides (mass, force) instead of turning (inertia, torque)
+    bandwidth: float  # of the filter on both sides [Hz]
+    # one of `FILTERS`: Butterworth of order 4 forwards and backwards; (4.1) with damping 1; ideal
     filter: str = "zero-phase"
     friction: FrictionModel = field(default_factory=FrictionModel)
-    quantum: float = 0.0
+    quantum: float = 0.0  # step of the position [rad or m]; 0: none
+    # friction over inertia [rad/s^2 or m/s^2]: the jump of the acceleration at a turn is twice that. Known
+    # roughly from a first pass; the speed whose sign is taken then keeps its kinks when it is smoothed
     kink: float = 0.0
+    # whether the rate of the torque is the last column, see `cabledrive.identification.torque_timing`
     lag: bool = False
 
     def __post_init__(self) -> None:
@@ -171,24 +147,13 @@ SIGN_BANDWIDTHS = 2.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rows:
-    """Rows of the regression.
-
-    Attributes
-    ----------
-    names : tuple of str
-    regressors : ndarray, shape (rows, p)
-    left : ndarray, shape (rows,)
-        Filtered torque or force.
-    speed : ndarray, shape (rows,)
-    keep : ndarray of bool, shape (samples,)
-        Which samples of the log became rows.
-    """
+    """Rows of the regression."""
 
     names: tuple[str, ...]
-    regressors: Array
-    left: Array
-    speed: Array
-    keep: NDArray[np.bool_]
+    regressors: Array  # (rows, p)
+    left: Array  # (rows,): filtered torque or force
+    speed: Array  # (rows,)
+    keep: NDArray[np.bool_]  # (samples,): which samples of the log became rows
 
 
 def settling(bandwidth: float, interval: float) -> int:

@@ -30,31 +30,16 @@ FAR = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RowFit:
-    """Parameters of a lumped chain from its records.
-
-    Attributes
-    ----------
-    model : ChainModel
-    values : dict of str to float
-    errors : dict of str to float
-        Standard errors from scores of segments of time, so that coloured residuals count.
-    covariance : ndarray, shape (p, p)
-        In the order of ``values``.
-    freedom : int
-        Degrees of freedom of intervals.
-    residual : float
-        Root mean square over the training samples, weighted as they were fitted.
-    evaluations : int
-        Of the model, until the fit had settled.
-    """
+    """Parameters of a lumped chain from its records."""
 
     model: ChainModel
     values: dict[str, float]
+    # standard errors from scores of segments of time, so that coloured residuals count
     errors: dict[str, float]
-    covariance: Array
-    freedom: int
-    residual: float
-    evaluations: int
+    covariance: Array  # (p, p): in the order of ``values``
+    freedom: int  # degrees of freedom of intervals
+    residual: float  # root mean square over the training samples, weighted as they were fitted
+    evaluations: int  # of the model, until the fit had settled
 
     def simulated(self, record: Record) -> Array:
         """Outputs of the model under the input of a record.
@@ -166,23 +151,12 @@ ALIKE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StartedFit:
-    """The best fit of many starts.
-
-    Attributes
-    ----------
-    fit : RowFit
-    starts : int
-        That were scouted.
-    settled : int
-        Full fits that were made.
-    agreeing : int
-        Of them, those that ended in the same minimum.
-    """
+    """The best fit of many starts."""
 
     fit: RowFit
-    starts: int
-    settled: int
-    agreeing: int
+    starts: int  # that were scouted
+    settled: int  # full fits that were made
+    agreeing: int  # of them, those that ended in the same minimum
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of starts from which the motion grows beyond all bounds

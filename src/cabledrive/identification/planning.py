@@ -32,14 +32,9 @@ NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisGuess:
-    """What is thought of an axis before it is tested.
+    """What is thought of an axis before it is tested."""
 
-    Attributes
-    ----------
-    inertia, viscous, coulomb, offset : float
-        [kg m^2, N m s/rad, N m, N m], or of a slide [kg, N s/m, N, N].
-    """
-
+    # inertia, viscous, coulomb, offset: [kg m^2, N m s/rad, N m, N m], or of a slide [kg, N s/m, N, N]
     inertia: float
     viscous: float
     coulomb: float
@@ -55,21 +50,11 @@ class AxisGuess:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instruments:
-    """Noise of the test's instruments.
+    """Noise of the test's instruments."""
 
-    Attributes
-    ----------
-    torque_noise : float
-        Standard deviation of one sample of the torque [N m].
-    quantum : float
-        Step of the encoder [rad]; 0: none.
-    bandwidth : float
-        Of the filter on both sides of the regression [Hz].
-    """
-
-    torque_noise: float = 0.006
-    quantum: float = 2 * pi / 2600
-    bandwidth: float = 20.0
+    torque_noise: float = 0.006  # standard deviation of one sample of the torque [N m]
+    quantum: float = 2 * pi / 2600  # step of the encoder [rad]; 0: none
+    bandwidth: float = 20.0  # of the filter on both sides of the regression [Hz]
 
 
 def predicted_errors(
@@ -126,41 +111,23 @@ BISECTIONS = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TestPlan:
-    """What a test will identify.
-
-    Attributes
-    ----------
-    standard_errors : dict of str to float
-        Of each parameter, in its unit.
-    relative_errors : dict of str to float
-        Over the size of the guess; infinite where that is zero.
-    peaks : dict of str to float
-        Largest "torque", "speed" and "stroke" (from end to end) that the test will reach.
-    moving : float
-        Share of the time that the axis does not stick.
-    findings : tuple of str
-        Limits that are passed, parameters that will not be identified.
-    """
+    """What a test will identify."""
 
     __test__ = False  # no test of pytest's
 
-    standard_errors: dict[str, float]
-    relative_errors: dict[str, float]
+    standard_errors: dict[str, float]  # of each parameter, in its unit
+    relative_errors: dict[str, float]  # over the size of the guess; infinite where that is zero
+    # largest "torque", "speed" and "stroke" (from end to end) that the test will reach
     peaks: dict[str, float]
-    moving: float
-    findings: tuple[str, ...] = ()
+    moving: float  # share of the time that the axis does not stick
+    findings: tuple[str, ...] = ()  # limits that are passed, parameters that will not be identified
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlannedMotion:
-    """The axis under the planned torque.
+    """The axis under the planned torque."""
 
-    Attributes
-    ----------
-    angle, speed : ndarray, shape (samples,)
-        [rad, rad/s].
-    """
-
+    # angle, speed: (samples,): [rad, rad/s]
     angle: Array
     speed: Array = field(repr=False)
 

@@ -28,23 +28,12 @@ EVERY = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositionWave:
-    """Waves of a revolution in the unexplained torque.
+    """Waves of a revolution in the unexplained torque."""
 
-    Attributes
-    ----------
-    kind : {"torque", "eccentricity"}
-    counts : tuple of int
-        Per revolution, the strongest first.
-    amplitude : float
-        Of the strongest: torque [N m or N], or angle of the encoder's error [rad].
-    share : float
-        Of the unexplained torque's power.
-    """
-
-    kind: str
-    counts: tuple[int, ...]
-    amplitude: float
-    share: float
+    kind: str  # {"torque", "eccentricity"}
+    counts: tuple[int, ...]  # per revolution, the strongest first
+    amplitude: float  # of the strongest: torque [N m or N], or angle of the encoder's error [rad]
+    share: float  # of the unexplained torque's power
 
     @property
     def words(self) -> str:
@@ -129,25 +118,14 @@ LONGEST_SEGMENT = 8.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unexplained:
-    """Unexplained torque.
+    """Unexplained torque."""
 
-    Attributes
-    ----------
-    share : float
-        Its size over that of the torque.
-    rise : float
-        Its power density in the lower quarter of the observer's band over that in the upper half: near 1
-        where it is white noise of the torque channel, below where it is noise of the encoder.
-    bandwidth : float
-        Of the observer [Hz].
-    rounded : bool
-        Whether the rounding of the encoder's angle alone makes as much.
-    """
-
-    share: float
+    share: float  # its size over that of the torque
+    # its power density in the lower quarter of the observer's band over that in the upper half: near 1 where
+    # it is white noise of the torque channel, below where it is noise of the encoder
     rise: float
-    bandwidth: float
-    rounded: bool
+    bandwidth: float  # of the observer [Hz]
+    rounded: bool  # whether the rounding of the encoder's angle alone makes as much
 
     @property
     def beyond(self) -> bool:

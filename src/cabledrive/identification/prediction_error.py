@@ -93,24 +93,13 @@ def refine_by_prediction(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Predicted:
-    """An identification by prediction error, with the observer's runs.
-
-    Attributes
-    ----------
-    identification : Identification
-    timing : TorqueTiming
-        As the innovations have it.
-    tracks : list of Track
-    runs : list of Prediction
-    values : ndarray, shape (4,)
-        Inertia, viscous friction, Coulomb friction, offset.
-    """
+    """An identification by prediction error, with the observer's runs."""
 
     identification: Identification
-    timing: TorqueTiming
+    timing: TorqueTiming  # as the innovations have it
     tracks: list[Track]
     runs: list[Prediction]
-    values: Array
+    values: Array  # (4,): Inertia, viscous friction, Coulomb friction, offset
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -40,38 +40,19 @@ TOO_MUCH = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PrinterShaper:
-    """Input shapers for one axis of a printer.
+    """Input shapers for one axis of a printer."""
 
-    Attributes
-    ----------
-    axis : str or None
-        "x", "y" or "z"; None: neither given nor in the names of the logs.
-    spectra : tuple of PrinterSpectrum
-        One of each log.
-    peaks : tuple of SpectrumPeak
-        Of every log.
-    shapers : tuple of ShaperFit
-        The best of each type.
-    recommended : ShaperFit
-        With the least score; it is no recommendation where `refused` says why.
-    measured_vibration : float or None
-        Remaining vibration of the recommended one at the damping ratios that were measured.
-    damping, corner_speed : float
-        Of the design [-], [m/s].
-    findings : tuple of Finding
-        What a user must act on.
-    notes : tuple of str
-    """
-
-    axis: str | None
-    spectra: tuple[PrinterSpectrum, ...]
-    peaks: tuple[SpectrumPeak, ...]
-    shapers: tuple[ShaperFit, ...]
-    recommended: ShaperFit
+    axis: str | None  # "x", "y" or "z"; None: neither given nor in the names of the logs
+    spectra: tuple[PrinterSpectrum, ...]  # one of each log
+    peaks: tuple[SpectrumPeak, ...]  # of every log
+    shapers: tuple[ShaperFit, ...]  # the best of each type
+    recommended: ShaperFit  # with the least score; it is no recommendation where `refused` says why
+    # remaining vibration of the recommended one at the damping ratios that were measured
     measured_vibration: float | None
+    # damping, corner_speed: of the design [-], [m/s]
     damping: float
     corner_speed: float
-    findings: tuple[Finding, ...]
+    findings: tuple[Finding, ...]  # what a user must act on
     notes: tuple[str, ...]
 
     @property

@@ -37,32 +37,16 @@ _LISTED = 90
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PrinterSpectrum:
-    """Power spectral density of a head's acceleration while one axis is excited.
+    """Power spectral density of a head's acceleration while one axis is excited."""
 
-    Attributes
-    ----------
-    source : str
-        Name of the file.
-    axis : str or None
-        "x", "y" or "z" after the name of the file.
-    frequency : ndarray, shape (n,)
-        From 0 to 200 Hz at most [Hz].
-    density : ndarray, shape (n,)
-        Sum over the three directions, divided by the frequency, as the test excites higher frequencies more;
-        any unit, the largest is 1.
-    even : bool
-        Whether the frequencies are those of a Fourier transform.
-    duration : float or None
-        Of the samples [s]; None: the file holds a spectrum.
-    notes : tuple of str
-    """
-
-    source: str
-    axis: str | None
-    frequency: Array
+    source: str  # name of the file
+    axis: str | None  # "x", "y" or "z" after the name of the file
+    frequency: Array  # (n,): from 0 to 200 Hz at most [Hz]
+    # (n,): sum over the three directions, divided by the frequency, as the test excites higher frequencies
+    # more; any unit, the largest is 1
     density: Array
-    even: bool
-    duration: float | None = None
+    even: bool  # whether the frequencies are those of a Fourier transform
+    duration: float | None = None  # of the samples [s]; None: the file holds a spectrum
     notes: tuple[str, ...] = ()
 
     @property

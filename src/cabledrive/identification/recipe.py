@@ -13,21 +13,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecipeResult:
-    """What the recipe returns.
+    """What the recipe returns."""
 
-    Attributes
-    ----------
-    values, deviations : ndarray, shape (p,)
-        Parameters and their standard deviations as the authors compute them (residuals taken as white).
-    condition : float
-    residual_norm, residual_relative, residual_deviation : float
-        Norm, its ratio to that of the force, and MATLAB's ``std``.
-    rows : int
-    """
-
+    # values, deviations: (p,): parameters and their standard deviations as the authors compute them
+    # (residuals taken as white)
     values: Array
     deviations: Array
     condition: float
+    # residual_norm, residual_relative, residual_deviation: Norm, its ratio to that of the force, and MATLAB's
+    # ``std``
     residual_norm: float
     residual_relative: float
     residual_deviation: float

@@ -29,51 +29,26 @@ MOST_SEGMENTS = 60
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Factors:
-    """A regression reduced to one triangle per segment of time.
+    """A regression reduced to one triangle per segment of time."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Parameters.
-    triangles : ndarray, shape (segments, p + 1, p + 1)
-        R of [Phi y] of each segment.
-    rows : int
-        Rows altogether.
-    """
-
-    names: tuple[str, ...]
-    triangles: Array
-    rows: int
+    names: tuple[str, ...]  # parameters
+    triangles: Array  # (segments, p + 1, p + 1): R of [Phi y] of each segment
+    rows: int  # rows altogether
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fit:
-    """Estimate with its covariance.
-
-    Attributes
-    ----------
-    names : tuple of str
-    values : ndarray, shape (p,)
-        Zero along directions without information; see ``unidentifiable``.
-    covariance : ndarray, shape (p, p)
-        Robust, see the module.
-    freedom : int
-        Degrees of freedom of the intervals.
-    condition : float
-        Condition number of the regressor matrix as it stands (not scaled).
-    unidentifiable : ndarray, shape (directions, p)
-        Directions in parameter space about which the log says nothing, in units of the parameters.
-    residual, scale : float
-        Root mean square of the residual and of the left side.
-    rows : int
-    """
+    """Estimate with its covariance."""
 
     names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    freedom: int
-    condition: float
+    values: Array  # (p,): zero along directions without information; see ``unidentifiable``
+    covariance: Array  # (p, p): Robust, see the module
+    freedom: int  # degrees of freedom of the intervals
+    condition: float  # condition number of the regressor matrix as it stands (not scaled)
+    # (directions, p): directions in parameter space about which the log says nothing, in units of the
+    # parameters
     unidentifiable: Array
+    # residual, scale: root mean square of the residual and of the left side
     residual: float
     scale: float
     rows: int

@@ -24,24 +24,15 @@ RESTING = 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RegressorCurves:
-    """One axis over time.
+    """One axis over time."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (samples,)
-        [s].
-    names : tuple of str
-        "acceleration", "speed", "friction".
-    unfiltered, filtered : ndarray, shape (3, samples)
-        By differences and the ideal low-pass; through the causal filter (4.1).
-    torque, error : ndarray, shape (samples,)
-        Measured, and the modelling error of (4.9) [N m or N].
-    """
-
-    time: Array
-    names: tuple[str, ...]
+    time: Array  # (samples,): [s]
+    names: tuple[str, ...]  # "acceleration", "speed", "friction"
+    # unfiltered, filtered: (3, samples): by differences and the ideal low-pass; through the causal filter
+    # (4.1)
     unfiltered: Array
     filtered: Array
+    # torque, error: (samples,): Measured, and the modelling error of (4.9) [N m or N]
     torque: Array
     error: Array
 

@@ -55,35 +55,20 @@ SPREAD = 1e4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResponseFit:
-    """One model fitted to a response.
+    """One model fitted to a response."""
 
-    Attributes
-    ----------
-    model : {1, 2, 3, 4}
-    names : tuple of str
-        Parameters that were fitted.
-    values, errors : ndarray, shape (p,)
-        Estimates and standard errors, scaled by the misfit where that exceeds the measured deviation.
-    low, high : ndarray, shape (p,)
-        95 % bounds; on the logarithm, so always positive.
-    fixed : dict of str to float
-        Parameters that were given.
-    misfit : float
-        Root mean square of the weighted residual; 1 where the model explains all but the noise.
-    criterion : float
-        Akaike's, smaller is better.
-    freedom : int
-    """
-
-    model: int
-    names: tuple[str, ...]
+    model: int  # {1, 2, 3, 4}
+    names: tuple[str, ...]  # parameters that were fitted
+    # values, errors: (p,): estimates and standard errors, scaled by the misfit where that exceeds the
+    # measured deviation
     values: Array
     errors: Array
+    # low, high: (p,): 95 % bounds; on the logarithm, so always positive
     low: Array
     high: Array
-    fixed: dict[str, float]
-    misfit: float
-    criterion: float
+    fixed: dict[str, float]  # parameters that were given
+    misfit: float  # root mean square of the weighted residual; 1 where the model explains all but the noise
+    criterion: float  # Akaike's, smaller is better
     freedom: int
 
     def __getitem__(self, name: str) -> float:
@@ -196,20 +181,11 @@ def _fit(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModelChoice:
-    """Models compared on one response.
-
-    Attributes
-    ----------
-    chosen : int
-    fits : dict of int to ResponseFit
-    cross_validation : dict of int to float
-        Weighted root mean square error on lines that were not fitted.
-    reason : str
-    """
+    """Models compared on one response."""
 
     chosen: int
     fits: dict[int, ResponseFit]
-    cross_validation: dict[int, float]
+    cross_validation: dict[int, float]  # weighted root mean square error on lines that were not fitted
     reason: str
 
 

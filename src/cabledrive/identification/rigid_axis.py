@@ -129,26 +129,15 @@ LEAST_KEPT = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisOptions:
-    """What may be chosen for one rigid axis.
-
-    Attributes
-    ----------
-    friction : FrictionModel
-    bandwidth : float or None
-        Of the filter on both sides [Hz]; None: from the data.
-    filter : {"zero-phase", "causal", "ideal"}
-    torque, position : str or None
-        Channels; None: "torque" and "angle", or "force" and "position".
-    lag : bool
-        Whether the instant at which the torque acts is free, to first order.
-    """
+    """What may be chosen for one rigid axis."""
 
     friction: FrictionModel = field(default_factory=FrictionModel)
-    bandwidth: float | None = None
-    filter: str = "zero-phase"
+    bandwidth: float | None = None  # of the filter on both sides [Hz]; None: from the data
+    filter: str = "zero-phase"  # {"zero-phase", "causal", "ideal"}
+    # torque, position: Channels; None: "torque" and "angle", or "force" and "position"
     torque: str | None = None
     position: str | None = None
-    lag: bool = True
+    lag: bool = True  # whether the instant at which the torque acts is free, to first order
 
 
 def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None) -> Identification:

@@ -43,26 +43,13 @@ CELLS = 50_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShaperFit:
-    """A shaper at the frequency that suits a vibration best.
-
-    Attributes
-    ----------
-    shaper : InputShaper
-    vibration : float
-        Remaining vibration, from 0 to about 1.
-    smoothing : float
-        At 5 m/s^2 [m].
-    max_acceleration : float
-        Up to which the smoothing stays within 0.12 mm [m/s^2].
-    score : float
-        By which types are compared, the smaller the better; in the unit of the smoothing [m].
-    """
+    """A shaper at the frequency that suits a vibration best."""
 
     shaper: InputShaper
-    vibration: float
-    smoothing: float
-    max_acceleration: float
-    score: float
+    vibration: float  # remaining vibration, from 0 to about 1
+    smoothing: float  # at 5 m/s^2 [m]
+    max_acceleration: float  # up to which the smoothing stays within 0.12 mm [m/s^2]
+    score: float  # by which types are compared, the smaller the better; in the unit of the smoothing [m]
 
     @property
     def type(self) -> str:

@@ -45,28 +45,17 @@ MOST_LEVERAGE = 0.9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModeFit:
-    """Modes fitted to a spectrum.
+    """Modes fitted to a spectrum."""
 
-    Attributes
-    ----------
-    frequency, damping : ndarray, shape (k,)
-        Undamped natural frequencies [Hz], damping ratios.
-    frequency_error, damping_error : ndarray, shape (k,)
-        Standard errors [Hz], of the logarithm of the ratio [-].
-    at_bound : ndarray of bool, shape (k,)
-    free : int
-        Degrees of freedom.
-    misfit : float
-        Root mean square of the relative errors.
-    """
-
+    # frequency, damping: (k,): undamped natural frequencies [Hz], damping ratios
     frequency: Array
     damping: Array
+    # frequency_error, damping_error: (k,): standard errors [Hz], of the logarithm of the ratio [-]
     frequency_error: Array
     damping_error: Array
-    at_bound: NDArray[np.bool_]
-    free: int
-    misfit: float
+    at_bound: NDArray[np.bool_]  # (k,)
+    free: int  # degrees of freedom
+    misfit: float  # root mean square of the relative errors
 
 
 @cache
@@ -212,33 +201,19 @@ EXPLAINED, HIDDEN = 0.01, 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpectrumPeak:
-    """A peak of a spectrum as a mode.
+    """A peak of a spectrum as a mode."""
 
-    Attributes
-    ----------
-    source : str
-        Name of the file.
-    frequency : float
-        Undamped natural frequency; that of the largest density where ``reason`` is given [Hz].
-    frequency_low, frequency_high : float or None
-        Ends of its interval of 95 % [Hz].
-    damping, damping_low, damping_high : float or None
-        Damping ratio, and its interval.
-    height : float
-        Density over the largest.
-    reason : str or None
-        Why there is no damping ratio.
-    """
-
-    source: str
-    frequency: float
+    source: str  # name of the file
+    frequency: float  # undamped natural frequency; that of the largest density where ``reason`` is given [Hz]
+    # frequency_low, frequency_high: ends of its interval of 95 % [Hz]
     frequency_low: float | None
     frequency_high: float | None
+    # damping, damping_low, damping_high: damping ratio, and its interval
     damping: float | None
     damping_low: float | None
     damping_high: float | None
-    height: float
-    reason: str | None
+    height: float  # density over the largest
+    reason: str | None  # why there is no damping ratio
 
 
 def spectrum_peaks(spectrum: PrinterSpectrum) -> tuple[SpectrumPeak, ...]:

@@ -115,30 +115,15 @@ WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueTiming:
-    """How the torque channel was moved.
+    """How the torque channel was moved."""
 
-    Attributes
-    ----------
-    shift : float
-        Time by which the torque acts later than it is logged [s].
-    error : float
-        Its standard error [s]; 0 where it is given.
-    law : {"shift", "low-pass"}
-        "low-pass": the sensor lags with the time constant ``-shift``.
-    known : bool
-        Whether it is given by an option.
-    determined : bool
-        Whether the log determines it; else the instant of logging is taken, with a doubt of half an interval.
-    stated : str
-        Convention that was given, whose shift is that of each log's own interval; empty: none.
-    """
-
-    shift: float
-    error: float
-    law: str = "shift"
-    known: bool = False
+    shift: float  # time by which the torque acts later than it is logged [s]
+    error: float  # its standard error [s]; 0 where it is given
+    law: str = "shift"  # {"shift", "low-pass"}: "low-pass": the sensor lags with the time constant ``-shift``
+    known: bool = False  # whether it is given by an option
+    # whether the log determines it; else the instant of logging is taken, with a doubt of half an interval
     determined: bool = True
-    stated: str = ""
+    stated: str = ""  # convention that was given, whose shift is that of each log's own interval; empty: none
 
     def of(self, interval: float) -> "TorqueTiming":
         """The timing of a log with this interval [s]."""

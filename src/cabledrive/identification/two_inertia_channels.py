@@ -18,17 +18,10 @@ LOAD = ("load", "pulley", "output", "second")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwoInertiaChannels:
-    """Which channels of a log are used.
-
-    Attributes
-    ----------
-    input : str
-    motor, load : str or None
-        Speed, angle or position of each side; one of them at least.
-    rectified : bool
-    """
+    """Which channels of a log are used."""
 
     input: str
+    # motor, load: Speed, angle or position of each side; one of them at least
     motor: str | None
     load: str | None
     rectified: bool

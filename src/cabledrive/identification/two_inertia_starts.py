@@ -20,16 +20,9 @@ FASTEST = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Starts:
-    """Starts, and the scales of the log.
+    """Starts, and the scales of the log."""
 
-    Attributes
-    ----------
-    scale : dict of str to float
-        "inertia", "stiffness", "damping", "viscous" and "input".
-    starts : tuple of dict
-    """
-
-    scale: dict[str, float]
+    scale: dict[str, float]  # "inertia", "stiffness", "damping", "viscous" and "input"
     starts: tuple[dict[str, float], ...]
 
 

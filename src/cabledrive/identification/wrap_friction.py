@@ -46,31 +46,14 @@ LEVEL = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionSplit:
-    """Friction of bearings and of wraps.
-
-    Attributes
-    ----------
-    separated : bool
-    reason : str
-        Why not, else empty.
-    constant : Estimate
-        Of motor and bearings at the motor [N m]; without a number unless separated.
-    per_tension : Estimate
-        Of the wraps over the pretension [N m/N], that is [m].
-    total : tuple of Estimate
-        All friction at each tension [N m].
-    tensions : tuple of float
-        [N].
-    strokes : int
-    findings : tuple of str
-    """
+    """Friction of bearings and of wraps."""
 
     separated: bool
-    reason: str
-    constant: Estimate
-    per_tension: Estimate
-    total: tuple[Estimate, ...]
-    tensions: tuple[float, ...]
+    reason: str  # why not, else empty
+    constant: Estimate  # of motor and bearings at the motor [N m]; without a number unless separated
+    per_tension: Estimate  # of the wraps over the pretension [N m/N], that is [m]
+    total: tuple[Estimate, ...]  # all friction at each tension [N m]
+    tensions: tuple[float, ...]  # [N]
     strokes: int
     findings: tuple[str, ...]
 

@@ -22,29 +22,17 @@ MOST_DOUBLINGS = 40
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ChainBatch:
-    """Chains of one build with numbers of their own, as `cabledrive.mechanics.chain.Chain` describes one.
+    """Chains of one build with numbers of their own, as `cabledrive.mechanics.chain.Chain` describes one."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (n, m)
-        Travel times of the segments [s].
-    masses, grounds : ndarray, shape (n, j)
-        Masses of the joints [kg] and their springs to the ground [N/m].
-    impedance : ndarray, shape (n,)
-        Wave impedance [kg/s].
-    pendant : ndarray, shape (n, 3)
-        Stiffness [N/m], mass [kg] and stiffness to the ground [N/m] of the motor behind a flexible joint, on
-        the first joint; zeros where there is none.
-    closed : bool
-        Whether the chains are rings; a line has free ends.
-    """
-
-    times: Array
+    times: Array  # (n, m): travel times of the segments [s]
+    # masses, grounds: (n, j): masses of the joints [kg] and their springs to the ground [N/m]
     masses: Array
     grounds: Array
-    impedance: Array
+    impedance: Array  # (n,): wave impedance [kg/s]
+    # (n, 3): stiffness [N/m], mass [kg] and stiffness to the ground [N/m] of the motor behind a flexible
+    # joint, on the first joint; zeros where there is none
     pendant: Array
-    closed: bool
+    closed: bool  # whether the chains are rings; a line has free ends
 
 
 def many_spectra(chains: ChainBatch, wanted: int) -> tuple[Array, NDArray[np.bool_]]:
@@ -122,41 +110,32 @@ def _table(chains: ChainBatch, here: slice) -> Table:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoopBatch:
-    """Loops of one build with numbers of their own; every array is of shape (n,).
+    """Loops of one build with numbers of their own; every array is of shape (n,)."""
 
-    Attributes
-    ----------
-    rigidity, density, pretension, length : ndarray
-        EA [N], mass per unstretched length [kg/m], T0 [N], unstretched length of a span [m].
-    transverse_damping, axial_damping : ndarray
-        [1/s], [N s].
-    radius, inertia, viscous : (ndarray, ndarray)
-        Of drive pulley and load pulley [m], [kg m^2], [N m s/rad].
-    motor_inertia, motor_viscous, joint_stiffness, joint_damping, holding_stiffness : ndarray
-        Zero where the drive has none [kg m^2], [N m s/rad], [N m/rad].
-    flexible, held : bool
-        Whether the motor is behind a flexible joint; whether it has a holding stiffness.
-    gravity_across : float
-        [m/s^2].
-    """
-
+    # rigidity, density, pretension, length: EA [N], mass per unstretched length [kg/m], T0 [N], unstretched
+    # length of a span [m]
     rigidity: Array
     density: Array
     pretension: Array
     length: Array
+    # transverse_damping, axial_damping: [1/s], [N s]
     transverse_damping: Array
     axial_damping: Array
+    # radius, inertia, viscous: of drive pulley and load pulley [m], [kg m^2], [N m s/rad]
     radius: tuple[Array, Array]
     inertia: tuple[Array, Array]
     viscous: tuple[Array, Array]
+    # motor_inertia, motor_viscous, joint_stiffness, joint_damping, holding_stiffness: zero where the drive
+    # has none [kg m^2], [N m s/rad], [N m/rad]
     motor_inertia: Array
     motor_viscous: Array
     joint_stiffness: Array
     joint_damping: Array
     holding_stiffness: Array
+    # flexible, held: whether the motor is behind a flexible joint; whether it has a holding stiffness
     flexible: bool
     held: bool
-    gravity_across: float
+    gravity_across: float  # [m/s^2]
 
     @cached_property
     def masses(self) -> tuple[Array, Array]:

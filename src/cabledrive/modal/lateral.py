@@ -10,33 +10,17 @@ from cabledrive.parameters import Drive, InputRefused
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HangingCarriage:
-    """One hanging mass on a stretch of cable that is held across at both ends.
+    """One hanging mass on a stretch of cable that is held across at both ends."""
 
-    Attributes
-    ----------
-    number : int
-        Number of the carriage in the file.
-    span : {"upper", "lower"}
-    mass : float
-        Mass m [kg].
-    tension : float
-        Pretension T0 [N].
-    before, after : float
-        Lengths L1, L2 under pretension from the carriage to the held points [m].
-    cable_mass : float
-        Mass of the stretch of cable, rho (L1 + L2) [kg].
-    section : (float, float)
-        Unstretched positions of the held points [m].
-    """
-
-    number: int
-    span: str
-    mass: float
-    tension: float
+    number: int  # number of the carriage in the file
+    span: str  # {"upper", "lower"}
+    mass: float  # mass m [kg]
+    tension: float  # pretension T0 [N]
+    # before, after: lengths L1, L2 under pretension from the carriage to the held points [m]
     before: float
     after: float
-    cable_mass: float
-    section: tuple[float, float]
+    cable_mass: float  # mass of the stretch of cable, rho (L1 + L2) [kg]
+    section: tuple[float, float]  # unstretched positions of the held points [m]
 
     @property
     def lateral_stiffness(self) -> float:

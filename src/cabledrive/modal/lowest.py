@@ -17,28 +17,15 @@ NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LowestFrequencies:
-    """Lowest longitudinal natural frequency of a drive by how its rotor is held.
+    """Lowest longitudinal natural frequency of a drive by how its rotor is held."""
 
-    Attributes
-    ----------
-    free, held : float or None
-        [Hz]; None where it could not be computed.
-    holding : float or None
-        With the rotor on ``motor.holding_stiffness`` [Hz]; None without that stiffness.
-    has_motor : bool
-        Whether the drive has a motor; else "held" holds the drive pulley.
-    reasons : dict of str
-        Why a frequency could not be computed, by the name that JSON gives it.
-    taut : bool
-        Whether the cable is straight under its pretension alone, as of a loop or line.
-    """
-
+    # free, held: [Hz]; None where it could not be computed
     free: float | None
     held: float | None
-    holding: float | None
-    has_motor: bool
-    reasons: dict[str, str]
-    taut: bool
+    holding: float | None  # with the rotor on ``motor.holding_stiffness`` [Hz]; None without that stiffness
+    has_motor: bool  # whether the drive has a motor; else "held" holds the drive pulley
+    reasons: dict[str, str]  # why a frequency could not be computed, by the name that JSON gives it
+    taut: bool  # whether the cable is straight under its pretension alone, as of a loop or line
 
     def as_dict(self) -> dict[str, Any]:
         """Frequencies by the names that JSON gives them.

@@ -20,12 +20,7 @@ _SPANS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModeRow:
-    """Modes of one kind, family and frequency.
-
-    Attributes
-    ----------
-    modes : tuple of Mode
-    """
+    """Modes of one kind, family and frequency."""
 
     modes: tuple[Mode, ...]
 

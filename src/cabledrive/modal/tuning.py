@@ -40,51 +40,26 @@ _PASSES = 60
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PulleyMode:
-    """The lowest longitudinal mode of the taut drive in which a pulley turns.
+    """The lowest longitudinal mode of the taut drive in which a pulley turns."""
 
-    Attributes
-    ----------
-    omega : float
-        Natural frequency [rad/s].
-    mode : Mode
-    shape : int
-        Which of its shapes turns the pulleys most.
-    """
-
-    omega: float
+    omega: float  # natural frequency [rad/s]
     mode: Mode
-    shape: int
+    shape: int  # which of its shapes turns the pulleys most
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pair:
-    """A transverse mode beside the pulley mode.
+    """A transverse mode beside the pulley mode."""
 
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-    section : (float, float)
-        Unstretched ends of the vibrating section [m].
-    number : int
-        Number m of the transverse mode of its section, from 1.
-    transverse_frequency, pulley_frequency : float
-        [Hz].
-    ratio : float
-        Transverse over pulley frequency.
-    tuned_pretension : float or None
-        Pretension that makes the ratio one half [N].
-    reason : str
-        Why there is none.
-    """
-
-    span: str
-    section: tuple[float, float]
-    number: int
+    span: str  # {"upper", "lower"}
+    section: tuple[float, float]  # unstretched ends of the vibrating section [m]
+    number: int  # number m of the transverse mode of its section, from 1
+    # transverse_frequency, pulley_frequency: [Hz]
     transverse_frequency: float
     pulley_frequency: float
-    ratio: float
-    tuned_pretension: float | None
-    reason: str = ""
+    ratio: float  # transverse over pulley frequency
+    tuned_pretension: float | None  # pretension that makes the ratio one half [N]
+    reason: str = ""  # why there is none
 
     @property
     def detuning(self) -> float:

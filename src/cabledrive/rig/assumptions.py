@@ -29,20 +29,12 @@ SAMPLES_PER_PERIOD = 100.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Departure:
-    """One way in which a run departs from the theorems' assumptions.
-
-    Attributes
-    ----------
-    words : str
-    definite : bool
-        Whether it breaks an assumption however small it is.
-    plant : bool
-        Whether cable or load are others than believed: breaks an assumption where what no torque of the motor
-        can make is more than a quarter of the tube.
-    """
+    """One way in which a run departs from the theorems' assumptions."""
 
     words: str
-    definite: bool = False
+    definite: bool = False  # whether it breaks an assumption however small it is
+    # whether cable or load are others than believed: breaks an assumption where what no torque of the motor
+    # can make is more than a quarter of the tube
     plant: bool = False
 
 

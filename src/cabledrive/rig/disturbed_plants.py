@@ -81,58 +81,35 @@ FRICTION_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disturbances:
-    """Ranges from which each plant of a comparison draws, all at the first shaft.
+    """Ranges from which each plant of a comparison draws, all at the first shaft."""
 
-    Attributes
-    ----------
-    load_coulomb, load_viscous : tuple of float
-        Friction of the load beside that of the drive [N m], [N m s/rad].
-    stribeck_excess, stribeck_speed : tuple of float
-        Friction at standstill over Coulomb friction, as a share of it; speed at which a third is left
-        [rad/s].
-    backlash : tuple of float
-        Of the motor's gearhead, from end to end [rad].
-    cogging, cogging_periods : tuple of float
-        Torque [N m]; periods per turn of the motor's shaft.
-    torque_ripple, ripple_periods : tuple of float
-        Share of the torque; periods per turn.
-    encoder_eccentricity : tuple of float
-        Error of the load's encoder, once per turn [rad].
-    added_delay : tuple of float
-        On top of the drive's own, unknown to the filter [s].
-    jitter : tuple of float
-        Standard deviation of the sample times [s].
-    load_factor, load_time : tuple of float
-        Factor of the load's inertia from a time on; [s].
-    announced_error, announced_late : tuple of float
-        Of the load that is announced to a law scheduled by it: error as a share of the true one, and by how
-        much later than the change it comes, negative: earlier [s].
-    softening : tuple of float
-        Share of the cable's stiffness that is lost in a second [1/s].
-    warming : tuple of float
-        Share of all Coulomb friction that is lost in a second [1/s].
-    shock_torque, shock_time, shock_duration : tuple of float
-        Torque on the load [N m], its start and duration [s].
-    """
-
+    # load_coulomb, load_viscous: friction of the load beside that of the drive [N m], [N m s/rad]
     load_coulomb: Range = NONE
     load_viscous: Range = NONE
+    # stribeck_excess, stribeck_speed: friction at standstill over Coulomb friction, as a share of it; speed
+    # at which a third is left [rad/s]
     stribeck_excess: Range = NONE
     stribeck_speed: Range = (0.3, 0.3)
-    backlash: Range = NONE
+    backlash: Range = NONE  # of the motor's gearhead, from end to end [rad]
+    # cogging, cogging_periods: torque [N m]; periods per turn of the motor's shaft
     cogging: Range = NONE
     cogging_periods: Range = (24.0, 24.0)
+    # torque_ripple, ripple_periods: share of the torque; periods per turn
     torque_ripple: Range = NONE
     ripple_periods: Range = (6.0, 48.0)
-    encoder_eccentricity: Range = NONE
-    added_delay: Range = NONE
-    jitter: Range = NONE
+    encoder_eccentricity: Range = NONE  # error of the load's encoder, once per turn [rad]
+    added_delay: Range = NONE  # on top of the drive's own, unknown to the filter [s]
+    jitter: Range = NONE  # standard deviation of the sample times [s]
+    # load_factor, load_time: factor of the load's inertia from a time on; [s]
     load_factor: Range = (1.0, 1.0)
     load_time: Range = NONE
+    # announced_error, announced_late: of the load that is announced to a law scheduled by it: error as a
+    # share of the true one, and by how much later than the change it comes, negative: earlier [s]
     announced_error: Range = NONE
     announced_late: Range = NONE
-    softening: Range = NONE
-    warming: Range = NONE
+    softening: Range = NONE  # share of the cable's stiffness that is lost in a second [1/s]
+    warming: Range = NONE  # share of all Coulomb friction that is lost in a second [1/s]
+    # shock_torque, shock_time, shock_duration: torque on the load [N m], its start and duration [s]
     shock_torque: Range = NONE
     shock_time: Range = NONE
     shock_duration: Range = (0.01, 0.01)

@@ -33,27 +33,15 @@ PARTS = ("matched", "friction", "unmatched", "counts")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ExpectedBound:
-    """Parts of the bound of the load's error along a motion, at the first shaft [rad].
+    """Parts of the bound of the load's error along a motion, at the first shaft [rad]."""
 
-    Attributes
-    ----------
-    matched : ndarray, shape (samples,)
-        From the motor's inertia, friction and offset within their bounds, adapted or not.
-    friction : ndarray, shape (samples,)
-        From friction that sticks where the reference is slower than the noise of the motor's speed.
-    unmatched : ndarray, shape (samples,)
-        From cable and load within their intervals.
-    counts : ndarray, shape (samples,)
-        From rounding to counts, and from encoder zeros that nobody knows.
-    peak_torque_noise : float
-        Five standard deviations of the command's noise by rounding [N m].
-    """
-
+    # (samples,): from the motor's inertia, friction and offset within their bounds, adapted or not
     matched: Array
+    # (samples,): from friction that sticks where the reference is slower than the noise of the motor's speed
     friction: Array
-    unmatched: Array
-    counts: Array
-    peak_torque_noise: float
+    unmatched: Array  # (samples,): from cable and load within their intervals
+    counts: Array  # (samples,): from rounding to counts, and from encoder zeros that nobody knows
+    peak_torque_noise: float  # five standard deviations of the command's noise by rounding [N m]
 
     @property
     def total(self) -> Array:

@@ -41,23 +41,15 @@ NAMES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LearningCheck:
-    """Bound along a run, and the sources of the error beside it, at the first shaft.
-
-    Attributes
-    ----------
-    bound : ErrorBound
-    matched, unmatched : ndarray, shape (samples,)
-        Parts of the error that a torque of the motor makes, and that none makes [rad].
-    lag : ndarray, shape (samples,)
-        By which the law's own reference misses the wanted angle between samples [rad].
-    beyond : tuple of str
-        Parameters outside their bounds, and estimates further off than the bound takes them to be.
-    """
+    """Bound along a run, and the sources of the error beside it, at the first shaft."""
 
     bound: ErrorBound
+    # matched, unmatched: (samples,): parts of the error that a torque of the motor makes, and that none makes
+    # [rad]
     matched: Array
     unmatched: Array
-    lag: Array
+    lag: Array  # (samples,): by which the law's own reference misses the wanted angle between samples [rad]
+    # parameters outside their bounds, and estimates further off than the bound takes them to be
     beyond: tuple[str, ...]
 
     @property

@@ -21,40 +21,25 @@ RUBBING_LOAD = Spreads(load_coulomb=0.02 / 0.0376)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LearningSamples:
-    """Peaks before and after learning, and what was learnt, one entry per draw that ran to its end.
+    """Peaks before and after learning, and what was learnt, one entry per draw that ran to its end."""
 
-    Attributes
-    ----------
-    first, later : ndarray, shape (draws,)
-        Peak error in the first pulse and its dwell, and after, of the true load angle [rad].
-    own_first, own_later : ndarray, shape (draws,)
-        The same against the load encoder's own zero [rad].
-    torque : ndarray, shape (draws,)
-        Largest [N m].
-    beta, damping : ndarray, shape (draws,)
-        Relative errors of beta and gamma.
-    covered : ndarray of bool, shape (draws, 8)
-        Whether the 95 % intervals of beta, gamma, whole inertia, viscous and Coulomb friction, offset torque,
-        and Coulomb and viscous friction of the load hold the true value.
-    friction : ndarray, shape (draws,)
-        Coulomb friction of the load [N m].
-    failed : int
-        Runs that ended before their time.
-    unused : int
-        Runs in which what was learnt was not used.
-    """
-
+    # first, later: (draws,): peak error in the first pulse and its dwell, and after, of the true load angle
+    # [rad]
     first: Array
     later: Array
+    # own_first, own_later: (draws,): the same against the load encoder's own zero [rad]
     own_first: Array
     own_later: Array
-    torque: Array
+    torque: Array  # (draws,): largest [N m]
+    # beta, damping: (draws,): relative errors of beta and gamma
     beta: Array
     damping: Array
+    # (draws, 8): whether the 95 % intervals of beta, gamma, whole inertia, viscous and Coulomb friction,
+    # offset torque, and Coulomb and viscous friction of the load hold the true value
     covered: NDArray[np.bool_]
-    friction: Array
-    failed: int
-    unused: int
+    friction: Array  # (draws,): Coulomb friction of the load [N m]
+    failed: int  # runs that ended before their time
+    unused: int  # runs in which what was learnt was not used
 
     @property
     def words(self) -> dict[str, Any]:

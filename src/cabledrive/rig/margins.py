@@ -37,26 +37,13 @@ SIGMAS = 5.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Margins:
-    """How far a loop is from instability, and how much torque rounding makes.
-
-    Attributes
-    ----------
-    stable : bool
-    disk : float
-        Disk margin [-]; 0 where the loop is unstable.
-    gain : float
-        Factor by which the gain may rise [-]; infinite: any.
-    phase : float
-        Phase that may be lost [rad]; infinite: the loop has no crossover.
-    ripple : float
-        Five standard deviations of the torque by white rounding to counts [N m].
-    """
+    """How far a loop is from instability, and how much torque rounding makes."""
 
     stable: bool
-    disk: float
-    gain: float
-    phase: float
-    ripple: float
+    disk: float  # disk margin [-]; 0 where the loop is unstable
+    gain: float  # factor by which the gain may rise [-]; infinite: any
+    phase: float  # phase that may be lost [rad]; infinite: the loop has no crossover
+    ripple: float  # five standard deviations of the torque by white rounding to counts [N m]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -16,15 +16,7 @@ from cabledrive.rig.setting import DEGREE, RigOptions
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spreads:
-    """Relative half widths of what the bounds of p2 to p5 do not say.
-
-    Attributes
-    ----------
-    cable_stiffness, load_inertia : float
-    cable_damping, joint_damping, joint_stiffness, drive_inertia : float
-    load_coulomb : float
-        Largest Coulomb friction of the load over that of the motor; uniform from zero.
-    """
+    """Relative half widths of what the bounds of p2 to p5 do not say."""
 
     cable_stiffness: float = 0.05
     load_inertia: float = 0.05
@@ -32,23 +24,16 @@ class Spreads:
     joint_damping: float = 0.2
     joint_stiffness: float = 0.1
     drive_inertia: float = 0.05
+    # largest Coulomb friction of the load over that of the motor; uniform from zero
     load_coulomb: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlantSamples:
-    """Peaks of many runs.
+    """Peaks of many runs."""
 
-    Attributes
-    ----------
-    scores : ndarray, shape (draws, scores)
-        As `SUMMARY` names them, angles in rad at the load.
-    failed : int
-        Runs that ended before their time.
-    """
-
-    scores: Array
-    failed: int
+    scores: Array  # (draws, scores): as `SUMMARY` names them, angles in rad at the load
+    failed: int  # runs that ended before their time
 
     def degrees(self, name: str) -> Array:
         """A peak of every run [deg].

@@ -29,25 +29,14 @@ COLUMNS = ("peak", "later_peak", "peak_torque", "saturated", "failed")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scores:
-    """Runs of one law, one entry a plant.
+    """Runs of one law, one entry a plant."""
 
-    Attributes
-    ----------
-    peaks, later : tuple of float
-        Largest error of the whole run, and after its first pulse and dwell [rad at the load].
-    torques : tuple of float
-        [N m].
-    saturated : tuple of float
-        Samples at the torque limit.
-    failed : tuple of bool
-        Whether the run ended before its time.
-    """
-
+    # peaks, later: largest error of the whole run, and after its first pulse and dwell [rad at the load]
     peaks: tuple[float, ...]
     later: tuple[float, ...]
-    torques: tuple[float, ...]
-    saturated: tuple[float, ...]
-    failed: tuple[bool, ...]
+    torques: tuple[float, ...]  # [N m]
+    saturated: tuple[float, ...]  # samples at the torque limit
+    failed: tuple[bool, ...]  # whether the run ended before its time
 
     def joined(self, other: "Scores") -> "Scores":
         """These runs and others."""

@@ -38,21 +38,11 @@ ASSUMED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Repeated:
-    """A motion repeated.
+    """A motion repeated."""
 
-    Attributes
-    ----------
-    loop : Loop
-        With the torque of the best repetition.
-    done : Run
-        The best repetition.
-    words : dict
-        Errors of each repetition and the proof of convergence, for people and JSON.
-    """
-
-    loop: Loop
-    done: Run
-    words: dict[str, Any]
+    loop: Loop  # with the torque of the best repetition
+    done: Run  # the best repetition
+    words: dict[str, Any]  # errors of each repetition and the proof of convergence, for people and JSON
 
 
 def repeat_motion(loop: Loop, spec: DesignSpec, options: RigOptions, repetitions: int) -> Repeated:

@@ -26,13 +26,7 @@ from cabledrive.rig.setting import DEGREE
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TheoremCheck:
-    """The bound of the theorem along a run, and the sources of the error beside it, at the first shaft.
-
-    Attributes
-    ----------
-    bound : ErrorBound
-    residual : SlidingResidual
-    """
+    """The bound of the theorem along a run, and the sources of the error beside it, at the first shaft."""
 
     bound: ErrorBound
     residual: SlidingResidual

@@ -52,31 +52,16 @@ UNLIMITED = Margins(stable=True, disk=np.inf, gain=np.inf, phase=np.inf, ripple=
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TunedLaw:
-    """A law as the procedure tuned it.
-
-    Attributes
-    ----------
-    name : str
-    loop : Loop
-        Nominal, with law and filter.
-    bandwidth : float
-        [Hz].
-    filter : str
-        Of `FILTERS`, or what the law brings.
-    margins : Margins
-    reached : float
-        Smallest of what it keeps of each limit, over that limit; below 1 it is the one that comes closest.
-    seconds : float
-        What the tuning took [s].
-    """
+    """A law as the procedure tuned it."""
 
     name: str
-    loop: Loop
-    bandwidth: float
-    filter: str
+    loop: Loop  # Nominal, with law and filter
+    bandwidth: float  # [Hz]
+    filter: str  # of `FILTERS`, or what the law brings
     margins: Margins
+    # smallest of what it keeps of each limit, over that limit; below 1 it is the one that comes closest
     reached: float
-    seconds: float = 0.0
+    seconds: float = 0.0  # what the tuning took [s]
 
     @property
     def accepted(self) -> bool:

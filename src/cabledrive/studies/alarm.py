@@ -41,77 +41,39 @@ STEEPEST = 0.12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModeAlarm:
-    """What a motion does to one transverse mode.
+    """What a motion does to one transverse mode."""
 
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-    section : (float, float)
-        Ends of the free stretch at the start, unstretched [m].
-    plane : {"w", "v"}
-        In the plane of the loop, or across it.
-    number : int
-    frequency_hz : float
-        At the start, of the string under its static tension [Hz].
-    driven : float
-        Largest amplitude by the motion alone, from rest [m].
-    largest : float
-        Largest amplitude from rest or from the floor [m].
-    time : float
-        When that is reached [s].
-    excitation : {"none", "direct", "parametric"}
-        What makes it larger than the floor: the tension's change through the slope of the sag, or through the
-        transverse motion itself, at 1:2 or by sum type.
-    """
-
-    span: str
-    section: tuple[float, float]
-    plane: str
+    span: str  # {"upper", "lower"}
+    section: tuple[float, float]  # ends of the free stretch at the start, unstretched [m]
+    plane: str  # {"w", "v"}: in the plane of the loop, or across it
     number: int
-    frequency_hz: float
-    driven: float
-    largest: float
-    time: float
+    frequency_hz: float  # at the start, of the string under its static tension [Hz]
+    driven: float  # largest amplitude by the motion alone, from rest [m]
+    largest: float  # largest amplitude from rest or from the floor [m]
+    time: float  # when that is reached [s]
+    # {"none", "direct", "parametric"}: what makes it larger than the floor: the tension's change through the
+    # slope of the sag, or through the transverse motion itself, at 1:2 or by sum type
     excitation: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AlarmResult:
-    """The verdict on a motion.
+    """The verdict on a motion."""
 
-    Attributes
-    ----------
-    verdict : {"safe", "dangerous", "unknown"}
-    floor, limit : float
-        Amplitude of every transverse mode that is always there, and the largest displacement allowed [m].
-    largest_transverse : float
-        Largest transverse displacement from rest along the motion [m].
-    changed : float
-        An estimate of the same under changes of the frequencies, the torque and the floor, with a margin [m];
-        no bound.
-    modes : tuple of ModeAlarm
-        The largest first.
-    lowest_tension : float or None
-        Along the motion [N]; None: beyond all numbers.
-    slack : bool
-        Whether a span loses its tension.
-    reasons : tuple of str
-        Of the verdict.
-    assumptions : tuple of str
-        What the verdict rests on.
-    remedy : str
-    """
-
-    verdict: str
+    verdict: str  # {"safe", "dangerous", "unknown"}
+    # floor, limit: amplitude of every transverse mode that is always there, and the largest displacement
+    # allowed [m]
     floor: float
     limit: float
-    largest_transverse: float
+    largest_transverse: float  # largest transverse displacement from rest along the motion [m]
+    # an estimate of the same under changes of the frequencies, the torque and the floor, with a margin [m];
+    # no bound
     changed: float
-    modes: tuple[ModeAlarm, ...]
-    lowest_tension: float | None
-    slack: bool
-    reasons: tuple[str, ...]
-    assumptions: tuple[str, ...]
+    modes: tuple[ModeAlarm, ...]  # the largest first
+    lowest_tension: float | None  # along the motion [N]; None: beyond all numbers
+    slack: bool  # whether a span loses its tension
+    reasons: tuple[str, ...]  # of the verdict
+    assumptions: tuple[str, ...]  # what the verdict rests on
     remedy: str
 
 

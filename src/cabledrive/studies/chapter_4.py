@@ -39,68 +39,36 @@ MOTOR, WITH_DRIVE, WITH_LOAD = BENCH_TESTS
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Experiment:
-    """One bench test on the virtual rig.
-
-    Attributes
-    ----------
-    title : str
-    figures : str
-        The printed figures that it stands beside.
-    shown : float
-        How much of it those show [s].
-    test : BenchTest
-    found, printed_regressor : Identification
-        With the sign of the speed, refined by output error; by inverse dynamics with tanh(0.5 w).
-    curves : RegressorCurves
-        With tanh(0.5 w), as printed.
-    error_share : float
-        Modelling error over torque with the sign of the speed.
-    """
+    """One bench test on the virtual rig."""
 
     title: str
-    figures: str
-    shown: float
+    figures: str  # the printed figures that it stands beside
+    shown: float  # how much of it those show [s]
     test: BenchTest
+    # found, printed_regressor: with the sign of the speed, refined by output error; by inverse dynamics with
+    # tanh(0.5 w)
     found: Identification
     printed_regressor: Identification
-    curves: RegressorCurves
-    error_share: float
+    curves: RegressorCurves  # with tanh(0.5 w), as printed
+    error_share: float  # modelling error over torque with the sign of the speed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResponseExperiment:
-    """A response from torque to motor speed.
-
-    Attributes
-    ----------
-    measured : FrequencyResponse
-    chain : LumpedChain
-        What made it.
-    fit : ResponseFit
-    """
+    """A response from torque to motor speed."""
 
     measured: FrequencyResponse
-    chain: LumpedChain
+    chain: LumpedChain  # what made it
     fit: ResponseFit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chapter4:
-    """Everything that chapter 4 shows.
-
-    Attributes
-    ----------
-    experiments : tuple of Experiment
-    inertias : dict of str to Estimate
-        As in Table 4.2.
-    motor, coupled : ResponseExperiment
-        The motor alone, and with the drive pulley on its coupling.
-    amplifier : AmplifierFit
-    amplifier_response : FrequencyResponse
-    """
+    """Everything that chapter 4 shows."""
 
     experiments: tuple[Experiment, ...]
-    inertias: dict[str, Estimate]
+    inertias: dict[str, Estimate]  # as in Table 4.2
+    # motor, coupled: the motor alone, and with the drive pulley on its coupling
     motor: ResponseExperiment
     coupled: ResponseExperiment
     amplifier: AmplifierFit

@@ -26,90 +26,50 @@ _STRAINED = 1e-2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Branch:
-    """One mode along a map: what it is, and its frequency at each point.
+    """One mode along a map: what it is, and its frequency at each point."""
 
-    Attributes
-    ----------
-    kind : {"longitudinal", "transverse"}
-    name : str
-        Its rope span, or the body or pulley that moves most, and its number among those of that name.
-    hertz : ndarray, shape (points,)
-        [Hz]; not finite where it lies above what was searched, or the point is no machine.
-    weight : float
-        0 to 1: the largest share of its kinetic energy that a body, pulley or carriage has on the map, or
-        1/n of the nth mode across a span.
-    """
-
-    kind: str
-    name: str
+    kind: str  # {"longitudinal", "transverse"}
+    name: str  # its rope span, or the body or pulley that moves most, and its number among those of that name
+    # (points,): [Hz]; not finite where it lies above what was searched, or the point is no machine
     hertz: Array
+    # 0 to 1: the largest share of its kinetic energy that a body, pulley or carriage has on the map, or 1/n
+    # of the nth mode across a span
     weight: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zone:
-    """Speeds, and places on the map, at which an excitation comes near a mode.
-
-    Attributes
-    ----------
-    order, mode, kind : str
-    low, high : float
-        Speeds within the asked range, the margin included [m/s] or [rad/s].
-    place_low, place_high : float
-        First and last value of the map's first key where that is so, in SI.
-    weight : float
-        Of the mode, less for a higher number of the order.
-    """
+    """Speeds, and places on the map, at which an excitation comes near a mode."""
 
     order: str
     mode: str
     kind: str
+    # low, high: speeds within the asked range, the margin included [m/s] or [rad/s]
     low: float
     high: float
+    # place_low, place_high: first and last value of the map's first key where that is so, in SI
     place_low: float
     place_high: float
-    weight: float
+    weight: float  # of the mode, less for a higher number of the order
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Campbell:
-    """What orders of excitation meet over a range of speed, at every point of a map.
+    """What orders of excitation meet over a range of speed, at every point of a map."""
 
-    Attributes
-    ----------
-    key : str
-        First key of the map.
-    places : ndarray, shape (points,)
-        Its value at each point, in SI.
-    coordinate : str
-        What moves with the speed.
-    low, high, margin : float
-        Range of speed [m/s] or [rad/s]; share of a frequency that is too near.
-    orders : dict of str to float
-        Frequency per unit speed [Hz s/m], [Hz s/rad].
-    covered : float
-        Every mode below it is known [Hz].
-    certified : bool
-        Whether each point's list is certified complete up to there.
-    branches : tuple of Branch
-    zones : tuple of Zone
-        The heaviest first.
-    clear : tuple of (float, float)
-        Speeds at which no order comes near a mode anywhere on the map.
-    """
-
-    key: str
-    places: Array
-    coordinate: str
+    key: str  # first key of the map
+    places: Array  # (points,): its value at each point, in SI
+    coordinate: str  # what moves with the speed
+    # low, high, margin: range of speed [m/s] or [rad/s]; share of a frequency that is too near
     low: float
     high: float
     margin: float
-    orders: dict[str, float]
-    covered: float
-    certified: bool
+    orders: dict[str, float]  # frequency per unit speed [Hz s/m], [Hz s/rad]
+    covered: float  # every mode below it is known [Hz]
+    certified: bool  # whether each point's list is certified complete up to there
     branches: tuple[Branch, ...]
-    zones: tuple[Zone, ...]
-    clear: tuple[tuple[float, float], ...]
+    zones: tuple[Zone, ...]  # the heaviest first
+    clear: tuple[tuple[float, float], ...]  # speeds at which no order comes near a mode anywhere on the map
 
 
 def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:

@@ -31,26 +31,13 @@ _MOST_STATIONS = 20_000
 
 @dataclass(frozen=True, eq=False)
 class Station:
-    """Followed modes at one value.
-
-    Attributes
-    ----------
-    value : float
-    frequency : ndarray, shape (curves,)
-        Frequencies [Hz] in the order of the curves.
-    shapes : ndarray, shape (n, curves)
-        Mass-weighted shapes of unit length.
-    family : tuple of str
-        Family of each mode.
-    places : ndarray of int, shape (curves,)
-        Place of each mode in the ascending list of all.
-    """
+    """Followed modes at one value."""
 
     value: float
-    frequency: Array
-    shapes: Array
-    family: tuple[str, ...]
-    places: NDArray[np.intp]
+    frequency: Array  # (curves,): frequencies [Hz] in the order of the curves
+    shapes: Array  # (n, curves): Mass-weighted shapes of unit length
+    family: tuple[str, ...]  # family of each mode
+    places: NDArray[np.intp]  # (curves,): place of each mode in the ascending list of all
 
 
 class Follower:
@@ -222,27 +209,15 @@ _REFINEMENTS = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Crossing:
-    """Two curves that come together.
+    """Two curves that come together."""
 
-    Attributes
-    ----------
-    kind : {"crossing", "veering"}
-        Crossing: they change order, each keeps its shape. Veering: they keep their order and exchange shapes.
-    value : float
-        Value of the parameter, of a veering where the relative gap is least.
-    frequency : float
-        Mean of the two frequencies there [Hz].
-    gap : float
-        Their difference there [Hz]; zero at a crossing.
-    curves : (int, int)
-        Numbers of the two curves.
-    """
-
+    # {"crossing", "veering"}: Crossing: they change order, each keeps its shape. Veering: they keep their
+    # order and exchange shapes
     kind: str
-    value: float
-    frequency: float
-    gap: float
-    curves: tuple[int, int]
+    value: float  # value of the parameter, of a veering where the relative gap is least
+    frequency: float  # mean of the two frequencies there [Hz]
+    gap: float  # their difference there [Hz]; zero at a crossing
+    curves: tuple[int, int]  # numbers of the two curves
 
 
 def crossings(follower: Follower, path: list[Station]) -> list[Crossing]:

@@ -176,22 +176,15 @@ class FittedFigure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeakFit:
-    """Figures that bring computed frequencies to measured peaks.
-
-    Attributes
-    ----------
-    figures : tuple of FittedFigure
-    measured, before, after : dict of str to float
-        Frequencies by coordinate [Hz]: the peaks, those of the file and those of the fit.
-    drive : RoutedDrive
-        The machine with the fitted figures.
-    """
+    """Figures that bring computed frequencies to measured peaks."""
 
     figures: tuple[FittedFigure, ...]
+    # measured, before, after: frequencies by coordinate [Hz]: the peaks, those of the file and those of the
+    # fit
     measured: dict[str, float]
     before: dict[str, float]
     after: dict[str, float]
-    drive: RoutedDrive
+    drive: RoutedDrive  # the machine with the fitted figures
 
 
 def fit_to_peaks(

@@ -34,18 +34,10 @@ FEW = 64
 
 
 class Axis(NamedTuple):
-    """Keys that move together along one dimension of a map.
+    """Keys that move together along one dimension of a map."""
 
-    Attributes
-    ----------
-    keys : tuple of str
-        The first names the dimension.
-    values : ndarray, shape (keys, p)
-        In SI.
-    """
-
-    keys: tuple[str, ...]
-    values: Array
+    keys: tuple[str, ...]  # the first names the dimension
+    values: Array  # (keys, p): in SI
 
 
 class _Point(NamedTuple):

@@ -20,30 +20,17 @@ FRICTION, TEETH = "friction", "teeth"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpanMargin:
-    """Tensions of one rope of a span along a motion [N], and what it holds.
-
-    Attributes
-    ----------
-    name, route : str
-    rest : (float, float)
-        Lowest and highest at rest in the poses.
-    even : (float, float)
-        With forces of inertia and friction, without vibration.
-    tension : (float, float)
-        With the vibration.
-    lowest_at, highest_at : float
-        When [s].
-    strength, safety_factor : float or None
-        Strength over the highest tension; None without a strength.
-    """
+    """Tensions of one rope of a span along a motion [N], and what it holds."""
 
     name: str
     route: str
-    rest: tuple[float, float]
-    even: tuple[float, float]
-    tension: tuple[float, float]
+    rest: tuple[float, float]  # lowest and highest at rest in the poses
+    even: tuple[float, float]  # with forces of inertia and friction, without vibration
+    tension: tuple[float, float]  # with the vibration
+    # lowest_at, highest_at: when [s]
     lowest_at: float
     highest_at: float
+    # strength, safety_factor: strength over the highest tension; None without a strength
     strength: float | None
     safety_factor: float | None
 
@@ -61,40 +48,22 @@ class SpanMargin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PulleyMargin:
-    """What a pulley must transmit along a motion, and what its friction or its teeth hold.
-
-    Attributes
-    ----------
-    name, route : str
-    by : {"friction", "teeth"}
-    wrap : float
-        Least wrap [rad].
-    needed_friction : float or None
-        Largest ``abs(ln(T1/T2))`` over the wrap; None where one tension is gone.
-    capstan_friction : float or None
-        Of the file.
-    effective_tension, allowed : float, float or None
-        Largest difference of the tensions of one rope, and what the teeth in mesh take [N].
-    teeth_in_mesh : int or None
-    margin : float or None
-        What holds over what is needed; below 1 the rope slips or the teeth are overloaded.
-    time : float
-        When it is least [s].
-    verdict : {"holds", "exceeded", "unknown"}
-    """
+    """What a pulley must transmit along a motion, and what its friction or its teeth hold."""
 
     name: str
     route: str
-    by: str
-    wrap: float
-    needed_friction: float | None
-    capstan_friction: float | None
+    by: str  # {"friction", "teeth"}
+    wrap: float  # least wrap [rad]
+    needed_friction: float | None  # largest ``abs(ln(T1/T2))`` over the wrap; None where one tension is gone
+    capstan_friction: float | None  # of the file
+    # effective_tension, allowed: largest difference of the tensions of one rope, and what the teeth in mesh
+    # take [N]
     effective_tension: float
     allowed: float | None
     teeth_in_mesh: int | None
-    margin: float | None
-    time: float
-    verdict: str
+    margin: float | None  # what holds over what is needed; below 1 the rope slips or the teeth are overloaded
+    time: float  # when it is least [s]
+    verdict: str  # {"holds", "exceeded", "unknown"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,28 +173,16 @@ factor for teeth in mesh of design manuals of PowerGrip belts, 1.0, 0.8, 0.6, 0.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionMargins:
-    """The answer: margins, verdict, reasons and assumptions.
-
-    Attributes
-    ----------
-    spans, pulleys, motors : tuple
-    overshoot : float or None
-        Largest change of a tension with the vibration over the largest without it; None without a change.
-    poses : int
-    step : float
-        Between samples [s].
-    given : bool
-        Whether the torque follows from given places.
-    reasons, assumptions : tuple of str
-    """
+    """The answer: margins, verdict, reasons and assumptions."""
 
     spans: tuple[SpanMargin, ...]
     pulleys: tuple[PulleyMargin, ...]
     motors: tuple[MotorMargin, ...]
+    # largest change of a tension with the vibration over the largest without it; None without a change
     overshoot: float | None
     poses: int
-    step: float
-    given: bool
+    step: float  # between samples [s]
+    given: bool  # whether the torque follows from given places
     reasons: tuple[str, ...]
     assumptions: tuple[str, ...]
 

@@ -51,21 +51,11 @@ HIGHEST = 80
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TensionLines:
-    """Spectrum of the tension's oscillation over its value at rest, the largest along the cable.
+    """Spectrum of the tension's oscillation over its value at rest, the largest along the cable."""
 
-    Attributes
-    ----------
-    size : ndarray, shape (n,)
-        Relative amplitude of each line [-].
-    omega : ndarray, shape (n,)
-        [rad/s].
-    duration : float
-        Of the motion [s].
-    """
-
-    size: Array
-    omega: Array
-    duration: float
+    size: Array  # (n,): relative amplitude of each line [-]
+    omega: Array  # (n,): [rad/s]
+    duration: float  # of the motion [s]
 
 
 def amplitudes(values: Array) -> Array:
@@ -153,27 +143,15 @@ COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 10, 300
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PreparedMotion:
-    """A motion, and the coefficients of the model along it.
+    """A motion, and the coefficients of the model along it."""
 
-    Attributes
-    ----------
-    h : float
-        Step [s].
-    time, torque : ndarray, shape (steps,)
-        [s], and the torque above the holding torque [N m].
-    states : tuple of StaticState
-    models : tuple of SaggingModel
-        One of each, or one at each of `KNOTS` instants.
-    complete : bool
-        Whether all transverse modes that the motion can excite are kept.
-    """
-
-    h: float
+    h: float  # step [s]
+    # time, torque: (steps,): [s], and the torque above the holding torque [N m]
     time: Array
     torque: Array
     states: tuple[StaticState, ...]
-    models: tuple[SaggingModel, ...]
-    complete: bool
+    models: tuple[SaggingModel, ...]  # one of each, or one at each of `KNOTS` instants
+    complete: bool  # whether all transverse modes that the motion can excite are kept
 
     def response(
         self,

@@ -38,37 +38,22 @@ _MISSING = 1e-3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MotionTensions:
-    """Tensions of one rope of each piece along a motion; q: index of a piece, start and end of it last.
-
-    Attributes
-    ----------
-    slow : SlowMotion
-    time : ndarray, shape (t,)
-        [s], in equal steps.
-    share : ndarray, shape (t, poses)
-        Of each pose.
-    rest, even, vibrating : ndarray, shape (t, pieces, 2)
-        At rest in the pose, with forces of inertia and friction, and with the vibration [N].
-    torque, holding : ndarray, shape (t, motors)
-        Beyond what holds the machine at rest, and that [N m].
-    speed : ndarray, shape (t, motors)
-        Of the rotors against their mounts [rad/s].
-    mismatch : float
-        Largest difference between the torque that the file gives and that of its places [N m].
-    lowest_mode, highest_mode : float
-        Of the elastic modes that answer [Hz]; NaN without one.
-    """
+    """Tensions of one rope of each piece along a motion; q: index of a piece, start and end of it last."""
 
     slow: SlowMotion
-    time: Array
-    share: Array
+    time: Array  # (t,): [s], in equal steps
+    share: Array  # (t, poses): of each pose
+    # rest, even, vibrating: (t, pieces, 2): at rest in the pose, with forces of inertia and friction, and
+    # with the vibration [N]
     rest: Array
     even: Array
     vibrating: Array
+    # torque, holding: (t, motors): beyond what holds the machine at rest, and that [N m]
     torque: Array
     holding: Array
-    speed: Array
-    mismatch: float
+    speed: Array  # (t, motors): of the rotors against their mounts [rad/s]
+    mismatch: float  # largest difference between the torque that the file gives and that of its places [N m]
+    # lowest_mode, highest_mode: of the elastic modes that answer [Hz]; NaN without one
     lowest_mode: float
     highest_mode: float
 

@@ -40,37 +40,18 @@ _SEGMENTS = 240
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoupledPair:
-    """A longitudinal mode and the one or two transverse modes that it can excite parametrically.
+    """A longitudinal mode and the one or two transverse modes that it can excite parametrically."""
 
-    Attributes
-    ----------
-    kind : {"1:2", "sum"}
-    longitudinal_hz : float
-        [Hz].
-    span : {"upper", "lower"}
-    section : (float, float)
-        Unstretched ends of the free stretch [m].
-    numbers : (int, int)
-        Of the transverse modes; twice the same for 1:2.
-    transverse_hz : (float, float)
-        Their frequencies at rest [Hz].
-    detuning_hz : float
-        Longitudinal frequency minus the sum of the transverse ones [Hz].
-    threshold_torque : float or None
-        Amplitude of the torque at the longitudinal frequency above which they grow [N m].
-    reason : str
-        Why there is none.
-    """
-
-    kind: str
-    longitudinal_hz: float
-    span: str
-    section: tuple[float, float]
-    numbers: tuple[int, int]
-    transverse_hz: tuple[float, float]
-    detuning_hz: float
+    kind: str  # {"1:2", "sum"}
+    longitudinal_hz: float  # [Hz]
+    span: str  # {"upper", "lower"}
+    section: tuple[float, float]  # unstretched ends of the free stretch [m]
+    numbers: tuple[int, int]  # of the transverse modes; twice the same for 1:2
+    transverse_hz: tuple[float, float]  # their frequencies at rest [Hz]
+    detuning_hz: float  # longitudinal frequency minus the sum of the transverse ones [Hz]
+    # amplitude of the torque at the longitudinal frequency above which they grow [N m]
     threshold_torque: float | None
-    reason: str = ""
+    reason: str = ""  # why there is none
 
 
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:

@@ -21,32 +21,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlannedMotion:
-    """A motion, sampled.
+    """A motion, sampled."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        From 0, ascending [s].
-    torque : ndarray, shape (n,)
-        [N m].
-    pretension : ndarray, shape (n,), or None
-        [N]; the drive's own unless given.
-    carriage : ndarray, shape (n,), or None
-        Position of the first carriage [m]; carriages coupled to it move as far.
-    load_torque : ndarray, shape (n,), or None
-        Slowly changing torque on the load pulley [N m]; it splits the span tensions.
-    places : mapping of str to ndarray, each of shape (n,)
-        Of bodies of a machine with routes, by "head.x", "arm.turn" [m], [rad].
-    torques : mapping of str to ndarray, each of shape (n,)
-        Of its motors but the first, by the name of their pulley [N m].
-    """
-
-    time: Array
-    torque: Array
-    pretension: Array | None = None
+    time: Array  # (n,): from 0, ascending [s]
+    torque: Array  # (n,): [N m]
+    pretension: Array | None = None  # (n,): [N]; the drive's own unless given
+    # (n,): position of the first carriage [m]; carriages coupled to it move as far
     carriage: Array | None = None
+    # (n,): slowly changing torque on the load pulley [N m]; it splits the span tensions
     load_torque: Array | None = None
+    # (n,): of bodies of a machine with routes, by "head.x", "arm.turn" [m], [rad]
     places: Mapping[str, Array] = field(default_factory=dict)
+    # (n,): of its motors but the first, by the name of their pulley [N m]
     torques: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

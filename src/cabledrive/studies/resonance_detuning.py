@@ -41,30 +41,16 @@ STATE_ONE = "state one by --torque, --motion or [excitation]"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstabilityMargin:
-    """Detuning of a drive from the instability region of a torque.
+    """Detuning of a drive from the instability region of a torque."""
 
-    Attributes
-    ----------
-    verdict : {"resonant", "close", "safe"}
-    mode : int
-        The transverse mode, of those of the model, that decides.
-    distance, half_width : float
-        Detuning from the middle of the instability region and its half-width [rad/s].
-    growth : float
-        Growth rate of a vanishing motion [1/s].
-    amplitude : float
-        Pulley mode's amplitude q under the torque [m].
-    slack : bool
-        Whether that amplitude is where a span goes slack.
-    """
-
-    verdict: str
-    mode: int
+    verdict: str  # {"resonant", "close", "safe"}
+    mode: int  # the transverse mode, of those of the model, that decides
+    # distance, half_width: detuning from the middle of the instability region and its half-width [rad/s]
     distance: float
     half_width: float
-    growth: float
-    amplitude: float
-    slack: bool
+    growth: float  # growth rate of a vanishing motion [1/s]
+    amplitude: float  # pulley mode's amplitude q under the torque [m]
+    slack: bool  # whether that amplitude is where a span goes slack
 
 
 def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
@@ -151,18 +137,11 @@ LARGEST_PHASE = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResonanceBatch:
-    """Numbers of each loop; NaN where there is none, every array of shape (n,).
+    """Numbers of each loop; NaN where there is none, every array of shape (n,)."""
 
-    Attributes
-    ----------
-    done : ndarray of bool
-        Whether the closed form holds; the others are for `resonance`.
-    frequency_ratio, tuned_pretension, threshold_torque, threshold_here, pulley_frequency : ndarray
-        [-], [N], [N m], [N m], [Hz]; as in `cabledrive.studies.resonance.ResonanceSummary`.
-    verdict : ndarray of str
-    """
-
-    done: NDArray[np.bool_]
+    done: NDArray[np.bool_]  # whether the closed form holds; the others are for `resonance`
+    # frequency_ratio, tuned_pretension, threshold_torque, threshold_here, pulley_frequency: [-], [N], [N m],
+    # [N m], [Hz]; as in `cabledrive.studies.resonance.ResonanceSummary`
     frequency_ratio: Array
     tuned_pretension: Array
     threshold_torque: Array
@@ -217,17 +196,10 @@ CLOSE_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class ActingTorque:
-    """A torque that acts on the first motor's pulley without a planned motion.
+    """A torque that acts on the first motor's pulley without a planned motion."""
 
-    Attributes
-    ----------
-    amplitude : float or None
-        [N m]; None: nobody says.
-    bands : tuple of (str, float, float), or None
-        Name of an order with the frequencies that it reaches [Hz]; None: it may act at any frequency.
-    """
-
-    amplitude: float | None
+    amplitude: float | None  # [N m]; None: nobody says
+    # name of an order with the frequencies that it reaches [Hz]; None: it may act at any frequency
     bands: tuple[tuple[str, float, float], ...] | None = None
 
     def reaches(self, hertz: float) -> str | None:

@@ -23,48 +23,24 @@ SPREAD = 0.25
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GrowthMap:
-    """Largest transverse amplitude after a time, over pretension and torque.
+    """Largest transverse amplitude after a time, over pretension and torque."""
 
-    Attributes
-    ----------
-    drive : str
-        Name.
-    drive_hash : str
-    pretension : ndarray, shape (p,)
-        [N].
-    torque : ndarray, shape (t,)
-        [N m].
-    growth : ndarray, shape (t, p)
-        Largest amplitude of any section over the pluck [-]; NaN where a span went slack.
-    pulley : ndarray, shape (t, p)
-        Largest q [m]; NaN likewise.
-    slack : ndarray of bool, shape (t, p)
-        Where a span went slack on the way: the model ends there.
-    threshold : ndarray, shape (p,)
-        Threshold torque [N m].
-    own_pretension, own_torque : float
-        The drive's point.
-    tuned : tuple of float
-        Tuned pretensions within the map [N].
-    pluck, duration : float
-        Half-sine pluck of the first section [m], half of it on the next; time of the map [s].
-    method : {"oscillators", "averaged"}
-    """
-
-    drive: str
+    drive: str  # name
     drive_hash: str
-    pretension: Array
-    torque: Array
-    growth: Array
-    pulley: Array
-    slack: NDArray[np.bool_]
-    threshold: Array
+    pretension: Array  # (p,): [N]
+    torque: Array  # (t,): [N m]
+    growth: Array  # (t, p): largest amplitude of any section over the pluck [-]; NaN where a span went slack
+    pulley: Array  # (t, p): largest q [m]; NaN likewise
+    slack: NDArray[np.bool_]  # (t, p): where a span went slack on the way: the model ends there
+    threshold: Array  # (p,): threshold torque [N m]
+    # own_pretension, own_torque: the drive's point
     own_pretension: float
     own_torque: float
-    tuned: tuple[float, ...]
+    tuned: tuple[float, ...]  # tuned pretensions within the map [N]
+    # pluck, duration: Half-sine pluck of the first section [m], half of it on the next; time of the map [s]
     pluck: float
     duration: float
-    method: str
+    method: str  # {"oscillators", "averaged"}
 
 
 def growth_map(
@@ -173,22 +149,13 @@ GROWN = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpotCheck:
-    """One point of a map by the exact loop.
+    """One point of a map by the exact loop."""
 
-    Attributes
-    ----------
-    pretension, torque : float
-        [N], [N m].
-    growth : float
-        Of the map [-].
-    exact : float or None
-        Of the exact loop [-]; None where a span went slack there.
-    """
-
+    # pretension, torque: [N], [N m]
     pretension: float
     torque: float
-    growth: float
-    exact: float | None
+    growth: float  # of the map [-]
+    exact: float | None  # of the exact loop [-]; None where a span went slack there
 
 
 def spot_checks(

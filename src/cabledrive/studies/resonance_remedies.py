@@ -26,24 +26,14 @@ _HALVINGS = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remedy:
-    """One change that was tried to make the verdict safe.
+    """One change that was tried to make the verdict safe."""
 
-    Attributes
-    ----------
-    change : {"raise pretension", "lower pretension", "add inertia", "add damping", "limit torque"}
-    value : float or None
-        New pretension [N], inertia to add at the load pulley [kg m^2], viscous friction to add there [N m
-        s/rad], or largest torque [N m]; None where no value within reach is enough.
-    relative : float or None
-        Change of the quantity, relative to its value.
-    text : str
-        In words.
-    """
-
-    change: str
+    change: str  # {"raise pretension", "lower pretension", "add inertia", "add damping", "limit torque"}
+    # new pretension [N], inertia to add at the load pulley [kg m^2], viscous friction to add there
+    # [N m s/rad], or largest torque [N m]; None where no value within reach is enough
     value: float | None
-    relative: float | None
-    text: str
+    relative: float | None  # change of the quantity, relative to its value
+    text: str  # in words
 
     @property
     def enough(self) -> bool:
@@ -53,21 +43,12 @@ class Remedy:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensitivity:
-    """How the distance from tuning and the threshold move.
+    """How the distance from tuning and the threshold move."""
 
-    Attributes
-    ----------
-    detuning_per_pretension : float
-        Of the deciding mode [rad/s per N].
-    detuning_per_inertia : float
-        At the load pulley [rad/s per kg m^2].
-    threshold_per_transverse_damping, threshold_per_friction : float
-        Relative change of the threshold at the drive's own pretension, per 1/s of Gamma, and per N m s/rad of
-        friction at the load pulley.
-    """
-
-    detuning_per_pretension: float
-    detuning_per_inertia: float
+    detuning_per_pretension: float  # of the deciding mode [rad/s per N]
+    detuning_per_inertia: float  # at the load pulley [rad/s per kg m^2]
+    # threshold_per_transverse_damping, threshold_per_friction: relative change of the threshold at the
+    # drive's own pretension, per 1/s of Gamma, and per N m s/rad of friction at the load pulley
     threshold_per_transverse_damping: float
     threshold_per_friction: float
 

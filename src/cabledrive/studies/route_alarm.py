@@ -41,47 +41,24 @@ SAME_POSE = 2e-3
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Runs:
-    """How b runs differ, each of shape (b,).
+    """How b runs differ, each of shape (b,)."""
 
-    Attributes
-    ----------
-    floor : ndarray
-        Displacement below which no mode falls [m].
-    phase : ndarray
-        Of what is there at the start [rad].
-    detuned : ndarray
-        Relative change of the transverse frequencies.
-    torque : ndarray
-        Factor on the torque.
-    parametric : ndarray
-        Factor on the coupling: 0 or 1.
-    """
-
-    floor: Array
-    phase: Array
-    detuned: Array
-    torque: Array
-    parametric: Array
+    floor: Array  # displacement below which no mode falls [m]
+    phase: Array  # of what is there at the start [rad]
+    detuned: Array  # relative change of the transverse frequencies
+    torque: Array  # factor on the torque
+    parametric: Array  # factor on the coupling: 0 or 1
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Growth:
-    """What b runs left.
+    """What b runs left."""
 
-    Attributes
-    ----------
-    displacement : ndarray, shape (b,)
-        Largest displacement of any span from its chord [m].
-    amplitude, time : ndarray, shape (a, b)
-        Largest displacement by each mode [m], and when [s].
-    ended : float or None
-        When a run reached the largest displacement that is followed [s].
-    """
-
-    displacement: Array
+    displacement: Array  # (b,): largest displacement of any span from its chord [m]
+    # amplitude, time: (a, b): largest displacement by each mode [m], and when [s]
     amplitude: Array
     time: Array
-    ended: float | None
+    ended: float | None  # when a run reached the largest displacement that is followed [s]
 
 
 def growth_along(path: RoutePath, runs: Runs, most: float) -> Growth:
@@ -144,18 +121,11 @@ DRIVEN, DIRECTLY, GROWN = 0, 1, 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RouteAlarm(AlarmResult):
-    """The verdict on a motion of a machine with routes.
+    """The verdict on a motion of a machine with routes."""
 
-    Attributes
-    ----------
-    passages : tuple of Passage
-        Pairs that come near 1:2 or sum resonance along the motion, the largest amplitude first.
-    poses : int
-        At which modes were computed.
-    """
-
+    # pairs that come near 1:2 or sum resonance along the motion, the largest amplitude first
     passages: tuple[Passage, ...]
-    poses: int
+    poses: int  # at which modes were computed
 
 
 def route_alarm(

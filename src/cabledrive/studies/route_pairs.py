@@ -51,85 +51,37 @@ NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond sm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoutePair:
-    """A longitudinal mode and the one or two transverse modes that it can excite parametrically.
+    """A longitudinal mode and the one or two transverse modes that it can excite parametrically."""
 
-    Attributes
-    ----------
-    kind : {"1:2", "sum"}
-    longitudinal_hz : float
-        [Hz].
-    family : str
-        What mainly moves in it.
-    span : str
-        Span with most of the coupling.
-    plane : {"v", "w"}
-    transverse_hz : (float, float)
-        [Hz].
-    detuning_hz : float
-        Longitudinal frequency minus the sum of the transverse ones [Hz].
-    coupling : float
-        :math:`g_{ab}` [1/(m s^2 sqrt(kg))].
-    threshold_amplitude : float
-        Largest strain of the longitudinal mode above which they grow [-].
-    threshold_torque : float or None
-        Amplitude of the torque on the first motor's pulley at the longitudinal frequency [N m].
-    reason : str
-        Why there is none.
-    """
-
-    kind: str
-    longitudinal_hz: float
-    family: str
-    span: str
-    plane: str
-    transverse_hz: tuple[float, float]
-    detuning_hz: float
-    coupling: float
-    threshold_amplitude: float
+    kind: str  # {"1:2", "sum"}
+    longitudinal_hz: float  # [Hz]
+    family: str  # what mainly moves in it
+    span: str  # span with most of the coupling
+    plane: str  # {"v", "w"}
+    transverse_hz: tuple[float, float]  # [Hz]
+    detuning_hz: float  # longitudinal frequency minus the sum of the transverse ones [Hz]
+    coupling: float  # :math:`g_{ab}` [1/(m s^2 sqrt(kg))]
+    threshold_amplitude: float  # largest strain of the longitudinal mode above which they grow [-]
+    # amplitude of the torque on the first motor's pulley at the longitudinal frequency [N m]
     threshold_torque: float | None
-    reason: str = ""
+    reason: str = ""  # why there is none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RouteResonance:
-    """Internal resonances of a machine with routes.
+    """Internal resonances of a machine with routes."""
 
-    Attributes
-    ----------
-    pairs : tuple of RoutePair
-        The lowest threshold first.
-    longitudinal_hz : float
-        Lowest longitudinal mode in which a pulley turns [Hz].
-    nearest_span : str
-        The span whose first transverse mode is nearest to half of it.
-    frequency_ratio : float
-        That mode's frequency over the longitudinal one.
-    motor : str
-        How the rotors are held.
-    certified : bool
-        Whether the list of modes is complete and straight ropes are a model of them.
-    certified_reason : str or None
-        Why not: what is left out, such as sag, and by how much it moves a mode.
-    threshold_torque : float or None
-        The lowest of the pairs that the first motor excites [N m].
-    torque : float or None
-        Amplitude of the verdict [N m].
-    verdict : {"resonant", "close", "safe", "unknown", "no excitation given"}
-    reasons : tuple of str
-        Of the verdict.
-    """
-
-    pairs: tuple[RoutePair, ...]
-    longitudinal_hz: float
-    nearest_span: str
-    frequency_ratio: float
-    motor: str
-    certified: bool
-    certified_reason: str | None
-    threshold_torque: float | None
-    torque: float | None
-    verdict: str
-    reasons: tuple[str, ...]
+    pairs: tuple[RoutePair, ...]  # the lowest threshold first
+    longitudinal_hz: float  # lowest longitudinal mode in which a pulley turns [Hz]
+    nearest_span: str  # the span whose first transverse mode is nearest to half of it
+    frequency_ratio: float  # that mode's frequency over the longitudinal one
+    motor: str  # how the rotors are held
+    certified: bool  # whether the list of modes is complete and straight ropes are a model of them
+    certified_reason: str | None  # why not: what is left out, such as sag, and by how much it moves a mode
+    threshold_torque: float | None  # the lowest of the pairs that the first motor excites [N m]
+    torque: float | None  # amplitude of the verdict [N m]
+    verdict: str  # {"resonant", "close", "safe", "unknown", "no excitation given"}
+    reasons: tuple[str, ...]  # of the verdict
 
     @property
     def detuning(self) -> float:

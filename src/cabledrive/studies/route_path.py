@@ -32,33 +32,20 @@ STILL = 1e-9
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RoutePath:
-    """A machine along a motion, in equal steps.
+    """A machine along a motion, in equal steps."""
 
-    Attributes
-    ----------
-    poses : tuple of dict of str to float
-        Places of bodies, one for each snapshot [m], [rad].
-    snapshots : tuple of Snapshot
-        All with the same modes in one order.
-    time, here : ndarray, shape (steps + 1,)
-        [s]; number of the snapshot, with the share on the way to the next.
-    torque, pushed : ndarray, shapes (steps + 1, motors), (steps, motors)
-        [N m]; in the middle of each step.
-    along, along_rate : ndarray, shape (steps + 1, q)
-        Longitudinal modes [m sqrt(kg)], [m sqrt(kg)/s].
-    ambiguous : tuple of str
-        Modes that change too much between two poses to be followed.
-    """
-
-    poses: tuple[dict[str, float], ...]
-    snapshots: tuple[Snapshot, ...]
+    poses: tuple[dict[str, float], ...]  # places of bodies, one for each snapshot [m], [rad]
+    snapshots: tuple[Snapshot, ...]  # all with the same modes in one order
+    # time, here: (steps + 1,): [s]; number of the snapshot, with the share on the way to the next
     time: Array
     here: Array
+    # torque, pushed: (steps + 1, motors): [N m]; in the middle of each step
     torque: Array
     pushed: Array
+    # along, along_rate: (steps + 1, q): longitudinal modes [m sqrt(kg)], [m sqrt(kg)/s]
     along: Array
     along_rate: Array
-    ambiguous: tuple[str, ...] = ()
+    ambiguous: tuple[str, ...] = ()  # modes that change too much between two poses to be followed
 
     @cached_property
     def swing(self) -> Array:
@@ -267,34 +254,20 @@ INSTANTS = 2000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passage:
-    """A longitudinal mode and the one or two transverse modes that it comes near to exciting.
+    """A longitudinal mode and the one or two transverse modes that it comes near to exciting."""
 
-    Attributes
-    ----------
-    kind : {"1:2", "sum"}
-    span, plane : str
-        Of the first transverse mode.
-    longitudinal_hz, transverse_hz : float, (float, float)
-        Where the amplitude is the largest share of the threshold [Hz].
-    detuning_hz : (float, float)
-        Lowest and highest longitudinal frequency minus the sum of the transverse ones [Hz].
-    passes : bool
-        Whether it goes through resonance.
-    amplitude : float
-        Amplitude of the longitudinal mode over its threshold, the largest along the motion.
-    time : float
-        When [s].
-    """
-
-    kind: str
+    kind: str  # {"1:2", "sum"}
+    # span, plane: of the first transverse mode
     span: str
     plane: str
+    # longitudinal_hz, transverse_hz: where the amplitude is the largest share of the threshold [Hz]
     longitudinal_hz: float
     transverse_hz: tuple[float, float]
+    # lowest and highest longitudinal frequency minus the sum of the transverse ones [Hz]
     detuning_hz: tuple[float, float]
-    passes: bool
-    amplitude: float
-    time: float
+    passes: bool  # whether it goes through resonance
+    amplitude: float  # amplitude of the longitudinal mode over its threshold, the largest along the motion
+    time: float  # when [s]
 
 
 def passages_of(path: RoutePath) -> tuple[Passage, ...]:

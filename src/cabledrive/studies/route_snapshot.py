@@ -48,48 +48,25 @@ POINTS = np.linspace(0.0, 1.0, 11)[1:-1]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Snapshot:
-    """A machine in one pose: q longitudinal modes that a motor drives and a transverse ones.
+    """A machine in one pose: q longitudinal modes that a motor drives and a transverse ones."""
 
-    Attributes
-    ----------
-    along, along_loss : ndarray, shape (q,)
-        [rad/s], [1/s].
-    along_turn : ndarray, shape (q, motors)
-        Turn of the motors in a mode of unit modal mass [rad/sqrt(kg)].
-    along_shape : ndarray, shape (points, q)
-        Displacement along the spans at the points of all of them [kg^-1/2].
-    strain : ndarray, shape (pieces, q)
-        Rise of the tension of each piece by a mode [N/(m sqrt(kg))].
-    tension : ndarray, shape (pieces,)
-        Lowest at rest [N].
-    keys : tuple of (str, str, int)
-        Of the transverse modes.
-    across, across_loss : ndarray, shape (a,)
-        [rad/s], [1/s].
-    across_turn : ndarray, shape (a, motors)
-    coupling : ndarray, shape (q, a, a)
-        Of Eq. (N.11).
-    shape : ndarray, shape (points, a)
-        Displacement from the chord of the span at the points of all spans, both planes [kg^-1/2].
-    certified : bool
-    reach : float
-        Transverse modes above it are not listed: no longitudinal mode excites them [rad/s].
-    """
-
+    # along, along_loss: (q,): [rad/s], [1/s]
     along: Array
     along_loss: Array
-    along_turn: Array
-    along_shape: Array
-    strain: Array
-    tension: Array
-    keys: tuple[_Key, ...]
+    along_turn: Array  # (q, motors): turn of the motors in a mode of unit modal mass [rad/sqrt(kg)]
+    along_shape: Array  # (points, q): displacement along the spans at the points of all of them [kg^-1/2]
+    strain: Array  # (pieces, q): rise of the tension of each piece by a mode [N/(m sqrt(kg))]
+    tension: Array  # (pieces,): lowest at rest [N]
+    keys: tuple[_Key, ...]  # of the transverse modes
+    # across, across_loss: (a,): [rad/s], [1/s]
     across: Array
     across_loss: Array
-    across_turn: Array
-    coupling: Array
+    across_turn: Array  # (a, motors)
+    coupling: Array  # (q, a, a): of Eq. (N.11)
+    # (points, a): displacement from the chord of the span at the points of all spans, both planes [kg^-1/2]
     shape: Array
     certified: bool
-    reach: float
+    reach: float  # transverse modes above it are not listed: no longitudinal mode excites them [rad/s]
 
     def with_keys(self, keys: Sequence[_Key], count: int) -> "Snapshot":
         """These transverse modes and the first so many longitudinal ones; what it lacks lies above."""

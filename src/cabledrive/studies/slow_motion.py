@@ -31,30 +31,16 @@ _HELD = 1e-3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SlowMotion:
-    """A machine along a motion, its ropes unstretched.
+    """A machine along a motion, its ropes unstretched."""
 
-    Attributes
-    ----------
-    machines : tuple of RoutedDrive
-        In each pose.
-    networks : tuple of Network
-    free : tuple of ndarray, each of shape (n, k)
-        Motions that strain nothing, in each pose.
-    here : ndarray, shape (m,)
-        Number of the pose at the motion's times, with the share on the way to the next.
-    rate, acceleration : ndarray, shape (m, n)
-        Of the coordinates [m/s], [rad/s] and so on.
-    given : bool
-        Whether the motion gives places; else they follow from the torque, without friction.
-    """
-
-    machines: tuple[RoutedDrive, ...]
+    machines: tuple[RoutedDrive, ...]  # in each pose
     networks: tuple[Network, ...]
-    free: tuple[Array, ...]
-    here: Array
+    free: tuple[Array, ...]  # (n, k): motions that strain nothing, in each pose
+    here: Array  # (m,): number of the pose at the motion's times, with the share on the way to the next
+    # rate, acceleration: (m, n): of the coordinates [m/s], [rad/s] and so on
     rate: Array
     acceleration: Array
-    given: bool
+    given: bool  # whether the motion gives places; else they follow from the torque, without friction
 
     def blend(self, here: Array) -> Array:
         """Share of each pose at places along them, shape (m, poses)."""

@@ -13,21 +13,11 @@ FEWEST_SAMPLES = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Spectrum:
-    """Amplitudes of the sines in a record.
+    """Amplitudes of the sines in a record."""
 
-    Attributes
-    ----------
-    frequency : ndarray, shape (p,)
-        Equally spaced from zero [Hz].
-    amplitude : ndarray, shape (p,)
-        In the unit of the record; a steady sine shows with its own amplitude.
-    resolution : float
-        One over the length of the record [Hz]: half of a peak's width at its foot.
-    """
-
-    frequency: Array
-    amplitude: Array
-    resolution: float
+    frequency: Array  # (p,): equally spaced from zero [Hz]
+    amplitude: Array  # (p,): in the unit of the record; a steady sine shows with its own amplitude
+    resolution: float  # one over the length of the record [Hz]: half of a peak's width at its foot
 
     def peak(self, low: float, high: float) -> tuple[float, float]:
         """The largest peak of a band, its place by a parabola through the logarithm.

@@ -103,37 +103,19 @@ _PER_SECTION = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SteadyBranch:
-    """Steady motions of one kind over the torque.
+    """Steady motions of one kind over the torque."""
 
-    Attributes
-    ----------
-    spans : tuple of str
-        Those that vibrate.
-    torque : ndarray, shape (n,)
-        Amplitude of the torque, in the order of the branch [N m].
-    pulley : ndarray, shape (n,)
-        Amplitude of the pulley mode q [m].
-    amplitude : ndarray, shape (2, n)
-        Of upper and lower span [m].
-    growth : ndarray, shape (n,)
-        Largest growth rate of a disturbance, of whatever span [1/s]; negative: stable.
-    folds, hopf_points : tuple of float
-        Torques [N m].
-    onset : float or None
-        Torque at which it leaves the state of rest, or that of one span alone, where it does [N m].
-    ended : str
-        Why the branch ends, see `cabledrive.reduction.continuation.Branch`.
-    """
-
-    spans: tuple[str, ...]
-    torque: Array
-    pulley: Array
-    amplitude: Array
-    growth: Array
+    spans: tuple[str, ...]  # those that vibrate
+    torque: Array  # (n,): amplitude of the torque, in the order of the branch [N m]
+    pulley: Array  # (n,): amplitude of the pulley mode q [m]
+    amplitude: Array  # (2, n): of upper and lower span [m]
+    growth: Array  # (n,): largest growth rate of a disturbance, of whatever span [1/s]; negative: stable
+    # folds, hopf_points: torques [N m]
     folds: tuple[float, ...]
     hopf_points: tuple[float, ...]
+    # torque at which it leaves the state of rest, or that of one span alone, where it does [N m]
     onset: float | None
-    ended: str
+    ended: str  # why the branch ends, see `cabledrive.reduction.continuation.Branch`
 
     @property
     def complete(self) -> bool:

@@ -39,23 +39,12 @@ _LOWEST, _HIGHEST = 0.4, 1.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwayingRope:
-    """One free span in a building that sways, at every place.
-
-    Attributes
-    ----------
-    name : str
-    frequency_hz : ndarray, shape (places,)
-        Of its first mode between ends at rest [Hz].
-    amplitude : ndarray, shape (places,)
-        Largest motion across, from where the building has it [m].
-    length : ndarray, shape (places,)
-        Of the span [m].
-    """
+    """One free span in a building that sways, at every place."""
 
     name: str
-    frequency_hz: Array
-    amplitude: Array
-    length: Array
+    frequency_hz: Array  # (places,): of its first mode between ends at rest [Hz]
+    amplitude: Array  # (places,): largest motion across, from where the building has it [m]
+    length: Array  # (places,): of the span [m]
 
     @property
     def largest_share(self) -> float:
@@ -65,23 +54,12 @@ class SwayingRope:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sway:
-    """Ropes of a machine in a building that sways.
+    """Ropes of a machine in a building that sways."""
 
-    Attributes
-    ----------
-    keys : tuple of str
-        What is varied, the first naming the places; empty for the file's own pose.
-    places : ndarray, shape (places,)
-        [m]; where a rope's first mode meets the building's frequency is one of them.
-    ropes : tuple of SwayingRope
-        The one with the largest amplitude first.
-    bottom, top : float
-        Heights between which the building's motion grows from 0 to ``amplitude`` [m].
-    """
-
-    keys: tuple[str, ...]
-    places: Array
-    ropes: tuple[SwayingRope, ...]
+    keys: tuple[str, ...]  # what is varied, the first naming the places; empty for the file's own pose
+    places: Array  # (places,): [m]; where a rope's first mode meets the building's frequency is one of them
+    ropes: tuple[SwayingRope, ...]  # the one with the largest amplitude first
+    # bottom, top: heights between which the building's motion grows from 0 to ``amplitude`` [m]
     bottom: float
     top: float
 

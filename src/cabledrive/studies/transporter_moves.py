@@ -53,17 +53,11 @@ def scaled_transporter(drive: Drive) -> Drive:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResidualMotion:
-    """What is left of a payload's motion under one law, over many runs.
-
-    Attributes
-    ----------
-    law : str
-    at_once, later : ndarray, shape (runs,)
-        Largest distance from the place of rest after the arrival, and from two seconds later on [m]; infinite
-        for a run that ended early.
-    """
+    """What is left of a payload's motion under one law, over many runs."""
 
     law: str
+    # at_once, later: (runs,): largest distance from the place of rest after the arrival, and from two seconds
+    # later on [m]; infinite for a run that ended early
     at_once: Array
     later: Array
 
@@ -109,20 +103,11 @@ def sampled_transporter(transporter: Transporter, generator: np.random.Generator
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AlongTheWay:
-    """Frequencies and stability over the carriage's place.
+    """Frequencies and stability over the carriage's place."""
 
-    Attributes
-    ----------
-    position : ndarray, shape (positions,)
-        [m].
-    frequency : ndarray, shape (positions, 3)
-        Swing, carriage on the cable, load pulley [Hz].
-    growth : dict
-        Of each law, the largest real part of a closed-loop pole at each position [1/s]; below 0: stable.
-    """
-
-    position: Array
-    frequency: Array
+    position: Array  # (positions,): [m]
+    frequency: Array  # (positions, 3): Swing, carriage on the cable, load pulley [Hz]
+    # of each law, the largest real part of a closed-loop pole at each position [1/s]; below 0: stable
     growth: dict[str, Array]
 
 

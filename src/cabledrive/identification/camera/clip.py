@@ -247,21 +247,11 @@ EDGE = 2.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """Grey levels of a clip.
+    """Grey levels of a clip."""
 
-    Attributes
-    ----------
-    background : float
-        Median.
-    noise : float
-        Standard deviation of the noise of a pixel.
-    bright : float
-        Brightest place, mean of 3 by 3 pixels.
-    """
-
-    background: float
-    noise: float
-    bright: float
+    background: float  # median
+    noise: float  # standard deviation of the noise of a pixel
+    bright: float  # brightest place, mean of 3 by 3 pixels
 
     @property
     def threshold(self) -> float:

@@ -45,18 +45,10 @@ _UNIT = re.compile(r"^\s*(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recognised:
-    """A column whose head says what it is.
+    """A column whose head says what it is."""
 
-    Attributes
-    ----------
-    channel : str
-        Name within the package: "torque", "load_angle".
-    quantity : str
-        Key of `UNITS`.
-    """
-
-    channel: str
-    quantity: str
+    channel: str  # name within the package: "torque", "load_angle"
+    quantity: str  # key of `UNITS`
 
 
 def name_and_unit(head: str) -> tuple[str, str]:
@@ -127,47 +119,25 @@ KEYS = ("columns", "sample_rate", "counts_per_revolution", "resample", "skip_row
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """Where a channel comes from.
+    """Where a channel comes from."""
 
-    Attributes
-    ----------
-    column : str
-        Column of the file.
-    unit : str
-        Its unit; empty: what the file states, else SI.
-    scale : float or str
-        Factor applied after the unit, or the name of a single number in the file.
-    """
-
-    column: str
-    unit: str = ""
-    scale: float | str = 1.0
+    column: str  # column of the file
+    unit: str = ""  # its unit; empty: what the file states, else SI
+    scale: float | str = 1.0  # factor applied after the unit, or the name of a single number in the file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnMap:
-    """How a log is to be read.
+    """How a log is to be read."""
 
-    Attributes
-    ----------
-    columns : mapping of str to Column
-        By channel; empty: recognised from the heads.
-    sample_rate : float or None
-        [Hz]; where the log has no time, or a coarse one.
-    counts_per_revolution : int or None
-    resample : bool
-        Whether uneven samples may be put onto an even grid, and topics onto the times of one of them.
-    skip_rows : int
-        Lines at the top of a text log that are not part of it.
-    start, end : float or None
-        Part of the log to use [s].
-    """
-
+    # by channel; empty: recognised from the heads
     columns: Mapping[str, Column] = field(default_factory=dict)
-    sample_rate: float | None = None
+    sample_rate: float | None = None  # [Hz]; where the log has no time, or a coarse one
     counts_per_revolution: int | None = None
+    # whether uneven samples may be put onto an even grid, and topics onto the times of one of them
     resample: bool = False
-    skip_rows: int = 0
+    skip_rows: int = 0  # lines at the top of a text log that are not part of it
+    # start, end: part of the log to use [s]
     start: float | None = None
     end: float | None = None
 

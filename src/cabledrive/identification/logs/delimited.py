@@ -30,35 +30,17 @@ _NO_ROW = re.compile(rb"^[ \t\f\v]*(?:#.*|EOF[ \t,;]*)?$", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dialect:
-    """How a text log is written.
+    """How a text log is written."""
 
-    Attributes
-    ----------
-    delimiter : str
-        A space stands for any white space.
-    decimal : {".", ","}
-    encoding : str
-    skip : int
-        Lines before the first row of numbers.
-    names : tuple of str
-        Columns; numbered from 1 where there is no header.
-    units : dict of str to str
-    zones : dict of str to str
-        Time zone of the columns that hold ISO 8601 times; empty: none is stated.
-    notes : tuple of str
-    rows : int
-        About how many rows the file has.
-    """
-
-    delimiter: str
-    decimal: str
+    delimiter: str  # A space stands for any white space
+    decimal: str  # {".", ","}
     encoding: str
-    skip: int
-    names: tuple[str, ...]
+    skip: int  # lines before the first row of numbers
+    names: tuple[str, ...]  # Columns; numbered from 1 where there is no header
     units: dict[str, str]
-    zones: dict[str, str]
+    zones: dict[str, str]  # time zone of the columns that hold ISO 8601 times; empty: none is stated
     notes: tuple[str, ...]
-    rows: int
+    rows: int  # about how many rows the file has
 
 
 def dialect_of(path: Path, skip_rows: int = 0) -> Dialect:

@@ -155,19 +155,11 @@ NO_UNIT = ("", "-", "(None)", "None")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heads:
-    """Columns of a text log.
-
-    Attributes
-    ----------
-    names : tuple of str
-    units : dict of str to str
-    notes : tuple of str
-        What a reader of the log has to know.
-    """
+    """Columns of a text log."""
 
     names: tuple[str, ...]
     units: dict[str, str]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what a reader of the log has to know
 
 
 def heads_of(lines: Sequence[str], delimiter: str, decimal: str, row: Sequence[str]) -> Heads:

@@ -14,58 +14,28 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DataReport:
-    """What was found in a log, and what was repaired.
-
-    Attributes
-    ----------
-    rows : int
-    duration : float
-        [s].
-    interval : float
-        Time between samples [s].
-    jitter : float
-        Standard deviation of the time stamps about an even grid, in intervals.
-    quantum : mapping of str to float
-        Smallest step of each channel that has one, in SI.
-    repaired : tuple of str
-        What was changed, in words.
-    findings : tuple of str
-        What else a reader should know, in words.
-    """
+    """What was found in a log, and what was repaired."""
 
     rows: int
-    duration: float
-    interval: float
-    jitter: float = 0.0
+    duration: float  # [s]
+    interval: float  # time between samples [s]
+    jitter: float = 0.0  # standard deviation of the time stamps about an even grid, in intervals
+    # smallest step of each channel that has one, in SI
     quantum: Mapping[str, float] = field(default_factory=dict)
-    repaired: tuple[str, ...] = ()
-    findings: tuple[str, ...] = ()
+    repaired: tuple[str, ...] = ()  # what was changed, in words
+    findings: tuple[str, ...] = ()  # what else a reader should know, in words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Log:
-    """Channels at even intervals.
+    """Channels at even intervals."""
 
-    Attributes
-    ----------
-    source : str
-        Name of the file, or what made it.
-    time : ndarray, shape (samples,)
-        [s].
-    channels : mapping of str to ndarray
-        In SI; every one as long as the time.
-    units : mapping of str to str
-        SI units.
-    saturated : mapping of str to ndarray of bool
-        Samples at which a channel stands at the end of its range, where that was found.
-    report : DataReport
-    """
-
-    source: str
-    time: Array
-    channels: Mapping[str, Array]
-    units: Mapping[str, str]
+    source: str  # name of the file, or what made it
+    time: Array  # (samples,): [s]
+    channels: Mapping[str, Array]  # in SI; every one as long as the time
+    units: Mapping[str, str]  # SI units
     report: DataReport
+    # samples at which a channel stands at the end of its range, where that was found
     saturated: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
 
     @property

@@ -29,24 +29,13 @@ LOG_TIME, STAMP = "log_time", "header.stamp"
 
 @dataclass(kw_only=True, eq=False)
 class Topics:
-    """Columns of every topic, grown message by message.
+    """Columns of every topic, grown message by message."""
 
-    Attributes
-    ----------
-    source : str
-        Name of the file.
-    columns : dict of str to array
-        By ``topic.field``; a field that a message lacks is NaN.
-    rows : dict of str to int
-        Messages of each topic.
-    origins : dict of str to int
-        First log time and first stamp of the file [ns], taken off before a double rounds them.
-    messages, numbers : int
-    """
-
-    source: str
+    source: str  # name of the file
+    # by ``topic.field``; a field that a message lacks is NaN
     columns: dict[str, "array[float]"] = field(default_factory=dict)
-    rows: dict[str, int] = field(default_factory=dict)
+    rows: dict[str, int] = field(default_factory=dict)  # messages of each topic
+    # first log time and first stamp of the file [ns], taken off before a double rounds them
     origins: dict[str, int] = field(default_factory=dict)
     messages: int = 0
     numbers: int = 0

@@ -25,49 +25,27 @@ LARGEST_UNPACKED = 16 * 2**30
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """What a format has to know before it opens a file.
+    """What a format has to know before it opens a file."""
 
-    Attributes
-    ----------
-    skip_rows : int
-        Lines at the top of a text log that are not part of it.
-    resample : bool
-        Whether topics sampled at different times may be put onto the times of one of them.
-    """
-
-    skip_rows: int = 0
+    skip_rows: int = 0  # lines at the top of a text log that are not part of it
+    # whether topics sampled at different times may be put onto the times of one of them
     resample: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """Columns of a log file.
+    """Columns of a log file."""
 
-    Attributes
-    ----------
-    source : str
-        Name of the file.
-    names : tuple of str
-        Columns, as the file calls them.
-    units : dict of str to str
-        Units that the file states, by column.
-    rows : int or None
-        Number of rows; of a text log an estimate from its first lines; None where only reading shows it.
-    read : callable
-        ``read(names)`` yields blocks of equal columns; a missing value is NaN.
-    scalars : dict of str to float
-        Single numbers in the file, such as a drive gain.
-    notes : tuple of str
-        What a reader of the log has to know about the file, in words.
-    """
-
-    source: str
-    names: tuple[str, ...]
-    units: dict[str, str]
+    source: str  # name of the file
+    names: tuple[str, ...]  # Columns, as the file calls them
+    units: dict[str, str]  # units that the file states, by column
+    # number of rows; of a text log an estimate from its first lines; None where only reading shows it
     rows: int | None
+    # ``read(names)`` yields blocks of equal columns; a missing value is NaN
     read: Callable[[tuple[str, ...]], Blocks]
+    # single numbers in the file, such as a drive gain
     scalars: dict[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what a reader of the log has to know about the file, in words
 
     def require(self, name: str) -> str:
         """Refuse a column that is not there.

@@ -173,32 +173,16 @@ LONGEST_STEP = 2.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimeCheck:
-    """An even grid for a log, and where its rows belong on it.
+    """An even grid for a log, and where its rows belong on it."""
 
-    Attributes
-    ----------
-    start, interval : float
-        [s].
-    keep : ndarray of int
-        Rows of the file that are used.
-    place : ndarray of int
-        Place of each of them on the grid.
-    stamps : ndarray
-        Their time stamps [s].
-    jitter : float
-        Standard deviation about the grid, in intervals.
-    uneven : bool
-        Whether the stamps deviate more than `LARGEST_JITTER`.
-    repaired, findings : list of str
-    """
-
+    # start, interval: [s]
     start: float
     interval: float
-    keep: NDArray[np.int64]
-    place: NDArray[np.int64]
-    stamps: Array
-    jitter: float
-    uneven: bool
+    keep: NDArray[np.int64]  # rows of the file that are used
+    place: NDArray[np.int64]  # place of each of them on the grid
+    stamps: Array  # their time stamps [s]
+    jitter: float  # standard deviation about the grid, in intervals
+    uneven: bool  # whether the stamps deviate more than `LARGEST_JITTER`
     repaired: list[str]
     findings: list[str]
 

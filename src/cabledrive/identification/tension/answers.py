@@ -18,33 +18,15 @@ LEAST_COUNT = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Partial:
-    """One tone of a ping.
+    """One tone of a ping."""
 
-    Attributes
-    ----------
-    number : int
-        Which mode of the span, from 1.
-    frequency : float
-        At vanishing amplitude where ``decays``, else at its own [Hz].
-    standard_error : float
-        [Hz].
-    peak : float
-        Where the spectrum of the whole record has its peak [Hz].
-    amplitude : float
-        Largest envelope, in the channel's unit.
-    rise : float
-        By how much the frequency was higher at that envelope [Hz]; 0 where it cannot be determined.
-    decays : bool
-        Whether the envelope falls enough to identify the effect of amplitude.
-    """
-
-    number: int
-    frequency: float
-    standard_error: float
-    peak: float
-    amplitude: float
-    rise: float
-    decays: bool
+    number: int  # which mode of the span, from 1
+    frequency: float  # at vanishing amplitude where ``decays``, else at its own [Hz]
+    standard_error: float  # [Hz]
+    peak: float  # where the spectrum of the whole record has its peak [Hz]
+    amplitude: float  # largest envelope, in the channel's unit
+    rise: float  # by how much the frequency was higher at that envelope [Hz]; 0 where it cannot be determined
+    decays: bool  # whether the envelope falls enough to identify the effect of amplitude
 
     def as_dict(self) -> dict[str, Any]:
         """The partial as JSON has it."""

@@ -38,26 +38,13 @@ DECAYED = 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Tones:
-    """Tones in families.
+    """Tones in families."""
 
-    Attributes
-    ----------
-    family : ndarray of int, shape (tones,)
-        To which family each tone belongs.
-    tooth : ndarray, shape (tones,)
-        Frequency of each where its family's factor is 1 [Hz].
-    number : ndarray of int, shape (tones,)
-        Which mode, from 1; 0 for a tone of no span.
-    scale : ndarray, shape (families,)
-        Factor x of each family.
-    decay, rise : ndarray, shape (tones,)
-        a [1/s] and kappa [-].
-    """
-
-    family: NDArray[np.intp]
-    tooth: Array
-    number: NDArray[np.intp]
-    scale: Array
+    family: NDArray[np.intp]  # (tones,): to which family each tone belongs
+    tooth: Array  # (tones,): frequency of each where its family's factor is 1 [Hz]
+    number: NDArray[np.intp]  # (tones,): which mode, from 1; 0 for a tone of no span
+    scale: Array  # (families,): factor x of each family
+    # decay, rise: (tones,): a [1/s] and kappa [-]
     decay: Array
     rise: Array
 
@@ -78,40 +65,21 @@ class Tones:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TonesFit:
-    """Tones that fit a recording best.
-
-    Attributes
-    ----------
-    tones : Tones
-    amplitude : ndarray, shape (tones,)
-        At the beginning of the fitted part, in the channel's unit.
-    amplitude_error : ndarray, shape (tones,)
-    scale_covariance : ndarray, shape (families, families)
-        Of the factors x.
-    offset, offset_error : ndarray, shape (tones,)
-        By how much each tone alone would lie beside its family, with its standard error [Hz].
-    residual : float
-        Sum of squares.
-    freedom : int
-    resolved : ndarray of bool, shape (tones,)
-        Whether a tone decays enough for the effect of its amplitude.
-    left : ndarray, shape (samples,)
-        What the tones do not explain.
-    duration : float
-        [s].
-    """
+    """Tones that fit a recording best."""
 
     tones: Tones
-    amplitude: Array
-    amplitude_error: Array
-    scale_covariance: Array
+    amplitude: Array  # (tones,): at the beginning of the fitted part, in the channel's unit
+    amplitude_error: Array  # (tones,)
+    scale_covariance: Array  # (families, families): of the factors x
+    # offset, offset_error: (tones,): by how much each tone alone would lie beside its family, with its
+    # standard error [Hz]
     offset: Array
     offset_error: Array
-    residual: float
+    residual: float  # sum of squares
     freedom: int
-    resolved: NDArray[np.bool_]
-    left: Array
-    duration: float
+    resolved: NDArray[np.bool_]  # (tones,): whether a tone decays enough for the effect of its amplitude
+    left: Array  # (samples,): what the tones do not explain
+    duration: float  # [s]
 
 
 def with_decays(values: Array, interval: float, tones: Tones, power: int) -> Tones:

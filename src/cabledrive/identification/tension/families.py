@@ -45,23 +45,12 @@ ALIKE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Peaks:
-    """Peaks of a spectrum.
+    """Peaks of a spectrum."""
 
-    Attributes
-    ----------
-    frequency : ndarray, shape (peaks,)
-        [Hz], ascending.
-    amplitude : ndarray, shape (peaks,)
-    weight : ndarray, shape (peaks,)
-        Logarithm of the amplitude over what is just a peak.
-    reach : ndarray, shape (peaks,)
-        How far from it a mode may lie that is still taken for it [Hz].
-    """
-
-    frequency: Array
-    amplitude: Array
-    weight: Array
-    reach: Array
+    frequency: Array  # (peaks,): [Hz], ascending
+    amplitude: Array  # (peaks,)
+    weight: Array  # (peaks,): logarithm of the amplitude over what is just a peak
+    reach: Array  # (peaks,): how far from it a mode may lie that is still taken for it [Hz]
 
     def only(self, kept: NDArray[np.bool_]) -> "Peaks":
         """Some of the peaks."""
@@ -88,32 +77,18 @@ class Peaks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family:
-    """A family of partials that the peaks propose.
-
-    Attributes
-    ----------
-    span : str
-    scale : float
-        Factor on the frequencies of the span's modes.
-    """
+    """A family of partials that the peaks propose."""
 
     span: str
-    scale: float
+    scale: float  # factor on the frequencies of the span's modes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """One family, or one for each span.
-
-    Attributes
-    ----------
-    families : tuple of Family
-    score : float
-        Weight of the peaks that it explains, less what is missing.
-    """
+    """One family, or one for each span."""
 
     families: tuple[Family, ...]
-    score: float
+    score: float  # weight of the peaks that it explains, less what is missing
 
 
 def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], duration: float) -> Peaks:

@@ -48,29 +48,15 @@ DECAYING = 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PingedString:
-    """A span, or a section of one, as its ping is read.
+    """A span, or a section of one, as its ping is read."""
 
-    Attributes
-    ----------
-    drive : Drive or RoutedDrive
-        Its pretension serves as a first guess.
-    span : str
-    modes : ndarray, shape (modes,)
-        Its first frequencies as the file has it [Hz].
-    tension_for : callable
-        Tension [N] at which a mode, by its number from 1, has a frequency [Hz].
-    bare : callable
-        Tension [N] of a string of this length and mass with a fundamental [Hz].
-    remedy : str
-        What to do where a second tone is heard beside the first.
-    """
-
-    drive: Drive | RoutedDrive
+    drive: Drive | RoutedDrive  # its pretension serves as a first guess
     span: str
-    modes: Array
+    modes: Array  # (modes,): its first frequencies as the file has it [Hz]
+    # tension [N] at which a mode, by its number from 1, has a frequency [Hz]
     tension_for: Callable[[int, float], float]
-    bare: Callable[[float], float]
-    remedy: str
+    bare: Callable[[float], float]  # tension [N] of a string of this length and mass with a fundamental [Hz]
+    remedy: str  # what to do where a second tone is heard beside the first
 
 
 def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTension:

@@ -42,41 +42,19 @@ MOST_SAMPLES = 60_000
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreparedRecording:
-    """A recording made ready.
-
-    Attributes
-    ----------
-    channel : str
-    values : ndarray, shape (samples,)
-        From the last pluck on, without what lies below the lowest tone.
-    interval : float
-        [s].
-    factor : float
-        2 where the stretch is recorded, else 1.
-    teeth : mapping of str to ndarray
-        Certified modes of each span at the drive's own tension [Hz].
-    band : (float, float)
-        Where tones are searched [Hz].
-    peaks : Peaks
-    falling : ndarray of bool, shape (peaks,)
-        Which peaks are no hum; all where every one is.
-    source : str
-    least : float
-        Amplitude at the pluck below which a tone may be one of rounding.
-    section : int
-    """
+    """A recording made ready."""
 
     channel: str
     source: str
-    least: float
+    least: float  # amplitude at the pluck below which a tone may be one of rounding
     section: int
-    values: Array
-    interval: float
-    factor: float
-    teeth: dict[str, Array]
-    band: tuple[float, float]
+    values: Array  # (samples,): from the last pluck on, without what lies below the lowest tone
+    interval: float  # [s]
+    factor: float  # 2 where the stretch is recorded, else 1
+    teeth: dict[str, Array]  # certified modes of each span at the drive's own tension [Hz]
+    band: tuple[float, float]  # where tones are searched [Hz]
     peaks: Peaks
-    falling: NDArray[np.bool_]
+    falling: NDArray[np.bool_]  # (peaks,): which peaks are no hum; all where every one is
 
     @property
     def no_tone(self) -> NotComputed:

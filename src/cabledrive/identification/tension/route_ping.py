@@ -31,20 +31,11 @@ COUPLED = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TensionComparison:
-    """Tensions of two spans against each other.
-
-    Attributes
-    ----------
-    spans : (str, str)
-    difference : Estimate
-        First minus second [N].
-    relative : float
-        The same over their mean.
-    """
+    """Tensions of two spans against each other."""
 
     spans: tuple[str, str]
-    difference: Estimate
-    relative: float
+    difference: Estimate  # first minus second [N]
+    relative: float  # the same over their mean
 
     def as_dict(self) -> dict[str, Any]:
         """The comparison as JSON has it."""

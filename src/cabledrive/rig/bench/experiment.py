@@ -80,43 +80,21 @@ KEYS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Excitation:
-    """The command of an experiment.
+    """The command of an experiment."""
 
-    Attributes
-    ----------
-    kind : str
-        One of `KINDS`.
-    duration : float
-        [s].
-    frequencies, amplitudes : tuple of float
-        Of "sines" [Hz], [V].
-    amplitude : float
-        Largest value of the others [V].
-    bias : float
-        Constant part [V]; keeps the shaft turning one way, so that Coulomb friction is constant.
-    band : (float, float)
-        Of multisines and chirp [Hz].
-    lines : int or None
-        Number of sines in the band; None: all.
-    period : float
-        Of multisines and steps [s].
-    odd : bool
-        Odd lines only.
-    trials : int
-        Draws of "idinput".
-    """
-
-    kind: str = "sines"
-    duration: float = 70.0
+    kind: str = "sines"  # one of `KINDS`
+    duration: float = 70.0  # [s]
+    # frequencies, amplitudes: of "sines" [Hz], [V]
     frequencies: tuple[float, ...] = (1.0, 3.0, 5.0)
     amplitudes: tuple[float, ...] = (0.1, 0.1, 0.1)
-    amplitude: float = 0.35
+    amplitude: float = 0.35  # largest value of the others [V]
+    # constant part [V]; keeps the shaft turning one way, so that Coulomb friction is constant
     bias: float = 0.0
-    band: tuple[float, float] = (1.0, 250.0)
-    lines: int | None = None
-    period: float = 2.0
-    odd: bool = True
-    trials: int = 10
+    band: tuple[float, float] = (1.0, 250.0)  # of multisines and chirp [Hz]
+    lines: int | None = None  # number of sines in the band; None: all
+    period: float = 2.0  # of multisines and steps [s]
+    odd: bool = True  # odd lines only
+    trials: int = 10  # draws of "idinput"
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:

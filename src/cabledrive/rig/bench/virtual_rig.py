@@ -19,56 +19,30 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Imperfections:
-    """What a real rig adds to its equations of motion.
+    """What a real rig adds to its equations of motion."""
 
-    Attributes
-    ----------
-    amplifier_noise : float
-        Standard deviation of the torque that the amplifier adds, and that the axis feels [N m].
-    torque_noise : float
-        Standard deviation of the torque measurement [N m].
-    current_bandwidth : float or None
-        Of the torque loop [Hz]; None: ideal.
-    stribeck_excess, stribeck_speed : float
-        Friction of the motor at rest above its Coulomb friction [N m]; the speed at which that fades [rad/s].
-    smooth_slope : float
-        K of c tanh(K w) in (4.8) [s/rad]; 0: set-valued friction.
-    backlash : float
-        Backlash of the first link [rad].
-    """
-
+    # standard deviation of the torque that the amplifier adds, and that the axis feels [N m]
     amplifier_noise: float = 0.005
-    torque_noise: float = 0.006
-    current_bandwidth: float | None = 1000.0
+    torque_noise: float = 0.006  # standard deviation of the torque measurement [N m]
+    current_bandwidth: float | None = 1000.0  # of the torque loop [Hz]; None: ideal
+    # stribeck_excess, stribeck_speed: friction of the motor at rest above its Coulomb friction [N m]; the
+    # speed at which that fades [rad/s]
     stribeck_excess: float = 0.0
     stribeck_speed: float = 0.3
-    smooth_slope: float = 0.0
-    backlash: float = 0.0
+    smooth_slope: float = 0.0  # K of c tanh(K w) in (4.8) [s/rad]; 0: set-valued friction
+    backlash: float = 0.0  # backlash of the first link [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualRig:
-    """A lumped chain with its motor, encoders and sampling.
-
-    Attributes
-    ----------
-    chain : LumpedChain
-    torque_per_volt : float
-        [N m/V].
-    encoders : dict of str to int
-        Counts per revolution by channel: "angle" (the motor's), "drive_angle", "load_angle".
-    sample_rate : float
-        [Hz].
-    torque_limit : float or None
-        [N m].
-    imperfections : Imperfections
-    """
+    """A lumped chain with its motor, encoders and sampling."""
 
     chain: LumpedChain
-    torque_per_volt: float = 1.0
+    torque_per_volt: float = 1.0  # [N m/V]
+    # counts per revolution by channel: "angle" (the motor's), "drive_angle", "load_angle"
     encoders: dict[str, int] = field(default_factory=lambda: {"angle": 2600})
-    sample_rate: float = 1000.0
-    torque_limit: float | None = None
+    sample_rate: float = 1000.0  # [Hz]
+    torque_limit: float | None = None  # [N m]
     imperfections: Imperfections = field(default_factory=Imperfections)
 
 
@@ -192,27 +166,18 @@ TORQUE_PER_VOLT = 10 ** (4.2 / 20)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchTest:
-    """One row of Table 4.1 with the excitation that the text describes.
-
-    Attributes
-    ----------
-    name : str
-    inertia, viscous, coulomb, offset : float
-        As printed [kg m^2, N m s/rad, N m, N m].
-    frequencies, amplitudes : tuple of float
-        Sines of the command [Hz], [V].
-    duration : float
-        [s].
-    """
+    """One row of Table 4.1 with the excitation that the text describes."""
 
     name: str
+    # inertia, viscous, coulomb, offset: as printed [kg m^2, N m s/rad, N m, N m]
     inertia: float
     viscous: float
     coulomb: float
     offset: float
+    # frequencies, amplitudes: sines of the command [Hz], [V]
     frequencies: tuple[float, ...]
     amplitudes: tuple[float, ...]
-    duration: float
+    duration: float  # [s]
 
 
 BENCH_TESTS = (

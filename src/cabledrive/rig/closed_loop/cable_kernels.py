@@ -16,36 +16,16 @@ HANGS = 0.01  # share of the pretension below which a span hangs from its ends: 
 
 
 class CableNumbers(NamedTuple):
-    """What the loop needs to know of the cable beside its plan.
+    """What the loop needs to know of the cable beside its plan."""
 
-    Attributes
-    ----------
-    shafts : int
-        Motor, drive, load; the last two where the joint is rigid.
-    radius : float
-        Of the drive pulley [m].
-    steps : int
-        Steps of the cable per sample.
-    rate : float
-        Bandwidth of the torque loop [rad/s]; 0: none.
-    offset : float
-        Constant torque of the motor [N m].
-    weight : float
-        Of the cable at the load's rim, along the span [N].
-    zeros : ndarray, shape (shafts,)
-        Angles at the start [rad].
-    middle : ndarray, shape (2,)
-        Largest v and w at the start, either way [m].
-    """
-
-    shafts: int
-    radius: float
-    steps: int
-    rate: float
-    offset: float
-    weight: float
-    zeros: Array
-    middle: Array
+    shafts: int  # Motor, drive, load; the last two where the joint is rigid
+    radius: float  # of the drive pulley [m]
+    steps: int  # steps of the cable per sample
+    rate: float  # bandwidth of the torque loop [rad/s]; 0: none
+    offset: float  # constant torque of the motor [N m]
+    weight: float  # of the cable at the load's rim, along the span [N]
+    zeros: Array  # (shafts,): angles at the start [rad]
+    middle: Array  # (2,): largest v and w at the start, either way [m]
 
 
 @njit_in_place

@@ -23,23 +23,12 @@ from cabledrive.simulation.plan import State, Workspace, new_state, new_workspac
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CablePlant:
-    """The cable as it will be integrated, from sample to sample.
+    """The cable as it will be integrated, from sample to sample."""
 
-    Attributes
-    ----------
-    drive : Drive
-        With the stiffness and damping that the distributed cable has.
-    case : Case
-        One record per sample.
-    numbers : CableNumbers
-    start : ndarray
-        Displacements and velocities of the nodes and the motor at rest, one after the other.
-    """
-
-    drive: Drive
-    case: Case
+    drive: Drive  # with the stiffness and damping that the distributed cable has
+    case: Case  # one record per sample
     numbers: CableNumbers
-    start: Array
+    start: Array  # displacements and velocities of the nodes and the motor at rest, one after the other
 
 
 def cable_plant(

@@ -108,48 +108,25 @@ SPREADS = (0.1, 0.05, 0.5, 0.2)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Skew:
-    """How the motors of a pair differ from each other, and what its start and its encoders were.
+    """How the motors of a pair differ from each other, and what its start and its encoders were."""
 
-    Attributes
-    ----------
-    stiffness, inertia, friction : float, default 0.0
-        Of motor a more, of motor b less than their mean, as a share.
-    backlash : float, default 0.0
-        Of both gears beyond that of the file, as a share.
-    held : float, default 0.0
-        Part of the friction that held the preload off its value at the start, from -1 to 1.
-    phase : float, default 0.0
-        Of the second motor's encoder, in counts.
-    """
-
+    # stiffness, inertia, friction: of motor a more, of motor b less than their mean, as a share
     stiffness: float = 0.0
     inertia: float = 0.0
     friction: float = 0.0
-    backlash: float = 0.0
-    held: float = 0.0
-    phase: float = 0.0
+    backlash: float = 0.0  # of both gears beyond that of the file, as a share
+    held: float = 0.0  # part of the friction that held the preload off its value at the start, from -1 to 1
+    phase: float = 0.0  # of the second motor's encoder, in counts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pair:
-    """Two motors on one shaft.
-
-    Attributes
-    ----------
-    law : FlankLaw
-    joint : tuple of int
-        See `PairNumbers`.
-    backlash : float
-        Of each gear, from end to end, as the file has it [rad].
-    current_rate : float
-        Of the torque loops [rad/s]; 0: none.
-    skew : Skew
-    """
+    """Two motors on one shaft."""
 
     law: FlankLaw
-    joint: tuple[int, int]
-    backlash: float
-    current_rate: float
+    joint: tuple[int, int]  # see `PairNumbers`
+    backlash: float  # of each gear, from end to end, as the file has it [rad]
+    current_rate: float  # of the torque loops [rad/s]; 0: none
     skew: Skew
 
 

@@ -15,31 +15,17 @@ from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearLoop:
-    """One step of the loop; states are the plant's, the filter's before its readings, its shaft torque.
+    """One step of the loop; states are the plant's, the filter's before its readings, its shaft torque."""
 
-    Attributes
-    ----------
-    matrix : ndarray, shape (states, states)
-    rounding : ndarray, shape (states, m)
-        From errors of the encoders' readings.
-    plant_torque, filter_torque : ndarray, shape (states,)
-        From a torque at the plant's motor that the filter does not know, and one that only the filter
-        believes in.
-    command : ndarray, shape (states,)
-        What the law makes of the states [N m].
-    command_rounding : ndarray, shape (m,)
-        And of the readings' errors at once.
-    size : int
-        Number of inertias.
-    """
-
-    matrix: Array
-    rounding: Array
+    matrix: Array  # (states, states)
+    rounding: Array  # (states, m): from errors of the encoders' readings
+    # plant_torque, filter_torque: (states,): from a torque at the plant's motor that the filter does not
+    # know, and one that only the filter believes in
     plant_torque: Array
     filter_torque: Array
-    command: Array
-    command_rounding: Array
-    size: int
+    command: Array  # (states,): what the law makes of the states [N m]
+    command_rounding: Array  # (m,): and of the readings' errors at once
+    size: int  # number of inertias
 
     def noise(self, counts: Array, samples: int) -> tuple[float, float]:
         """Standard deviations of the motor's speed and of the command by white rounding.

@@ -45,53 +45,25 @@ from cabledrive.rig.setting import Motion, RigOptions, sample_interval
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Loop:
-    """Everything that a run needs.
-
-    Attributes
-    ----------
-    plant : ChainPlant
-    chain : LumpedChain
-        The chain that is the plant, at the first shaft.
-    observer : ObserverNumbers
-    controller : Controller
-    rig : RigNumbers
-    target : ndarray, shape (samples,)
-        Wanted load angle at the first shaft [rad].
-    slack : float
-        Twist across the cable at which a span goes slack [rad].
-    gear : float
-        Angle of the first shaft per angle of the load.
-    encoder_shafts : tuple of str
-        Shafts whose encoders are read.
-    cable : CablePlant or None
-        The distributed cable, where that is the plant; ``chain`` is then its lumped chain.
-    own_plant : OwnPlant or None
-        A plant of the user's own; ``chain`` is then the drive's lumped model with its shafts.
-    named : str
-        What the plant is where it is none of the drive's own models.
-    pieces : int
-        Least number of steps of a plant of the user's own in a sample.
-    disturbed : bool
-        Whether ``plant`` has what data sheets leave out.
-    pair : Pair or None
-        Two motors on the first shaft, the mean of which is the motor of ``chain``.
-    """
+    """Everything that a run needs."""
 
     plant: ChainPlant
-    chain: LumpedChain
+    chain: LumpedChain  # the chain that is the plant, at the first shaft
     observer: ObserverNumbers
     controller: Controller
     rig: RigNumbers
-    target: Array
-    slack: float
-    gear: float
-    encoder_shafts: tuple[str, ...]
+    target: Array  # (samples,): wanted load angle at the first shaft [rad]
+    slack: float  # twist across the cable at which a span goes slack [rad]
+    gear: float  # angle of the first shaft per angle of the load
+    encoder_shafts: tuple[str, ...]  # shafts whose encoders are read
+    # the distributed cable, where that is the plant; ``chain`` is then its lumped chain
     cable: CablePlant | None = None
+    # A plant of the user's own; ``chain`` is then the drive's lumped model with its shafts
     own_plant: OwnPlant | None = None
-    named: str = ""
-    pieces: int = 1
-    disturbed: bool = False
-    pair: Pair | None = None
+    named: str = ""  # what the plant is where it is none of the drive's own models
+    pieces: int = 1  # least number of steps of a plant of the user's own in a sample
+    disturbed: bool = False  # whether ``plant`` has what data sheets leave out
+    pair: Pair | None = None  # two motors on the first shaft, the mean of which is the motor of ``chain``
 
     @property
     def driven(self) -> ChainPlant:
@@ -114,28 +86,18 @@ class Loop:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Run:
-    """What a run left.
+    """What a run left."""
 
-    Attributes
-    ----------
-    ended : int
-        Sample at which it ended.
-    state : LoopState
-    log : ndarray, shape (samples or 0, columns)
-    tensions : ndarray, shape (samples, 2), or None
-        Mean tension of upper and lower span, where the distributed cable was the plant [N].
-    flanks : ndarray, shape (samples, 6), or None
-        Of a pair of motors: torques of both flanks, of both motors, of both flanks as observed [N m].
-    interpreted : str or None
-        What ran as plain Python, sample by sample: "controller", "plant", both, or "loop" around compiled
-        parts; why nothing is compiled where nothing is; None: everything was compiled.
-    """
-
-    ended: int
+    ended: int  # sample at which it ended
     state: LoopState
-    log: Array
+    log: Array  # (samples or 0, columns)
+    # (samples, 2): mean tension of upper and lower span, where the distributed cable was the plant [N]
     tensions: Array | None = None
+    # (samples, 6): of a pair of motors: torques of both flanks, of both motors, of both flanks as observed
+    # [N m]
     flanks: Array | None = None
+    # what ran as plain Python, sample by sample: "controller", "plant", both, or "loop" around compiled
+    # parts; why nothing is compiled where nothing is; None: everything was compiled
     interpreted: str | None = None
 
     @property

@@ -147,61 +147,28 @@ REMEDY = "give the controller.json of a study"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ControllerFile:
-    """What a controller.json holds.
-
-    Attributes
-    ----------
-    path : str
-    name : str
-        Of the packaged law.
-    bandwidth : float or None
-        [Hz].
-    shafts, encoders : tuple of str
-        Whose motion the law takes; which encoders the filter reads.
-    feedback : {"motor", "drive"}
-    sample_time : float
-        [s].
-    torque_limit : float
-        [N m].
-    drive_hash : str
-        Content hash of the drive that it was made for.
-    law : LawNumbers
-    observer : ObserverNumbers
-        With the gain on which the filter settles.
-    late_samples : int
-        Whole samples of the delay from reading to torque.
-    counts : tuple of float
-        One count of each encoder at the first shaft [rad].
-    load_gear : float
-        Angle of the first shaft per angle of the load.
-    torque_per_volt : float or None
-        [N m/V].
-    reference : ReferenceNumbers or None
-        What makes the rows of the reference; None in a file of an earlier version.
-    columns : tuple of str
-        Names of the reference's columns.
-    own : OwnController or None
-        A controller of the user's own, whose step no file holds.
-    """
+    """What a controller.json holds."""
 
     path: str
-    name: str
-    bandwidth: float | None
+    name: str  # of the packaged law
+    bandwidth: float | None  # [Hz]
+    # shafts, encoders: whose motion the law takes; which encoders the filter reads
     shafts: tuple[str, ...]
     encoders: tuple[str, ...]
-    feedback: str
-    sample_time: float
-    torque_limit: float
-    drive_hash: str
+    feedback: str  # {"motor", "drive"}
+    sample_time: float  # [s]
+    torque_limit: float  # [N m]
+    drive_hash: str  # content hash of the drive that it was made for
     law: LawNumbers
-    observer: ObserverNumbers
-    late_samples: int = 0
-    counts: tuple[float, ...] = ()
-    load_gear: float = 1.0
-    torque_per_volt: float | None = None
+    observer: ObserverNumbers  # with the gain on which the filter settles
+    late_samples: int = 0  # whole samples of the delay from reading to torque
+    counts: tuple[float, ...] = ()  # one count of each encoder at the first shaft [rad]
+    load_gear: float = 1.0  # angle of the first shaft per angle of the load
+    torque_per_volt: float | None = None  # [N m/V]
+    # what makes the rows of the reference; None in a file of an earlier version
     reference: ReferenceNumbers | None = None
-    columns: tuple[str, ...] = ()
-    own: OwnController | None = None
+    columns: tuple[str, ...] = ()  # names of the reference's columns
+    own: OwnController | None = None  # A controller of the user's own, whose step no file holds
 
 
 def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any]:

@@ -34,84 +34,41 @@ DAMPED_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadMotion:
-    """What a law that learns the load takes for granted; see `cabledrive.control.bound`.
+    """What a law that learns the load takes for granted; see `cabledrive.control.bound`."""
 
-    Attributes
-    ----------
-    chain : LumpedChain
-        That the law is made for.
-    states : ndarray, shape (p, samples, 2n)
-        Angles and speeds that go with a unit of each parameter of the load.
-    """
-
-    chain: LumpedChain
-    states: Array
+    chain: LumpedChain  # that the law is made for
+    states: Array  # (p, samples, 2n): angles and speeds that go with a unit of each parameter of the load
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Controller:
-    """A law with its reference, ready to run.
-
-    Attributes
-    ----------
-    name : str
-    law : LawNumbers
-    reference : ndarray, shape (samples, columns)
-        What the law takes at each sample.
-    shafts : tuple of str
-        Shafts whose angles it takes, from the motor to the load.
-    start : ndarray
-        Parameter estimates to begin with.
-    tuning : KalmanTuning
-    gains : dict
-        What it was tuned to, in the units of their names.
-    model : int
-        Model that it was made for.
-    damped : bool
-        Whether it counts the damping of joint and cable.
-    bandwidth : float or None
-        lambda of a law of the chain [rad/s].
-    flat : FlatOutput or None
-    filter_model : int or None
-        Model of the Kalman filter; None: the highest that the drive's data allow, with every encoder. A
-        filter of the law's own model reads only the encoders that the law takes.
-    filter_chain : LumpedChain or None
-        Lumped chain of the Kalman filter, where it is no model of the drive; it reads every encoder.
-    own : OwnController or None
-        The user's own, which runs instead of ``law``.
-    generator : ReferenceNumbers or None
-        What makes the rows of ``reference`` from the time alone, on a target.
-    load_motion : LoadMotion or None
-        Of a law that learns the load's torque.
-    schedule : LoadSchedule or None
-        Of a law whose gains go by an announced load.
-    believed : LumpedChain or None
-        The chain with the drive's own load, of which that is a factor.
-    field : tuple of float, or None
-        Of a stepper, whose command is the angle of its field [rad]: largest torque [N m], periods per radian.
-    late : float
-        By how much the motion comes late as a whole, and errors are counted against it so late [s].
-    """
+    """A law with its reference, ready to run."""
 
     name: str
     law: LawNumbers
-    reference: Array
-    shafts: tuple[str, ...]
-    start: Array
+    reference: Array  # (samples, columns): what the law takes at each sample
+    shafts: tuple[str, ...]  # shafts whose angles it takes, from the motor to the load
+    start: Array  # parameter estimates to begin with
     tuning: KalmanTuning
-    gains: dict[str, Any]
-    model: int
-    damped: bool
-    bandwidth: float | None = None
+    gains: dict[str, Any]  # what it was tuned to, in the units of their names
+    model: int  # Model that it was made for
+    damped: bool  # whether it counts the damping of joint and cable
+    bandwidth: float | None = None  # lambda of a law of the chain [rad/s]
     flat: FlatOutput | None = None
+    # Model of the Kalman filter; None: the highest that the drive's data allow, with every encoder. A filter
+    # of the law's own model reads only the encoders that the law takes
     filter_model: int | None = None
+    # lumped chain of the Kalman filter, where it is no model of the drive; it reads every encoder
     filter_chain: LumpedChain | None = None
-    own: OwnController | None = None
+    own: OwnController | None = None  # the user's own, which runs instead of ``law``
+    # what makes the rows of ``reference`` from the time alone, on a target
     generator: ReferenceNumbers | None = None
-    load_motion: LoadMotion | None = None
-    schedule: LoadSchedule | None = None
-    believed: LumpedChain | None = None
+    load_motion: LoadMotion | None = None  # of a law that learns the load's torque
+    schedule: LoadSchedule | None = None  # of a law whose gains go by an announced load
+    believed: LumpedChain | None = None  # the chain with the drive's own load, of which that is a factor
+    # of a stepper, whose command is the angle of its field [rad]: largest torque [N m], periods per radian
     field: tuple[float, float] | None = None
+    # by how much the motion comes late as a whole, and errors are counted against it so late [s]
     late: float = 0.0
 
     @property
@@ -122,48 +79,22 @@ class Controller:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignSpec:
-    """What a law is to be designed for.
+    """What a law is to be designed for."""
 
-    Attributes
-    ----------
-    drive : Drive
-        As the design believes it to be.
-    trajectory : Trajectory
-        Of the load pulley.
-    interval : float
-        Sample time [s].
-    samples : int
-    bandwidth : float or None
-        [Hz]; None: as printed.
-    feedback : str
-        Encoder that stands for theta_1 in Models 1 and 3.
-    adapt : bool
-        Whether estimates move.
-    best : bool
-        The gains that trial runs accept, instead of those of the dissertation.
-    feedforward : {"damped", "undamped", "rigid"}
-        Torque and motion that the baselines follow: the exact inverse of the chain with its dampers, without
-        them, or of one rigid inertia; friction by the reference's speed in each.
-    motion : Motion or None
-        What the trajectory was made of; for trial runs.
-    options : RigOptions or None
-        Of the run; for trial runs and the filter.
-    plant : Drive or None
-        As it is, where that differs; trial runs are on this one.
-    """
-
-    drive: Drive
-    trajectory: Trajectory
-    interval: float
+    drive: Drive  # as the design believes it to be
+    trajectory: Trajectory  # of the load pulley
+    interval: float  # sample time [s]
     samples: int
-    bandwidth: float | None = None
-    feedback: str = "motor"
-    adapt: bool = True
-    best: bool = False
+    bandwidth: float | None = None  # [Hz]; None: as printed
+    feedback: str = "motor"  # encoder that stands for theta_1 in Models 1 and 3
+    adapt: bool = True  # whether estimates move
+    best: bool = False  # the gains that trial runs accept, instead of those of the dissertation
+    # {"damped", "undamped", "rigid"}: torque and motion that the baselines follow: the exact inverse of the
+    # chain with its dampers, without them, or of one rigid inertia; friction by the reference's speed in each
     feedforward: str = "damped"
-    motion: Motion | None = None
-    options: RigOptions | None = None
-    plant: Drive | None = None
+    motion: Motion | None = None  # what the trajectory was made of; for trial runs
+    options: RigOptions | None = None  # of the run; for trial runs and the filter
+    plant: Drive | None = None  # as it is, where that differs; trial runs are on this one
 
     def model(self, number: int) -> LumpedChain:
         """A model of the drive under torque control, in angles of its first shaft.

@@ -22,18 +22,10 @@ from cabledrive.rig.plant_samples import Spreads
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pole:
-    """A pole of the closed loop, or a pair.
+    """A pole of the closed loop, or a pair."""
 
-    Attributes
-    ----------
-    frequency : float
-        Its distance from the origin [Hz].
-    damping_ratio : float
-        1 and more: real; negative: unstable.
-    """
-
-    frequency: float
-    damping_ratio: float
+    frequency: float  # its distance from the origin [Hz]
+    damping_ratio: float  # 1 and more: real; negative: unstable
 
 
 def closed_loop_poles(

@@ -28,18 +28,10 @@ SEED = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Learnt:
-    """What one pulse gave.
+    """What one pulse gave."""
 
-    Attributes
-    ----------
-    load : LoadEstimate
-        Of the cable.
-    motor : MotorEstimate
-        Of whole inertia and friction.
-    """
-
-    load: LoadEstimate
-    motor: MotorEstimate
+    load: LoadEstimate  # of the cable
+    motor: MotorEstimate  # of whole inertia and friction
 
     @property
     def words(self) -> dict[str, Any]:

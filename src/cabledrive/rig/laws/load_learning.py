@@ -37,30 +37,18 @@ PARAMETERS = ("load_coulomb", "load_viscous", "load_inertia")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Learning:
-    """What distinguishes the laws that learn.
-
-    Attributes
-    ----------
-    name : str
-    unlearnt : float
-        Share of the filter's noise at the load that learning leaves; the more, the less it trusts the load's
-        inertia.
-    inertia_spread : float
-        Deviation of the load's inertia before anything is learnt, over what is believed.
-    noise : float
-        Deviation of an innovation over that of white rounding: errors of rounding last as long as a count,
-        and taken for white they pass for friction where there is none.
-    memory : float
-        Time after which an excited direction is forgotten [s].
-    renewal : float
-        Time in which innovations that are passed over bring the covariance of the beginning back [s].
-    """
+    """What distinguishes the laws that learn."""
 
     name: str
+    # share of the filter's noise at the load that learning leaves; the more, the less it trusts the load's
+    # inertia
     unlearnt: float
-    inertia_spread: float
+    inertia_spread: float  # deviation of the load's inertia before anything is learnt, over what is believed
+    # deviation of an innovation over that of white rounding: errors of rounding last as long as a count, and
+    # taken for white they pass for friction where there is none
     noise: float
-    memory: float
+    memory: float  # time after which an excited direction is forgotten [s]
+    # time in which innovations that are passed over bring the covariance of the beginning back [s]
     renewal: float
 
 
@@ -75,25 +63,15 @@ KINDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadTables:
-    """What the law knows beforehand of a torque at the load, for each parameter.
+    """What the law knows beforehand of a torque at the load, for each parameter."""
 
-    Attributes
-    ----------
-    blocks : ndarray, shape (samples, p * (2n + 1 + m))
-        States less what the filter misses, motor torque, innovations, of each parameter.
-    states : ndarray, shape (p, samples, 2n)
-        That the law takes and that go with a unit of each parameter.
-    white : ndarray, shape (m, m)
-    tuning : KalmanTuning
-    observer : ObserverNumbers
-        The filter that they belong to.
-    """
-
+    # (samples, p * (2n + 1 + m): states less what the filter misses, motor torque, innovations, of each
+    # parameter
     blocks: Array
-    states: Array
-    white: Array
+    states: Array  # (p, samples, 2n): that the law takes and that go with a unit of each parameter
+    white: Array  # (m, m)
     tuning: KalmanTuning
-    observer: ObserverNumbers
+    observer: ObserverNumbers  # the filter that they belong to
 
 
 def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = None) -> Controller:

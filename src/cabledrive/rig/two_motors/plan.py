@@ -37,23 +37,12 @@ SLIDING = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TensionDesign:
-    """The law of a machine and what it promises.
-
-    Attributes
-    ----------
-    gains : TensionGains
-    floor : float
-        Least tension allowed [N].
-    gust : float
-        Largest force on the body for which the floor is promised [N].
-    margin : ndarray, shape (2,)
-        Kept above the floor for it [N].
-    """
+    """The law of a machine and what it promises."""
 
     gains: TensionGains
-    floor: float
-    gust: float
-    margin: Array
+    floor: float  # least tension allowed [N]
+    gust: float  # largest force on the body for which the floor is promised [N]
+    margin: Array  # (2,): kept above the floor for it [N]
 
 
 def design_tensions(
@@ -143,20 +132,11 @@ _HALVINGS = 40
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """A motion and what it asks for.
+    """A motion and what it asks for."""
 
-    Attributes
-    ----------
-    trajectory : Trajectory
-        Of the part of the way, from 0 to 1.
-    table : ndarray, shape (samples, 3 m + 2)
-        As `cabledrive.control.tension_position.step` takes it.
-    tension, torque, speed : ndarray, shape (samples, 2)
-        Of lines [N], drums [N m] and [rad/s].
-    """
-
-    trajectory: Trajectory
-    table: Array
+    trajectory: Trajectory  # of the part of the way, from 0 to 1
+    table: Array  # (samples, 3 m + 2): as `cabledrive.control.tension_position.step` takes it
+    # tension, torque, speed: (samples, 2): of lines [N], drums [N m] and [rad/s]
     tension: Array
     torque: Array
     speed: Array

@@ -74,19 +74,12 @@ class Setup:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlantRun:
-    """One plant under the law.
+    """One plant under the law."""
 
-    Attributes
-    ----------
-    record : ndarray, shape (samples, m + 9)
-        See `cabledrive.rig.two_motors.plant_kernels`; fewer samples where a number was not finite.
-    least : ndarray, shape (2,)
-        Least tension, between samples as well [N].
-    substeps : int
-    """
-
+    # (samples, m + 9): see `cabledrive.rig.two_motors.plant_kernels`; fewer samples where a number was not
+    # finite
     record: Array
-    least: Array
+    least: Array  # (2,): least tension, between samples as well [N]
     substeps: int
 
 

@@ -30,31 +30,18 @@ from cabledrive.studies.study.stage_cache import Made, StageCache
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TuningRecord:
-    """How a law was tuned.
-
-    Attributes
-    ----------
-    name : str
-    bandwidth : float or None
-        [Hz]; None: no setting keeps the limits.
-    filter : str
-    disk, gain, phase, ripple : float or None
-        Of `cabledrive.rig.margins.Margins`; None: infinite, or no setting.
-    seconds : float
-        What the tuning took [s].
-    reason : str
-        Why there is no setting; empty where there is one.
-    """
+    """How a law was tuned."""
 
     name: str
-    bandwidth: float | None
+    bandwidth: float | None  # [Hz]; None: no setting keeps the limits
     filter: str
+    # disk, gain, phase, ripple: of `cabledrive.rig.margins.Margins`; None: infinite, or no setting
     disk: float | None
     gain: float | None
     phase: float | None
     ripple: float | None
-    seconds: float
-    reason: str = ""
+    seconds: float  # what the tuning took [s]
+    reason: str = ""  # why there is no setting; empty where there is one
 
 
 def recorded(name: str, bandwidth: float, words: str, margins: Margins, seconds: float) -> TuningRecord:
@@ -83,20 +70,11 @@ def _finite(value: float) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparedLaw:
-    """One law of a comparison.
-
-    Attributes
-    ----------
-    tuning : TuningRecord
-    scores : Scores or None
-        None: it could not be tuned.
-    learns : bool
-        Whether its first pulse is for learning, and the error counts after it.
-    """
+    """One law of a comparison."""
 
     tuning: TuningRecord
-    scores: Scores | None
-    learns: bool
+    scores: Scores | None  # None: it could not be tuned
+    learns: bool  # whether its first pulse is for learning, and the error counts after it
 
     def rank(self, goal: float) -> tuple[bool, float, float]:
         """Smaller is better; a law without runs comes last."""

@@ -28,22 +28,12 @@ class SampleBlock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorstCase:
-    """The run with the largest error.
-
-    Attributes
-    ----------
-    draw : int
-    values : dict of str to float
-        Quantities of its plant.
-    phases : tuple of float
-        Of its encoders, in counts.
-    time, reference, error, torque : tuple of float
-        Thinned history [s], [rad] or [m], the same, [N m].
-    """
+    """The run with the largest error."""
 
     draw: int
-    values: dict[str, float]
-    phases: tuple[float, ...]
+    values: dict[str, float]  # quantities of its plant
+    phases: tuple[float, ...]  # of its encoders, in counts
+    # time, reference, error, torque: thinned history [s], [rad] or [m], the same, [N m]
     time: tuple[float, ...]
     reference: tuple[float, ...]
     error: tuple[float, ...]
@@ -52,45 +42,23 @@ class WorstCase:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AcceptanceResult:
-    """What many runs said.
+    """What many runs said."""
 
-    Attributes
-    ----------
-    plant : {"lumped", "carriage", "cable"}
-    draws : int
-    peaks, rests : tuple of float
-        Largest error of each run that lasted, and of a carriage the largest while it is to stand, both
-        ascending [rad] or [m].
-    inside : float or None
-        Share of all runs whose error stayed inside the stated bound; None: no bound is stated for the law.
-    reached : float or None
-        Share of all runs whose error stayed inside the goal; None without one.
-    failed : int
-        Runs that ended before their time.
-    saturated : int
-        Runs in which the torque met its limit.
-    largest_torque : float or None
-        [N m]; of loads only in the runs that lasted; None: there is none.
-    smallest_tension : float or None
-        Of a strand with a carriage [N].
-    worst : WorstCase or None
-        None: every run failed, or none was made.
-    reason : str
-        Why there are no runs, where there are none.
-    """
-
-    plant: str
+    plant: str  # {"lumped", "carriage", "cable"}
     draws: int = 0
+    # peaks, rests: largest error of each run that lasted, and of a carriage the largest while it is to stand,
+    # both ascending [rad] or [m]
     peaks: tuple[float, ...] = ()
     rests: tuple[float, ...] = ()
+    # share of all runs whose error stayed inside the stated bound; None: no bound is stated for the law
     inside: float | None = None
-    reached: float | None = None
-    failed: int = 0
-    saturated: int = 0
-    largest_torque: float | None = None
-    smallest_tension: float | None = None
-    worst: WorstCase | None = None
-    reason: str = ""
+    reached: float | None = None  # share of all runs whose error stayed inside the goal; None without one
+    failed: int = 0  # runs that ended before their time
+    saturated: int = 0  # runs in which the torque met its limit
+    largest_torque: float | None = None  # [N m]; of loads only in the runs that lasted; None: there is none
+    smallest_tension: float | None = None  # of a strand with a carriage [N]
+    worst: WorstCase | None = None  # None: every run failed, or none was made
+    reason: str = ""  # why there are no runs, where there are none
 
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below.

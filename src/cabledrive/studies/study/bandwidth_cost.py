@@ -127,61 +127,31 @@ UNMATCHED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """One bandwidth and what it costs.
+    """One bandwidth and what it costs."""
 
-    Attributes
-    ----------
-    model : {1, 3, 4}
-        Of the law.
-    bandwidth : float
-        lambda/(2 pi) [Hz].
-    theorem : float or None
-        Largest value of the theorem's tube, matched uncertainty and friction [rad].
-    unmatched : float or None
-        What the springs, dampers and the load within their bounds add, the filter in the loop: each by
-        itself, summed, or all at once, whichever is more [rad].
-    sensors : float or None
-        What counting and unknown encoder phases add, at the best values or at the ends that push one way
-        [rad].
-    bound : float or None
-        All of it [rad].
-    torque : float or None
-        Largest torque of a run with encoders, and what their counts add to it [N m].
-    refused : str
-        Why it cannot be used; empty where it can.
-    """
-
-    model: int
-    bandwidth: float
-    theorem: float | None
+    model: int  # {1, 3, 4}: of the law
+    bandwidth: float  # lambda/(2 pi) [Hz]
+    theorem: float | None  # largest value of the theorem's tube, matched uncertainty and friction [rad]
+    # what the springs, dampers and the load within their bounds add, the filter in the loop: each by itself,
+    # summed, or all at once, whichever is more [rad]
     unmatched: float | None
+    # what counting and unknown encoder phases add, at the best values or at the ends that push one way [rad]
     sensors: float | None
-    bound: float | None
-    torque: float | None
-    refused: str
+    bound: float | None  # all of it [rad]
+    torque: float | None  # largest torque of a run with encoders, and what their counts add to it [N m]
+    refused: str  # why it cannot be used; empty where it can
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Unmatched:
-    """What springs, dampers and the load do to the error.
+    """What springs, dampers and the load do to the error."""
 
-    Attributes
-    ----------
-    nominal : ndarray, shape (samples,)
-        Error at the best values [rad].
-    shares : dict of str to float
-        Largest deviation by each quantity alone [rad].
-    deviation : ndarray, shape (samples,)
-        Sum of these deviations at every sample, or the deviation with all quantities at the ends that push
-        one way, whichever is larger [rad].
-    ends : tuple of dict of str to float
-        These ends, and the opposite ones.
-    """
-
-    nominal: Array
-    shares: dict[str, float]
+    nominal: Array  # (samples,): error at the best values [rad]
+    shares: dict[str, float]  # largest deviation by each quantity alone [rad]
+    # (samples,): sum of these deviations at every sample, or the deviation with all quantities at the ends
+    # that push one way, whichever is larger [rad]
     deviation: Array
-    ends: tuple[dict[str, float], ...]
+    ends: tuple[dict[str, float], ...]  # these ends, and the opposite ones
 
 
 def evaluate(

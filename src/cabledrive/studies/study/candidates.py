@@ -21,19 +21,11 @@ ENOUGH = {"lumped": 0.99, "carriage": 0.99, "cable": 0.95}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReachedError:
-    """An error that a share of the plants keeps below.
+    """An error that a share of the plants keeps below."""
 
-    Attributes
-    ----------
-    error : float or None
-        [rad] or [m]; None: too many runs ended early to name one.
-    share : float
-        Lower limit of the share that keeps below it; the share that is asked for, or what the number of runs
-        can show where it is too small for that.
-    confidence : float
-    """
-
-    error: float | None
+    error: float | None  # [rad] or [m]; None: too many runs ended early to name one
+    # lower limit of the share that keeps below it; the share that is asked for, or what the number of runs
+    # can show where it is too small for that
     share: float
     confidence: float = CONFIDENCE
 
@@ -72,39 +64,22 @@ def reached_error(lasting: Sequence[float], runs: int, share: float) -> ReachedE
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawScore:
-    """One law on many plants.
-
-    Attributes
-    ----------
-    controller : str
-    setting : str
-        In words.
-    plant : {"lumped", "carriage", "cable"}
-    runs, failed : int
-        Runs made, and those that ended before their time.
-    worst : float or None
-        Largest error of the runs that lasted [rad] or [m]; None: there is none.
-    reached : ReachedError or None
-        None: no runs were made.
-    share, share_low : float or None
-        Of all runs inside the goal, and its lower limit with 95 % confidence; None without a goal or runs.
-    holds : bool or None
-        Whether `share_low` is enough; None without a goal, or where not all runs were made.
-    reason : str
-        Why runs were not made.
-    """
+    """One law on many plants."""
 
     controller: str
-    setting: str
-    plant: str
+    setting: str  # in words
+    plant: str  # {"lumped", "carriage", "cable"}
+    # runs, failed: runs made, and those that ended before their time
     runs: int
     failed: int
-    worst: float | None
-    reached: ReachedError | None
+    worst: float | None  # largest error of the runs that lasted [rad] or [m]; None: there is none
+    reached: ReachedError | None  # None: no runs were made
+    # share, share_low: of all runs inside the goal, and its lower limit with 95 % confidence; None without a
+    # goal or runs
     share: float | None
     share_low: float | None
-    holds: bool | None
-    reason: str
+    holds: bool | None  # whether `share_low` is enough; None without a goal, or where not all runs were made
+    reason: str  # why runs were not made
 
 
 def score(

@@ -37,39 +37,21 @@ STILL = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarriageCase:
-    """What every run of a carriage shares.
-
-    Attributes
-    ----------
-    drive : Drive
-    design : Transporter
-        With the best values.
-    goals : Goals
-    hanging : bool
-        Whether a mass hangs below the carriage.
-    wanted : ndarray, shape (samples,)
-        Motion profile of the hanging mass, or of the carriage where nothing hangs [m].
-    standing : ndarray of bool, shape (samples,)
-        When a move is over and the next has not begun.
-    reference : ndarray, shape (samples, 10)
-    interval, count, limit : float
-        Sample time [s], count at the rim [m], largest force at the rim [N].
-    reads : tuple of int
-        Pulleys with an encoder.
-    substeps : int
-    """
+    """What every run of a carriage shares."""
 
     drive: Drive
-    design: Transporter
+    design: Transporter  # with the best values
     goals: Goals
-    hanging: bool
+    hanging: bool  # whether a mass hangs below the carriage
+    # (samples,): motion profile of the hanging mass, or of the carriage where nothing hangs [m]
     wanted: Array
-    standing: NDArray[np.bool_]
-    reference: Array
+    standing: NDArray[np.bool_]  # (samples,): when a move is over and the next has not begun
+    reference: Array  # (samples, 10)
+    # interval, count, limit: sample time [s], count at the rim [m], largest force at the rim [N]
     interval: float
     count: float
     limit: float
-    reads: tuple[int, ...]
+    reads: tuple[int, ...]  # pulleys with an encoder
     substeps: int
 
     @property
@@ -209,25 +191,15 @@ RIGHT = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CarriageModel:
-    """The model of the carriage beside the distributed cable.
+    """The model of the carriage beside the distributed cable."""
 
-    Attributes
-    ----------
-    positions : tuple of float
-        Start, middle and end of the way [m].
-    lumped, exact : tuple of float
-        Frequency of the carriage on the cable at each, without what hangs below it [Hz].
-    left_out : float
-        Windup of a joint that is taken as rigid, and its backlash, at the rim [m]; added to every error.
-    reason : str
-        Why it is wrong by more than is allowed; empty where it is right.
-    """
-
-    positions: tuple[float, ...]
+    positions: tuple[float, ...]  # Start, middle and end of the way [m]
+    # lumped, exact: frequency of the carriage on the cable at each, without what hangs below it [Hz]
     lumped: tuple[float, ...]
     exact: tuple[float, ...]
+    # windup of a joint that is taken as rigid, and its backlash, at the rim [m]; added to every error
     left_out: float
-    reason: str
+    reason: str  # why it is wrong by more than is allowed; empty where it is right
 
     @property
     def deviation(self) -> float:

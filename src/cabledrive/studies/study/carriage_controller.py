@@ -37,64 +37,31 @@ OFF = np.array([0.25, -0.25])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CarriageCandidate:
-    """One bandwidth and what it costs.
+    """One bandwidth and what it costs."""
 
-    Attributes
-    ----------
-    bandwidth : float
-        Of the loop round the rigid whole [Hz].
-    nominal : float or None
-        Largest error at the best values, encoders that do not count [m].
-    uncertain : float or None
-        What each number within its bounds adds, by itself; the root of the squares' sum [m].
-    sensors : float or None
-        What counting adds [m].
-    estimate : float or None
-        All of it, with what the model leaves out [m]: computed, no theorem's bound.
-    torque : float or None
-        Largest torque with encoders that count [N m].
-    growth : float or None
-        Largest real part of a pole along the way, the cable at its best value and at its bounds [1/s].
-    refused : str
-        Why it cannot be used; empty where it can.
-    """
-
-    bandwidth: float
-    nominal: float | None
+    bandwidth: float  # of the loop round the rigid whole [Hz]
+    nominal: float | None  # largest error at the best values, encoders that do not count [m]
+    # what each number within its bounds adds, by itself; the root of the squares' sum [m]
     uncertain: float | None
-    sensors: float | None
-    estimate: float | None
-    torque: float | None
+    sensors: float | None  # what counting adds [m]
+    estimate: float | None  # all of it, with what the model leaves out [m]: computed, no theorem's bound
+    torque: float | None  # largest torque with encoders that count [N m]
+    # largest real part of a pole along the way, the cable at its best value and at its bounds [1/s]
     growth: float | None
-    refused: str
+    refused: str  # why it cannot be used; empty where it can
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CarriageController:
-    """The law of a carriage.
-
-    Attributes
-    ----------
-    name : str
-    bandwidth : float or None
-        [Hz]; None: none could be used.
-    chosen : CarriageCandidate or None
-    candidates : tuple of CarriageCandidate
-    shares : dict of str to float
-        What each uncertain number adds to the error [m].
-    both : bool
-        Whether the law listens to the encoder of the load pulley as well.
-    positions, frequencies : tuple of float
-        Places along the way [m] and the carriage's frequency on its cable there [Hz].
-    reason : str
-    """
+    """The law of a carriage."""
 
     name: str
-    bandwidth: float | None
+    bandwidth: float | None  # [Hz]; None: none could be used
     chosen: CarriageCandidate | None
     candidates: tuple[CarriageCandidate, ...]
-    shares: dict[str, float]
-    both: bool
+    shares: dict[str, float]  # what each uncertain number adds to the error [m]
+    both: bool  # whether the law listens to the encoder of the load pulley as well
+    # positions, frequencies: places along the way [m] and the carriage's frequency on its cable there [Hz]
     positions: tuple[float, ...]
     frequencies: tuple[float, ...]
     reason: str

@@ -169,34 +169,22 @@ NAMES = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction",
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RegressionResult:
-    """What logs say of some quantities.
+    """What logs say of some quantities."""
 
-    Attributes
-    ----------
-    intervals : dict of str to (float, float, float)
-        Value, lower and upper bound of what could be identified.
-    correlations : tuple of Correlation
-    undetermined : tuple of str
-        What could not, in words.
-    negative : tuple of str
-        What came out negative by more than its interval, so that signs or units are wrong.
-    residual, residual_torque : float
-        Of the sum of torques, relative to the torque and as it is [N m], below the filter's bandwidth.
-    lag : float
-        By how much the angles are later than the torque as logged [s]; half a sample where a controller holds
-        its torque from the sample at which it is logged. It is taken out before anything else is solved.
-    kept : float
-        Share of the samples that could be used.
-    """
-
+    # Value, lower and upper bound of what could be identified
     intervals: dict[str, tuple[float, float, float]]
     correlations: tuple[Correlation, ...]
-    undetermined: tuple[str, ...]
+    undetermined: tuple[str, ...]  # what could not, in words
+    # what came out negative by more than its interval, so that signs or units are wrong
     negative: tuple[str, ...]
+    # residual, residual_torque: of the sum of torques, relative to the torque and as it is [N m], below the
+    # filter's bandwidth
     residual: float
     residual_torque: float
+    # by how much the angles are later than the torque as logged [s]; half a sample where a controller holds
+    # its torque from the sample at which it is logged. It is taken out before anything else is solved
     lag: float
-    kept: float
+    kept: float  # share of the samples that could be used
 
 
 def whole_drive(log: Log) -> bool:

@@ -28,50 +28,25 @@ from cabledrive.trajectories import move_limits, shortest_rise
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogWords:
-    """One log in short.
-
-    Attributes
-    ----------
-    name : str
-    sha256 : str
-    rows : int
-    duration : float
-        [s].
-    sample_rate : float
-        [Hz].
-    channels : dict of str to str
-        SI unit by channel.
-    repaired, findings : tuple of str
-    """
+    """One log in short."""
 
     name: str
     sha256: str
     rows: int
-    duration: float
-    sample_rate: float
-    channels: dict[str, str]
+    duration: float  # [s]
+    sample_rate: float  # [Hz]
+    channels: dict[str, str]  # SI unit by channel
     repaired: tuple[str, ...]
     findings: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckResult:
-    """What the check found.
+    """What the check found."""
 
-    Attributes
-    ----------
-    derived : dict of str to float or None
-        Closed formulas of the datasheet, SI.
-    warnings : tuple of str
-        Warnings about the drive.
-    missing : tuple of str
-        What a controller needs and the file does not give, with the remedy.
-    logs : tuple of LogWords
-    """
-
-    derived: dict[str, float | None]
-    warnings: tuple[str, ...]
-    missing: tuple[str, ...]
+    derived: dict[str, float | None]  # closed formulas of the datasheet, SI
+    warnings: tuple[str, ...]  # warnings about the drive
+    missing: tuple[str, ...]  # what a controller needs and the file does not give, with the remedy
     logs: tuple[LogWords, ...]
 
 
@@ -255,21 +230,11 @@ UNITS = {"torque": "N m", "speed": "rad/s", "slack_torque": "N m"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Demand:
-    """One thing that is asked, and what there is.
+    """One thing that is asked, and what there is."""
 
-    Attributes
-    ----------
-    name : {"torque", "speed", "slack_torque"}
-    asked : float
-        Largest along the motion.
-    limit : float or None
-        None: no limit is known.
-    unit : str
-    """
-
-    name: str
-    asked: float
-    limit: float | None
+    name: str  # {"torque", "speed", "slack_torque"}
+    asked: float  # largest along the motion
+    limit: float | None  # None: no limit is known
     unit: str
 
     @property
@@ -280,20 +245,12 @@ class Demand:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DemandResult:
-    """Everything that the motion asks for.
-
-    Attributes
-    ----------
-    demands : tuple of Demand
-    shortest : float or None
-        Shortest duration of this move within the limits, by an upper bound of the demand [s].
-    binding : str
-        The limit that decides it, or why there is none.
-    """
+    """Everything that the motion asks for."""
 
     demands: tuple[Demand, ...]
+    # shortest duration of this move within the limits, by an upper bound of the demand [s]
     shortest: float | None
-    binding: str
+    binding: str  # the limit that decides it, or why there is none
 
     @property
     def exceeded(self) -> tuple[Demand, ...]:

@@ -75,37 +75,21 @@ BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0, 70
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerResult:
-    """The controller, and the bound that is stated for it.
-
-    Attributes
-    ----------
-    model : int
-    name : str
-    bandwidth, sliding_rate : float or None
-        [Hz]; None: no bandwidth could be used.
-    bound : float or None
-        Stated bound of the load's error [rad].
-    chosen : Candidate or None
-    candidates : tuple of Candidate
-    lower, upper : tuple of float
-        Bounds of the estimates p2 to p5 [kg m^2], [N m s/rad], [N m], [N m].
-    shares : dict of str to float
-        What each uncertain quantity adds to the bound [rad].
-    broken : tuple of str
-        Assumptions of the theorem that do not hold on the rig; the other parts of the bound answer them.
-    reason : str
-    """
+    """The controller, and the bound that is stated for it."""
 
     model: int
     name: str
+    # bandwidth, sliding_rate: [Hz]; None: no bandwidth could be used
     bandwidth: float | None
     sliding_rate: float | None
-    bound: float | None
+    bound: float | None  # stated bound of the load's error [rad]
     chosen: Candidate | None
     candidates: tuple[Candidate, ...]
+    # lower, upper: bounds of the estimates p2 to p5 [kg m^2], [N m s/rad], [N m], [N m]
     lower: tuple[float, ...]
     upper: tuple[float, ...]
-    shares: dict[str, float]
+    shares: dict[str, float]  # what each uncertain quantity adds to the bound [rad]
+    # assumptions of the theorem that do not hold on the rig; the other parts of the bound answer them
     broken: tuple[str, ...]
     reason: str
 
@@ -215,27 +199,13 @@ MOST_TORQUE = 2.0 / 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawSetting:
-    """A control law with the one number that tunes it.
+    """A control law with the one number that tunes it."""
 
-    Attributes
-    ----------
-    controller : str
-        A name that `track` knows.
-    model : int or None
-        Of a law of the chain; None: any other law.
-    value : float or None
-        Bandwidth [Hz]; None: nothing could be used.
-    filter : str
-        Of `cabledrive.rig.tuning.filters`; empty: of the law of the chain, or of a carriage.
-    reason : str
-        Why it cannot be used; empty where it can.
-    """
-
-    controller: str
-    model: int | None
-    value: float | None
-    filter: str = ""
-    reason: str = ""
+    controller: str  # A name that `track` knows
+    model: int | None  # of a law of the chain; None: any other law
+    value: float | None  # bandwidth [Hz]; None: nothing could be used
+    filter: str = ""  # of `cabledrive.rig.tuning.filters`; empty: of the law of the chain, or of a carriage
+    reason: str = ""  # why it cannot be used; empty where it can
 
     @property
     def words(self) -> str:

@@ -22,39 +22,20 @@ from cabledrive.studies.study.tried_laws import TriedLaws
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Findings:
-    """What the stages before the verdict found.
-
-    Attributes
-    ----------
-    goals : Goals
-    known : Drive or None
-        With the best values, after identification.
-    check : CheckResult
-    knowledge : Knowledge
-    demand : DemandResult
-    resonance : ResonanceResult
-    model : ModelResult, CarriageModel or None
-    controller : ControllerResult, CarriageController or None
-        The damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error.
-    laws : TriedLaws or None
-        Every law under one acceptance test.
-    runs : AcceptanceResult
-        Of the law that is chosen, on the plants that decide first.
-    cable : AcceptanceResult
-        Of the same law on the distributed cable.
-    """
+    """What the stages before the verdict found."""
 
     goals: Goals
-    known: Drive | None = None
+    known: Drive | None = None  # with the best values, after identification
     check: CheckResult
     knowledge: Knowledge
     demand: DemandResult
     resonance: ResonanceResult
     model: ModelResult | CarriageModel | None = None
+    # the damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error
     controller: ControllerResult | CarriageController | None
-    laws: TriedLaws | None
-    runs: AcceptanceResult
-    cable: AcceptanceResult
+    laws: TriedLaws | None  # every law under one acceptance test
+    runs: AcceptanceResult  # of the law that is chosen, on the plants that decide first
+    cable: AcceptanceResult  # of the same law on the distributed cable
 
     @property
     def carried(self) -> bool:

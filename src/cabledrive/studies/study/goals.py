@@ -254,20 +254,11 @@ def motion_of(goals: Goals) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorUnit:
-    """A unit of an error.
+    """A unit of an error."""
 
-    Attributes
-    ----------
-    name : str
-        As it is printed, and the ending of its keys.
-    si : str
-    size : float
-        In SI.
-    """
-
-    name: str
+    name: str  # as it is printed, and the ending of its keys
     si: str
-    size: float
+    size: float  # in SI
 
     def of(self, error: float) -> float:
         """An error in this unit."""

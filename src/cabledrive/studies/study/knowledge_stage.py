@@ -39,40 +39,20 @@ FRICTION = ("viscous_friction", "coulomb_friction")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knowledge:
-    """What is known of a drive.
+    """What is known of a drive."""
 
-    Attributes
-    ----------
-    quantities : dict of str to Quantity
-        By name.
-    undetermined : tuple of str
-        What is not identifiable from the logs, in words; empty without logs.
-    open_names : tuple of str
-        The essential quantities among them.
-    findings : tuple of LogFinding
-        What contradicts the drive file.
-    residual : float or None
-        Of the torque, relative; None without logs.
-    method : str
-    correlations : tuple of Correlation
-        Of the identified numbers; of the others none is known.
-    replays : tuple of Replay
-        The identified model over each log; empty where no log shows the whole drive.
-    encoders : dict of str to int
-        Counts per revolution of the encoders that a log shows coarser than the file, by their keys.
-    late : float
-        By how much the angles of the logs are later than sampling and the file's own lags explain [s].
-    """
-
-    quantities: dict[str, Quantity]
-    undetermined: tuple[str, ...]
-    open_names: tuple[str, ...]
-    findings: tuple[LogFinding, ...]
-    residual: float | None
+    quantities: dict[str, Quantity]  # by name
+    undetermined: tuple[str, ...]  # what is not identifiable from the logs, in words; empty without logs
+    open_names: tuple[str, ...]  # the essential quantities among them
+    findings: tuple[LogFinding, ...]  # what contradicts the drive file
+    residual: float | None  # of the torque, relative; None without logs
     method: str
-    correlations: tuple[Correlation, ...] = ()
+    correlations: tuple[Correlation, ...] = ()  # of the identified numbers; of the others none is known
+    # the identified model over each log; empty where no log shows the whole drive
     replays: tuple[Replay, ...] = ()
+    # counts per revolution of the encoders that a log shows coarser than the file, by their keys
     encoders: dict[str, int] = field(default_factory=dict)
+    # by how much the angles of the logs are later than sampling and the file's own lags explain [s]
     late: float = 0.0
 
     @property

@@ -24,26 +24,15 @@ FEWEST_LEVELS = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogFinding:
-    """What a log says against the drive file.
+    """What a log says against the drive file."""
 
-    Attributes
-    ----------
-    id : str
-        A quantity of the study, an encoder's key, "delay", "replay" or "identification".
-    words : str
-    value, limit : float or None
-        What was found, and what is allowed; None: said in words alone.
-    unit : str
-    decides : bool
-        Whether the verdict rests on it.
-    """
-
-    id: str
+    id: str  # A quantity of the study, an encoder's key, "delay", "replay" or "identification"
     words: str
+    # value, limit: what was found, and what is allowed; None: said in words alone
     value: float | None = None
     limit: float | None = None
     unit: str = ""
-    decides: bool = True
+    decides: bool = True  # whether the verdict rests on it
 
     def __str__(self) -> str:
         return self.words

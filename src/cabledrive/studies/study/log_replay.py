@@ -46,23 +46,12 @@ TUNING = KalmanTuning(disturbance=1e-4, offsets=())
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Replay:
-    """Innovations of a log beside those of the identified model.
+    """Innovations of a log beside those of the identified model."""
 
-    Attributes
-    ----------
-    ratio : float
-        Largest power over that of the model, among octaves and encoders.
-    limit : float
-        Of that octave, what chance and the numbers' intervals allow.
-    encoder : str
-    frequency : float
-        Middle of the octave [Hz].
-    """
-
-    ratio: float
-    limit: float
+    ratio: float  # largest power over that of the model, among octaves and encoders
+    limit: float  # of that octave, what chance and the numbers' intervals allow
     encoder: str
-    frequency: float
+    frequency: float  # middle of the octave [Hz]
 
     @property
     def contradicts(self) -> bool:
@@ -157,20 +146,11 @@ def count_of(log: Log, drive: Drive, name: str) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Octaves:
-    """Power of several signals in octaves.
+    """Power of several signals in octaves."""
 
-    Attributes
-    ----------
-    middle : ndarray, shape (k,)
-        [Hz].
-    lines : ndarray, shape (k,)
-        Independent frequencies in each.
-    power : ndarray, shape (k, m)
-    """
-
-    middle: Array
-    lines: Array
-    power: Array
+    middle: Array  # (k,): [Hz]
+    lines: Array  # (k,): independent frequencies in each
+    power: Array  # (k, m)
 
 
 def octaves(values: Array, interval: float) -> Octaves:

@@ -92,26 +92,16 @@ LOAD_FRICTIONS = {"load_viscous_friction": "viscous_friction", "load_coulomb_fri
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """One number that is known within bounds.
+    """One number that is known within bounds."""
 
-    Attributes
-    ----------
-    name : str
-        One of `UNITS`.
-    value : float
-    low, high : float
-        From a log: the 95 % interval, with what the choice of filter moves. Else: all that is thought
-        possible.
-    unit : str
-    source : {"log", "datasheet", "goal", "guess"}
-    """
-
-    name: str
+    name: str  # one of `UNITS`
     value: float
+    # low, high: from a log: the 95 % interval, with what the choice of filter moves. Else: all that is
+    # thought possible
     low: float
     high: float
     unit: str
-    source: str
+    source: str  # {"log", "datasheet", "goal", "guess"}
 
     @property
     def half_width(self) -> float:

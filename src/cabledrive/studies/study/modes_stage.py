@@ -37,17 +37,9 @@ MODEL_WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModeRow:
-    """One certified mode.
+    """One certified mode."""
 
-    Attributes
-    ----------
-    frequency : float
-        [Hz].
-    kind, family : str
-    multiplicity : int
-    """
-
-    frequency: float
+    frequency: float  # [Hz]
     kind: str
     family: str
     multiplicity: int
@@ -55,31 +47,16 @@ class ModeRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModesResult:
-    """Distributed and lumped modes.
+    """Distributed and lumped modes."""
 
-    Attributes
-    ----------
-    rows : tuple of ModeRow
-        The first few of each kind.
-    certified : bool
-    certified_reason : str or None
-        Why not.
-    warnings : tuple of str
-        What of the drive touches the list.
-    longitudinal, transverse : int
-        Counts of the certificate.
-    models : tuple of ModelQuality
-        Empty where the reduced models do not apply.
-    why_no_models : str
-    """
-
-    rows: tuple[ModeRow, ...]
+    rows: tuple[ModeRow, ...]  # the first few of each kind
     certified: bool
-    certified_reason: str | None
-    warnings: tuple[str, ...]
+    certified_reason: str | None  # why not
+    warnings: tuple[str, ...]  # what of the drive touches the list
+    # longitudinal, transverse: counts of the certificate
     longitudinal: int
     transverse: int
-    models: tuple[ModelQuality, ...]
+    models: tuple[ModelQuality, ...]  # empty where the reduced models do not apply
     why_no_models: str
 
 
@@ -108,39 +85,20 @@ def find_modes(drive: Drive, why_no_models: str) -> ModesResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelEvidence:
-    """What one reduced model leaves out along the motion.
-
-    Attributes
-    ----------
-    model : int
-    words : str
-    holds : float
-        Up to which frequency its response is right to 5 % [Hz].
-    windup : float
-        Largest twist, along the motion, of the springs it takes as rigid [rad at the load].
-    """
+    """What one reduced model leaves out along the motion."""
 
     model: int
     words: str
-    holds: float
-    windup: float
+    holds: float  # up to which frequency its response is right to 5 % [Hz]
+    windup: float  # largest twist, along the motion, of the springs it takes as rigid [rad at the load]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelResult:
-    """The model that the controller is made for.
-
-    Attributes
-    ----------
-    chosen : int
-    tolerance : float
-        Windup that may be left out [rad].
-    evidence : tuple of ModelEvidence
-    reason : str
-    """
+    """The model that the controller is made for."""
 
     chosen: int
-    tolerance: float
+    tolerance: float  # windup that may be left out [rad]
     evidence: tuple[ModelEvidence, ...]
     reason: str
 
@@ -199,42 +157,26 @@ REPEATED = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResonanceResult:
-    """Where a drive stands.
+    """Where a drive stands."""
 
-    Attributes
-    ----------
-    verdict : {"safe", "close", "resonant", "unknown"}
-        Under the ripple, if it swung at the pulley mode's frequency.
-    frequency_ratio, detuning, pulley_frequency : float or None
-        [-], [-], [Hz].
-    tuned_pretension, threshold_torque : float or None
-        [N], [N m].
-    torque, ripple : float
-        Largest torque of the motion, and what is taken to ripple at the pulley mode's frequency [N m].
-    alarm : {"safe", "dangerous", "unknown"}, or None
-        Of the planned motion; None: it could not be computed.
-    largest : float or None
-        Largest transverse amplitude along the motion [m]; None: beyond all numbers.
-    limit : float
-        What is allowed [m].
-    slack : bool
-        Whether the pulley mode's response takes a span's tension away.
-    reasons : tuple of str
-    remedy : str
-    """
-
+    # {"safe", "close", "resonant", "unknown"}: under the ripple, if it swung at the pulley mode's frequency
     verdict: str
+    # frequency_ratio, detuning, pulley_frequency: [-], [-], [Hz]
     frequency_ratio: float | None
     detuning: float | None
     pulley_frequency: float | None
+    # tuned_pretension, threshold_torque: [N], [N m]
     tuned_pretension: float | None
     threshold_torque: float | None
+    # torque, ripple: largest torque of the motion, and what is taken to ripple at the pulley mode's frequency
+    # [N m]
     torque: float
     ripple: float
+    # {"safe", "dangerous", "unknown"}: of the planned motion; None: it could not be computed
     alarm: str | None
-    largest: float | None
-    limit: float
-    slack: bool
+    largest: float | None  # largest transverse amplitude along the motion [m]; None: beyond all numbers
+    limit: float  # what is allowed [m]
+    slack: bool  # whether the pulley mode's response takes a span's tension away
     reasons: tuple[str, ...]
     remedy: str
 

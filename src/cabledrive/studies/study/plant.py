@@ -22,22 +22,14 @@ EXCEEDED = "the motion exceeds the limits of the drive"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """What one run left.
+    """What one run left."""
 
-    Attributes
-    ----------
-    peak, rest : float or None
-        Largest error [rad] or [m], and the largest while a carriage is to stand [m]; None: the run ended
-        before its time, or nothing is to stand.
-    torque, tension : float or None
-        Largest torque [N m] and, of a carriage, smallest tension of a strand [N].
-    saturated : float
-        Share of the samples at the torque's limit.
-    """
-
+    # peak, rest: largest error [rad] or [m], and the largest while a carriage is to stand [m]; None: the run
+    # ended before its time, or nothing is to stand
     peak: float | None
+    # torque, tension: largest torque [N m] and, of a carriage, smallest tension of a strand [N]
     torque: float | None
-    saturated: float
+    saturated: float  # share of the samples at the torque's limit
     rest: float | None = None
     tension: float | None = None
 
@@ -68,25 +60,13 @@ class ClosedLoop(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidates:
-    """Model, controller and laws of a plant, as far as it has them.
-
-    Attributes
-    ----------
-    model : ModelResult, CarriageModel or None
-    controller : ControllerResult, CarriageController or None
-    laws : tuple of LawSetting
-        Simplest first.
-    bound : float or None
-        Stated for the law of the chain [rad].
-    reason : str
-        Why there is no law; empty where there is one.
-    """
+    """Model, controller and laws of a plant, as far as it has them."""
 
     model: ModelResult | CarriageModel | None = None
     controller: ControllerResult | CarriageController | None = None
-    laws: tuple[LawSetting, ...] = ()
-    bound: float | None = None
-    reason: str = ""
+    laws: tuple[LawSetting, ...] = ()  # simplest first
+    bound: float | None = None  # stated for the law of the chain [rad]
+    reason: str = ""  # why there is no law; empty where there is one
 
 
 class Plant(Protocol):

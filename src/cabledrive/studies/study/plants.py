@@ -42,24 +42,13 @@ BACKLASH = "the distributed cable does not support motor.backlash"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadPlant:
-    """A drive whose load pulley follows the motion.
-
-    Attributes
-    ----------
-    drive : Drive
-    goals : Goals
-    cache : StageCache
-    known : Knowledge or None
-        None: not yet.
-    missing : str
-        What the file lacks for a controller; empty where one can be designed.
-    """
+    """A drive whose load pulley follows the motion."""
 
     drive: Drive
     goals: Goals
     cache: StageCache
-    known: Knowledge | None = None
-    missing: str = ""
+    known: Knowledge | None = None  # None: not yet
+    missing: str = ""  # what the file lacks for a controller; empty where one can be designed
 
     kind = "lumped"
 
@@ -185,21 +174,12 @@ NO_MODELS = "a carriage divides the span; see the model of the carriage below"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarriagePlant:
-    """A drive whose one carriage the scheduled law covers; logs do not identify it.
-
-    Attributes
-    ----------
-    drive : Drive
-    goals : Goals
-    cache : StageCache
-    known : Knowledge or None
-        None: not yet.
-    """
+    """A drive whose one carriage the scheduled law covers; logs do not identify it."""
 
     drive: Drive
     goals: Goals
     cache: StageCache
-    known: Knowledge | None = None
+    known: Knowledge | None = None  # None: not yet
 
     kind = "carriage"
     no_models = no_cable = NO_MODELS

@@ -132,19 +132,12 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correlation:
-    """How two numbers of a log err together.
+    """How two numbers of a log err together."""
 
-    Attributes
-    ----------
-    first, second : str
-        Quantities, in the order of the alphabet.
-    value : float
-        From -1 to 1.
-    """
-
+    # first, second: Quantities, in the order of the alphabet
     first: str
     second: str
-    value: float
+    value: float  # from -1 to 1
 
 
 def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlation, ...]:

@@ -166,18 +166,10 @@ def file_hash(path: Path) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageCache:
-    """A folder with one file per finished stage or part of a stage; a changed or cut file is not believed.
+    """A folder with one file per finished stage or part of a stage; a changed or cut file is not believed."""
 
-    Attributes
-    ----------
-    folder : Path or None
-        None: nothing is kept.
-    note : callable
-        Called with what is computed and what was found.
-    """
-
-    folder: Path | None
-    note: Callable[[str], None]
+    folder: Path | None  # None: nothing is kept
+    note: Callable[[str], None]  # called with what is computed and what was found
 
     def staged(self, name: str, compute: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
         """A function's result, from the folder or computed and kept there.

@@ -21,23 +21,13 @@ NEAR = 1.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TriedLaws:
-    """All laws of a study.
+    """All laws of a study."""
 
-    Attributes
-    ----------
-    scores : tuple of LawScore
-        On the plants that decide first, simplest law first.
-    cable_scores : tuple of LawScore
-        On the distributed cable, of those that came to it.
-    chosen : LawSetting or None
-        The simplest that holds the goal; without one that does, or without a goal, the one that came closest.
-    runs, cable : AcceptanceResult
-        Of the chosen law.
-    """
-
-    scores: tuple[LawScore, ...]
-    cable_scores: tuple[LawScore, ...]
+    scores: tuple[LawScore, ...]  # on the plants that decide first, simplest law first
+    cable_scores: tuple[LawScore, ...]  # on the distributed cable, of those that came to it
+    # the simplest that holds the goal; without one that does, or without a goal, the one that came closest
     chosen: LawSetting | None
+    # runs, cable: of the chosen law
     runs: AcceptanceResult
     cable: AcceptanceResult
 

@@ -109,14 +109,7 @@ SHEET = "the verdict differs between plants within the tolerances of the data sh
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Margin:
-    """One figure against what is allowed.
-
-    Attributes
-    ----------
-    name : str
-    value, allowed : float
-    unit : str
-    """
+    """One figure against what is allowed."""
 
     name: str
     value: float
@@ -126,27 +119,15 @@ class Margin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """The end of a study.
+    """The end of a study."""
 
-    Attributes
-    ----------
-    answer : {"yes", "no", "unknown"}
-    reasons : tuple of str
-        The first is the headline: what decides, or what is reached, and what was assumed for it.
-    remedies : tuple of str
-    margins : tuple of Margin
-    cautions : tuple of str
-        What does not decide, and should be known.
-    reached : ReachedError or None
-        Error of the chosen law [rad] or [m]; None: no law was run.
-    """
-
-    answer: str
+    answer: str  # {"yes", "no", "unknown"}
+    # the first is the headline: what decides, or what is reached, and what was assumed for it
     reasons: tuple[str, ...]
     remedies: tuple[str, ...]
     margins: tuple[Margin, ...]
-    cautions: tuple[str, ...]
-    reached: ReachedError | None = None
+    cautions: tuple[str, ...]  # what does not decide, and should be known
+    reached: ReachedError | None = None  # error of the chosen law [rad] or [m]; None: no law was run
 
 
 def judge(found: Findings) -> Verdict:
