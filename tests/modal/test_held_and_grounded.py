@@ -170,6 +170,18 @@ def test_transverse_modes_agree_with_elements(seed, measured):
     check_agreement(2 * np.pi * planes["v"], np.sort(np.concatenate(parts)), measured)
 
 
+@pytest.mark.parametrize("seed", sorted(OF_EACH_WAY))
+def test_chains_of_a_machine_have_its_longitudinal_modes(seed):
+    drive, motor, hold = drawn(np.random.default_rng(seed))
+    found = cd.modes(drive, count=MODES, motor=motor, hold=hold).longitudinal
+    own = [
+        (mode.frequency, mode.multiplicity)
+        for labelled in longitudinal_chains(drive, motor=motor, hold=hold)
+        for mode in cd.modes(labelled.chain, below=1.0001 * found[-1].frequency).modes
+    ]
+    np.testing.assert_allclose(sorted(own), [(one.frequency, one.multiplicity) for one in found], rtol=1e-12)
+
+
 def check_counts(chains, phases, measured):
     """Counts at frequencies drawn over each chain's travel time, against eigenvalues of its matrix."""
     wrong, counts = [], 0
