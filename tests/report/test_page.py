@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from report_page import Reader, page, read
 
 from cabledrive.parameters import load_drive
 from cabledrive.report import report_html
+from report_page import Reader, page, read
 
 
 def attributes(name: str) -> list[tuple[str, str]]:
