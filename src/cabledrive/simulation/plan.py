@@ -101,9 +101,9 @@ RADIUS, RIM_MASS, VISCOUS, COULOMB, SMOOTH, TURNS, HOLDING = range(7)
 # Entries of State.counts, and of State.extra: E, C, what rounding took from E and from rims and motor.
 STEPS, EVENTS, UPPER_SLACK, LOWER_SLACK = range(4)
 STORED, SHIFT, STORED_LOST, DRIVE_LOST, LOAD_LOST, MOTOR_LOST = range(6)
-# Rows of Workspace.shaft, and of Workspace.q while a record is written.
+# Rows of Workspace.shaft, and of Workspace.q those that a record is written from, behind what damping solves.
 OLD, NEW, FORCE, RIGHT, FRICTION = range(5)
-TENSION, ENERGY = range(2)
+TENSION, ENERGY = 4, 5
 
 
 class Plan(NamedTuple):
@@ -171,7 +171,7 @@ class Workspace(NamedTuple):
     mean: Array  # (3, nodes)
     free: Array  # (3, nodes): velocities without the forces beyond the linear law
     direction: Array  # (3, segments): along which the segments are damped
-    q: Array  # (4, segments): damping tensions and pivots; of a record, tension and energy per length
+    q: Array  # (6, segments): damping tensions and pivots; of a record, tension and energy per length
     shaft: Array  # (5, 3)
     matrix: Array  # (3, 3)
     lost: Array  # (2, TALLIES): losses of a trial
@@ -315,7 +315,7 @@ def new_workspace(plan: Plan) -> Workspace:
         (3, n + 1),
         (3, n + 1),
         (3, n),
-        (4, n),
+        (6, n),
     )
     return Workspace(
         *(np.zeros(shape) for shape in (*shapes, (5, 3), (3, 3), (2, TALLIES), (3, 3, plan.stop.size)))
