@@ -3,6 +3,7 @@
 import contextlib
 import importlib
 import io
+import pkgutil
 import re
 import shlex
 import shutil
@@ -183,7 +184,7 @@ def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, mo
     """Its snippets run, with the names of the modules that they are written for."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     names = {"np": np}
-    for module in ("rig.laws.baselines", "rig.laws.registry", "identification.logs.quantities"):
+    for module in ("rig.laws.baselines", "rig.laws.registry", "identification.logs.column_map"):
         names |= vars(importlib.import_module(f"cabledrive.{module}"))
     for module in ("identification.logs.table", "identification.logs.opening", "app.commands.track"):
         names |= vars(importlib.import_module(f"cabledrive.{module}"))
@@ -199,3 +200,11 @@ def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, mo
     (tmp_path / "log.num").write_text(f"time[s] torque[N*m] angle[rad]\n{rows}")
     assert cd.read_log(tmp_path / "log.num").channel("angle")[-1] == pytest.approx(1.98)
     assert CliRunner().invoke(names["command"], ["elevator"]).output == "1.003e+04 N m\n"
+
+
+def test_every_name_that_a_room_exports_is_there():
+    """Many are loaded when they are first asked for, from a module that a string names."""
+    names = [one.name for one in pkgutil.walk_packages(cd.__path__, "cabledrive.") if one.ispkg]
+    for room in [cd, *map(importlib.import_module, names)]:
+        lost = [name for name in getattr(room, "__all__", ()) if not hasattr(room, name)]
+        assert not lost, f"{room.__name__}: {lost}"

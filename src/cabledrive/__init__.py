@@ -66,7 +66,7 @@ __getattr__ = on_demand(
         "identify": "identification.one_log",
         "map_modes": "studies.mode_map",
         "read_log": "identification.logs.reading",
-        "resonance": "studies.internal_resonance",
+        "resonance": "studies.route_pairs",
         "response": "identification.log_response",
         "run_study": "studies.study",
         "run_sweep": "campaign",

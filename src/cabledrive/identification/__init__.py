@@ -25,7 +25,7 @@ __getattr__ = on_demand(
     __name__,
     {
         "IdentifyOptions": "one_log",
-        "choose_model": "model_choice",
+        "choose_model": "response_models",
         "identify": "one_log",
         "identify_amplifier": "amplifier",
         "log_of": "logs.log",

@@ -15,7 +15,7 @@ __getattr__ = on_demand(
     {
         "Comparison": "rigid_supports",
         "LateralMode": "lateral",
-        "against_lumped_springs": "lumped",
+        "against_lumped_springs": "rigid_supports",
         "against_rigid_supports": "rigid_supports",
         "lateral_mode": "lateral",
     },

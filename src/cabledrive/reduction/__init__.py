@@ -20,10 +20,10 @@ __getattr__ = on_demand(
         "LumpedChain": "lumped_chain",
         "damping_from_decay": "decay",
         "fast_ensemble": "fast_members",
-        "lumped_model": "models",
+        "lumped_model": "lumped_chain",
         "simulate_fast": "fast_simulation",
-        "speed_to_control": "python_control",
-        "to_control": "python_control",
+        "speed_to_control": "lumped_chain",
+        "to_control": "lumped_chain",
     },
 )
 
