@@ -64,11 +64,12 @@ def chain_numbers(
 
 
 def in_steps(p: ChainPlant, interval: float, substeps: int) -> ChainPlant:
-    """The plant with internal steps that resolve its fastest mode and its strongest damper."""
+    """The plant with internal steps that resolve its fastest mode, a stepper's field too, and damper."""
     springs, dampers = np.zeros(len(p.inertia)), p.viscous + p.smooth * p.coulomb
     for end in p.ends.T:
         np.add.at(springs, end, p.stiffness)
         np.add.at(dampers, end, p.damping)
+    springs[: p.motors] += p.field * p.field_periods
     fastest = max(np.sqrt(2.0 * (springs / p.inertia).max()), (dampers / p.inertia).max() / 4.0)
     steps = max(substeps, int(np.ceil(interval * PER_RADIAN * fastest)))
     return p._replace(step=interval / steps)
