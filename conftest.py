@@ -1,7 +1,12 @@
-"""What all folders of tests share: figures noted, printed by ``make verify``; the fast ones."""
+"""What all folders of tests share: the figures that they measure and ``make verify`` keeps; the fast ones."""
 
+import hashlib
+import json
 from collections.abc import Callable
+from datetime import date
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,13 +15,50 @@ pytest_plugins = ["every_kernel"]
 SLOW = 0.5
 """Seconds from which on a test is none of the fast ones."""
 SECONDS_BY_TEST = "cabledrive/seconds"
+HERE = Path(__file__).resolve().parent
+KEPT, TABLE = HERE / "build" / "verify.jsonl", HERE / "tests" / "figures.md"
+PASSED = pytest.StashKey[frozenset[str]]()
+"""Tests that `--resume` leaves out."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--figures", action="store_true", help="print what each test measured, at the end")
     parser.addoption(
+        "--resume",
+        action="store_true",
+        help=f"leave out what passed before with the same sources, by {KEPT.relative_to(HERE)}; "
+        f"write {TABLE.relative_to(HERE)}",
+    )
+    parser.addoption(
         "--fast", action="store_true", help=f"leave out what took {SLOW:.1g} s or more last time"
     )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--resume"):
+        handed = getattr(config, "workerinput", {}).get("passed")
+        config.stash[PASSED] = frozenset(
+            handed if handed is not None else (one["test"] for one in kept_runs() if one["passed"])
+        )
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """All workers leave out the same tests, those that begin late too."""
+    node.workerinput["passed"] = sorted(node.config.stash.get(PASSED, ()))
+
+
+def digest() -> str:
+    """Of what a result may depend on: sources and tests."""
+    files = sorted(path for name in ("src", "tests", "reproduction") for path in (HERE / name).rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
+
+
+def kept_runs() -> list[dict[str, Any]]:
+    """The last run of each test with these sources."""
+    lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.is_file() else []
+    now, runs = digest(), [json.loads(line) for line in lines]
+    return list({one["test"]: one for one in runs if one["sources"] == now}.values())
 
 
 @pytest.fixture
@@ -25,24 +67,74 @@ def measured(record_property: Callable[[str, object], None]) -> Callable[[str], 
     return partial(record_property, "measured")
 
 
+def figures_of(report: Any) -> list[str]:
+    return [words for name, words in report.user_properties if name == "measured"]
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    if not config.getoption("--figures"):
-        return
-    terminalreporter.section("figures measured")
     ended = [*terminalreporter.getreports("passed"), *terminalreporter.getreports("failed")]
-    for report in sorted(ended, key=lambda one: one.nodeid):
-        for name, words in report.user_properties:
-            if name == "measured" and report.when == "call":
+    ended = [report for report in ended if report.when == "call"]
+    if config.getoption("--figures"):
+        terminalreporter.section("figures measured")
+        for report in sorted(ended, key=lambda one: one.nodeid):
+            for words in figures_of(report):
                 terminalreporter.line(f"{report.nodeid.removeprefix('tests/')}: {words}")
+    if config.getoption("--resume"):
+        TABLE.write_text(table(kept_runs()), encoding="utf-8")
+        terminalreporter.line(f"written to {TABLE.relative_to(HERE)}")
+
+
+class Keeper:
+    """Writes down each test as it ends; with workers, in the controller alone."""
+
+    def __init__(self) -> None:
+        KEPT.parent.mkdir(exist_ok=True)
+        self._sources, self._file = digest(), KEPT.open("a", encoding="utf-8")
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if (report.when == "call" and not report.skipped) or report.failed:
+            said: dict[str, Any] = {"passed": report.passed, "seconds": round(report.duration, 1)}
+            said |= {"figures": figures_of(report), "day": str(date.today()), "sources": self._sources}
+            self._file.write(json.dumps({"test": report.nodeid} | said) + "\n")
+            self._file.flush()
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    if session.config.getoption("--resume") and not hasattr(session.config, "workerinput"):
+        session.config.pluginmanager.register(Keeper())
+
+
+def table(runs: list[dict[str, Any]]) -> str:
+    """What the tests measured, a line each, and which failed."""
+    days = sorted({one["day"] for one in runs})
+    failed = [f"- `{one['test']}`" for one in runs if not one["passed"]]
+    hours = sum(one["seconds"] for one in runs) / 3600
+    lines = [
+        "# Figures of the last `make verify`",
+        "",
+        f"{days[0]} to {days[-1]}: {len(runs) - len(failed)} of {len(runs)} tests passed, "
+        f"{hours:.1f} hours of one core."
+        if runs
+        else "None was run.",
+        "",
+        *([*failed, ""] if failed else []),
+        "| test | measured |",
+        "|---|---|",
+    ]
+    lines += [
+        f"| `{one['test'].removeprefix('tests/').replace('|', ' or ')}` | {words.replace('|', ' or ')} |"
+        for one in sorted(runs, key=lambda one: str(one["test"]))
+        for words in one["figures"]
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if not config.getoption("--fast"):
-        return
-    known = config.cache.get(SECONDS_BY_TEST, {})
-    slow = [item for item in items if known.get(item.nodeid, 0.0) >= SLOW]
-    config.hook.pytest_deselected(items=slow)
-    items[:] = [item for item in items if known.get(item.nodeid, 0.0) < SLOW]
+    passed = config.stash.get(PASSED, frozenset())
+    known = config.cache.get(SECONDS_BY_TEST, {}) if config.getoption("--fast") else {}
+    left_out = {item.nodeid for item in items if item.nodeid in passed or known.get(item.nodeid, 0.0) >= SLOW}
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid in left_out])
+    items[:] = [item for item in items if item.nodeid not in left_out]
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
