@@ -5,14 +5,14 @@ import pytest
 from scipy import io, optimize, signal
 from scipy.interpolate import CubicSpline
 
+from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
+from cabledrive.identification.axis.equation import FrictionModel
 from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record, Sensor
 from cabledrive.identification.fit_doubts import doubts_of
-from cabledrive.identification.inverse_dynamics import FrictionModel
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.output_error import fit_of, fit_output_error
 from cabledrive.identification.recipe import published_recipe, recipe_rows
-from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from oracles.position_loop import PositionLoop, integrate_position_loop_of
 
 FILE = "emps/DATA_EMPS.mat"

@@ -10,7 +10,11 @@ from scipy import signal
 from scipy.stats import binom
 
 from cabledrive.identification import filters
-from cabledrive.identification.axis_case import CORNER, CORNER_DOUBT, between_samples, whitened, whitener
+from cabledrive.identification.axis.axis import AxisOptions, axis_of
+from cabledrive.identification.axis.check import moved_back
+from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
+from cabledrive.identification.axis.simulated import whitened, whitener
+from cabledrive.identification.axis.timing import given_timing
 from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import IdentifyOptions, identify
@@ -21,7 +25,6 @@ from cabledrive.identification.regression import (
     solve,
     suited_segments,
 )
-from cabledrive.identification.torque_timing import given_timing, moved_back, with_torque_moved
 from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -289,9 +292,10 @@ def test_each_log_of_a_held_torque_is_moved_by_half_of_its_own_interval(measured
     logs = []
     for rate in RATES:
         time = np.arange(0.0, 4.0, 1.0 / rate)
-        logs.append(log_of(time, {"torque": np.sin(2 * np.pi * 3.0 * time)}, {"torque": "N m"}))
-    moved = with_torque_moved(logs, "torque", given_timing("held", max(log.interval for log in logs)))
-    for rate, log in zip(RATES, moved, strict=True):
+        sine = np.sin(2 * np.pi * 3.0 * time)
+        logs.append(log_of(time, {"torque": sine, "angle": sine}, {"torque": "N m"}))
+    axis = axis_of(logs, AxisOptions(bandwidth=20.0))
+    for rate, log in zip(RATES, given_timing("held", axis.interval).moved(axis).logs, strict=True):
         inside = slice(int(rate), 3 * int(rate))
         turn = np.exp(-2j * np.pi * 3.0 * log.time[inside])
         phase = np.angle(log.channel("torque")[inside] @ turn) + 0.5 * np.pi

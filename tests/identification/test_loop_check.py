@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.innovation_kernels import observe, shadow
-from cabledrive.identification.innovations import observer_gains
+from cabledrive.identification.axis.axis import AxisOptions, axis_of
+from cabledrive.identification.axis.check import INNOVATIONS
+from cabledrive.identification.axis.faults import evidence_by_innovations
+from cabledrive.identification.axis.kernels import observe, shadow
+from cabledrive.identification.axis.observer import observer_gains
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.loop_check import evidence
-from cabledrive.identification.model_check import INNOVATIONS
 from cabledrive.identification.one_log import IdentifyOptions, identify
-from cabledrive.identification.rigid_axis import AxisOptions
 from servo_logs import servo_log
 
 VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])
@@ -45,7 +45,7 @@ def sticking_torque(size=3000):
 
 @pytest.mark.kernel
 def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
-    """cabledrive.identification.innovation_kernels: no innovation without noise, to round-off."""
+    """cabledrive.identification.axis.kernels: no innovation without noise, to round-off."""
     torque = sticking_torque()
     angle, out = free_motion(torque), np.empty((5, torque.size))
     observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), STEP, out)
@@ -81,7 +81,7 @@ def test_a_late_torque_moves_the_parameters_that_are_found_without_it():
     log = servo_log("trapezoids", "rigid", 3, 30.0)
     late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
     found = identify(late.part(start=0.1), IdentifyOptions(check=False), method="inverse-dynamics")
-    told = evidence([late.part(start=0.1)], found, AxisOptions(), np.random.default_rng(0))
+    told = evidence_by_innovations(axis_of([late.part(start=0.1)], AxisOptions()), found)
     delay = next(one for one in told if one.name == "delay")
     assert delay.value == pytest.approx(5e-3, rel=0.1)
     assert 0.01 < abs(delay.shift[0]) / found.parameters["inertia"].value < 0.1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.identification.rigid_axis import identify_rigid_axis
+from cabledrive.identification.axis.axis import identify_rigid_axis
 from cabledrive.parameters import InputRefused
 from cabledrive.report.log_page import write_log_report
 from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, Imperfections, bench_command, bench_rig, run_rig

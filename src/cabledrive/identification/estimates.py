@@ -5,39 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy import stats
 
 from cabledrive.identification.logs.log import DataReport
-
-
-class Finding(str):
-    """A sentence that has a code, for programs that read the answer."""
-
-    __slots__ = ("code",)
-    code: str  # short and lasting: "model-misfit"
-
-    def __new__(cls, code: str, message: str) -> "Finding":
-        """Make one."""
-        made = super().__new__(cls, message)
-        made.code = code
-        return made
-
-    @property
-    def message(self) -> str:
-        """The sentence."""
-        return str(self)
-
-    def as_dict(self) -> dict[str, str]:
-        """The finding as JSON has it."""
-        return {"code": self.code, "message": str(self)}
-
-
-def code_of(finding: str) -> str:
-    """Code of a finding; "finding" where it is a plain sentence."""
-    return finding.code if isinstance(finding, Finding) else "finding"
-
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 UNITS = {
     "inertia": "kg m^2",
@@ -51,6 +22,28 @@ UNITS = {
 LINEAR_UNITS = {"viscous_friction": "N s/m", "coulomb_friction": "N", "stribeck_friction": "N"}
 
 
+class Finding(str):
+    """A sentence that has a code, short and lasting, for programs that read the answer."""
+
+    __slots__ = ("code",)
+    code: str
+
+    def __new__(cls, code: str, message: str) -> "Finding":
+        """Make one."""
+        made = super().__new__(cls, message)
+        made.code = code
+        return made
+
+    def as_dict(self) -> dict[str, str]:
+        """The finding as JSON has it."""
+        return {"code": self.code, "message": str(self)}
+
+
+def code_of(finding: str) -> str:
+    """Code of a finding; "finding" where it is a plain sentence."""
+    return finding.code if isinstance(finding, Finding) else "finding"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
     """One parameter."""
@@ -62,6 +55,23 @@ class Estimate:
     low: float
     high: float
     reason: str = ""  # why there is no number
+
+    @classmethod
+    def of(cls, value: float, unit: str, error: float, half: float) -> "Estimate":
+        """A value with its standard error and half of its interval."""
+        value, half = float(value), float(half)
+        return cls(value=value, unit=unit, standard_error=float(error), low=value - half, high=value + half)
+
+    @classmethod
+    def unknown(cls, unit: str, reason: str) -> "Estimate":
+        """No number, and why."""
+        return cls(value=np.nan, unit=unit, standard_error=np.inf, low=-np.inf, high=np.inf, reason=reason)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The parameter as JSON has it."""
+        numbers = {name: _finite(getattr(self, name)) for name in ("value", "low", "high", "standard_error")}
+        reason = {"reason": self.reason} if self.reason else {}
+        return {"value": numbers.pop("value"), "unit": self.unit} | numbers | reason
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -94,17 +104,47 @@ class Identification:
         """Codes of the findings."""
         return tuple(code_of(finding) for finding in self.findings)
 
+    @property
+    def values(self) -> Array:
+        """Of the parameters in their order, shape (p,)."""
+        return np.array([estimate.value for estimate in self.parameters.values()])
+
     def __getitem__(self, name: str) -> float:
         return self.parameters[name].value
 
-    def as_dict(self) -> dict[str, Any]:
-        """The identification as JSON has it.
+    def saying(self, code: str, words: str) -> "Identification":
+        """The same with one more finding."""
+        return replace(self, findings=(*self.findings, Finding(code, words)))
 
-        Returns numbers in SI; None with a reason beside it where there is none.
-        """
+    def noting(self, *notes: str, **method: object) -> "Identification":
+        """The same with more notes, and more on how it was made."""
+        return replace(self, notes=(*self.notes, *notes), method=dict(self.method) | method)
+
+    def widened(self, extra: Array) -> "Identification":
+        """The same with more covariance, shape (p, p): what the method misses on logs of its own making."""
+        covariance = self.covariance + extra
+        errors = np.sqrt(np.diag(covariance))
+        halves = float(stats.t.ppf(0.975, self.freedom)) * errors
+        parameters = {
+            name: Estimate.of(one.value, one.unit, error, half)
+            for (name, one), error, half in zip(self.parameters.items(), errors, halves, strict=True)
+        }
+        words = f"{self.method['standard_errors']}, with the method's own error on logs of its own making"
+        return replace(self, parameters=parameters, covariance=covariance).noting(standard_errors=words)
+
+    def without_intervals(self, reason: str) -> "Identification":
+        """The same where the model is refused: its values stay, its intervals do not."""
+        parameters = {
+            name: replace(one, standard_error=np.inf, low=-np.inf, high=np.inf, reason=one.reason or reason)
+            for name, one in self.parameters.items()
+        }
+        return replace(self, parameters=parameters)
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON has it: numbers in SI; None with a reason beside it where there is none."""
         return {
             "model": self.model,
-            "parameters": {name: estimate_dict(estimate) for name, estimate in self.parameters.items()},
+            "parameters": {name: estimate.as_dict() for name, estimate in self.parameters.items()},
             "identifiable": self.identifiable,
             "unidentifiable": list(self.unidentifiable),
             "residual": dict(self.residual),
@@ -114,47 +154,12 @@ class Identification:
             "checked": self.checked,
             "check_reason": self.check_reason,
             "method": dict(self.method),
-            "data": [report_dict(report) for report in self.reports],
+            "data": [report.as_dict() for report in self.reports],
         }
 
 
-def estimate_dict(estimate: Estimate) -> dict[str, Any]:
-    """One parameter as JSON has it."""
-    numbers = {name: _finite(getattr(estimate, name)) for name in ("value", "low", "high", "standard_error")}
-    reason = {"reason": estimate.reason} if estimate.reason else {}
-    return {"value": numbers.pop("value"), "unit": estimate.unit} | numbers | reason
-
-
-def report_dict(report: DataReport) -> dict[str, Any]:
-    """A data report as JSON has it."""
-    return {
-        "rows": report.rows,
-        "duration": report.duration,
-        "interval": report.interval,
-        "jitter": report.jitter,
-        "quantum": dict(report.quantum),
-        "repaired": list(report.repaired),
-        "findings": list(report.findings),
-    }
-
-
-def without_intervals(found: Identification, reason: str) -> Identification:
-    """An identification whose model is refused: its values stay, its intervals do not.
-
-    ``reason``: why there is no interval.
-    """
-    parameters = {
-        name: replace(one, standard_error=np.inf, low=-np.inf, high=np.inf, reason=one.reason or reason)
-        for name, one in found.parameters.items()
-    }
-    return replace(found, parameters=parameters)
-
-
 def unit_of(name: str, linear: bool) -> str:
-    """Unit of a parameter of one axis.
-
-    ``linear``: whether the axis slides.
-    """
+    """Unit of a parameter of one axis; ``linear``: whether it slides."""
     stem = name.removesuffix("_positive").removesuffix("_negative").rstrip(" 0123456789")
     return LINEAR_UNITS.get(stem, UNITS[stem]) if linear else UNITS[stem]
 

@@ -9,33 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from cabledrive.identification.axis_answer import Request, answer
+from cabledrive.identification.axis.answer import Request, answer
+from cabledrive.identification.axis.axis import AxisOptions, Rows, axis_of
+from cabledrive.identification.axis.check import NOT_MADE
+from cabledrive.identification.axis.equation import FILTERS, FRICTIONS, PRINTED_SLOPE, FrictionModel, settling
+from cabledrive.identification.axis.timing import TIMINGS
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.inverse_dynamics import (
-    FILTERS,
-    FRICTIONS,
-    PRINTED_SLOPE,
-    FrictionModel,
-    Rows,
-    factors_of,
-    settling,
-)
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log, open_log, read_log
 from cabledrive.identification.logs.table import BLOCK_ROWS
-from cabledrive.identification.model_check import NOT_MADE
-from cabledrive.identification.regression import Factors, joined, merged, suited_segments
-from cabledrive.identification.rigid_axis import (
-    AxisOptions,
-    axis_method,
-    channels_of,
-    equation_for,
-    kink_of,
-    regression_result,
-    rows_for,
-)
-from cabledrive.identification.torque_timing import TIMINGS
+from cabledrive.identification.regression import Factors, factor, joined, merged, suited_segments
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia
 from cabledrive.parameters import InputRefused
@@ -63,38 +47,37 @@ def identify_long_log(
     """Identify one rigid axis from a log of any length, in memory that does not grow with it.
 
     Bandwidth and encoder step come from the first block; every block is checked like a log of its own.
-
-    ``recording``: with torque and angle, or force and position; nothing else is read; ``progress``: called
-    with a line after every block.
-    Raises `InputRefused` if a block is refused, nothing moves in any, or time jumps between two blocks.
+    Nothing but torque and angle, or force and position, is read; ``progress`` is called with a line after
+    every block. Raises `InputRefused` if a block is refused, nothing moves in any, or time jumps between two
+    blocks.
     """
-    options = options or AxisOptions()
     still: list[int] = []
     blocks = _moving(_checked_blocks(recording, progress), still)
     first = next(blocks, None)
     if first is None:
         raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
-    torque, position = channels_of(first, options)
-    equation = equation_for([first], torque, position, options)
-    plain = rows_for(first, torque, position, equation)
-    equation = replace(equation, kink=kink_of(factors_of(plain, SEGMENTS_PER_BLOCK), equation))
-    every = max(1, int(0.1 / (equation.bandwidth * first.interval)))
-    reach = settling(equation.bandwidth, first.interval)
+    axis = axis_of([first], options or AxisOptions())
+    axis = axis.with_kink(_factors(axis.rows_of(first)))
+    bandwidth = axis.equation.bandwidth
+    every = max(1, int(0.1 / (bandwidth * first.interval)))
     parts: list[Factors] = []
     squares, rows = np.zeros(1), 0
     reports: list[DataReport] = []
-    for block in _overlapping(first, blocks, reach):
-        found: Rows = rows_for(block, torque, position, equation, every)
-        parts.append(factors_of(found, SEGMENTS_PER_BLOCK))
+    for block in _overlapping(first, blocks, settling(bandwidth, first.interval)):
+        found = axis.rows_of(block, every)
+        parts.append(_factors(found))
         squares = squares + (found.regressors**2).sum(axis=0)
         rows += found.left.size
         reports.append(block.report)
         if sum(part.triangles.shape[0] for part in parts) > MOST_FACTORS:
             parts = [merged(joined(parts), 2)]
-    factors = suited_segments(joined(parts))
-    method = axis_method(equation, options, factors) | {"blocks": len(reports)}
+    found_all = axis.answer(suited_segments(joined(parts)), np.sqrt(squares / rows))
     report = _whole(recording, reports, sum(still))
-    return regression_result(factors, equation, np.sqrt(squares / rows), method, (), (report,))
+    return replace(found_all.noting(blocks=len(reports)), reports=(report,))
+
+
+def _factors(rows: Rows) -> Factors:
+    return factor(rows.regressors, rows.left, rows.names, SEGMENTS_PER_BLOCK)
 
 
 def _checked_blocks(recording: Recording, progress: Callable[[str], None] | None) -> Iterator[Log]:
@@ -188,10 +171,10 @@ class IdentifyOptions:
     axis : AxisOptions
     columns : ColumnMap
     torque : str
-        When a logged torque acts: one of `TIMINGS`, see `cabledrive.identification.torque_timing`.
+        When a logged torque acts: one of `TIMINGS`, see `cabledrive.identification.axis.timing`.
     check : bool
-        Whether the model is tested against faults: by `cabledrive.identification.diagnosis` where the torque
-        is a sum of lines, else by `cabledrive.identification.loop_check`.
+        Whether the model is tested against faults: by `cabledrive.identification.axis.lines` where the torque
+        is a sum of lines, else by `cabledrive.identification.axis.faults`.
     """
 
     model: str = "rigid-axis-coulomb"
@@ -250,19 +233,14 @@ def identify(
 ) -> Identification:
     """Identify one axis from one log or several, with intervals, and say where the model does not fit.
 
-    Parameters
-    ----------
-    logs : path, Log, or sequence of them
-    options : IdentifyOptions, optional
-    model : str, optional
-        One of `MODELS`, or "two-inertia".
-    method : str, optional
-        "inverse-dynamics": least squares on the torque, its own errors in the intervals. "output-error":
-        refined by simulating the motion, without the bias of the encoder's noise. "auto", the default: output
-        error where the torque is a sum of lines and the model follows the log by itself, so that its
-        regressors carry no noise; else inverse dynamics, as inside a feedback loop.
-    progress : callable, optional
-        Called with a line now and then while a log is read that does not fit into memory.
+    Parameters ---------- logs : path, Log, or sequence of them options : IdentifyOptions, optional model :
+    str, optional One of `MODELS`, or "two-inertia". method : str, optional "inverse-dynamics": least squares
+    on the torque, its own errors in the intervals. "output-error": refined by simulating the motion, without
+    the bias of the encoder's noise. "prediction-error": from what an observer does not predict, also inside a
+    feedback loop. "auto", the default: output error where nothing but spectral lines moves the axis and the
+    model follows the log by itself; else prediction error, or inverse dynamics where an observer loses the
+    log. progress : callable, optional Called with a line now and then while a log is read that does not fit
+    into memory.
 
     Returns
     -------
@@ -305,8 +283,7 @@ def _of_long_log(
             "that: leave the method out, or cut the log"
         )
     found = identify_long_log(recording, options.axis, progress=progress)
-    how = dict(found.method) | {"model_check": NOT_MADE["long"]}
-    return replace(found, method=how, check_reason=NOT_MADE["long"])
+    return replace(found.noting(model_check=NOT_MADE["long"]), check_reason=NOT_MADE["long"])
 
 
 def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:

@@ -20,8 +20,8 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.axis.equation import AxisEquation
 from cabledrive.identification.filters import butterworth, difference
-from cabledrive.identification.inverse_dynamics import AxisEquation, filtered
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
 
@@ -67,7 +67,7 @@ def predicted_errors(
     """
     equation = AxisEquation(linear=False, bandwidth=min(instruments.bandwidth, 0.2 / interval))
     columns = [difference(speed, interval), speed, np.sign(speed)]
-    smooth = [filtered(column, equation, interval) for column in columns]
+    smooth = [equation.filtered(column, interval) for column in columns]
     edge = int(np.ceil(2.0 / (equation.bandwidth * interval)))
     regressors = np.column_stack([*smooth, -np.ones(speed.size)])[edge:-edge]
     sizes = np.linalg.norm(regressors, axis=0)

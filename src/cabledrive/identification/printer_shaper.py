@@ -64,7 +64,7 @@ class PrinterShaper:
     @property
     def refused(self) -> str | None:
         """Why the logs are no ground for a shaper; None where they are."""
-        return next((finding.message for finding in self.findings if finding.code in REFUSING), None)
+        return next((str(finding) for finding in self.findings if finding.code in REFUSING), None)
 
     @property
     def configuration(self) -> str:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.axis.axis import AxisOptions, channels_of
+from cabledrive.identification.axis.equation import direction_of
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass
-from cabledrive.identification.inverse_dynamics import direction_of
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.rigid_axis import AxisOptions, channels_of
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]

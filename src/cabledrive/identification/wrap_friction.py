@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.rigid_axis import AxisOptions, channels_of
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]

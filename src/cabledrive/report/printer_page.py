@@ -75,7 +75,7 @@ def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | No
             Markup("<pre>{}</pre>").format(axis.configuration))))  # fmt: skip
     else:
         headline = f"No shaper is recommended: {axis.refused}"
-    blocks += [Note(text=finding.message, tone="warning") for finding in axis.findings]
+    blocks += [Note(text=str(finding), tone="warning") for finding in axis.findings]
     blocks += [_peaks(axis, name, machine), _spectra(axis, name), _shapers(axis, name)]
     for number_, spectrum in enumerate(axis.spectra):
         sweep = _sweep(f"sweep-{name}-{number_}", spectrum, found)

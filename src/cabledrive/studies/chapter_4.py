@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.identification.amplifier import AmplifierFit, identify_amplifier
-from cabledrive.identification.axis_refinement import refine_rigid_axis
+from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
+from cabledrive.identification.axis.equation import FrictionModel
+from cabledrive.identification.axis.simulated import refine_rigid_axis
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
-from cabledrive.identification.inverse_dynamics import FrictionModel
 from cabledrive.identification.log_response import compensated_torque, independent_lines, speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regressor_curves import RegressorCurves, regressor_curves
 from cabledrive.identification.response_models import ResponseFit, fit_response
-from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.bench.virtual_rig import (

@@ -139,14 +139,13 @@ def command(
     data = found.as_dict()
     text = _text(data)
     if other is not None:
-        from cabledrive.identification.against import against, words_of
+        from cabledrive.identification.axis.against import against, words_of
         from cabledrive.identification.logs.reading import read_log
 
         log = read_log(other, options.columns)
         alone = identify(log, options, model=model, method=method, progress=note)
-        held = against(found, alone, log, options.axis)
-        data["against"] = held.as_dict()
-        text = "\n".join([text, *words_of(held)])
+        data["against"] = against(found, alone, log, options.axis)
+        text = "\n".join([text, *words_of(data["against"])])
     if page is not None:
         _write_page(logs, found, options, page)
     return Answer(

@@ -225,11 +225,10 @@ def _of_a_file(path: str, file: NewFile | None) -> Answer:
 def _amplifier(log: Any, command_: str, torque: str, segment: float) -> tuple[dict[str, Any], str]:
     """Gain, bandwidth and dead time, as JSON and in a line."""
     from cabledrive.identification.amplifier import identify_amplifier
-    from cabledrive.identification.estimates import estimate_dict
 
     fit = identify_amplifier(log, command=command_, torque=torque, segment=segment)
     parts = {"gain": fit.gain, "bandwidth": fit.bandwidth, "delay": fit.delay}
-    data = {name: estimate_dict(estimate) for name, estimate in parts.items()}
+    data = {name: estimate.as_dict() for name, estimate in parts.items()}
     lag = f"{fit.bandwidth.value:.5g} Hz" if fit.bandwidth.value > 0.0 else fit.bandwidth.reason
     words = f"\namplifier: {fit.gain.value:.5g} {fit.gain.unit}, {fit.decibels:.3g} dB, {lag}"
     return {"amplifier": data | {"gain_db": fit.decibels, "misfit": fit.misfit}}, words

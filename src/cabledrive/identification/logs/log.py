@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,18 @@ class DataReport:
     quantum: Mapping[str, float] = field(default_factory=dict)
     repaired: tuple[str, ...] = ()  # what was changed, in words
     findings: tuple[str, ...] = ()  # what else a reader should know, in words
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as JSON has it."""
+        return {
+            "rows": self.rows,
+            "duration": self.duration,
+            "interval": self.interval,
+            "jitter": self.jitter,
+            "quantum": dict(self.quantum),
+            "repaired": list(self.repaired),
+            "findings": list(self.findings),
+        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

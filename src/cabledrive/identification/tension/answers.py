@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.estimates import Estimate, estimate_dict, report_dict
+from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import DataReport
 
 Array = NDArray[np.float64]
@@ -120,7 +120,7 @@ class PingTension:
         -------
         dict
         """
-        parameters = {f"tension_{span}": estimate_dict(one.tension) for span, one in self.spans.items()}
+        parameters = {f"tension_{span}": one.tension.as_dict() for span, one in self.spans.items()}
         details = {
             span: {
                 "channel": one.channel,
@@ -141,7 +141,7 @@ class PingTension:
             },
             "spans": details,
             "findings": [finding for one in self.spans.values() for finding in one.findings],
-            "data": [report_dict(self.report)],
+            "data": [self.report.as_dict()],
         }
 
 
@@ -225,10 +225,10 @@ class BothTensions:
         -------
         dict
         """
-        parameters = {f"tension_{name}": estimate_dict(one.tension) for name, one in self.families.items()}
+        parameters = {f"tension_{name}": one.tension.as_dict() for name, one in self.families.items()}
         parameters |= {
-            "pretension": estimate_dict(self.pretension),
-            "standing_torque": estimate_dict(self.standing_torque),
+            "pretension": self.pretension.as_dict(),
+            "standing_torque": self.standing_torque.as_dict(),
         }
         return {
             "model": "tension-from-ping-of-both-spans",
@@ -249,5 +249,5 @@ class BothTensions:
                 for name, one in self.families.items()
             },
             "findings": list(self.findings),
-            "data": [report_dict(self.report)],
+            "data": [self.report.as_dict()],
         }

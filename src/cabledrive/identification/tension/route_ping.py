@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from cabledrive.identification.estimates import Estimate, estimate_dict
+from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.answers import PingTension, SpanTension
 from cabledrive.identification.tension.from_ping import PingedString, channels_of, tension_of_string, widened
@@ -41,7 +41,7 @@ class TensionComparison:
         """The comparison as JSON has it."""
         return {
             "spans": list(self.spans),
-            "difference": estimate_dict(self.difference),
+            "difference": self.difference.as_dict(),
             "relative": self.relative,
             "differ": not self.difference.low <= 0.0 <= self.difference.high,
         }

@@ -1,0 +1,325 @@
+"""From logs to the answer for one axis: the methods that are possible, and whether they agree."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of
+from cabledrive.identification.axis.check import (
+    MISFIT,
+    checked_by_innovations,
+    checked_by_lines,
+    position_wave,
+    unexplained,
+)
+from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of
+from cabledrive.identification.axis.own_error import with_own_error
+from cabledrive.identification.axis.prediction import NAME as PREDICTION
+from cabledrive.identification.axis.prediction import Predicted, predict
+from cabledrive.identification.axis.simulated import NOT_FOLLOWED, refined
+from cabledrive.identification.axis.timing import (
+    TorqueTiming,
+    clock_drift,
+    given_timing,
+    has_lines,
+    noise_between_lines,
+    timing_of,
+    with_clock,
+)
+from cabledrive.identification.estimates import Finding, Identification, code_of
+from cabledrive.identification.logs.log import Log
+from cabledrive.parameters import NotComputed
+
+CONTRADICTION, ALIKE = 5.0, 0.005
+"""Joint standard errors from which two answers contradict each other, and share of the value within which
+they do not."""
+AGREED = 0.5
+"""Share of the difference of two methods that counts as a standard error of the one reported."""
+DRIFT_ROUNDS = 3
+"""Corrections of a drift between two clocks."""
+REFUSING = {MISFIT, NOT_FOLLOWED, "unexplained-torque", "methods-contradict", "logs-contradict", "negative"}
+"""Codes of findings with which no interval is given."""
+FAR, MOST = 4.0, 1e-3
+"""Of the size that all but a thousandth of the samples keep within; share of the samples beyond it."""
+SLOWEST = 0.1
+"""Interval from which the unit of the time is doubted [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What is asked of the logs of one axis."""
+
+    axis: AxisOptions
+    method: str  # one of `cabledrive.identification.one_log.METHODS`
+    check: bool  # whether the model is tested
+    torque: str  # one of `cabledrive.identification.axis.timing.TIMINGS`
+
+
+def answer(logs: Sequence[Log], request: Request) -> Identification:
+    """Identify one axis from logs in memory.
+
+    Raises `InputRefused` if a log is refused; `NotComputed` if a method is asked for that does not follow the
+    logs.
+    """
+    known, torque = request.torque != "found", channels_of(logs[0], request.axis)[0]
+    cleaned = [_without_outliers(log, torque) for log in logs]
+    findings = [finding for _, finding in cleaned if finding is not None]
+    axis = axis_of([log for log, _ in cleaned], replace(request.axis, lag=not known))
+    timing = given_timing(request.torque, axis.interval) if known else timing_of(axis)
+    drift = 0.0
+    for _ in range(DRIFT_ROUNDS):
+        rate = 0.0 if known or timing.customary else clock_drift(axis)
+        if rate == 0.0:
+            break
+        drift += rate
+        axis = replace(axis, logs=tuple(with_clock(log, torque, rate) for log in axis.logs))
+        timing = timing_of(axis)
+    if drift != 0.0:
+        words = (
+            f"the clocks of torque and angle drift apart by {1e6 * drift:.3g} parts in a million: corrected; "
+            "record both with one clock"
+        )
+        findings.append(Finding("clock-drift", words))
+    plain = timing.moved(axis).regressed()
+    found = replace(plain, findings=(*findings, *_doubts_of(axis), *plain.findings))
+    found = _by_methods(axis, found, request, timing)
+    if (
+        len(logs) > 1
+        and request.check
+        and request.method == "auto"
+        and request.axis.friction.kind == "coulomb"
+    ):
+        each = [answer([log], replace(request, check=False)) for log in axis.logs]
+        found = _compared(found, [one for one in each if not one.refused])
+    if REFUSING & set(found.codes):
+        if request.method == "auto" and found.method["name"] == PREDICTION and plain.identifiable:
+            found = _averaged(found, plain)
+        found = found.without_intervals("the model does not fit the log")
+    return replace(found, reports=tuple(log.report for log in logs))
+
+
+def _without_outliers(log: Log, torque: str) -> tuple[Log, Finding | None]:
+    """A log with single samples far out of range replaced by straight lines, and what was found."""
+    values, places = log.channel(torque), np.arange(len(log))
+    size = np.abs(values - np.median(values))
+    far = size > FAR * float(np.quantile(size, 1.0 - MOST))
+    if not 0 < far.sum() <= max(1, MOST * values.size):
+        return log, None
+    words = (
+        f"{log.source}: {far.sum()} samples of {torque} lie far outside the others (up to "
+        f"{values[size.argmax()]:.4g} {log.units[torque]}, the first at {log.time[far.argmax()]:.6g} s) and "
+        "were replaced by straight lines: check the channel"
+    )
+    mended = np.interp(places, places[~far], values[~far])
+    return replace(log, channels={**log.channels, torque: mended}), Finding("outliers", words)
+
+
+def _doubts_of(axis: Axis) -> list[Finding]:
+    """What logs say of themselves before any model: a torque at an end of its range, an unlikely interval."""
+    found = []
+    for log in axis.logs:
+        flat = log.saturated.get(axis.torque)
+        if flat is not None and flat.any():
+            words = (
+                f"{log.source}: {axis.torque} stands at an end of its range in {100 * flat.mean():.2g} % of "
+                "the samples, which were left out, and the model is not checked: give the sensor more range, "
+                "or excite less"
+            )
+            found.append(Finding("saturated", words))
+    for log in axis.logs:
+        if log.interval >= SLOWEST:
+            words = (
+                f"{log.source}: the interval is {log.interval:.4g} s, too long for a drive's log: is the "
+                'time in milliseconds? Then write --column "time=COLUMN:ms"'
+            )
+            found.append(Finding("interval", words))
+    return found
+
+
+def _by_methods(axis: Axis, found: Identification, request: Request, timing: TorqueTiming) -> Identification:
+    """Every method that is possible; the one that answers, with the check of its model."""
+    method, kind = request.method, axis.options.friction.kind
+    predicted, by_prediction, lost = _predicted(axis, found, method, timing)
+    sound = predicted is not None or (found.identifiable and "negative" not in found.codes)
+    timing = predicted.timing if predicted is not None else timing
+    moved = timing.moved(axis)
+    found = _timed(found, timing)
+    lost = lost and request.check
+    if not sound or kind not in ("coulomb", "tanh"):
+        if method == "output-error":
+            raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
+        found = _not_followed(found, lost)
+        if request.check and kind == "coulomb":
+            return checked_by_innovations(moved, found)
+        why = f"not made: no check for friction {kind}" if request.check else "not requested"
+        return replace(found, check_reason=why)
+    lines = not moved.saturated and all(map(has_lines, moved.torques))
+    if lines and predicted is not None:
+        lines = not _inside_a_loop(axis, predicted)
+    alone = lines and all(map(noise_between_lines, moved.torques))
+    simulated, missed = (
+        _simulated(moved, found, method) if method == "output-error" or lines else (None, None)
+    )
+    if simulated is not None and (method == "output-error" or (alone and method != "inverse-dynamics")):
+        chosen = simulated
+    elif predicted is not None:
+        told = {key: value for key, value in found.method.items() if key.startswith("torque_")}
+        chosen = replace(by_prediction, findings=found.findings, notes=found.notes).noting(**told)
+    elif simulated is not None and method != "inverse-dynamics":
+        chosen = simulated
+    else:
+        chosen = with_own_error(moved, found)
+    if missed is not None and alone:
+        chosen = replace(chosen, findings=(*chosen.findings, missed))
+    if simulated is not None and predicted is not None and method == "auto":
+        chosen = _contradicted(chosen, simulated, by_prediction)
+    chosen = _not_followed(chosen, lost and not alone)
+    if not request.check:
+        return replace(chosen, check_reason="not requested")
+    if NOT_FOLLOWED in chosen.codes:
+        return replace(chosen, checked=True, check_reason="the model does not reproduce the log")
+    if simulated is not None and alone:
+        chosen = checked_by_lines(moved, chosen, simulated, timing)
+    else:
+        chosen = checked_by_innovations(moved, chosen)
+    return chosen if predicted is None else _with_rest(chosen, predicted, turns=not axis.equation.linear)
+
+
+def _predicted(
+    axis: Axis, found: Identification, method: str, timing: TorqueTiming
+) -> tuple[Predicted | None, Identification, bool]:
+    """Prediction error and its answer where it is possible; whether its observer lost the log."""
+    forced, kind = method == "prediction-error", axis.options.friction.kind
+    if next(iter(found.parameters.values())).high < 0.0:  # a negative inertia: swapped or reversed columns
+        return None, found, False
+    if kind != "coulomb" or method in ("inverse-dynamics", "output-error"):
+        if forced:
+            raise NotComputed("prediction error needs the model rigid-axis-coulomb")
+        return None, found, False
+    try:
+        if axis.saturated:
+            raise NotComputed("the torque saturates")
+        return *predict(axis, found, timing), False
+    except NotComputed as failure:
+        if forced:
+            raise
+        return None, found, isinstance(failure, NotReproduced)
+
+
+def _simulated(
+    moved: Axis, found: Identification, method: str
+) -> tuple[Identification | None, Finding | None]:
+    """Output error where the model follows the log by itself, else why it does not."""
+    try:
+        simulated = refined(moved, found)
+    except NotComputed as error:
+        if method == "output-error":
+            raise
+        return None, Finding(NOT_FOLLOWED, str(error))
+    if NOT_FOLLOWED not in simulated.codes:
+        return simulated, None
+    words = str(simulated.findings[-1])
+    if method == "output-error":
+        raise NotComputed(words)
+    return None, Finding(NOT_FOLLOWED, words)
+
+
+def _inside_a_loop(axis: Axis, predicted: Predicted) -> bool:
+    """Whether the torque of any log answers to the angle."""
+    shift = predicted.timing.shift
+    return any(
+        run.answers_to_angle(torque, max(0, int(np.ceil(-shift / run.track.interval + 0.5))))
+        for torque, run in zip(axis.torques, predicted.runs, strict=True)
+    )
+
+
+def _timed(found: Identification, timing: TorqueTiming) -> Identification:
+    """With what was found of the torque's instant."""
+    found = found.noting(torque_shift=timing.shift, torque_shift_error=timing.error)
+    if timing.stated:
+        return found
+    if timing.customary or not timing.determined:
+        return found.noting(timing.words)
+    return found.noting(torque_delay=-timing.shift).saying("torque-timing", timing.words)
+
+
+def _not_followed(found: Identification, lost: bool) -> Identification:
+    """A finding where an observer with the axis's own figures loses the log."""
+    words = (
+        "a rigid axis with constant friction does not reproduce the log: another model is needed, or a "
+        "disturbance acts"
+    )
+    return found.saying(NOT_FOLLOWED, words) if lost else found
+
+
+def _averaged(found: Identification, plain: Identification) -> Identification:
+    """Values of a refused model by inverse dynamics, which least depends on what the model misses."""
+    kept = {key: value for key, value in found.method.items() if key not in plain.method}
+    return replace(
+        found,
+        parameters=plain.parameters,
+        residual=plain.residual,
+        condition_number=plain.condition_number,
+        method=dict(plain.method) | kept,
+        covariance=plain.covariance,
+        freedom=plain.freedom,
+    ).noting("the model does not fit: the values are those of inverse dynamics")
+
+
+def _apart(one: Identification, other: Identification) -> list[tuple[str, float, float]]:
+    """Parameters of two answers that exclude each other: name in words, both values."""
+    found = []
+    for name, first in one.parameters.items():
+        second = other.parameters[name]
+        off, joint = abs(first.value - second.value), np.hypot(first.standard_error, second.standard_error)
+        if off > CONTRADICTION * joint and off > ALIKE * abs(first.value):
+            found.append((name.replace("_", " "), first.value, second.value))
+    return found
+
+
+def _contradicted(
+    chosen: Identification, simulated: Identification, predicted: Identification
+) -> Identification:
+    """The answer with a finding where two methods exclude each other, and with half of their difference."""
+    names = _apart(simulated, predicted)
+    if names:
+        words = "; ".join(f"{n} {a:.4g} by output error, {b:.4g} by prediction error" for n, a, b in names)
+        words = f"two methods contradict each other on this log: {words}"
+        chosen = chosen.saying("methods-contradict", words)
+    if chosen.method["name"] != simulated.method["name"]:
+        return chosen
+    off = simulated.values - predicted.values
+    return chosen.widened(AGREED**2 * np.outer(off, off))
+
+
+def _compared(found: Identification, each: Sequence[Identification]) -> Identification:
+    """The answer with a finding where logs of one axis exclude each other; ``each``: of one log by itself."""
+    for k, one in enumerate(each):
+        for other in each[k + 1 :]:
+            if names := _apart(one, other):
+                words = ", ".join(f"{name} {a:.4g} and {b:.4g}" for name, a, b in names)
+                return found.saying("logs-contradict", f"the logs contradict each other: {words}")
+    return found
+
+
+def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> Identification:
+    """With what the observers that follow the logs best have to add to the torque."""
+    tracks, values = predicted.observed.tracks, predicted.values
+    runs = [run_of(track, values, best_bandwidth(track, values)) for track in tracks]
+    left = unexplained(runs)
+    chosen = chosen.noting(unexplained_torque=left.share)
+    wave = position_wave(runs) if turns else None
+    if wave is not None and wave.words and wave.share > _share_by_lines(chosen):
+        others = tuple(one for one in chosen.findings if code_of(one) != MISFIT)
+        return replace(chosen, findings=others).saying(MISFIT, f"the model does not fit: {wave.words}")
+    if not left.words or MISFIT in chosen.codes:
+        return chosen
+    return chosen.saying("unexplained-torque", left.words)
+
+
+def _share_by_lines(found: Identification) -> float:
+    """Largest share of the residual that a fault beyond chance explains, with its family; 0 without one."""
+    tried = found.method.get("suspicions", {}).values() if MISFIT in found.codes else ()
+    shares = [one.get("family_share", 0.0) for one in tried if one["significance"] > one["critical"]]
+    return max(shares, default=0.0)

@@ -1,0 +1,253 @@
+"""Whether the model of an axis holds: the faults that its log shows, in words; what is left unexplained."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import signal
+
+from cabledrive.identification.axis.axis import Axis, axis_of
+from cabledrive.identification.axis.faults import (
+    DELAY,
+    FAULTS,
+    Evidence,
+    evidence_by_innovations,
+    hidden,
+    material,
+)
+from cabledrive.identification.axis.lines import evidence_by_lines, other_law, verdict_by_lines
+from cabledrive.identification.axis.observer import Prediction, period_of
+from cabledrive.identification.axis.simulated import refined
+from cabledrive.identification.axis.timing import TorqueTiming
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.logs.log import Log
+from cabledrive.parameters import NotComputed
+from cabledrive.parameters.arrays import Array, Complex
+
+NOT_MADE = {
+    "saturated": "not made: the torque saturates, so the torque on the axis is not known",
+    "smooth": "not made: the torque is not a sum of lines, and for such logs only Coulomb friction can be "
+    "checked",
+    "long": "not made: the log is read in blocks",
+    "parameters": "not made: inertia and friction are not identifiable from the log",
+}
+MISFIT = "model-misfit"
+LINES = "disturbances of known faults added to the refined model"
+INNOVATIONS = "innovations of an observer"
+DELAY_ROUNDS = 12
+MOST_WAVES, EVERY = 60, 4
+"""Waves per revolution that are tried, and samples between those that are used."""
+EXPLAINED, OVERTONE = 0.06, 0.03
+"""Shares of the unexplained torque's power from which a wave, and an overtone of it, is named."""
+ABOVE = 40.0
+"""Of the middle one of all waves, at least."""
+RESOLVED = 0.15
+"""Of a count of the encoder: a smaller innovation may be the counts' own where a motion repeats itself."""
+LARGE, SMALL, COLOURED = 0.04, 0.002, 3.0
+"""Shares of the torque, and the rise, from which it is more than noise."""
+ROUNDED, COUNTS = 0.1, 0.5
+"""Rise, and innovation in counts of the encoder, below which it is rounding alone, whatever its share."""
+LOWEST, LONGEST_SEGMENT = 0.3, 8.0
+"""[Hz], and of the records whose spectra are averaged [s]."""
+
+
+def checked_by_lines(
+    axis: Axis, answer: Identification, simulated: Identification, timing: TorqueTiming
+) -> Identification:
+    """The answer with what the residual of the simulated speed shows; ``simulated``: by output error."""
+    found = evidence_by_lines(axis, simulated)
+    if verdict_by_lines(found) is not None:
+        rival = other_law(axis, simulated, found)
+        found = found if rival is None else (*found, rival)
+    answer = answer.noting(suspicions={one.fault: one.as_dict() for one in found})
+    answer = replace(answer, checked=True, check_reason=LINES)
+    fault = verdict_by_lines(found, timing.convention is None)
+
+    def left(moved: Axis) -> float:
+        again = evidence_by_lines(moved, refined(moved, moved.regressed()))
+        return next(one.value for one in again if one.fault == DELAY)
+
+    return answer if fault is None else _blamed(axis, answer, [fault], left)
+
+
+def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
+    """The answer with what the innovations of an observer show, or why they were not looked at."""
+    reason = NOT_MADE.get(_not_made(axis, answer))
+    try:
+        found = () if reason else evidence_by_innovations(axis, answer)
+    except NotComputed as failure:
+        reason = f"not possible: {failure}"
+    if reason:
+        return replace(answer.noting(model_check=reason), check_reason=reason)
+    answer = answer.noting(model_check=INNOVATIONS, suspicions={one.fault: one.as_dict() for one in found})
+    answer = replace(answer, checked=True, check_reason=INNOVATIONS)
+    half_widths = [0.5 * (one.high - one.low) for one in answer.parameters.values()]
+    faults = material(found, half_widths)
+    if not faults:
+        return _unblamed(axis, answer, found, half_widths)
+
+    def left(moved: Axis) -> float:  # below a sample, which the check leaves free, there is none
+        again = evidence_by_innovations(moved, moved.regressed())
+        return next((one.value for one in again if one.fault == DELAY), 0.0)
+
+    return _blamed(axis, answer, faults, left)
+
+
+def _not_made(axis: Axis, answer: Identification) -> str:
+    """Key of `NOT_MADE` where no check can be made; viscous friction need not be known for it."""
+    if axis.saturated:
+        return "saturated"
+    if axis.options.friction.kind != "coulomb":
+        return "smooth"
+    inertia, _, coulomb, offset = answer.values
+    return "" if inertia > 0.0 and coulomb > 0.0 and np.isfinite(offset) else "parameters"
+
+
+def _unblamed(
+    axis: Axis, answer: Identification, found: Sequence[Evidence], half_widths: Sequence[float]
+) -> Identification:
+    """The answer with notes on faults that change too little, or that a motion that repeats cannot show."""
+    small = ", ".join(FAULTS[one.fault][2] for one in found if one.alarms)
+    if small:
+        words = f"significant, but no parameter changes by as much as its interval: {small}"
+        answer = answer.noting(words)
+    repeats = all(period_of(log.channel(axis.torque), log.interval) > 0 for log in axis.logs)
+    unseen = hidden(found, half_widths) if repeats else []
+    if not unseen:
+        return answer
+    names = ", ".join(FAULTS[one.fault][2] for one in unseen)
+    words = f"the motion repeats, so this log cannot show a fault that makes the intervals wrong: {names}"
+    return answer.noting(words, cannot_show=[one.fault for one in unseen])
+
+
+def _blamed(
+    axis: Axis, answer: Identification, faults: Sequence[Evidence], left: Callable[[Axis], float]
+) -> Identification:
+    """The answer with its faults in a sentence; a delay is measured by moving the torque back."""
+    words = FAULTS[faults[0].fault][3].format(value=faults[0].value)
+    if faults[0].fault == DELAY:
+        try:
+            delay = torque_delay(axis, faults[0].value, left)
+            words, answer = FAULTS[DELAY][3].format(value=delay), answer.noting(torque_delay=delay)
+        except NotComputed as failure:
+            words = f"the motion lags the torque, by more than a delay: {failure}"
+    others = ", ".join(FAULTS[one.fault][2] for one in faults[1:])
+    alike = f"; this log cannot distinguish it from {others}" if others else ""
+    return answer.saying(MISFIT, f"the model does not fit: {words}{alike}")
+
+
+def torque_delay(axis: Axis, left: float, left_in: Callable[[Axis], float]) -> float:
+    """How late the torque channel is [s]: moved back until no delay is left.
+
+    ``left``: the delay to first order, while it is short against the fastest line; ``left_in``: the same of
+    an axis whose torque was moved back. Refused if it does not come to an end: the lag is no delay.
+    """
+    interval, samples = axis.logs[0].interval, 0
+    for _ in range(DELAY_ROUNDS):
+        step = round(left / interval)
+        if step == 0:
+            return samples * interval + left
+        samples += step
+        if abs(samples) > min(len(log) for log in axis.logs) // 4:
+            break
+        left = left_in(axis_of([moved_back(log, axis.torque, samples) for log in axis.logs], axis.options))
+    raise NotComputed(f"moved back by {samples * interval:.3g} s the torque channel still lags")
+
+
+def moved_back(log: Log, channel: str, samples: int) -> Log:
+    """A log with one channel earlier by whole samples; what has no partner at either end is left out."""
+    size, own, others = len(log) - abs(samples), max(samples, 0), max(-samples, 0)
+    kept = log.part(float(log.time[others]), float(log.time[others + size - 1]) + log.interval)
+    return replace(kept, channels={**kept.channels, channel: log.channels[channel][own : own + size]})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """What an observer has to add beyond the model, of the log that shows most."""
+
+    share: float  # of the torque, or of the unexplained torque's power
+    words: str = ""  # what it looks like; empty where it is no more than noise
+
+
+def unexplained(runs: Sequence[Prediction]) -> Rest:
+    """The torque that a rigid axis with constant friction leaves unexplained."""
+    return max(map(_unexplained, runs), key=lambda one: one.share)
+
+
+def _unexplained(run: Prediction) -> Rest:
+    track, hertz = run.track, run.bandwidth / (2.0 * np.pi)
+    added = run.added[track.position.size // 20 :]
+    length = min(round(LONGEST_SEGMENT / track.interval), added.size)
+    frequency, power = signal.welch(added, 1.0 / track.interval, nperseg=length)
+    inside = (frequency >= LOWEST) & (frequency < hertz)
+    low, high = inside & (frequency < 0.25 * hertz), inside & (frequency >= 0.5 * hertz)
+    size = float(np.sqrt(power[inside].sum() * (frequency[1] - frequency[0])))
+    share = size / float(np.sqrt(np.mean(track.torque**2)))
+    # Near 1 where it is white noise of the torque channel, below where it is noise of the encoder.
+    rise = float(power[low].mean() / max(power[high].mean(), 1e-300)) if low.any() and high.any() else 0.0
+    rounded = rise < ROUNDED and np.sqrt(np.mean(run.innovation**2)) < COUNTS * track.quantum
+    if not ((share > LARGE and not rounded) or (share > SMALL and rise > COLOURED)):
+        return Rest(share=share)
+    much = f"{100 * share:.2g} % of the torque"
+    if share >= 1.0:
+        much = f"{share:.2g} times as much torque as was measured"
+    words = (
+        f"{much} is not explained by a rigid axis with constant friction (below {hertz:.2g} "
+        "Hz): an unmeasured disturbance, or a fault that is not in the list"
+    )
+    return Rest(share=share, words=words)
+
+
+def position_wave(runs: Sequence[Prediction]) -> Rest:
+    """The wave of a revolution that explains most of what a turning axis leaves."""
+    return max(map(_wave, runs), key=lambda one: one.share)
+
+
+def _wave(run: Prediction) -> Rest:
+    track, values, hertz = run.track, run.values, run.bandwidth / (2.0 * np.pi)
+    angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
+    # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
+    added = zero_phase(run.added, track.interval, min(hertz, 0.2 / track.interval))
+    edge, late = track.position.size // 20, round(np.sqrt(2.0) / (run.bandwidth * track.interval))
+    part = slice(edge, added.size - late, EVERY)
+    slipping = run.direction[part] != 0.0
+    left, place = added[edge + late :: EVERY][slipping], angle[part][slipping]
+    if left.size < 100 * MOST_WAVES // EVERY or np.ptp(place) < 2.0 * np.pi / 3.0:
+        return Rest(share=0.0)
+    waves = [_explained(left, np.exp(1j * count * place)) for count in range(1, MOST_WAVES + 1)]
+    shares = np.array([share for share, _ in waves])
+    best = int(np.argmax(shares))
+
+    def rate_of(wave: Complex) -> Complex:
+        return difference(wave.real, track.interval) + 1j * difference(wave.imag, track.interval)
+
+    # An error e of the angle asks for the torque J e'' + b e'.
+    speed = rate_of(np.exp(1j * angle))
+    share, size = _explained(left, (values[0] * rate_of(speed) + values[1] * speed)[part][slipping])
+    if np.sqrt(max(share, shares[best]) * np.mean(run.innovation**2)) < RESOLVED * track.quantum:
+        return Rest(share=0.0)
+    if share > max(EXPLAINED, shares[best]):
+        words = (
+            f"the encoder's angle is wrong by {size:.2g} rad once per revolution: "
+            "eccentricity of its disc or a shaft that runs out"
+        )
+        return Rest(share=share, words=words)
+    if shares[best] < EXPLAINED or shares[best] < ABOVE * float(np.median(shares)):
+        return Rest(share=0.0)
+    first = best + 1
+    counts = [first, *(n for n in range(2 * first, MOST_WAVES + 1, first) if shares[n - 1] > OVERTONE)]
+    words = (
+        f"a torque of the position with {', '.join(map(str, counts))} period(s) per revolution (amplitude "
+        f"{waves[best][1]:.2g} N m): cogging, a tooth, or a weight out of balance"
+    )
+    return Rest(share=float(shares[best]), words=words)
+
+
+def _explained(left: Array, wave: Complex) -> tuple[float, float]:
+    """Share of a power that a complex wave explains, both its parts free, and its amplitude."""
+    columns = np.column_stack([wave.real, wave.imag])
+    columns = columns - columns.mean(axis=0)
+    weights, *_ = np.linalg.lstsq(columns, left, rcond=None)
+    rest = left - columns @ weights
+    return 1.0 - float(rest @ rest) / float(left @ left), float(np.hypot(*weights))

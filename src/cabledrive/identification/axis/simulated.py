@@ -1,0 +1,279 @@
+r"""Output error of one rigid axis: the motion is simulated, so no regressor carries the encoder's noise.
+
+Inverse dynamics takes speed and its sign from the encoder; their errors bias it by a fraction of a per cent,
+more than its intervals where a log is long. Here the model moves by itself under the measured torque. The
+parameters solve :math:`Z^T r = 0`, where r is the filtered difference of speeds and Z the exact sensitivities
+of the model's speed along the motion under the torque's spectral lines alone: noise of the torque must not be
+in both factors. Inside a feedback loop the model does not follow, and that is said.
+
+Noise of a torque comes out of a simulated axis as :math:`1/\omega`, rounding of an encoder goes into a speed
+as :math:`\omega`. Unweighted, the slow drift of the first hides what the log knows, and neighbouring segments
+depend on one another. The weight :math:`1/\sqrt{S(\omega)}` of the smoothed spectrum S makes the residual
+white in its band; the estimating equations have the same solution on average under any such weight.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy import signal
+
+from cabledrive.identification.axis.axis import BASE, Axis, AxisOptions, axis_of, stacked
+from cabledrive.identification.axis.equation import LAG, settling
+from cabledrive.identification.axis.observer import CORNER_DOUBT, between_samples
+from cabledrive.identification.axis.own_error import PHASES, rounded_angles, unseen
+from cabledrive.identification.axis.timing import spectral_lines
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import Factors, Fit, solve, suited_segments
+from cabledrive.parameters import NotComputed
+from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.friction_integration import integrate_rigid_axis
+
+BANDS, INSIDE = 24, 0.8
+"""Of the weights, and share of the bandwidth that is used: above, the signals' filter leaves too little."""
+LONGEST_SEGMENT = 8.0
+"""Of the records whose spectra are averaged [s]."""
+REACH, SHARE = 4.0, 1 / 16
+"""Half of the weights' filter at most [s], and of the shortest log; a short one cannot follow the corner,
+some tenths of a hertz, below which noise of the torque no longer grows."""
+BANDWIDTH = 50.0
+"""Of the compared speeds [Hz]."""
+FORGOTTEN = 1e-3
+"""Remainder of an initial change of the speed, when the comparison begins, below which it has no effect."""
+LATER = 0.05
+"""Step of the torque's instant by which its sensitivity is taken [intervals]."""
+PASSES, CONVERGED, HALVINGS, SLACK = 12, 0.1, 5, 1e-3
+"""Steps; the largest one, in standard errors, at which they end; halvings of one that raises the residual by
+more than a share, for near the end the sensitivities are not quite its gradient."""
+LARGEST_RESIDUAL = 0.5
+NOT_FOLLOWED = "not-followed"
+NAME = "output error on the speed, exact sensitivities, started from inverse dynamics"
+
+
+def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> Array:
+    """Weights (2 m + 1,) of a symmetric filter that makes residuals white below a bandwidth [Hz].
+
+    The filtered residual has a power density of 1 [1/Hz].
+    """
+    shortest = min(r.size for r in residuals)
+    length = min(round(LONGEST_SEGMENT / interval), shortest)
+    spectra = [signal.welch(r, 1.0 / interval, nperseg=length, detrend=False) for r in residuals]
+    frequency, power = spectra[0][0], np.mean([s[1] for s in spectra], axis=0)
+    top = INSIDE * bandwidth
+    edges = np.geomspace(frequency[1], top, BANDS + 1)
+    bands = [(frequency >= a) & (frequency < b) for a, b in pairwise(edges)]
+    filled = [band for band in bands if band.any()]
+    middles = [float(np.mean(np.log(frequency[band]))) for band in filled]
+    levels = [float(np.mean(np.log(power[band] + 1e-300))) for band in filled]
+    smooth = np.interp(np.log(np.maximum(frequency, frequency[1])), middles, levels)
+    gain = np.exp(-0.5 * smooth) * np.clip((bandwidth - frequency) / (bandwidth - top), 0.0, 1.0)
+    impulse = np.fft.fftshift(np.fft.irfft(gain))
+    reach = min(round(REACH / interval), round(SHARE * shortest), impulse.size // 2 - 1)
+    middle = impulse.size // 2
+    window = np.hanning(2 * reach + 3)[1:-1]
+    return np.asarray(impulse[middle - reach : middle + reach + 1] * window)
+
+
+def whitened(rows: Array, weights: Array) -> Array:
+    """Columns (rows, columns) through the filter of `whitener`; nothing is assumed beyond both ends."""
+    return np.asarray(signal.oaconvolve(rows, weights[:, None], mode="same", axes=0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Case:
+    """One log, ready to be simulated: torque and its lines, measured speed, where and how it is compared."""
+
+    torque: Array
+    lines: Array
+    speed: Array
+    start: float
+    interval: float
+    inner: slice
+    bandwidth: float
+    slope: float
+    quantum: float = 0.0
+    weights: Array | None = None
+    lag: bool = False
+
+    def filtered(self, values: Array) -> Array:
+        """Signals below the bandwidth."""
+        return zero_phase(values, self.interval, self.bandwidth)
+
+    def compared(self, rows: Array) -> Array:
+        """Filtered signals as they are compared: without the filter's ends, weighted."""
+        inner = rows[self.inner]
+        return inner if self.weights is None else whitened(inner, self.weights)
+
+    def moved(self, values: Array, torque: Array, start: float) -> tuple[Array, Array]:
+        """Speed of the model under a torque, and its sensitivities."""
+        return integrate_rigid_axis(values, torque, self.interval, start=start, slope=self.slope)
+
+    def residual(self, values: Array, start: float) -> tuple[Array, Array]:
+        """Filtered, weighted difference of speeds, and sensitivities alike: of `BASE`, the start, the lag."""
+        moved, _ = self.moved(values, self.torque, start)
+        before, along = self.moved(values, self.lines, start)
+        if np.abs(along[self.inner, 4]).max() < FORGOTTEN:
+            along[:, 4] = 0.0
+        columns = [moved, along]
+        if self.lag:
+            after, _ = self.moved(values, self.lines - LATER * np.gradient(self.lines), start)
+            with np.errstate(invalid="ignore", over="ignore"):  # a motion that runs away: refused below
+                columns.append((after - before) / (LATER * self.interval))
+        filtered = self.filtered(np.column_stack(columns))
+        rows = self.compared(np.column_stack([self.speed - filtered[:, 0], filtered[:, 1:]]))
+        if not np.all(np.isfinite(rows)):
+            raise NotComputed("the model does not reproduce the log in open loop: its motion diverges")
+        return rows[:, 0], rows[:, 1:]
+
+
+def case_of(axis: Axis, log: Log) -> Case:
+    """Prepare one log."""
+    torque, bandwidth = log.channel(axis.torque), min(BANDWIDTH, 0.2 * log.sample_rate)
+    edge = settling(bandwidth, log.interval)
+    return Case(
+        torque=between_samples(torque),
+        lines=between_samples(spectral_lines(torque)),
+        speed=zero_phase(difference(log.channel(axis.position), log.interval), log.interval, bandwidth),
+        start=axis.start(log),
+        interval=log.interval,
+        inner=slice(edge, len(log) - edge),
+        bandwidth=bandwidth,
+        slope=axis.slope,
+        quantum=axis.equation.quantum,
+        lag=axis.equation.lag,
+    )
+
+
+def weighed(cases: list[Case], values: Array, speeds: Sequence[float] | Array) -> list[Case]:
+    """Cases whose residuals are weighted by their spectrum at given parameters and speeds at the start."""
+    if len({case.interval for case in cases}) > 1:
+        return cases
+    residuals = [case.residual(values, v)[0] for case, v in zip(cases, speeds, strict=True)]
+    weights = whitener(residuals, cases[0].interval, cases[0].bandwidth)
+    return [replace(case, weights=weights) for case in cases]
+
+
+def weighed_cases(axis: Axis, values: Array) -> list[Case]:
+    """All logs prepared and weighted, from their own speeds at the start."""
+    cases = [case_of(axis, log) for log in axis.logs]
+    return weighed(cases, values, [case.start for case in cases])
+
+
+def refine_rigid_axis(
+    logs: Sequence[Log], found: Identification, options: AxisOptions | None = None
+) -> Identification:
+    """Refine inverse dynamics by output error; several logs share the parameters."""
+    return refined(axis_of(logs, options or AxisOptions()), found)
+
+
+def refined(axis: Axis, found: Identification) -> Identification:
+    """Refine inverse dynamics by output error; a finding where the model does not follow."""
+    if axis.options.friction.kind not in ("coulomb", "tanh") or not found.identifiable:
+        raise NotComputed(
+            "output error needs an identifiable rigid axis with one Coulomb friction: fit that first"
+        )
+    cases = [case_of(axis, log) for log in axis.logs]
+    values = found.values
+    speeds = np.array([case.start for case in cases])
+    values, speeds, _ = _solved(cases, values, speeds, PASSES // 4)
+    cases = weighed(cases, values, speeds)
+    values, speeds, fit = _solved(cases, values, speeds, PASSES)
+    plain = [replace(c, weights=None).residual(values, v)[0] for c, v in zip(cases, speeds, strict=True)]
+    left, size = _size(plain), _size([case.speed[case.inner] for case in cases])
+    parameters = {
+        name: replace(estimate, value=float(value))
+        for (name, estimate), value in zip(found.parameters.items(), values, strict=True)
+    }
+    answer = replace(
+        found,
+        parameters=parameters,
+        residual={"rms": left, "relative": left / size, "rows": fit.rows},
+        method=dict(found.method) | {"name": NAME, "residual_of": "speed", "freedom": fit.freedom},
+        covariance=fit.covariance[:4, :4],
+        freedom=fit.freedom,
+    ).widened(_own_error(cases, values, speeds))
+    if left <= LARGEST_RESIDUAL * size:
+        return answer
+    return answer.saying(
+        NOT_FOLLOWED,
+        f"the model does not reproduce the log in open loop (residual {100 * left / size:.0f} % of the "
+        "speed): a feedback loop controls the axis, or the model is wrong",
+    )
+
+
+def _size(rows: list[Array]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(rows) ** 2)))
+
+
+def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tuple[Array, Array, Fit]:
+    """Gauss-Newton steps until they are small; halved where one beyond its errors raised the residual."""
+    factors, residual = _linearised(cases, values, speeds)
+    for _ in range(passes):
+        fit = solve(suited_segments(factors, each=True))
+        step, errors = fit.values, np.sqrt(np.diag(fit.covariance))[:4]
+        near = bool(np.all(np.abs(step[:4]) <= errors))
+        for _ in range(HALVINGS):
+            limit = np.append(0.5 * np.abs(values[:3]), np.inf)  # no inertia or friction by more than half
+            tried = values + np.clip(step[:4], -limit, limit), speeds + step[4 : 4 + len(cases)]
+            new_factors, new_residual = _linearised(cases, *tried)
+            if near or new_residual <= (1.0 + SLACK) * residual:
+                break
+            step = 0.5 * step
+        (values, speeds), factors, residual = tried, new_factors, new_residual
+        if np.all(np.abs(step[:4]) <= CONVERGED * errors):
+            break
+    return values, speeds, solve(suited_segments(factors, each=True))
+
+
+def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factors, float]:
+    """Residuals and sensitivities of all logs; every log has its own speed at the start."""
+    rows = [case.residual(values, v) for case, v in zip(cases, speeds, strict=True)]
+    names = (*BASE, *(f"start {k}" for k in range(len(cases))), *((LAG,) if cases[0].lag else ()))
+    parts = [(_apart(slopes, k, len(cases)), residual) for k, (residual, slopes) in enumerate(rows)]
+    return stacked(names, parts), _size([residual for residual, _ in rows])
+
+
+def _apart(slopes: Array, number: int, count: int) -> Array:
+    """Sensitivities of one of several logs: each has its own speed at the start."""
+    starts = np.zeros((len(slopes), count))
+    starts[:, number] = slopes[:, 4]
+    return np.hstack([slopes[:, :4], starts, slopes[:, 5:]])
+
+
+def _own_error(cases: list[Case], values: Array, speeds: Array) -> Array:
+    """What scores do not show, from motions of its own making, shape (4, 4).
+
+    And two doubts, each by the product of its shift of the parameters with itself: what the torque does
+    between its samples, and how much of its noise the axis does not feel.
+    """
+    lefts, rights, doubts = [], [], []
+    for number, (case, start) in enumerate(zip(cases, speeds, strict=True)):
+        moved, _ = case.moved(values, case.torque, start)
+        shown = rounded_angles(moved, case.interval, case.quantum)
+        seen = np.column_stack([case.filtered(difference(angle, case.interval)) for angle in shown.T])
+        rights.append(case.compared(seen - case.filtered(moved)[:, None]))
+        between, _ = case.moved(values, between_samples(case.torque, CORNER_DOUBT), start)
+        changes = np.column_stack([between - moved, noisier(case, values, start, moved)])
+        doubts.append(case.compared(case.filtered(changes)))
+        lefts.append(_apart(case.residual(values, start)[1], number, len(cases)))
+    names = tuple(str(k) for k in range(lefts[0].shape[1]))
+    fits = []
+    for k in range(PHASES):
+        parts = [(left, right[:, k]) for left, right in zip(lefts, rights, strict=True)]
+        fits.append(solve(suited_segments(stacked(names, parts), each=True)))
+    doubt = np.linalg.lstsq(np.vstack(lefts), np.vstack(doubts), rcond=None)[0][:4]
+    return unseen([f.values[:4] for f in fits], [f.covariance[:4, :4] for f in fits]) + doubt @ doubt.T
+
+
+def noisier(case: Case, values: Array, start: float, moved: Array) -> Array:
+    """What noise of the torque channel changes in the mean: it blurs turns, as a smaller friction does.
+
+    How much of the noise the axis feels too, and how much is the channel's own, is not known: all of it is
+    put on the torque once more, backwards in time and with either sign, so that only its square is left.
+    """
+    noise = (case.torque - case.lines)[::-1]
+    either = [case.moved(values, case.torque + sign * noise, start)[0] for sign in (1.0, -1.0)]
+    return 0.5 * (either[0] + either[1]) - moved

@@ -1,0 +1,265 @@
+r"""When a logged torque acts: held from its tick, that of the interval before, behind a sensor; its lines.
+
+A controller that holds its torque from tick to tick and logs it at the tick makes a torque that acts half an
+interval later than its time stamp; a drive that logs the torque of the interval before, half an interval
+earlier. Every method therefore has one unknown more, the time :math:`\delta` by which the torque acts later
+than it is logged, found by Gauss-Newton steps on the filtered equation
+
+.. math:: \tau(t - \delta) = J\ddot\theta + b\dot\theta + c\,S(\dot\theta) - d .
+
+A sensor behind a low-pass of the first order makes :math:`\tau + T\dot\tau` of the logged torque instead;
+where the torque is late by more than `NEAR` intervals, the law with the smaller residual is taken. Afterwards
+the torque is moved; what is left of :math:`\delta` stays a column of each regression, so that its doubt is in
+every interval.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from cabledrive.identification.axis.axis import Axis, Rows, axis_of, stacked
+from cabledrive.identification.filters import difference
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import Factors, solve, suited_segments
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array, Complex
+
+SPARSE, HALF = 0.3, 0.5
+"""Largest shares of all lines, and of those of the band, that stand out."""
+BETWEEN = 2.5
+"""Power density between lines over that above them: nearly 1 where the rest is noise; 4 and more where the
+torque of a feedback loop happens to have peaks."""
+TAPS = 16
+"""Half length of the interpolation filter [samples]."""
+NEAR = 0.75
+"""Delay of the torque channel from which a sensor's low-pass is tried too [intervals]."""
+ROUNDS, SETTLED, FARTHEST = 8, 0.02, 25.0
+"""Steps, the last one, and the largest shift that is taken for a matter of time stamps [intervals]."""
+SNAP, CUSTOMARY = 0.08, 1.3
+"""Distance to a convention within which it is named, and shift up to which it is a note [intervals]."""
+CONVENTIONS = {
+    "held": (0.5, "the torque is held from the sample at which it is logged"),
+    "interpolated": (0.0, "the torque is logged at the instant at which it acts"),
+    "before": (-0.5, "the logged torque is that of the interval before"),
+}
+"""Time by which the torque acts later than it is logged [intervals], and the convention in words."""
+TIMINGS = ("found", *CONVENTIONS)
+DRIFT_PARTS, DRIFT_SURE = 4, 8.0
+"""Parts of a log whose instants are compared, and standard errors from which they drift."""
+
+
+def spectral_lines(values: Array) -> Array:
+    """A signal without what lies near its noise floor; the signal itself where it is no sum of lines."""
+    spectrum = np.fft.rfft(values)
+    kept = _lines_of(spectrum)
+    return values if kept.mean() > SPARSE else np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
+
+
+def has_lines(values: Array) -> bool:
+    """Whether a torque is a sum of lines, so that a motion free of noise is known.
+
+    Not so where what stands above the noise fills more than half of its band, as steps, chirps and torques of
+    feedback loops do.
+    """
+    kept = _lines_of(np.fft.rfft(values))
+    band = np.flatnonzero(kept)
+    return bool(band.size and band.size <= HALF * (band[-1] - band[0] + 1) and kept.mean() <= SPARSE)
+
+
+def noise_between_lines(values: Array) -> bool:
+    """Whether nothing but noise lies between a torque's lines, so that they are all that moves the axis."""
+    spectrum = np.fft.rfft(values)
+    power, kept = np.abs(spectrum) ** 2, _lines_of(spectrum)
+    first, last = np.flatnonzero(kept)[[0, -1]]
+    between, above = power[first:last][~kept[first:last]], power[last + 1 :]
+    if not (between.size and above.size and above.any()):
+        return True
+    return bool(between.mean() / above.mean() <= BETWEEN)
+
+
+def _lines_of(spectrum: Complex) -> NDArray[np.bool_]:
+    size = np.abs(spectrum)
+    return np.asarray(np.convolve(size > 12.0 * np.median(size), np.ones(3), "same") > 0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueTiming:
+    """By how much the torque acts later than it is logged, and by which law its channel is moved."""
+
+    interval: float  # the longest of the logs [s]
+    shift: float = 0.0  # [s]
+    error: float = 0.0  # its standard error [s]; 0 where it is given
+    law: str = "shift"  # {"shift", "low-pass"}: "low-pass": the sensor lags with the time constant ``-shift``
+    # whether the log determines it; else the instant of logging is taken, with a doubt of half an interval
+    determined: bool = True
+    stated: str = ""  # convention that was given, whose shift is that of each log's own interval; empty: none
+
+    @property
+    def convention(self) -> str | None:
+        """The convention that the shift agrees with, if any."""
+        near = min(CONVENTIONS, key=lambda name: abs(self.shift / self.interval - CONVENTIONS[name][0]))
+        sharp = self.error < 0.1 * self.interval and self.law == "shift"
+        return near if sharp and abs(self.off(near)) < max(SNAP * self.interval, 4.0 * self.error) else None
+
+    @property
+    def hold(self) -> tuple[float, float]:
+        """Second difference to be taken off the moved torque for its means between samples, and its doubt.
+
+        A torque that stands from tick to tick has lost 6/48 of it when it is moved by half an interval and
+        neighbours are averaged; otherwise it lies between the 4/48 of point samples and the 12/48 of means of
+        a held torque.
+        """
+        return (6 / 48, 1 / 48) if self.convention in ("held", "before") else (8 / 48, 4 / 48)
+
+    @property
+    def customary(self) -> bool:
+        """Whether a shift of this size is a habit of logging and no fault."""
+        return abs(self.shift) <= CUSTOMARY * self.interval
+
+    def off(self, convention: str) -> float:
+        """Time from here to a convention [s]."""
+        return CONVENTIONS[convention][0] * self.interval - self.shift
+
+    def at(self, convention: str) -> "TorqueTiming":
+        """The same at the instant of a convention."""
+        return replace(self, shift=CONVENTIONS[convention][0] * self.interval, law="shift")
+
+    def moved(self, axis: Axis) -> Axis:
+        """The axis with its torques at the instants at which they act."""
+        return axis.having(
+            axis.torque, (self._moved(log.channel(axis.torque), log.interval) for log in axis.logs)
+        )
+
+    def _moved(self, values: Array, interval: float) -> Array:
+        if self.law == "low-pass":
+            return values - self.shift * difference(values, interval)
+        shift = CONVENTIONS[self.stated][0] * interval if self.stated else self.shift
+        return shifted(values, shift / interval, periodic=spectral_lines(values) is not values)
+
+    @property
+    def words(self) -> str:
+        """The timing in a sentence."""
+        size, name = 1e3 * abs(self.shift), self.convention
+        if not self.determined:
+            return "the instant at which the torque acts is not determined by the log"
+        if name is not None:
+            return f"{CONVENTIONS[name][1]} (acts {1e3 * self.shift:+.3g} ms from its time stamp)"
+        if self.customary:
+            when = "later" if self.shift > 0.0 else "earlier"
+            return f"the torque acts {size:.3g} ms {when} than its time stamp: corrected"
+        if self.law == "low-pass":
+            hertz = 1.0 / (2.0 * np.pi * -self.shift)
+            return (
+                f"the torque channel lags as behind a low-pass of {hertz:.3g} Hz ({size:.3g} ms): corrected"
+            )
+        if self.shift < 0.0:
+            late = f"the torque channel is delayed against the motion by {-self.shift:.3g} s: corrected"
+            return f"{late}; shift it in the log"
+        late = f"the motion follows the torque channel {self.shift:.3g} s late"
+        return f"{late}: a dead time, or a flexible joint"
+
+
+def given_timing(name: str, interval: float) -> TorqueTiming:
+    """Timing of a convention; refused if it is unknown."""
+    if name not in CONVENTIONS:
+        raise InputRefused(f'identify.torque = "{name}" is unknown: take one of {", ".join(TIMINGS)}')
+    return TorqueTiming(interval=interval, stated=name).at(name)
+
+
+def shifted(values: Array, samples: float, *, periodic: bool = False) -> Array:
+    """A signal later by a number of samples, whole or not, continued periodically or by its ends."""
+    if samples == 0.0:
+        return values
+    whole = int(np.floor(samples))
+    reach = TAPS + abs(whole)
+    padded = np.pad(values, reach, mode="wrap" if periodic else "edge")
+    weights = np.sinc(np.arange(-TAPS, TAPS + 1) - (samples - whole)) * np.kaiser(2 * TAPS + 1, 8.0)
+    moved = np.convolve(padded, weights / weights.sum(), "same")
+    return moved[reach - whole : reach - whole + values.size]
+
+
+def timing_of(axis: Axis, *, sensor: bool = True) -> TorqueTiming:
+    """Time by which the torque acts later than it is logged, one for all logs.
+
+    ``sensor``: whether it may lag as behind a low-pass. Undetermined, and zero, where the logs do not
+    determine it beside the parameters.
+    """
+    parts = replace(axis, equation=replace(axis.equation, lag=True)).rows()
+    unknown = TorqueTiming(interval=axis.interval, determined=False)
+    if solve(_factors(parts, [(p.left, p.regressors[:, -1]) for p in parts])).unidentifiable.size:
+        return unknown
+    plain = _settled(parts, axis, "shift")
+    if plain is None:
+        return unknown
+    if sensor and plain[0].shift < -NEAR * axis.interval:
+        behind = _settled(parts, axis, "low-pass")
+        if behind is not None and behind[1] < plain[1]:
+            return behind[0]
+    return plain[0]
+
+
+def _settled(parts: list[Rows], axis: Axis, law: str) -> tuple[TorqueTiming, float] | None:
+    """The timing under one law and its residual; None where the steps do not come to an end."""
+    shift, interval = 0.0, axis.interval
+    for number in range(ROUNDS):
+        moved = [_left(p, log.interval, shift, law) for p, log in zip(parts, axis.logs, strict=True)]
+        factors = _factors(parts, moved)
+        fit = solve(suited_segments(factors) if number else factors)
+        error, step = float(np.sqrt(fit.covariance[-1, -1])), float(fit.values[-1])
+        shift += step
+        if not np.isfinite(step) or error > interval or abs(shift) > FARTHEST * interval:
+            return None
+        if number and abs(step) < max(SETTLED * interval, 0.2 * error):
+            return TorqueTiming(interval=interval, shift=shift, error=error, law=law), fit.residual
+    return None
+
+
+def _left(rows: Rows, interval: float, shift: float, law: str) -> tuple[Array, Array]:
+    """Left side and column of the torque's instant, at a shift."""
+    if law == "low-pass":
+        return rows.left - shift * rows.regressors[:, -1], rows.regressors[:, -1]
+    left = shifted(rows.left, shift / interval)
+    return left, difference(left, interval)
+
+
+def _factors(parts: list[Rows], moved: list[tuple[Array, Array]]) -> Factors:
+    return stacked(
+        parts[0].names,
+        [(np.column_stack([p.regressors[:, :-1], c]), y) for p, (y, c) in zip(parts, moved, strict=True)],
+    )
+
+
+def clock_drift(axis: Axis) -> float:
+    """Rate at which the torque's instant moves along every log, as by two clocks, beyond chance; else 0.
+
+    The slope of a line through the instants of `DRIFT_PARTS` parts of a log.
+    """
+    rates = []
+    for log in axis.logs:
+        edges = log.time[np.linspace(0, len(log) - 1, DRIFT_PARTS + 1).astype(int)]
+        try:
+            parts = [axis_of([log.part(a, b)], axis.options) for a, b in pairwise(edges.tolist())]
+            found = [timing_of(part, sensor=False) for part in parts]
+        except InputRefused:
+            return 0.0
+        if not all(one.determined for one in found):
+            return 0.0
+        shifts, errors = np.array([(one.shift, one.error) for one in found]).T
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        line, square = np.polyfit(middle, shifts, 1, w=1.0 / errors, cov="unscaled")
+        left = (shifts - np.polyval(line, middle)) / errors
+        error = float(np.sqrt(square[0, 0] * max(1.0, float(left @ left) / (DRIFT_PARTS - 2))))
+        if abs(line[0]) < DRIFT_SURE * error or abs(line[0]) * log.report.duration < log.interval:
+            return 0.0
+        rates.append(float(line[0]))
+    return float(np.mean(rates))
+
+
+def with_clock(log: Log, torque: str, rate: float) -> Log:
+    """A log whose torque channel, with a clock of its own, is at the time stamps of the others."""
+    samples = np.arange(len(log)) * (1.0 - rate)
+    moved = ndimage.map_coordinates(log.channel(torque), [samples], order=3, mode="nearest")
+    return replace(log, channels={**log.channels, torque: moved})
