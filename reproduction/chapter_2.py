@@ -3,57 +3,36 @@
 import numpy as np
 
 from cabledrive.parameters import load_drive
-from reproduction.item import Entry, Outcome, outcome, place
-from reproduction.judge import erratum
+from reproduction.items import Outcome
 
-COURANT = 0.999
-SEGMENTS = 100
+SHEET = """
+## section-2-4 section_2_4: Section 2.4
+section-2-4-courant | Section 2.4, (2.31): stable where sigma < 1 | arithmetic
+  printed: sigma < 1
+  computed: sigma < {stable:.4f}
+  erratum: c_u of (2.31) lacks the prestrain: {COURANT} by (2.31) is really {true:.4f}, and the shortest wave of
+    {SEGMENTS} segments grows {grown:.3f} times per step; at a true {COURANT} it grows {kept:.3f} times.
+    #erratum-2-31-wave-speed
+section-2-4-spacing | Section 2.4, (2.31): spacing of n segments
+  printed: dx = Le/(n - 1)
+  computed: dx = Le/n
+  erratum: n segments of the printed length do not fit the span. #erratum-2-31-spacing
+"""
+COURANT, SEGMENTS = 0.999, 100
 
 
 def section_2_4(quick: bool) -> Outcome:
-    """The Courant number below one, with the print's wave speed and with the right one; the spacing.
-
-    ``quick``: changes nothing here.
-    """
+    """The Courant number below one, with the print's wave speed and with the right one."""
     true = COURANT * float(np.sqrt(1.0 + load_drive("dissertation-2").cable.prestrain))
-    growth = [amplification(courant) for courant in (COURANT, true)]
-    why = (
-        f"c_u of (2.31) lacks the prestrain: {COURANT} by (2.31) is really {true:.4f}, and the shortest wave "
-        f"of {SEGMENTS} segments grows {growth[1]:.3f} times per step; at a true {COURANT} it grows "
-        f"{growth[0]:.3f} "
-        f"times. {place('erratum-2-31-wave-speed')}"
-    )
-    return outcome(
-        [
-            erratum(
-                "section-2-4-courant",
-                "Section 2.4, (2.31): stable where sigma < 1",
-                "sigma < 1",
-                f"sigma < {COURANT / true:.4f}",
-                "",
-                why,
-            ),
-            erratum(
-                "section-2-4-spacing",
-                "Section 2.4, (2.31): spacing of n segments",
-                "dx = Le/(n - 1)",
-                "dx = Le/n",
-                "",
-                f"n segments of the printed length do not fit the span. {place('erratum-2-31-spacing')}",
-            ),
-        ]
-    )
+    grown, kept = amplification(true), amplification(COURANT)
+    found = {"true": true, "stable": COURANT / true, "grown": grown, "kept": kept}
+    return found | {"section_2_4_courant": grown < 1.0 + 1e-9}, []
 
 
 def amplification(courant: float) -> float:
-    r"""Growth per step of the shortest wave of the linear scheme.
+    r"""Growth per step of the shortest wave of the linear scheme, one where it is stable.
 
     .. math:: |g|, \qquad g^2 - (2 - 4\sigma^2\sin^2\tfrac{\pi(n-1)}{2n})g + 1 = 0
-
-    Returns one where it is stable.
     """
     bend = 4.0 * courant**2 * np.sin(0.5 * np.pi * (SEGMENTS - 1) / SEGMENTS) ** 2
     return float(np.max(np.abs(np.roots([1.0, bend - 2.0, 1.0]))))
-
-
-ENTRIES = (Entry(name="section-2-4", chapter="2", covers=("Section 2.4",), compute=section_2_4),)

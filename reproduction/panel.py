@@ -1,98 +1,114 @@
-"""Data of a figure: curves with their axes, few enough points for a page."""
+"""Curves of a figure: few enough points for a page, drawn one pair of axes under the other."""
 
 import itertools
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-MOST_POINTS = 400
-DIGITS = 6
+from cabledrive.report.blocks import Figure
+from cabledrive.report.picture import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SMALL, log_axis, picture
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Curve:
-    """One curve.
-
-    Attributes
-    ----------
-    name : str
-    x, y : tuple of float
-        NaN where the curve is broken.
-    """
-
-    name: str
-    x: tuple[float, ...]
-    y: tuple[float, ...]
+MOST_POINTS, DIGITS = 400, 6
+HEIGHT, EXTRA, DECADES = 190.0, 40.0, 6
+_COLOURS, _STYLES = (BLUE, ORANGE, GREEN, PURPLE, RED, INK), ("-", "--", "-.", ":")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Panel:
-    """One pair of axes.
+    """One pair of axes; null where a curve is broken."""
 
-    Attributes
-    ----------
-    figure : str
-        Such as "Fig. 3.1".
-    title : str
-        What is shown, and what was chosen where the print is silent.
-    x, y : str
-        Axes with units.
-    curves : tuple of Curve
-    log_x, log_y : bool
-    """
-
-    figure: str
-    title: str
-    x: str
+    figure: str  # such as "Fig. 3.1"
+    title: str  # what is shown, and what was chosen where the print is silent
+    x: str  # axis with unit
     y: str
-    curves: tuple[Curve, ...]
-    log_x: bool = False
-    log_y: bool = False
-
-    def plain(self) -> dict[str, Any]:
-        """The panel as JSON gives it, null where a curve is broken."""
-        data = asdict(self)
-        for curve in data["curves"]:
-            for axis in ("x", "y"):
-                curve[axis] = [value if np.isfinite(value) else None for value in curve[axis]]
-        return data
+    curves: tuple[dict[str, Any], ...]  # name, x, y
+    log_x: bool
+    log_y: bool
 
 
-def curve(name: str, x: ArrayLike, y: ArrayLike) -> Curve:
-    """A curve with at most `MOST_POINTS` points; of more, smallest and largest of each stretch.
+def panel(
+    figure: str, title: str, axes: str, *curves: tuple[str, ArrayLike, ArrayLike], log: str = ""
+) -> Panel:
+    """A panel of curves (name, x, y); `axes` in words, "time [s] | angle [deg]"; `log`: "x", "y", "xy"."""
+    x, y = axes.split(" | ")
+    kept = tuple(_curve(*one) for one in curves)
+    return Panel(figure=figure, title=title, x=x, y=y, curves=kept, log_x="x" in log, log_y="y" in log)
 
-    ``x``, ``y``, shape (n,).
-    """
+
+def _curve(name: str, x: ArrayLike, y: ArrayLike) -> dict[str, Any]:
+    """At most `MOST_POINTS` points; of more, smallest and largest of each stretch."""
     across, up = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if across.size > MOST_POINTS:
         edges = np.linspace(0, across.size, MOST_POINTS // 2 + 1).astype(int)
         kept: list[int] = []
         for first, last in itertools.pairwise(edges):
             part = up[first:last]
-            if not np.all(np.isfinite(part)):
+            if np.all(np.isfinite(part)):
+                kept += sorted({first + int(np.argmin(part)), first + int(np.argmax(part))})
+            else:
                 kept.append(first)
-                continue
-            kept += sorted({first + int(np.argmin(part)), first + int(np.argmax(part))})
         across, up = across[kept], up[kept]
-    return Curve(name=name, x=_rounded(across), y=_rounded(up))
+    return {"name": name, "x": _rounded(across), "y": _rounded(up)}
 
 
-def _rounded(values: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(f"{value:.{DIGITS}g}") for value in values)
+def _rounded(values: np.ndarray) -> list[float | None]:
+    return [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values]
 
 
-def panel_of(data: dict[str, Any]) -> Panel:
-    """A panel from its plain data.
+def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
+    """Panels of one figure as a figure of the page; `name` is unique there."""
 
-    ``data``: of `Panel.plain`.
-    """
+    def draw(drawing: "Drawing", narrow: bool) -> None:
+        rows = drawing.subplots(len(panels), 1, squeeze=False)[:, 0]
+        for axes, one in zip(rows, panels, strict=True):
+            _fill(axes, one, narrow)
 
-    def _values(found: list[float | None]) -> tuple[float, ...]:
-        return tuple(float("nan") if value is None else value for value in found)
-
-    curves = tuple(
-        Curve(name=one["name"], x=_values(one["x"]), y=_values(one["y"])) for one in data["curves"]
+    height = HEIGHT * len(panels) + EXTRA
+    titles = "; ".join(dict.fromkeys(one.title for one in panels))
+    return picture(name, draw, wide=height, narrow=height).figure(
+        name=name, alt=". ".join(_seen(one) for one in panels), caption=f"{panels[0].figure}: {titles}."
     )
-    return Panel(**{**data, "curves": curves})
+
+
+def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
+    for number, one in enumerate(panel.curves):
+        style = _STYLES[number % len(_STYLES)] if len(panel.curves) > 2 else "-"
+        marks = "o" if len(one["x"]) < 12 else ""
+        look = {"linestyle": "" if marks else style, "marker": marks, "markersize": 4, "linewidth": 1.2}
+        x, y = (np.array(one[axis], dtype=float) for axis in "xy")
+        axes.plot(x, y, color=_COLOURS[number % len(_COLOURS)], label=one["name"], **look)
+    axes.set_xlabel(panel.x)
+    axes.set_ylabel(panel.y)
+    if panel.log_x:
+        axes.set_xlim(*_limits(panel, "x"))
+        log_axis(axes, "x", 250.0 if narrow else 600.0)
+    if panel.log_y:
+        axes.set_ylim(*_limits(panel, "y"))
+        log_axis(axes, "y", HEIGHT - 60.0)
+    if len(panel.curves) > 1:
+        axes.legend(fontsize=SMALL - 1.0, frameon=False, ncols=1 if narrow else 2, loc="best")
+
+
+def _finite(values: Iterable[float | None]) -> list[float]:
+    return [value for value in values if value is not None]
+
+
+def _limits(panel: Panel, axis: str) -> tuple[float, float]:
+    """Ends of a logarithmic axis: what is positive, at most `DECADES`."""
+    positive = [value for one in panel.curves for value in _finite(one[axis]) if value > 0.0]
+    high = max(positive)
+    return max(min(positive), high * 10.0**-DECADES), high * 1.05
+
+
+def _seen(panel: Panel) -> str:
+    """The panel in words: its curves and where they run."""
+    ranges = [(one["name"], _finite(one["y"])) for one in panel.curves]
+    words = [f"{name} from {min(y):.3g} to {max(y):.3g}" for name, y in ranges if y]
+    return f"{panel.y} over {panel.x}: {', '.join(words)}"

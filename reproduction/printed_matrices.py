@@ -3,12 +3,11 @@ r"""The modal matrices as the dissertation prints them, with the corrections of 
 Each is singular at the natural frequencies of its machine. They are kept for comparison: the modes of this
 package come from the dynamic stiffness, which has fewer unknowns and counts its zeros.
 
-Unknowns are the coefficients of :math:`U_i = a_i\cos(\omega x_i/c_u) + b_i\sin(\omega x_i/c_u)`. In the
-stretched metres of the print, :math:`\omega L_i/c_u` is the phase of a wave along a piece of cable and
-:math:`m\omega/(c_u\rho)` the mass m against the wave impedance :math:`c_u\rho`.
+Unknowns are the coefficients of :math:`U_i = a_i\cos(\omega x_i/c_u) + b_i\sin(\omega x_i/c_u)`, first all a,
+then all b; pieces 1, 2 are the upper span where it has a carriage, 3, 4 the lower one. Each function takes
+sines and cosines of the phases :math:`\omega L_i/c_u` of the pieces of cable, and the masses
+:math:`m\omega/(c_u\rho)` against the wave impedance, both in order of the chain from the drive pulley.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,38 +16,15 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Pieces:
-    """Sines and cosines of the pieces of cable, and the masses over the impedance, in order of the chain."""
-
-    sin: Array
-    cos: Array
-    mass: Array
-
-
-def loop_matrix(drive: Drive, omega: float) -> Array:
-    r"""Modal matrix of two pulleys and a cable loop, Eqs. (3.12), (3.13).
-
-    ``drive``: a loop without carriages; ``omega``: angular frequency [rad/s].
-    Returns shape (4, 4): for the unknowns a1, a2, b1, b2.
-    Raises `InputRefused` if the drive is not of that form.
-    """
-    piece = _pieces(drive, omega, "loop", upper=0, lower=0)
-    s, c = piece.sin[0], piece.cos[0]
-    j1, j2 = piece.mass
+def loop_matrix(sin: Array, cos: Array, mass: Array) -> Array:
+    """Modal matrix of two pulleys and a cable loop, Eqs. (3.12), (3.13)."""
+    s, c, (j1, j2) = sin[0], cos[0], mass
     return np.array([[j1, s, 1, -c], [s, j2, -c, 1], [1, -c, 0, -s], [-c, 1, -s, 0]])
 
 
-def loop_with_carriage_matrix(drive: Drive, omega: float) -> Array:
-    r"""Modal matrix of a cable loop that carries one mass on its upper span, Eqs. (3.19), (3.20).
-
-    ``drive``: a loop with one carriage, on the upper span; ``omega``: angular frequency [rad/s].
-    Returns shape (6, 6): for the unknowns a1, a2, a3, b1, b2, b3.
-    Raises `InputRefused` if the drive is not of that form.
-    """
-    piece = _pieces(drive, omega, "loop", upper=1, lower=0)
-    (s1, s2, se), (c1, c2, ce) = piece.sin, piece.cos
-    j1, m, j2 = piece.mass
+def loop_with_carriage_matrix(sin: Array, cos: Array, mass: Array) -> Array:
+    """Modal matrix of a cable loop that carries one mass on its upper span, Eqs. (3.19), (3.20)."""
+    (s1, s2, se), (c1, c2, ce), (j1, m, j2) = sin, cos, mass
     return np.array(
         [
             [s1, m, 0, -c1, 1, 0],
@@ -61,32 +37,18 @@ def loop_with_carriage_matrix(drive: Drive, omega: float) -> Array:
     )
 
 
-def line_with_carriage_matrix(drive: Drive, omega: float) -> Array:
-    r"""Modal matrix of an open line that carries one mass, Eqs. (3.25), (3.26).
-
-    ``drive``: a line with one carriage; ``omega``: angular frequency [rad/s].
-    Returns shape (4, 4): for the unknowns a1, a2, b1, b2.
-    Raises `InputRefused` if the drive is not of that form.
-    """
-    piece = _pieces(drive, omega, "line", upper=1, lower=0)
-    (s1, s2), (c1, c2) = piece.sin, piece.cos
-    j1, m, j2 = piece.mass
+def line_with_carriage_matrix(sin: Array, cos: Array, mass: Array) -> Array:
+    """Modal matrix of an open line that carries one mass, Eqs. (3.25), (3.26)."""
+    (s1, s2), (c1, c2), (j1, m, j2) = sin, cos, mass
     return np.array([[s1, m, -c1, 1], [j1, 0, 1, 0], [0, -j2 * c2 - s2, 0, -j2 * s2 + c2], [c1, -1, s1, 0]])
 
 
-def loop_with_two_carriages_matrix(drive: Drive, omega: float) -> Array:
+def loop_with_two_carriages_matrix(sin: Array, cos: Array, mass: Array) -> Array:
     r"""Modal matrix of a cable loop that carries one mass on each span, Eq. (3.38).
 
     Rows 3 and 4 hold :math:`J\omega/(c_u\rho r^2)`; the scanned text has lost letters there.
-
-    ``drive``: a loop with one carriage on each span; ``omega``: angular frequency [rad/s].
-    Returns shape (8, 8): for the unknowns a1 to a4, b1 to b4; pieces 1, 2 are the upper span, 3, 4 the lower
-    one.
-    Raises `InputRefused` if the drive is not of that form.
     """
-    piece = _pieces(drive, omega, "loop", upper=1, lower=1)
-    (s1, s2, s3, s4), (c1, c2, c3, c4) = piece.sin, piece.cos
-    j1, m1, j2, m2 = piece.mass
+    (s1, s2, s3, s4), (c1, c2, c3, c4), (j1, m1, j2, m2) = sin, cos, mass
     return np.array(
         [
             [s1, m1, 0, 0, -c1, 1, 0, 0],
@@ -101,25 +63,29 @@ def loop_with_two_carriages_matrix(drive: Drive, omega: float) -> Array:
     )
 
 
-def _pieces(drive: Drive, omega: float, kind: str, *, upper: int, lower: int) -> _Pieces:
-    carried = (len(drive.carriages_on("upper")), len(drive.carriages_on("lower")))
-    if drive.kind != kind or carried != (upper, lower):
-        raise InputRefused(
-            f"this matrix is of a {kind} with {upper} carriages on the upper span and {lower} on the lower, "
-            f"the drive a {drive.kind} with {carried[0]} and {carried[1]}: take its modes instead"
-        )
-    if any(pulley.fixed for pulley in drive.pulley):
-        raise InputRefused("this matrix has two pulleys that turn, but one is fixed: take the modes instead")
+FORMS = {
+    ("loop", 0, 0): loop_matrix,
+    ("loop", 1, 0): loop_with_carriage_matrix,
+    ("line", 1, 0): line_with_carriage_matrix,
+    ("loop", 1, 1): loop_with_two_carriages_matrix,
+}
+"""By kind of machine and carriages on the upper and the lower span."""
+
+
+def modal_matrix(drive: Drive, omega: float) -> Array:
+    """The printed matrix of a drive at an angular frequency [rad/s].
+
+    Raises `InputRefused` if the print has none for it.
+    """
+    form = (drive.kind, len(drive.carriages_on("upper")), len(drive.carriages_on("lower")))
     chain = longitudinal_chains(drive)[0].chain
-    if chain.pendant is not None:
+    sprung = chain.pendant is not None or chain.grounds is not None
+    if form not in FORMS or any(pulley.fixed for pulley in drive.pulley) or sprung:
         raise InputRefused(
-            "this matrix has no flexible motor joint: leave out motor.joint_stiffness or take the modes"
-        )
-    if chain.grounds is not None:
-        raise InputRefused(
-            "this matrix is of a motor that turns freely: leave out motor.holding_stiffness or take the modes"
+            f"no matrix is printed of a {form[0]} with {form[1]} carriages on the upper span and {form[2]} on "
+            "the lower, a pulley that is held, a flexible motor joint or a motor on a spring: take its modes"
         )
     cable, stretch = drive.cable, 1.0 + drive.cable.prestrain
     phase = omega * stretch * chain.lengths / cable.axial_wave_speed
-    impedance = cable.axial_wave_speed * cable.stretched_mass_per_length
-    return _Pieces(np.sin(phase), np.cos(phase), omega * chain.masses / impedance)
+    mass = omega * chain.masses / (cable.axial_wave_speed * cable.stretched_mass_per_length)
+    return FORMS[form](np.sin(phase), np.cos(phase), mass)
