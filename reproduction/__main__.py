@@ -18,6 +18,7 @@ from cabledrive.parameters.files import (
     with_own_hash,
     write_whole,
 )
+from reproduction.run import chosen_entries, reproduce, source_hash
 
 RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 
@@ -44,12 +45,9 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
     if not output:
         raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
-    before = None if force else _finished(folder, quick, only)
-    if before is not None:
+    if not force and (before := _finished(folder, quick, only)) is not None:
         return _answer(before, folder)
     _check(folder, force=force or resume)
-    from reproduction.run import chosen_entries
-
     chosen_entries(only)
     try:
         with one_process(folder / FINISHED):
@@ -62,7 +60,6 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
 
 
 def _reproduced(quick: bool, only: str | None, folder: Path) -> dict[str, Any]:
-    from reproduction import reproduce
     from reproduction.page import reproduction_html
 
     found = reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
@@ -77,30 +74,22 @@ def _reproduced(quick: bool, only: str | None, folder: Path) -> dict[str, Any]:
 
 def _answer(data: dict[str, Any], folder: Path) -> Answer:
     shown = {name: value for name, value in data.items() if name not in ("provenance", "figures")}
-    shown["calls"] = {figure["figure"]: figure["call"] for figure in data.get("figures", ())}
+    shown["calls"] = {figure["figure"]: figure["call"] for figure in data["figures"]}
     return Answer(data=shown, text=_text(data, folder), provenance=data["provenance"])
 
 
 def _finished(folder: Path, quick: bool, only: str | None) -> dict[str, Any] | None:
     """Results that are there, whole and by the same sources."""
-    data = intact_object(folder / RESULTS)
-    if data is None or not {"items", "counts", "quick", "provenance", "files"} <= set(data):
-        return None
+    data = intact_object(folder / RESULTS) or {}
     try:
-        same = sha256((folder / REPORT).read_bytes()).hexdigest() == data["files"][REPORT]
-    except OSError:
+        made = sha256((folder / REPORT).read_bytes()).hexdigest()
+        same = data["files"][REPORT] == made and data["provenance"]["source_hash"] == source_hash()
+    except (OSError, KeyError):
         return None
-    if not same or not _still_holds(data, quick, only):
+    if not same or (data["quick"], data.get("only")) != (quick, only):
         return None
     note("no input has changed: results of the finished run")
     return data
-
-
-def _still_holds(before: dict[str, Any], quick: bool, only: str | None) -> bool:
-    from reproduction.run import source_hash
-
-    alike = before["quick"] == quick and before.get("only") == only
-    return bool(alike and before["provenance"].get("source_hash") == source_hash())
 
 
 def _check(folder: Path, *, force: bool) -> None:
@@ -114,11 +103,11 @@ def _text(data: dict[str, Any], folder: Path) -> str:
     items = data["items"]
     lines = [f"{len(items)} items of the dissertation", ""]
     for verdict, count in data["counts"].items():
-        fixed = data.get("cannot_fail", {}).get(verdict, 0)
+        fixed = data["cannot_fail"][verdict]
         lines.append(
             f"  {verdict:<16}{count:>5}" + (f"   of these {fixed} test nothing computed" if fixed else "")
         )
-    calls = sorted({figure["call"] for figure in data.get("figures", ())})
+    calls = sorted({figure["call"] for figure in data["figures"]})
     found = [item for item in items if item["verdict"] == "differs"]
     lines += ["", "what differs:"] if found else []
     for item in found:
@@ -126,8 +115,7 @@ def _text(data: dict[str, Any], folder: Path) -> str:
         lines += [f"  {item['source']}: {values}", f"    {item['note']}"]
     if data.get("only") is not None and calls:
         lines += ["", "made by:", *(f"  {call}" for call in calls)]
-    lines += ["", f"report: {folder / REPORT}"]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", f"report: {folder / REPORT}"])
 
 
 def _shown(value: float | str | None) -> str:

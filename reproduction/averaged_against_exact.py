@@ -1,87 +1,63 @@
-"""The averaged equations validated against the exact loop: the same motion by both, and their difference."""
+r"""The averaged equations beside the exact loop: the same motion by both, and their difference.
+
+Free exchange in closed form: two plucks a > b in one plane, no damping, tuned. With A, B the amplitudes of
+the spans, AB stays and half the logarithm of A/B swings in a well of hyperbolic cosine: the spans swap their
+amplitudes and swap them back.
+"""
 
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
 from cabledrive.reduction.averaging import (
     AveragedCoefficients,
     averaged_coefficients,
     averaged_rates,
     plucked,
+    reconstruct,
     rigid_rotation,
     triangle_stretch,
 )
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.run import whole
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Shape = Literal["half-sine", "triangle"]
-
-WINDOW = 2.0
-"""Periods of the forcing over which a peak is taken."""
-
 AVERAGED_STEP = 1e-3
 HARMONICS = np.arange(3, 40, 2)
+FIRST_SINE = 8 / np.pi**2  # of a triangle of height one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForcedCase:
-    """A forced motion from plucks.
-
-    Attributes
-    ----------
-    drive : Drive
-        A loop without carriages.
-    torque : float
-        Amplitude [N m].
-    plucks : (float, float)
-        Of the upper and the lower span [m].
-    duration : float
-        [s].
-    shape : {"half-sine", "triangle"}
-    forcing : float or None
-        Omega [rad/s]; the pulley mode's own unless given.
-    """
+    """A forced motion of a loop without carriages from plucks."""
 
     drive: Drive
-    torque: float
-    plucks: tuple[float, float]
-    duration: float = 1.0
-    shape: Shape = "half-sine"
-    forcing: float | None = None
+    torque: float  # amplitude [N m]
+    plucks: tuple[float, float]  # of the upper and the lower span [m]
+    duration: float = 1.0  # [s]
+    shape: Literal["half-sine", "triangle"] = "half-sine"
+    forcing: float | None = None  # Omega [rad/s]; the pulley mode's own unless given
+
+    @property
+    def omega(self) -> float:
+        """Angular frequency of the torque [rad/s]."""
+        return self.forcing or autoparametric_model(self.drive).natural
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SeenMotion:
-    """What the rig would show.
+    """What the rig would show, each of shape (n,)."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        [s].
-    load_angle : ndarray, shape (n,)
-        [rad].
-    midpoint : ndarray, shape (n,)
-        Of the upper span, in w [m].
-    """
-
-    time: Array
-    load_angle: Array
-    midpoint: Array
+    time: Array  # [s]
+    load_angle: Array  # [rad]
+    midpoint: Array  # of the upper span, in w [m]
 
 
 def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) -> SeenMotion:
-    """The motion of the nonlinear loop itself.
-
-    ``segments``: per span; ``rate``: records per second [Hz].
-    """
-    omega = case.forcing or autoparametric_model(case.drive).natural
+    """The motion of the nonlinear loop itself; ``segments`` per span, ``rate`` of the records [Hz]."""
     shapes = [
         Pluck(height=height, span=span, shape=case.shape)
         for height, span in zip(case.plucks, ("upper", "lower"), strict=True)
@@ -91,68 +67,45 @@ def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) ->
         simulate(
             case.drive,
             case.duration,
-            torque=Sine(amplitude=case.torque, frequency=omega / (2 * np.pi)),
+            torque=Sine(amplitude=case.torque, frequency=case.omega / (2 * np.pi)),
             start=Start(plucks=tuple(shapes)),
             scheme=Scheme(segments=segments),
             recording=Recording(rate=rate),
         )
     )
-    return SeenMotion(
-        time=result.time, load_angle=result.channel("load_angle"), midpoint=result.midpoint("upper")[:, 2]
-    )
+    seen = result.channel("load_angle"), result.midpoint("upper")[:, 2]
+    return SeenMotion(time=result.time, load_angle=seen[0], midpoint=seen[1])
 
 
 def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> SeenMotion:
-    """The same motion by the averaged equations, put together again.
+    """The same motion at times (n,) [s] by the averaged equations, put together again."""
+    from scipy.interpolate import CubicSpline
 
-    ``time``, shape (n,) [s]; ``second``: to second order.
-    """
-    model = autoparametric_model(case.drive, number=1)
-    c, first = _coefficients(case, model)
-    coarse, states = averaged_history(c, plucked(c, first, second=second), case.duration, second=second)
-    state = np.array([_between(time, coarse, row) for row in states])
-    omega = float(c.forcing)
-    q, z, wave = state[0], state[1:], np.exp(0.5j * omega * time)
-    passive = c.passive[:, None] * np.exp(-float(c.transverse_damping) * time)
-    q0 = float(c.drift_offset) * np.exp(-float(c.drift_decay) * time) - c.offset @ (np.abs(z) ** 2 + passive)
-    along = (q * wave**2).real + q0
-    third = (c.pump[0] / (2 * omega) * q * z[0] * wave**3).real if second else 0.0
-    across = (z[0] * wave).real + third
+    model, plucks = autoparametric_model(case.drive, number=1), np.array(case.plucks)
+    passive = triangle_stretch(plucks) if case.shape == "triangle" else np.zeros(2)
+    first = plucks * (FIRST_SINE if case.shape == "triangle" else 1.0)
+    c = averaged_coefficients(model, torque=case.torque, forcing=case.forcing, passive=passive)
+    start = plucked(c, first, second=second)
+    coarse, states = averaged_history(c, start, case.duration, second=second)
+    state = CubicSpline(coarse, states, axis=1)(time)
+    lanes = averaged_coefficients(model, torque=[case.torque], forcing=case.forcing, passive=passive)
+    motion = reconstruct(lanes, state, time, second=second)  # type: ignore[arg-type]  # one time a lane
+    across = motion.a[0]
     if case.shape == "triangle":
-        across = across + _harmonics(case, model, c, time, np.abs(z) ** 2 + passive, q)
-    rim = model.rims[1] * along + rigid_rotation(model, time, case.torque, omega)
+        size = np.abs(state[1:]) ** 2 + passive[:, None] * np.exp(-c.transverse_damping * time)
+        across = across + _harmonics(case.plucks[0], model, c, time, size, state[0])
+    rim = model.rims[1] * motion.q + rigid_rotation(model, time, case.torque, case.omega)
     return SeenMotion(time=time, load_angle=rim / model.load_radius, midpoint=across)
 
 
-def _between(time: Array, coarse: Array, row: Complex) -> Complex:
-    from scipy.interpolate import CubicSpline
-
-    return np.asarray(CubicSpline(coarse, row)(time))
-
-
-def _coefficients(case: ForcedCase, model: AutoparametricModel) -> tuple[AveragedCoefficients, Array]:
-    """Coefficients, and the first sine of each pluck."""
-    plucks = np.array(case.plucks)
-    if case.shape == "half-sine":
-        return averaged_coefficients(model, torque=case.torque, forcing=case.forcing), plucks
-    passive = triangle_stretch(plucks)
-    c = averaged_coefficients(model, torque=case.torque, forcing=case.forcing, passive=passive)
-    return c, 8 / np.pi**2 * plucks
-
-
 def _harmonics(
-    case: ForcedCase,
-    model: AutoparametricModel,
-    c: AveragedCoefficients,
-    time: Array,
-    size: Array,
-    q: Complex,
+    pluck: float, model: AutoparametricModel, c: AveragedCoefficients, time: Array, size: Array, q: Complex
 ) -> Array:
     """Sines 3, 5, ... of the upper span at midspan: they decay, follow the tension, bear side bands of q."""
     shift = (0.5 * c.cubic - c.static)[0] @ size + c.drift[0] * np.exp(-float(c.drift_decay) * time)
     rate = model.transverse[0] + shift
     phase = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
-    height = 8 / np.pi**2 * case.plucks[0] * np.exp(-0.5 * float(c.transverse_damping) * time)
+    height = FIRST_SINE * pluck * np.exp(-0.5 * float(c.transverse_damping) * time)
     omega, m = float(c.forcing), HARMONICS[:, None]
     strength = m**2 * c.pump[0] * q * np.exp(1j * omega * time) / omega
     side = 1.0 + strength / (m + 1) - strength.conj() / (m - 1)
@@ -167,9 +120,8 @@ def averaged_history(
     second: bool = True,
     step: float = AVERAGED_STEP,
 ) -> tuple[Array, Complex]:
-    """Slow amplitudes in time, by Runge-Kutta steps of fourth order.
+    """Slow amplitudes from `start` (1 + J, ...) in time, by Runge-Kutta steps of fourth order.
 
-    ``start``, shape (1 + J, ...); ``duration`` [s]; ``second``: to second order; ``step``: largest step [s].
     Returns ``time``, shape (n,) [s]; ``states``, shape (1 + J, n, ...) [m].
     """
     steps = int(np.ceil(duration / step))
@@ -185,39 +137,60 @@ def averaged_history(
 
 
 def envelope(time: Array, signal: Array, window: float) -> Array:
-    """Largest size of a signal in one window after another, its linear trend removed.
-
-    ``time``, ``signal``, shape (n,); ``window`` [s].
-    Returns shape (windows,).
-    """
+    """Largest size of a signal in each window [s], its linear trend removed; shape (windows,)."""
     level = signal - np.polyval(np.polyfit(time, signal, 1), time)
     number = np.floor((time - time[0]) / window).astype(int)
-    whole = int(np.floor((time[-1] - time[0]) / window))
     peaks = np.zeros(number.max() + 1)
     np.maximum.at(peaks, number, np.abs(level))
-    return peaks[:whole]
+    return peaks[: int(np.floor((time[-1] - time[0]) / window))]
 
 
 def disagreement(case: ForcedCase, exact: SeenMotion, other: SeenMotion) -> tuple[float, float]:
-    """Largest difference of two motions' envelopes over the largest envelope.
+    """Largest difference of two motions' envelopes over the largest envelope, of load angle and midpoint.
 
-    ``exact``, ``other``: at the same times.
+    A peak is taken over two periods of the forcing; both motions are at the same times.
     """
-    omega = case.forcing or autoparametric_model(case.drive).natural
-    window = WINDOW * 2 * np.pi / omega
     errors = []
     for name in ("load_angle", "midpoint"):
-        true, found = (envelope(exact.time, getattr(motion, name), window) for motion in (exact, other))
+        signals = (getattr(motion, name) for motion in (exact, other))
+        true, found = (envelope(exact.time, signal, 4 * np.pi / case.omega) for signal in signals)
         errors.append(float(np.max(np.abs(found - true)) / np.max(true)))
     return errors[0], errors[1]
 
 
 def own_sensitivity(case: ForcedCase, time: Array) -> float:
-    """How much a change of the plucks by a thousandth changes the motion: the set's own sharpness.
-
-    ``time``, shape (n,) [s].
-    Returns larger of the two disagreements.
-    """
-    first, second = case.plucks
-    nudged = replace(case, plucks=(first * 1.001, second))
+    """How much a change of the plucks by a thousandth changes the motion: the larger of the disagreements."""
+    nudged = replace(case, plucks=(case.plucks[0] * 1.001, case.plucks[1]))
     return max(disagreement(case, averaged_motion(case, time), averaged_motion(nudged, time)))
+
+
+def exchange_period(model: AutoparametricModel, first: float, second: float) -> float:
+    r"""Time in which two unequal plucks swap and swap back, Eq. (A.30).
+
+    .. math:: T = \frac{2K(m)}{\sqrt{\alpha k\,ab}}, \qquad m = -\frac{(a - b)^2}{4ab}
+
+    with the complete elliptic integral K of parameter m; of a tuned model whose dampings and detunings are
+    left out, and plucks a and b [m].
+    Returns [s]; infinite where one span alone was plucked, all its energy ending in the pulleys.
+    Raises `InputRefused` if the plucks are equal: nothing is exchanged.
+    """
+    from scipy.special import ellipk
+
+    a, b = abs(first), abs(second)
+    if a == b:
+        raise InputRefused(f"plucks of {a:.6g} m on both spans are equal: nothing is exchanged, give two")
+    if a * b == 0.0:
+        return float("inf")
+    c = averaged_coefficients(model)
+    rate = float(np.sqrt(c.feedback[0] * c.pump[0] * a * b))
+    return float(2.0 * ellipk(-((a - b) ** 2) / (4 * a * b)) / rate)
+
+
+def largest_exchange(model: AutoparametricModel, first: float, second: float) -> float:
+    r"""Largest displacement [m] of the pulley mode while two plucks [m] swap, Eq. (A.31).
+
+    .. math:: q_{\max} = \sqrt{\frac{m_t}{4M}}\,|a - b|
+
+    Twice per period, when both spans swing alike; of a tuned, undamped model.
+    """
+    return float(np.sqrt(model.transverse_mass[0] / (4 * model.modal_mass)) * abs(abs(first) - abs(second)))

@@ -5,19 +5,6 @@ import numpy as np
 from cabledrive.parameters import load_drive
 from reproduction.items import Outcome
 
-SHEET = """
-## section-2-4 section_2_4: Section 2.4
-section-2-4-courant | Section 2.4, (2.31): stable where sigma < 1 | arithmetic
-  printed: sigma < 1
-  computed: sigma < {stable:.4f}
-  erratum: c_u of (2.31) lacks the prestrain: {COURANT} by (2.31) is really {true:.4f}, and the shortest wave of
-    {SEGMENTS} segments grows {grown:.3f} times per step; at a true {COURANT} it grows {kept:.3f} times.
-    #erratum-2-31-wave-speed
-section-2-4-spacing | Section 2.4, (2.31): spacing of n segments
-  printed: dx = Le/(n - 1)
-  computed: dx = Le/n
-  erratum: n segments of the printed length do not fit the span. #erratum-2-31-spacing
-"""
 COURANT, SEGMENTS = 0.999, 100
 
 

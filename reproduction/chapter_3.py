@@ -16,113 +16,6 @@ from reproduction.items import Found, Outcome
 from reproduction.panel import Panel, panel
 from reproduction.printed_matrices import modal_matrix
 
-SHEET = """
-## table-3-1 table_3_1: Table 3.1
-table-3-1-1-j1  | Table 3.1, configuration 1: J1  | 7.316e-6 | kg m^2 | input
-table-3-1-1-j2  | Table 3.1, configuration 1: J2  | 7.316e-6 | kg m^2 | input
-table-3-1-1-r1  | Table 3.1, configuration 1: r1  | 3        | cm     | input
-table-3-1-1-r2  | Table 3.1, configuration 1: r2  | 3        | cm     | input
-table-3-1-1-e   | Table 3.1, configuration 1: E   | 2.6      | GPa    | input
-table-3-1-1-a   | Table 3.1, configuration 1: A   | 4.26e-7  | m^2    | input
-table-3-1-1-rho | Table 3.1, configuration 1: rho | 4.9e-4   | kg/m   | input
-table-3-1-1-l   | Table 3.1, configuration 1: L   | 1        | m      | input
-table-3-1-1-t0  | Table 3.1, configuration 1: T0  | 5        | N      | input
-table-3-1-2-j1  | Table 3.1, configuration 2: J1, motor and pulley | 0.0011 | kg m^2 | arithmetic
-  agrees: 0.0011 is the motor's own J11; the pulley adds 0.7 %. #erratum-table-3-1-drive-inertia
-  erratum: 0.0011 is the motor's own J11; the pulley adds 0.7 %. #erratum-table-3-1-drive-inertia
-table-3-1-2-j2  | Table 3.1, configuration 2: J2  | 7.316e-6 | kg m^2 | input
-table-3-1-2-r1  | Table 3.1, configuration 2: r1  | 3        | cm     | input
-table-3-1-2-r2  | Table 3.1, configuration 2: r2  | 3        | cm     | input
-table-3-1-2-e   | Table 3.1, configuration 2: E   | 2.6      | GPa    | input
-table-3-1-2-a   | Table 3.1, configuration 2: A   | 4.26e-7  | m^2    | input
-table-3-1-2-rho | Table 3.1, configuration 2: rho | 4.9e-4   | kg/m   | input
-table-3-1-2-l   | Table 3.1, configuration 2: L   | 1        | m      | input
-table-3-1-2-t0  | Table 3.1, configuration 2: T0  | 5        | N      | input
-## table-3-2 table_3_2: Table 3.2
-table-3-2-1-fundamental | Table 3.2, configuration 1: {FUNDAMENTAL} | 116 | Hz
-table-3-2-1-second | Table 3.2, configuration 1: {SECOND} | 766 | Hz
-  erratum: {MIXED}; {THIRD}; so computed: {mixed_1_second:.2f} Hz. #erratum-table-3-2-in-phase
-table-3-2-1-transverse | Table 3.2, configuration 1: {TRANSVERSE} | 50.5 | Hz
-  erratum: {UNSTRETCHED}; so computed: {mixed_1_transverse:.2f} Hz. #erratum-3-14-length
-table-3-2-1-rigid | Table 3.2, configuration 1: {RIGID} | 751.8 | Hz
-  erratum: {NYLON}; so computed: {mixed_1_rigid:.2f} Hz. #erratum-table-3-2-rigid-supports
-table-3-2-2-fundamental | Table 3.2, configuration 2: {FUNDAMENTAL} | 81.6 | Hz
-  erratum: {MIXED}; so computed: {mixed_2_fundamental:.2f} Hz. #erratum-table-3-2-mixture
-table-3-2-2-second | Table 3.2, configuration 2: {SECOND} | 757.5 | Hz
-  erratum: {MIXED}; {THIRD}; so computed: {mixed_2_second:.2f} Hz. #erratum-table-3-2-in-phase
-table-3-2-2-transverse | Table 3.2, configuration 2: {TRANSVERSE} | 50.5 | Hz
-  erratum: {UNSTRETCHED}; so computed: {mixed_2_transverse:.2f} Hz. #erratum-3-14-length
-table-3-2-2-rigid | Table 3.2, configuration 2: {RIGID} | 751.8 | Hz
-  erratum: {NYLON}; so computed: {mixed_2_rigid:.2f} Hz. #erratum-table-3-2-rigid-supports
-section-3-2-gap | Section 3.2: gap between the first two frequencies
-  printed: large gap between the first two natural longitudinal frequencies
-  computed: second over first in configuration 1: {gap:.2f}; the second printed is the third
-  agrees: the in-phase mode is the second, the gap is there. #erratum-table-3-2-in-phase
-  erratum: no large gap
-## figure-3-1 determinant(1): Fig. 3.1
-figure-3-1 | Fig. 3.1: zeros of the determinant of configuration 1
-  printed: the zero-crossings indicate the natural frequencies
-  computed: a crossing within {worst:.2g} Hz of each of {modes} certified modes below 3 kHz (grid {grid:.2g} Hz)
-  agrees: two of the zeros near 750 Hz lie close together: the lower one is the in-phase mode that the print
-    passes over. #erratum-table-3-2-in-phase
-## figure-3-2 determinant(2): Fig. 3.2
-figure-3-2 | Fig. 3.2: zeros of the determinant of configuration 2
-  printed: the zero-crossings indicate the natural frequencies
-  computed: a crossing within {worst:.2g} Hz of each of {modes} certified modes below 3 kHz (grid {grid:.2g} Hz)
-  agrees: two of the zeros near 750 Hz lie close together: the lower one is the in-phase mode that the print
-    passes over. #erratum-table-3-2-in-phase
-## figures-3-3-to-3-5 shapes: Fig. 3.3, Fig. 3.4, Fig. 3.5
-figure-3-3 | Fig. 3.3: fundamental shapes of configuration 1
-  printed: consistent with a spring-like behaviour of the two spans
-  computed: largest distance from a straight line {bend_1:.2g} % of the stroke
-figure-3-5-a | Fig. 3.5(a): out-of-phase mode
-  printed: require rotation of the pulleys
-  computed: rims move {rim_0:.2g} of the largest displacement, at {hertz_0:.2f} Hz
-figure-3-5-b | Fig. 3.5(b): in-phase mode
-  printed: do not require it
-  computed: rims move {rim_1:.2g} of the largest displacement, at {hertz_1:.2f} Hz
-  agrees: it is the second mode, not in Table 3.2. #erratum-table-3-2-in-phase
-figure-3-4 | Fig. 3.4: fundamental shapes of configuration 2
-  printed: consistent with a spring-like behaviour of the two spans
-  computed: largest distance from a straight line {bend_2:.2g} % of the stroke
-## figure-3-6 figure_3_6: Fig. 3.6, Section 3.2.2
-figure-3-6-peak | Fig. 3.6, Section 3.2.2: peak of the free load pulley's spectrum | 81.6 | Hz
-  erratum: the print's theory, 81.55 Hz, mixes two conventions; the measured digits are those of the theory.
-    #erratum-table-3-2-mixture
-## figures-3-8-to-3-10 transporter: Fig. 3.8, Fig. 3.9, Fig. 3.10
-figure-3-8-constant | Fig. 3.8: no mass
-  printed: constant, as in Table 3.2
-  computed: {least:.4f} to {most:.4f} Hz
-figure-3-8-heavier | Fig. 3.8: heavier mass
-  printed: the fundamental falls as the mass grows, at any place
-  computed: largest change from one mass to the next at any place {rise:.2g} Hz
-  agrees: the masses of the print are lost; 0, 1, 5, 10 and 50 times the cable's are chosen
-figure-3-8-midspan | Fig. 3.8: mass at the midpoint
-  printed: equivalent to no mass
-  computed: {heavy:.2f} Hz with 50 times the cable's mass, {bare:.2f} Hz without
-  erratum: true below {crossing:.4g} times the cable's mass; above, the mode that carries the mass is lower.
-    #erratum-fig-3-8-midpoint
-figure-3-9 | Fig. 3.9: fundamental shape with the mass at the midpoint
-  printed: a vibration node at the mass
-  computed: the mass moves {node:.2g} of the largest displacement
-  agrees: a mass of 5 times the cable's is chosen
-figure-3-10 | Fig. 3.10: spans of the transporter
-  printed: their motion is coupled with pulley rotation
-  computed: rims move {rim:.2g} of the largest displacement
-"""
-FUNDAMENTAL = "fundamental longitudinal frequency"
-SECOND = "second longitudinal frequency of the print, the third mode"
-TRANSVERSE, RIGID = "fundamental transverse frequency", f"{FUNDAMENTAL} with rigid end-supports"
-MIXED = (
-    "the print takes c_u = sqrt(EA/rho) of (2.31), without the factor 1 + eps0 under the root, "
-    "and divides by the stretched length Le = L (1 + eps0)"
-)
-THIRD = "it is the third mode, the in-phase one lies below it"
-UNSTRETCHED = "the print takes the unstretched length L and leaves the density unstretched"
-NYLON = (
-    "the printed parameters give 751.73 Hz; 751.8 Hz follows from nylon's density before rounding, "
-    "c_u = sqrt(E / 1150 kg/m^3)"
-)
 RANGES = {"whole": (0.0, 3000.0), "zoomed": (0.0, 200.0)}  # Hz; the ranges of the print are lost
 DAMPING = 5.0  # Gamma of the spectrum [1/s]: a choice, none is printed
 MASS_RATIOS = (0.0, 1.0, 5.0, 10.0, 50.0)
@@ -146,7 +39,7 @@ def printed_data(drive: Drive) -> dict[str, float]:
 
 def table_3_1(quick: bool) -> Outcome:
     """Every row of Table 3.1 beside the packaged drives."""
-    found = {}
+    found: Found = {}
     pulley = load_drive("dissertation-1").drive_pulley.inertia
     for number, added in ((1, 0.0), (2, pulley)):
         drive = load_drive(f"dissertation-{number}")
@@ -167,7 +60,10 @@ def table_3_2(quick: bool) -> Outcome:
         cable, twice = drive.cable, 2.0 * drive.span_length
         stretched = replace(drive, layout=Layout(span_length=drive.pulley_distance))
         right = *natural_frequencies(drive, count=3), modes(drive, count=1).transverse[0].frequency
-        mixed = *natural_frequencies(stretched, count=3), sqrt(cable.pretension / cable.mass_per_length) / twice
+        mixed = (
+            *natural_frequencies(stretched, count=3),
+            sqrt(cable.pretension / cable.mass_per_length) / twice,
+        )
         rigid = rigid_support_longitudinal(drive), sqrt(cable.axial_rigidity / cable.mass_per_length) / twice
         names = ("fundamental", "in_phase", "second", "transverse", "rigid")
         found |= dict(zip((f"table_3_2_{number}_{name}" for name in names), (*right, rigid[0]), strict=True))
@@ -259,7 +155,7 @@ def figure_3_6(quick: bool) -> Outcome:
 
 
 def with_carriage(drive: Drive, ratio: float, position: float) -> Drive:
-    """A drive with a guided mass on its upper span, in units of the cable's mass 2 Le rho; at a rim it turns."""
+    """A guided mass on the upper span, in units of the cable's mass 2 Le rho; at a rim it turns it."""
     mass = ratio * len(drive.spans) * drive.span_length * drive.cable.mass_per_length
     if position in (0.0, drive.span_length):
         end = int(position > 0.0)
@@ -308,7 +204,9 @@ def transporter(quick: bool) -> Outcome:
         "figure_3_9": found["node"] < 1e-6,
         "figure_3_10": found["rim"] > 0.5,
     }
-    curves = [(f"chi_m = {m:g}", places / drive.span_length, row) for m, row in zip(MASS_RATIOS, hertz, strict=True)]
+    curves = [
+        (f"chi_m = {m:g}", places / drive.span_length, row) for m, row in zip(MASS_RATIOS, hertz, strict=True)
+    ]
     title = "Fundamental over the place of the mass; masses chosen"
     drawn = panel("Fig. 3.8", title, "place over span length | frequency [Hz]", *curves)
     return found | judged, [drawn, *(_shape_panel(f"Fig. 3.{n}", *shape) for n in (9, 10))]

@@ -6,7 +6,6 @@ The measured logs are lost; a virtual rig that has the printed parameters stands
 from dataclasses import replace
 from functools import cache
 from math import pi, sqrt
-from string import Template
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,137 +35,6 @@ from reproduction.panel import panel
 
 Array = NDArray[np.float64]
 
-VIRTUAL = """
-  agrees: 99.9 % interval of the estimate; from a virtual log, the measured one is lost
-  differs: outside its 99.9 % interval"""
-EXPERIMENT = """
-## figures-4-$regressors-4-$error experiment($regressors): Fig. 4.$regressors, Fig. 4.$error
-figure-4-$regressors | Fig. 4.$regressors: regressors before and after the filter
-  printed: a filter with zeta = 1 and 20 Hz reduces the noise of the encoder
-  computed: rms of what the filter takes: acceleration {noise[0]:.2g}, speed {noise[1]:.2g} of the filtered one
-  agrees: second differences of 2,600 counts are mostly noise; from a virtual log
-  differs: second differences of 2,600 counts are mostly noise; from a virtual log
-figure-4-$error | Fig. 4.$error: modelling error
-  printed: quite small compared to the applied torque
-  computed: rms {share:.2g} % of the torque's, with J, b, c, d = {estimates}
-  agrees: what is left is friction that sticks beside tanh(0.5 w). #erratum-4-8-smoothing
-  differs: friction that sticks has no tanh(0.5 w); see the regressor's erratum
-"""
-SHEET = Template("""
-## section-4-1 section_4_1: Section 4.1
-section-4-1-shaft | Section 4.1: diameter of the steel shafts | 0.5 | in | setting
-section-4-1-power | Section 4.1: rated power | 240 | W | arithmetic within 1
-  agrees: 240 W is nominal torque times nominal speed, 200 W the motor's name in Table A.1.
-    #erratum-4-1-motor-power
-section-4-1-speed | Section 4.1: nominal speed, as Table A.1 | 5680 | rpm | arithmetic
-section-4-1-voltage | Section 4.1: nominal voltage, as Table A.1 | 24 | V | arithmetic
-section-4-1-torque | Section 4.1: nominal torque, as Table A.1 | 0.405 | N m | arithmetic
-section-4-1-gear | Section 4.1: gear ratio | 5.2 | | input
-section-4-1-output-torque | Section 4.1: torque at the output | 2.1 | N m | arithmetic
-section-4-1-output-speed | Section 4.1: speed at the output | 1092 | rpm | arithmetic
-section-4-1-counts | Section 4.1: counts of the motor's encoder | 500 | | input
-section-4-1-output-counts | Section 4.1: counts per revolution of the output | 2600 | | arithmetic
-  agrees: without the fourfold edges of an incremental encoder
-section-4-1-pulley-counts | Section 4.1: counts of the pulleys' encoders | 10000 | | input
-section-4-1-camera | Sections 4.1, 5.2.2, 5.3: frames per second
-  printed: at most 480
-  computed: 400 in the experiments
-  erratum: 480 frames/s is the camera's largest rate; the experiments of chapter 5 ran at 400.
-    #erratum-4-1-camera
-section-4-1-picture | Section 4.1: size of a frame | 224 x 160 | pixel | setting
-## figure-4-6 figure_4_6: Fig. 4.6
-figure-4-6 | Fig. 4.6: centroid of the white pixels after removal of unwanted ones
-  printed: tracks the motion of the cable midpoint
-  computed: rms error of the centroid {error:.2g} pixel of {ROWS} by {COLUMNS}, noise and specks added
-  agrees: the frames of the print are lost: a white segment on black with noise and stray specks is made up
-  differs: the centroid is pulled by what is left of the specks
-## section-4-3 section_4_3: Section 4.3
-section-4-3-lines | (4.14), (4.15): 1000 sines from 1 to 500 Hz seen through a Hann window of 1 s
-  printed: settings of the estimate
-  computed: lines {spacing:.4f} Hz apart, the window parts 1 Hz
-  erratum: a neighbouring line is seen with {leak:.2f} of its amplitude. #erratum-4-14-line-spacing
-section-4-3-settings | Section 4.3: 5 kHz, 8 s of which 5 s are used, overlap 0.2 s, at most 1 V
-    | 5 kHz, 8 s, 5 s, 0.2 s, 1 V
-  not computable: settings of the experiment: they are used as they are in Figs. 4.17, 4.19 and 6.3
-## figure-4-21 figure_4_21: Fig. 4.21, Section 4.4
-section-4-4-gain | (4.20): gain of the amplifier | 4.2 | dB | arithmetic
-section-4-4-torque | (4.20): torque per volt | 1.6218 | N m/V | arithmetic
-section-4-4-voltage | (4.20): volts per torque | 0.6166 | V/(N m) | arithmetic
-section-4-4-current | Section 4.4: relation between voltage command and motor current | 4.2 | dB | arithmetic
-  erratum: 4.2 dB belong to the torque, (4.20); the current would have 18.2. #erratum-4-20-current
-figure-4-21 | Fig. 4.21: response of the amplifier | arithmetic
-  printed: essentially a constant gain
-  computed: falls by {fall:.2g} dB from 1 to 500 Hz with a torque loop of {bandwidth:g} Hz
-  agrees: the loop's bandwidth is a choice, none is printed
-  differs: the loop's bandwidth is a choice, none is printed
-## section-4-2 section_4_2: Section 4.2
-section-4-2-settings | Section 4.2: sampling, filters, duration, amplitudes
-    | 1 kHz, 20 Hz, zeta = 1, 50 Hz, 70 s, 55 s, amplitudes of 0.05 and 0.1 V
-  not computable: settings of the experiments: they are used as they are
-section-4-2-tanh | (4.8): tanh(0.5 w) as regressor of Coulomb friction
-  printed: a smooth approximation of the signum function, K = 0.5
-  computed: of b = {b} and c = {c} that stick, 3 + 4 Hz: b = {viscous:.4f} N m s, c = {coulomb:.3f} N m
-  erratum: a wide smoothing: b and c have a meaning only beside it. #erratum-4-8-smoothing
-$experiments
-## table-4-1 table_4_1: Table 4.1
-table-4-1-motor-inertia | Table 4.1, motor: inertia | 0.0011 | kg m^2 $virtual
-table-4-1-motor-viscous | Table 4.1, motor: viscous friction | 0.00216 | N m s $virtual
-table-4-1-motor-coulomb | Table 4.1, motor: coulomb friction | 0.024 | N m $virtual
-table-4-1-motor-offset | Table 4.1, motor: offset torque | -0.0057 | N m $virtual
-table-4-1-motor-and-drive-pulley-inertia | Table 4.1, motor and drive pulley: inertia | 0.001742 | kg m^2 $virtual
-table-4-1-motor-and-drive-pulley-viscous | Table 4.1, motor and drive pulley: viscous friction | 0.0031 | N m s
-    $virtual
-table-4-1-motor-and-drive-pulley-coulomb | Table 4.1, motor and drive pulley: coulomb friction | 0.0376 | N m
-    $virtual
-table-4-1-motor-and-drive-pulley-offset | Table 4.1, motor and drive pulley: offset torque | -0.0006 | N m $virtual
-table-4-1-motor-and-load-pulley-inertia | Table 4.1, motor and load pulley: inertia | 0.00345 | kg m^2 $virtual
-table-4-1-motor-and-load-pulley-viscous | Table 4.1, motor and load pulley: viscous friction | 0.005 | N m s $virtual
-table-4-1-motor-and-load-pulley-coulomb | Table 4.1, motor and load pulley: coulomb friction | 0.045 | N m $virtual
-table-4-1-motor-and-load-pulley-offset | Table 4.1, motor and load pulley: offset torque | -0.0008 | N m $virtual
-table-4-1-other-experiments | Table 4.1: estimates of the experiments with 3 + 4 Hz and 1 + 5 Hz
-  not computable: described, but not printed. #erratum-table-4-1-excitations
-table-4-1-consistent | Section 4.2.3: friction estimates of the three rigs
-  printed: fairly consistent, with only a small increase
-  computed: b1 grows {b1:.2g} times, c1 {c1:.2g} times
-  erratum: not by the table itself. #erratum-table-4-1-consistency
-## table-4-2 table_4_2: Table 4.2
-table-4-2-j1 | Table 4.2: J1, from the virtual logs | 0.001742 | kg m^2
-  agrees: 99.9 % interval of the estimate
-table-4-2-j1-arithmetic | Table 4.2: J1, difference of Table 4.1 | 0.001742 | kg m^2
-table-4-2-j11 | Table 4.2: J11, from the virtual logs | 0.0011 | kg m^2
-  agrees: 99.9 % interval of the estimate
-table-4-2-j11-arithmetic | Table 4.2: J11, difference of Table 4.1 | 0.0011 | kg m^2
-table-4-2-j12 | Table 4.2: J12, from the virtual logs | 0.000642 | kg m^2
-  agrees: 99.9 % interval of the estimate
-table-4-2-j12-arithmetic | Table 4.2: J12, difference of Table 4.1 | 0.000642 | kg m^2
-table-4-2-j2 | Table 4.2: J2, from the virtual logs | 0.00235 | kg m^2
-  agrees: 99.9 % interval of the estimate
-table-4-2-j2-arithmetic | Table 4.2: J2, difference of Table 4.1 | 0.00235 | kg m^2
-## figure-4-17 figure_4_17: Fig. 4.17
-figure-4-17 | Fig. 4.17: response of the motor, measured and by (4.17)
-  printed: a good agreement is seen
-  computed: median difference {off:.2g} % from 5 to 100 Hz, virtual rig
-  agrees: windows of 2.5 s, since 1 s does not part the lines; above 100 Hz the encoder's counts drown the speed.
-    #erratum-4-14-line-spacing
-  differs: {STICKING}
-## figure-4-19 figure_4_19: Fig. 4.19, Section 4.3.2
-figure-4-19 | Fig. 4.19: response of motor and drive pulley, measured and by (4.19)
-  printed: closely matched
-  computed: median difference {off:.2g} % from 5 to 100 Hz, virtual rig
-  differs: {STICKING}
-section-4-3-2-joint | Section 4.3.2: resonance of the joint, near 100 Hz | 100 | Hz | within 10
-  agrees: anti-resonance {anti:.1f} Hz; near 100 Hz is generous. #number-joint-pair
-section-4-3-2-second-line | (4.19), second line: coefficient of s^2
-  printed: bm (1/J11 + 1/J12)
-  computed: bm (1/J11 + 1/J12) + b1/J11
-  erratum: the expansion of the first line. #erratum-4-19-second-line
-""").substitute(
-    virtual=VIRTUAL,
-    experiments="".join(Template(EXPERIMENT).substitute(regressors=n, error=n + 1) for n in range(7, 16, 2)),
-)
-STICKING = (
-    "friction that sticks does not go away with a constant: at low speeds the compensated torque is not what moves"
-)
 MOTOR, BOTH, WITH_LOAD = BENCH_TESTS
 EXPERIMENTS = {
     "7": (BOTH, (3.0, 4.0), (0.1, 0.1)),
@@ -175,7 +43,7 @@ EXPERIMENTS = {
     "13": (MOTOR, (1.0, 3.0, 5.0), (0.05, 0.05, 0.1)),
     "15": (WITH_LOAD, (1.0, 3.0, 5.0), (0.05, 0.05, 0.1)),
 }
-"""Rig, frequencies [Hz] and amplitudes [V] of the experiments of Section 4.2, by the figure of the regressors."""
+"""Rig, frequencies [Hz] and amplitudes [V] of Section 4.2, by the figure of the regressors."""
 
 SEED = 2015
 ROWS, COLUMNS = 160, 224
@@ -306,7 +174,11 @@ def experiment(regressors: str, quick: bool) -> Outcome:
     share = rms(left[inside]) / rms(torque[inside])
     noise = [rms(raw[kept, k] - filtered[kept, k]) / rms(filtered[kept, k]) for k in (0, 1)]
     error = int(regressors) + 1
-    found: Found = {"noise": noise, "share": 100 * share, "estimates": ", ".join(f"{x:.3g}" for x in estimate)}
+    found: Found = {
+        "noise": noise,
+        "share": 100 * share,
+        "estimates": ", ".join(f"{x:.3g}" for x in estimate),
+    }
     found |= {f"figure_4_{regressors}": noise[0] > noise[1], f"figure_4_{error}": share < 0.25}
     first, middle = time < 2.0, (time > 10.0) & (time < 12.0)
     panels = [
@@ -359,8 +231,8 @@ def measured_response(chain: LumpedChain) -> tuple[Array, NDArray[np.complex128]
     """Response from compensated torque to motor speed, Section 4.3, on a virtual rig with this chain.
 
     Windows of 2.5 s: those of the print, 1 s, do not part its lines.
-    Returns ``frequency`` [Hz], ``response`` [rad/s / (N m)], and the median relative difference from the theory
-    between 5 and 100 Hz; above, the counts of the encoder drown the speed.
+    Returns ``frequency`` [Hz], ``response`` [rad/s / (N m)], and the median relative difference from the
+    theory between 5 and 100 Hz; above, the counts of the encoder drown the speed.
     """
     rng = np.random.default_rng(SEED)
     rig = replace(virtual_rig.rig_of(load_drive("dissertation-3")), chain=chain, encoders={"angle": 2600})

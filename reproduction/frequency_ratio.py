@@ -14,41 +14,25 @@ infinite.
 from math import pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
-
-_STEPS = 100
-_HELD = 1e200
+_STEPS, _HELD = 100, 1e200
 
 
 def mass_ratios(drive: Drive) -> tuple[float, float]:
-    r"""Mass of each pulley at its rim over the mass of the cable, :math:`\chi_i = J_i/(2\rho r_i^2 L_e)`.
-
-    A motor on a rigid joint belongs to the drive pulley, its holding stiffness does not count; a held pulley
-    is infinitely heavy.
-
-    Returns ``chi1, chi2``: of drive pulley and load pulley [-].
-    """
-    motor = drive.motor
-    rotor = motor.inertia if motor is not None and motor.joint_stiffness is None else 0.0
+    r"""Rim mass of each pulley over the mass of the cable, :math:`\chi_i = J_i/(2\rho r_i^2 L_e)`."""
     cable = 2.0 * drive.cable.mass_per_length * drive.span_length
-    first, second = drive.pulley
-    return (
-        np.inf if first.fixed else (first.inertia + rotor) / first.radius**2 / cable,
-        np.inf if second.fixed else second.rim_mass / cable,
-    )
+    return drive.drive_pulley.rim_mass / cable, drive.load_pulley.rim_mass / cable
 
 
 def pulley_phase(chi1: ArrayLike, chi2: ArrayLike, n: int = 1) -> Array:
     r"""Phase :math:`x = \omega L_e/c_u` of the n-th mode of the pulleys against each other, Eq. (A.1).
 
-    Newton's method from the left on a rising concave function: it cannot overshoot.
-
-    ``chi1``, ``chi2``: mass ratios of the pulleys, zero to infinity [-]; ``n``: number of the mode.
-    Returns phases in :math:`((n - 1)\pi, n\pi]` [rad].
+    Newton's method from the left on a rising concave function: it cannot overshoot. The mass ratios may be
+    anything from zero to infinity. Returns phases in :math:`((n - 1)\pi, n\pi]` [rad].
     """
     one, two = (np.minimum(np.asarray(chi, dtype=float), _HELD) for chi in (chi1, chi2))
     x = np.maximum(pi / (1.0 + np.minimum(one + two, 1e150)), (n - 1) * pi)
@@ -77,39 +61,29 @@ def frequency_ratio(chi1: ArrayLike, chi2: ArrayLike, prestrain: ArrayLike) -> A
     .. math:: \gamma = \frac{\pi c_w}{c_u\,x(\chi_1, \chi_2)}, \qquad
               \frac{c_w}{c_u} = \sqrt{\frac{\varepsilon_0}{1 + \varepsilon_0}}
 
-    ``chi1``, ``chi2``: mass ratios [-]; ``prestrain``: strain under the pretension, T0 / EA [-].
-    Returns :math:`\gamma`; one half at the 1:2 resonance of chapter 5.
+    with the strain under the pretension, T0 / EA; one half at the 1:2 resonance of chapter 5.
     """
     return np.asarray(pi * wave_speed_ratio(prestrain) / pulley_phase(chi1, chi2))
 
 
 def wave_speed_ratio(prestrain: ArrayLike) -> Array:
-    """Transverse over longitudinal wave speed, c_w / c_u.
-
-    ``prestrain``: strain under the pretension [-].
-    """
+    """Transverse over longitudinal wave speed, c_w / c_u, at a strain under the pretension."""
     strain = np.asarray(prestrain, dtype=float)
     return np.asarray(np.sqrt(strain / (1.0 + strain)))
 
 
-def resonant_load_ratio(chi1: ArrayLike, prestrain: ArrayLike, ratio: float = 0.5) -> Array:
-    r"""Contours of Fig. 5.3: the load pulley that makes a frequency ratio what it is, Eq. (A.2).
+def resonant_load_ratio(chi1: ArrayLike, prestrain: ArrayLike) -> Array:
+    r"""Contours of Fig. 5.3: the load pulley that makes the frequency ratio one half, Eq. (A.2).
 
     A given ratio needs no solving: with :math:`x = \pi c_w/(\gamma c_u)`
 
     .. math:: \chi_2 = \frac{x\cos x\,\chi_1 + \sin x}{x\,(\chi_1 x\sin x - \cos x)}, \qquad
               \chi_1 > \frac{1}{x\tan x}.
 
-    ``chi1``: mass ratio of the drive pulley [-]; ``prestrain``: strain under the pretension [-]; ``ratio``:
-    frequency ratio :math:`\gamma`.
-    Returns mass ratio of the load pulley [-]; NaN where none makes this ratio.
-    Raises `InputRefused` if the ratio is not positive.
+    Returns the mass ratio of the load pulley; NaN where none makes this ratio.
     """
-    if not ratio > 0.0:
-        raise InputRefused(f"ratio = {ratio:.9g} must be positive: 0.5 is the resonance of chapter 5")
-    x = np.asarray(pi * wave_speed_ratio(prestrain) / ratio)
+    x = np.asarray(2 * pi * wave_speed_ratio(prestrain))
     chi1 = np.asarray(chi1, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
-        chi2 = np.tan(x - _angle(chi1, x))
-        chi2 = 1.0 / (x * chi2)
+        chi2 = 1.0 / (x * np.tan(x - _angle(chi1, x)))
     return np.where((x < pi) & (x - _angle(chi1, x) > 0.0) & (chi2 >= 0.0), chi2, np.nan)

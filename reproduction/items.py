@@ -1,18 +1,19 @@
 """Items as data: the sheet of a chapter is read, and each of its rows judged by what a function has found.
 
-A chapter is a module with a text `SHEET` and the functions that the sheet names. A line ``## name function:
-Fig. 5.4, Fig. 5.6`` begins an entry: `function` computes it and returns what it found, by names, and panels
-of curves. The rows that follow are its items, their columns divided by ``|``:
+Beside the functions of a chapter stands its sheet, `sheets/chapter_5.txt` for `chapter_5.py`. A line
+``## name function: Fig. 5.4, Fig. 5.6`` begins an entry: `function` computes it and returns what it found, by
+names, and panels of curves. The rows that follow are its items, their columns divided by ``|``:
 
 - a number: id, source, the printed digits, unit, accuracy. It agrees inside the print's rounding or the
   accuracy stated: ``within 10``, ``within 1 %``, or as found.
 - a claim: id, source; indented below, ``printed:`` and ``computed:`` have the words.
 
 What is found under the id of an item, its hyphens underscores, is the number, or whether the claim holds.
-Words may name what was found: ``{peak:.2f}``. The reason where an item agrees stands under ``agrees:``; where
-it does not, under ``erratum:`` or ``differs:``, which is the verdict then; ``not computable:`` is all there is
-to say. ``#erratum-...`` is a place of the errata. The last column is ``input`` for a value that is held as
-printed, ``arithmetic`` for what tests nothing but the print, or one of `REASONS`.
+Words may name what was found, ``{peak:.2f}``, a constant of the chapter, or one at the head of the sheet. The
+reason where an item agrees stands under ``agrees:``; where it does not, under ``erratum:`` or ``differs:``,
+which is the verdict then; ``not computable:`` is all there is to say. ``#erratum-...`` is a place of the
+errata. The last column is ``input`` for a value that is held as printed, ``arithmetic`` for what tests nothing
+but the print, or one of `REASONS`.
 """
 
 import re
@@ -20,7 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from textwrap import dedent
+from pathlib import Path
 from typing import Any
 
 from reproduction.panel import Panel
@@ -28,12 +29,14 @@ from reproduction.panel import Panel
 AGREES, ERRATUM, DIFFERS, NOT_COMPUTABLE = "agrees", "erratum", "differs", "not computable"
 VERDICTS = (AGREES, ERRATUM, DIFFERS, NOT_COMPUTABLE)
 UNEXPLAINED, NOT_COMPARABLE = "not explained", "not comparable"
+INSIDE = "inside the print's rounding"
 INPUT = "a measured or chosen input: what the packaged drive holds"
 REASONS = {
     "datum": "a datum of the manufacturer: nothing in the print gives it again",
     "price": "a price of 2015: nothing in the print gives it again",
     "setting": "a dimension or setting of the rig: nothing in the print gives it again",
 }
+SHEETS = Path(__file__).with_name("sheets")
 CHAPTERS = ("chapter_2", "chapter_3", "chapter_4", "chapter_5", "chapter_6", "rig", "chapter_7", "appendix")
 
 Found = dict[str, Any]
@@ -89,7 +92,7 @@ class Item:
 
 
 def judge(row: Row, found: Found, names: Mapping[str, Any] | None = None) -> Item:
-    """An item, its verdict by the value found under its id: a number, (number, accuracy), or True or False."""
+    """An item, its verdict by what was found under its id: a number, (number, accuracy), True or False."""
     known = {**(names or {}), **found}
     value, accuracy = found.get(row.id.replace("-", "_")), 0.0
     if isinstance(value, tuple):
@@ -100,29 +103,30 @@ def judge(row: Row, found: Found, names: Mapping[str, Any] | None = None) -> Ite
         return re.sub(r"#(?=[a-z]+-)", "reproduction/errata.md#", said)
 
     failed = ERRATUM if ERRATUM in row.words else DIFFERS
-    printed: float | str | None = say("printed") or _number(row.printed)
-    computed: float | str | None = say("computed") or None
+    printed, computed = say("printed") or _number(row.printed), say("computed") or None
     deviation = None
     if "not computable" in row.words or row.how in REASONS:
         verdict, note = NOT_COMPUTABLE, say("not computable") or REASONS[row.how]
     elif "computed" in row.words:
+        if value is None and (AGREES in row.words or failed != ERRATUM):
+            raise KeyError(row.id)
         verdict, note = (AGREES, say("agrees", "the claim holds")) if value else (failed, "")
     else:
         half = 0.5 * last_place(row.printed)
         if stated := re.search(r"within (\S+)( %)?", row.how):
             accuracy = float(stated[1]) * (0.01 * abs(float(row.printed)) if stated[2] else 1.0)
         good = abs(value - float(row.printed)) <= max(half, accuracy) * (1 + 1e-9)
-        inside = f"inside {accuracy:.3g} {row.unit}".strip() if accuracy > half else "inside the print's rounding"
-        reasons = [inside, *filter(None, (INPUT if row.how == "input" else "", say("agrees")))]
+        close = f"inside {accuracy:.3g} {row.unit}".strip() if accuracy > half else INSIDE
+        reasons = [close, *filter(None, (INPUT if row.how == "input" else "", say("agrees")))]
         verdict, note = (AGREES, "; ".join(reasons)) if good else (failed, "")
-    if value is not None and "computed" not in row.words:
-        computed = float(value)
-        deviation = computed / printed - 1.0 if isinstance(printed, float) and printed else None
+    size = None if value is None or "computed" in row.words else float(value)
+    if size is not None and isinstance(printed, float) and printed:
+        deviation = size / printed - 1.0
     return Item(
         id=row.id,
         source=row.source.format_map(known),
         printed=printed,
-        computed=computed,
+        computed=computed if size is None else size,
         unit=row.unit,
         deviation=deviation,
         verdict=verdict,
@@ -152,13 +156,17 @@ def entries() -> tuple[Entry, ...]:
 def entries_of(chapter: str) -> tuple[Entry, ...]:
     """Entries of one chapter's sheet."""
     home = vars(import_module(f"{__package__}.{chapter}"))
+    constants, *blocks = re.split(
+        r"^## ", (SHEETS / f"{chapter}.txt").read_text(encoding="utf-8"), flags=re.M
+    )
+    names = {key: value for key, value in home.items() if key.isupper()}
+    names |= dict(re.findall(r"^([A-Z_]+) = (.+)$", constants, re.M))
     found = []
-    for block in re.split(r"^## ", dedent(home["SHEET"]), flags=re.M)[1:]:
+    for block in blocks:
         head, *rows = re.split(r"\n(?=\S)", block.strip())
-        name, function, argument, covers = re.fullmatch(r"(\S+) (\w+)(?:\((.+)\))?: ([^|]+)", head).groups()  # type: ignore[union-attr]
+        name, function, argument, covers = re.fullmatch(r"(\S+) (\w+)(?:\((.+)\))?: (.+)", head).groups()  # type: ignore[union-attr]
         compute = partial(home[function], argument) if argument else home[function]
-        covered = tuple(" ".join(covers.split()).split(", "))
-        names = {key: value for key, value in home.items() if key.isupper()}
+        covered = tuple(covers.split(", "))
         found.append(Entry(name=name, covers=covered, compute=compute, rows=(*map(_row, rows),), names=names))
     return tuple(found)
 

@@ -2,11 +2,13 @@
 
 import platform
 import re
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from itertools import groupby
+from pathlib import Path
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from cabledrive.parameters.version import __version__
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
@@ -14,12 +16,9 @@ from cabledrive.report.context import Provenance
 from cabledrive.report.page import Page, render
 from cabledrive.report.typesetting import number
 from cabledrive.report.wording import texts
-from reproduction import Entry, Item, Outcome, Reproduction
-from reproduction.errata_text import ErrataItem, errata_items
-from reproduction.panel_figures import panels_figure
-from reproduction.run import call_of
-
-Known = dict[str, ErrataItem]
+from reproduction.items import DIFFERS, Entry, Item
+from reproduction.panel import Panel, panels_figure
+from reproduction.run import Reproduction, call_of
 
 PACKAGES = ("numpy", "scipy", "numba", "matplotlib", "Jinja2")
 TITLES = {
@@ -31,23 +30,20 @@ TITLES = {
     "7": "Chapter 7: conclusions",
     "A": "Appendix A: hardware",
 }
+ERRATA = Path(__file__).with_name("errata.md")
 _PLACE = re.compile(r"reproduction/errata\.md#([\w-]+)")
+_ERRATUM = re.compile(r"^\(([\w-]+)\)=\n#+ (.+)\n+((?:(?!^\(|^#).*\n?)*)", re.M)
 say = texts("page", "reproduction")
 
 
 def reproduction_html(found: Reproduction, written_at: datetime | None = None) -> str:
-    """The reproduction as text.
-
-    ``written_at``: time that the page states; now where it is not given.
-    Returns HTML that needs no other file.
-    """
-    known = errata_items()
-    chapters = (_summary(found), *_chapters(found, known), *_errata(found, known))
+    """The reproduction as HTML that needs no other file; ``written_at``: the time it states, or now."""
+    counts = found.counts()
     return render(
         Page(
             title="The dissertation, item by item",
-            subtitle=say("subtitle", items=len(found.items), counts=found.counts),
-            chapters=chapters,
+            subtitle=say("subtitle", items=len(found.items), counts=counts),
+            chapters=(_summary(found, counts), *_chapters(found), *_errata(found)),
             provenance=Provenance(
                 written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
                 versions=(
@@ -62,121 +58,101 @@ def reproduction_html(found: Reproduction, written_at: datetime | None = None) -
     )
 
 
-def _summary(found: Reproduction) -> Chapter:
-    fixed = found.untested
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (verdict, str(count), str(fixed[verdict]), say("verdict", name=verdict))
-        for verdict, count in found.counts.items()
-    )
-    differs = [item for item in found.items if item.verdict == "differs"]
-    blocks: list[Block] = [
-        Table(
-            caption="Verdicts.",
-            columns=(
-                Column(title="Verdict"),
-                Column(title="Items", numeric=True),
-                Column(title="of these cannot fail", numeric=True),
-                Column(title="Meaning"),
-            ),
-            groups=(RowGroup(rows=rows),),
-            note=say("untested_note", inputs=found.inputs),
-        )
-    ]
-    if differs:
-        blocks.append(_table("What differs, and why.", differs, errata_items()))
+def _table(caption: str, columns: str, rows: Sequence[tuple[Cell, ...]], note: str = "") -> Table:
+    """A table; of its columns, divided by ``|``, those with a colon are numbers, their unit behind it."""
+    heads = (title.partition(":") for title in columns.split(" | "))
+    made = tuple(Column(title=title, numeric=bool(colon), unit=unit.strip()) for title, colon, unit in heads)
+    return Table(caption=caption, columns=made, groups=(RowGroup(rows=tuple(rows)),), note=note)
+
+
+def _summary(found: Reproduction, counts: dict[str, int]) -> Chapter:
+    fixed = found.counts(untested=True)
+    rows = [(one, str(count), str(fixed[one]), say("verdict", name=one)) for one, count in counts.items()]
+    heads = "Verdict | Items: | of these cannot fail: | Meaning"
+    blocks: list[Block] = [_table("Verdicts.", heads, rows, say("untested_note", inputs=found.inputs))]
+    if differs := [item for item in found.items if item.verdict == DIFFERS]:
+        blocks.append(_items("What differs, and why.", differs))
     return Chapter(
         title="Verdict",
         anchor="verdict",
-        headline=say("headline", items=len(found.items), counts=found.counts, untested=fixed),
+        headline=say("headline", items=len(found.items), counts=counts, untested=fixed),
         blocks=(Paragraph(text=say("intro")), *blocks),
     )
 
 
-def _chapters(found: Reproduction, known: Known) -> list[Chapter]:
+def _chapters(found: Reproduction) -> list[Chapter]:
     made = []
-    for name, group in groupby(found.outcomes, key=lambda pair: pair[0].chapter):
-        pairs = list(group)
-        items = [item for _, outcome in pairs for item in outcome.items]
-        agree = sum(item.verdict == "agrees" for item in items)
+    for name, group in groupby(found.outcomes, key=lambda one: one[0].chapter):
+        entries = list(group)
+        verdicts = [item.verdict for _, items, _ in entries for item in items]
         made.append(
             Chapter(
                 title=TITLES[name],
                 anchor=f"chapter-{name.lower()}",
-                headline=say("chapter_headline", agree=agree, items=len(items)),
+                headline=say("chapter_headline", agree=verdicts.count("agrees"), items=len(verdicts)),
                 blocks=(),
-                sections=tuple(_section(entry, outcome, known, found.quick) for entry, outcome in pairs),
+                sections=tuple(_section(*entry, found.quick) for entry in entries),
             )
         )
     return made
 
 
-def _section(entry: Entry, outcome: Outcome, known: Known, quick: bool) -> Section:
-    blocks: list[Block] = [_table("Printed beside computed.", outcome.items, known), _call(entry, quick)]
-    for figure, group in groupby(outcome.panels, key=lambda panel: panel.figure):
+def _section(entry: Entry, items: tuple[Item, ...], panels: tuple[Panel, ...], quick: bool) -> Section:
+    """Items, how to make them again on the command line and in Python, and the figures."""
+    shell = f'python -m reproduction --only "{entry.covers[0]}"{" --quick" if quick else ""} -o DIR'
+    words = Markup("Made by <code>{}</code>, in Python <code>{}</code>.")
+    call = Paragraph(text=words.format(shell, call_of(entry, quick)))
+    blocks: list[Block] = [_items("Printed beside computed.", items), call]
+    for figure, group in groupby(panels, key=lambda panel: panel.figure):
         name = f"{entry.name}-{figure.lower().replace('. ', '-').replace('.', '-')}"
         blocks.append(panels_figure(name, tuple(group)))
     return Section(title=", ".join(entry.covers), anchor=entry.name, blocks=tuple(blocks))
 
 
-def _call(entry: Entry, quick: bool) -> Paragraph:
-    """How to make it again: on the command line, and in Python."""
-    shell = f'python -m reproduction --only "{entry.covers[0]}"{" --quick" if quick else ""} -o DIR'
-    words = Markup("Made by <code>{}</code>, in Python <code>{}</code>.")
-    return Paragraph(text=words.format(shell, call_of(entry, quick)))
+def _items(caption: str, items: Sequence[Item]) -> Table:
+    heads = "Item | Verdict | Printed | Computed | Deviation: % | Reason"
+    return _table(caption, heads, [_row(item) for item in items])
 
 
-def _errata(found: Reproduction, known: Known) -> tuple[Chapter, ...]:
-    """The items of the errata that the page refers to."""
-    named = dict.fromkeys(m[1] for item in found.items for m in _PLACE.finditer(item.note))
-    sections = tuple(
-        Section(title=known[place].title, anchor=known[place].name, blocks=(_lines(known[place]),))
-        for place in named
-        if place in known
-    )
-    if not sections:
-        return ()
-    intro = Paragraph(text=say("errata"))
-    return (Chapter(title="Errata", anchor="errata", blocks=(intro,), sections=sections),)
-
-
-def _lines(item: ErrataItem) -> Paragraph:
-    where = Markup("<code>reproduction/errata.md#{}</code>").format(item.anchor)
-    return Paragraph(text=where, items=item.lines)
-
-
-def _table(caption: str, items: tuple[Item, ...] | list[Item], known: Known) -> Table:
-    return Table(
-        caption=caption,
-        columns=(
-            Column(title="Item"),
-            Column(title="Verdict"),
-            Column(title="Printed"),
-            Column(title="Computed"),
-            Column(title="Deviation", unit="%", numeric=True),
-            Column(title="Reason"),
-        ),
-        groups=(RowGroup(rows=tuple(_row(item, known) for item in items)),),
-    )
-
-
-def _row(item: Item, known: Known) -> tuple[Cell, ...]:
+def _row(item: Item) -> tuple[Cell, ...]:
     deviation = "" if item.deviation is None else number(round(100 * item.deviation, 9), 2)
-    note = Markup(_PLACE.sub(lambda m: _link(m, known), str(Markup.escape(item.note))))
+    place = r'<a href="#errata-\1"><code>reproduction/errata.md#\1</code></a>'
+    note = Markup(_PLACE.sub(place, str(escape(item.note))))
     printed, computed = (_value(value, item.unit) for value in (item.printed, item.computed))
     verdict = item.verdict if item.tested else f"{item.verdict} (cannot fail)"
     return (item.source, verdict, printed, computed, deviation, note)
 
 
-def _link(place: re.Match[str], known: Known) -> str:
-    """A place of the errata, linked to its item on this page where the page has it."""
-    words = f"<code>{place[0]}</code>"
-    item = known.get(place[1])
-    return words if item is None else f'<a href="#{item.name}">{words}</a>'
-
-
 def _value(value: float | str | None, unit: str) -> str:
-    if value is None:
-        return "none"
     if isinstance(value, str):
         return value
-    return f"{number(value)} {unit}".strip()
+    return "none" if value is None else f"{number(value)} {unit}".strip()
+
+
+def errata_items() -> dict[str, tuple[str, tuple[Markup, ...]]]:
+    """Title and lines of every item of the errata: what is printed, what is right, why, the test."""
+    found = {}
+    for anchor, title, body in _ERRATUM.findall(ERRATA.read_text(encoding="utf-8")):
+        lines = tuple(_set(line) for line in re.split(r"^- ", body, flags=re.M) if line.strip())
+        found[anchor] = (title.replace("$", "").replace("\\", ""), lines)
+    return found
+
+
+def _set(line: str) -> Markup:
+    """A line of the errata; its formulas stay as they are written, set as code."""
+    text = re.sub(r"\$\$?(.+?)\$\$?", lambda m: f"`{m[1].strip()}`", str(escape(" ".join(line.split()))))
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", text))
+
+
+def _errata(found: Reproduction) -> tuple[Chapter, ...]:
+    """The items of the errata that the page refers to."""
+    known = errata_items()
+    sections = []
+    for anchor in dict.fromkeys(place[1] for item in found.items for place in _PLACE.finditer(item.note)):
+        title, lines = known[anchor]
+        where = Markup("<code>reproduction/errata.md#{}</code>").format(anchor)
+        blocks = (Paragraph(text=where, items=lines),)
+        sections.append(Section(title=title, anchor=f"errata-{anchor}", blocks=blocks))
+    intro = Paragraph(text=say("errata"))
+    made = Chapter(title="Errata", anchor="errata", blocks=(intro,), sections=tuple(sections))
+    return (made,) if sections else ()

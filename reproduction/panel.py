@@ -81,7 +81,12 @@ def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
     for number, one in enumerate(panel.curves):
         style = _STYLES[number % len(_STYLES)] if len(panel.curves) > 2 else "-"
         marks = "o" if len(one["x"]) < 12 else ""
-        look = {"linestyle": "" if marks else style, "marker": marks, "markersize": 4, "linewidth": 1.2}
+        look: dict[str, Any] = {
+            "linestyle": "" if marks else style,
+            "marker": marks,
+            "markersize": 4,
+            "linewidth": 1.2,
+        }
         x, y = (np.array(one[axis], dtype=float) for axis in "xy")
         axes.plot(x, y, color=_COLOURS[number % len(_COLOURS)], label=one["name"], **look)
     axes.set_xlabel(panel.x)

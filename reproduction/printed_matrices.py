@@ -82,8 +82,8 @@ def modal_matrix(drive: Drive, omega: float) -> Array:
     sprung = chain.pendant is not None or chain.grounds is not None
     if form not in FORMS or any(pulley.fixed for pulley in drive.pulley) or sprung:
         raise InputRefused(
-            f"no matrix is printed of a {form[0]} with {form[1]} carriages on the upper span and {form[2]} on "
-            "the lower, a pulley that is held, a flexible motor joint or a motor on a spring: take its modes"
+            f"no matrix is printed of a {form[0]} with {form[1]} carriages on the upper and {form[2]} on the "
+            "lower span, a pulley that is held, a flexible motor joint or a motor on a spring: take its modes"
         )
     cable, stretch = drive.cable, 1.0 + drive.cable.prestrain
     phase = omega * stretch * chain.lengths / cable.axial_wave_speed

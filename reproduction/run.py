@@ -48,7 +48,7 @@ class Reproduction:
         return tuple(item for _, items, _ in self.outcomes for item in items)
 
     def counts(self, *, untested: bool = False) -> dict[str, int]:
-        """Number of items by verdict; ``untested``: of those that test nothing computed, and so cannot fail."""
+        """Items by verdict; ``untested``: those that test nothing computed, and so cannot fail."""
         found = Counter(item.verdict for item in self.items if not (untested and item.tested))
         return {verdict: found[verdict] for verdict in VERDICTS}
 
@@ -158,7 +158,7 @@ def source_hash() -> str:
     """Hash of the sources here and of the package, drive files included, but for those of report and door."""
     digest = hashlib.sha256()
     for root in (Path(str(resources.files("cabledrive"))), Path(__file__).parent):
-        for path in sorted(path for path in root.rglob("*") if path.suffix in (".py", ".toml")):
+        for path in sorted(path for path in root.rglob("*") if path.suffix in (".py", ".toml", ".txt")):
             name = path.relative_to(root)
             if name.parts[0] not in BEYOND:
                 digest.update(name.as_posix().encode())

@@ -1,50 +1,34 @@
 r"""A slow sweep of the pretension through the resonance, as in Fig. 5.5: the onset of transverse vibration.
 
 The onset is not the edge of the instability region. From a floor at the edge the amplitude must grow to what
-can be seen,
-and the sweep goes on meanwhile. Without a stated floor the onset is an artefact of where the sweep began.
+can be seen, and the sweep goes on meanwhile. Without a stated floor the onset is an artefact of where the
+sweep began.
 """
 
 from dataclasses import dataclass
 from math import log, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.ensemble_kernels import transitions
 
-Array = NDArray[np.float64]
-
 STEPS_PER_PERIOD = 64
-FAR = 1e3
-"""The sweep is not followed beyond so many times the level."""
+FAR = 1e3  # the sweep is not followed beyond so many times the level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
-    """A sweep of the transverse detuning while the pulley mode swings with a constant amplitude.
+    """A sweep of the transverse detuning while the pulley mode swings with a constant amplitude."""
 
-    Attributes
-    ----------
-    pumping : float
-        mu, the size of k Q [rad/s].
-    damping : float
-        Gamma [1/s].
-    rate : float
-        Of the detuning, upwards [rad/s^2].
-    floor, level : float
-        Amplitude when the sweep enters the instability region, and the amplitude that counts as onset [m].
-    half_forcing : float
-        nu [rad/s].
-    """
-
-    pumping: float
-    damping: float
-    rate: float
-    floor: float
-    level: float
-    half_forcing: float
+    pumping: float  # mu, the size of k Q [rad/s]
+    damping: float  # Gamma [1/s]
+    rate: float  # of the detuning, upwards [rad/s^2]
+    floor: float  # amplitude when the sweep enters the instability region [m]
+    level: float  # amplitude that counts as onset [m]
+    half_forcing: float  # nu [rad/s]
 
     def __post_init__(self) -> None:
         if not self.pumping > 0.5 * self.damping:
@@ -78,11 +62,8 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
     The logarithm is what the turning of its phase costs the growing motion, the geometric factor of the first
     adiabatic correction. It is left out where the cable is undamped, whose edge is singular.
 
-    Returns [rad/s].
     Raises `NotComputed` if the sweep leaves the instability region before.
     """
-    from scipy.optimize import brentq
-
     mu, half = sweep.pumping, sweep.half_width
 
     def _grown(inner: float) -> float:
@@ -108,9 +89,8 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
 def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
     """Amplitude along the sweep by Hill's equation, from the floor at the edge of the instability region.
 
-    Returns ``detuning``, shape (n,): through the instability region, or until it is far above the level
-    [rad/s];
-    ``amplitude``, shape (n,) [m].
+    Returns ``detuning`` [rad/s], through the instability region, or until it is far above the level, and
+    ``amplitude`` [m], shapes (n,).
     """
     nu, mu = sweep.half_forcing, sweep.pumping
     duration = 2 * sweep.half_width / sweep.rate
@@ -136,8 +116,6 @@ def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
 def onset(detuning: Array, amplitude: Array, level: float) -> float:
     """Detuning at which an amplitude first reaches a level, between the samples in its logarithm.
 
-    ``detuning``, ``amplitude``, shape (n,); ``level`` [m].
-    Returns [rad/s].
     Raises `NotComputed` if it never does.
     """
     above = np.flatnonzero(amplitude >= level)
