@@ -18,7 +18,7 @@ from cabledrive.parameters.files import (
     with_own_hash,
     write_whole,
 )
-from reproduction.run import chosen_entries, reproduce, source_hash
+from reproduction import run
 
 RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 
@@ -48,7 +48,7 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
     if not force and (before := _finished(folder, quick, only)) is not None:
         return _answer(before, folder)
     _check(folder, force=force or resume)
-    chosen_entries(only)
+    run.chosen_entries(only)
     try:
         with one_process(folder / FINISHED):
             before = None if force else _finished(folder, quick, only)  # by another process meanwhile
@@ -62,7 +62,7 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
 def _reproduced(quick: bool, only: str | None, folder: Path) -> dict[str, Any]:
     from reproduction.page import reproduction_html
 
-    found = reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
+    found = run.reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
     note("report")
     page = reproduction_html(found)
     write_whole(folder / REPORT, page, force=True)
@@ -83,7 +83,7 @@ def _finished(folder: Path, quick: bool, only: str | None) -> dict[str, Any] | N
     data = intact_object(folder / RESULTS) or {}
     try:
         made = sha256((folder / REPORT).read_bytes()).hexdigest()
-        same = data["files"][REPORT] == made and data["provenance"]["source_hash"] == source_hash()
+        same = data["files"][REPORT] == made and data["provenance"]["source_hash"] == run.source_hash()
     except (OSError, KeyError):
         return None
     if not same or (data["quick"], data.get("only")) != (quick, only):

@@ -12,8 +12,8 @@ What is found under the id of an item, its hyphens underscores, is the number, o
 Words may name what was found, ``{peak:.2f}``, a constant of the chapter, or one at the head of the sheet. The
 reason where an item agrees stands under ``agrees:``; where it does not, under ``erratum:`` or ``differs:``,
 which is the verdict then; ``not computable:`` is all there is to say. ``#erratum-...`` is a place of the
-errata. The last column is ``input`` for a value that is held as printed, ``arithmetic`` for what tests nothing
-but the print, or one of `REASONS`.
+errata. The last column is ``input`` for a value that is held as printed, ``arithmetic`` for what tests
+nothing but the print, or one of `REASONS`.
 """
 
 import re
@@ -94,22 +94,21 @@ class Item:
 def judge(row: Row, found: Found, names: Mapping[str, Any] | None = None) -> Item:
     """An item, its verdict by what was found under its id: a number, (number, accuracy), True or False."""
     known = {**(names or {}), **found}
-    value, accuracy = found.get(row.id.replace("-", "_")), 0.0
-    if isinstance(value, tuple):
-        value, accuracy = value
+    value: Any = found.get(row.id.replace("-", "_"))
+    value, accuracy = value if isinstance(value, tuple) else (value, 0.0)
 
     def say(key: str, otherwise: str = "") -> str:
         said = row.words.get(key, otherwise).format_map(known)
         return re.sub(r"#(?=[a-z]+-)", "reproduction/errata.md#", said)
 
-    failed = ERRATUM if ERRATUM in row.words else DIFFERS
+    claim, failed = "computed" in row.words, ERRATUM if ERRATUM in row.words else DIFFERS
     printed, computed = say("printed") or _number(row.printed), say("computed") or None
     deviation = None
     if "not computable" in row.words or row.how in REASONS:
         verdict, note = NOT_COMPUTABLE, say("not computable") or REASONS[row.how]
-    elif "computed" in row.words:
-        if value is None and (AGREES in row.words or failed != ERRATUM):
-            raise KeyError(row.id)
+    elif value is None and (not claim or AGREES in row.words or failed == DIFFERS):
+        raise KeyError(row.id)  # nothing was found for what is more than a word in the errata
+    elif claim:
         verdict, note = (AGREES, say("agrees", "the claim holds")) if value else (failed, "")
     else:
         half = 0.5 * last_place(row.printed)
@@ -119,7 +118,7 @@ def judge(row: Row, found: Found, names: Mapping[str, Any] | None = None) -> Ite
         close = f"inside {accuracy:.3g} {row.unit}".strip() if accuracy > half else INSIDE
         reasons = [close, *filter(None, (INPUT if row.how == "input" else "", say("agrees")))]
         verdict, note = (AGREES, "; ".join(reasons)) if good else (failed, "")
-    size = None if value is None or "computed" in row.words else float(value)
+    size = None if value is None or claim else float(value)
     if size is not None and isinstance(printed, float) and printed:
         deviation = size / printed - 1.0
     return Item(

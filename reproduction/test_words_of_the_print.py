@@ -36,8 +36,8 @@ PHRASES = {
     ],
     "erratum-table-4-1-consistency": ["with only a small increase with increasing inertia"],
     "erratum-5-2-pretension": ["Only cable tension was changed to satisfy"],
-    "erratum-fig-6-3-frequencies": ["around 7 Hz", "around 120 Hz"],
-    "number-spectrum-peak": ["matches closely with the theoretical frequency of 81.6 Hz"],
+    "erratum-figure-6-3": ["around 7 Hz", "around 120 Hz"],
+    "erratum-table-3-2-mixture": ["matches closely with the theoretical frequency of 81.6 Hz"],
     "number-rig-results": ["about five times the encoder resolution", "tracking accuracy of 0.3 deg"],
     "number-joint-pair": ["pair is observed near 100 Hz", "$b_{m}=0.075, k_{m}=135$"],
     "number-pulse": [r"for a given $\theta_{f}$ and $t_{f}$"],
@@ -91,7 +91,7 @@ def test_sentences_stand_in_the_text_as_quoted(anchor):
 
 @needs_text
 def test_tables_stand_in_the_text_as_used():
-    """`number-tables`: every table value used by the tests of this folder."""
+    """Every table value used by the tests of this folder."""
     text = without_blanks(TEXT.read_text(encoding="utf-8"))
     absent = [row for row in ROWS.strip().splitlines() if without_blanks(row) not in text]
     assert not absent, "\n".join(absent)

@@ -265,9 +265,11 @@ def figures() -> Iterator[Breach]:
 
 
 def errata() -> Iterator[Breach]:
-    """Each item has an anchor of a known kind and its entries; item and test name one another."""
+    """Each entry has an anchor of a known kind and its lines; it and its tests and items name one another."""
     second = {"erratum": "Correct", "confirmed": "Correct", "convention": "Here", "number": "Computed"}
     found, seen = set(), set()
+    rows = (row for entry in importlib.import_module("reproduction.items").entries() for row in entry.rows)
+    reasons = {row.id: " ".join(row.words.values()) for row in rows}
     text = re.sub(r"<!--.*?-->", lambda one: "\n" * one[0].count("\n"), text_of(ERRATA), flags=re.S)
     for item in re.finditer(r"^(?:\(([\w-]+)\)=\n)?### .*\n((?:(?!^\(|^#).*\n?)*)", text, re.M):
         number, anchor = text.count("\n", 0, item.start()) + 1, item[1] or ""
@@ -279,7 +281,10 @@ def errata() -> Iterator[Breach]:
             yield ERRATA, number, f"{anchor} has no {', '.join(missing)}"
         seen.add(anchor)
         named = re.findall(r"`(reproduction/test_\w+\.py)::(test_\w+)`", entries.get("Checked by", ""))
-        if not named and entries.get("Checked by", "").strip() != "reading":
+        items = re.findall(r"item `([\w-]+)`", entries.get("Checked by", ""))
+        for missing in (one for one in items if f"#{anchor}" not in reasons.get(one, "")):
+            yield ERRATA, number, f"{anchor} names {missing}, which is no item or does not name it"
+        if not named and not items and entries.get("Checked by", "").strip() != "reading":
             yield ERRATA, number, f"{anchor} names no test and does not say reading"
         found |= {(anchor, file, name) for file, name in named}
     cited = set()

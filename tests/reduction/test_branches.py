@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from reproduction.exchange import exchange_period, largest_exchange
+from reproduction.averaged_against_exact import exchange_period, largest_exchange
 from scipy.integrate import solve_ivp
 
 from cabledrive.reduction.autoparametric import autoparametric_model

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reproduction.exchange import exchange_period
+from reproduction.averaged_against_exact import exchange_period
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model

@@ -7,9 +7,10 @@ from reproduction.averaged_against_exact import (
     averaged_motion,
     disagreement,
     exact_motion,
+    exchange_period,
+    largest_exchange,
     own_sensitivity,
 )
-from reproduction.exchange import exchange_period, largest_exchange
 
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import threshold_torque

@@ -1,0 +1,355 @@
+"""Chapter 3: Table 3.2 and its conventions, the printed matrices, a hanging mass, modes followed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq, minimize_scalar
+
+from cabledrive.modal import longitudinal_modes, natural_frequencies
+from cabledrive.modal.lateral import lateral_mode
+from cabledrive.parameters import Carriage, InputRefused, load_drive
+from cabledrive.studies import frequency_against
+from cabledrive.studies.following import mass_weighted_shapes
+from cabledrive.studies.varied_drive import varied
+from reproduction.chapter_3 import mode_shapes
+from reproduction.oracles import AREA, DENSITY, DRIVES, EA, LENGTH, LOAD, PRETENSION, out_of_phase, stretched
+from reproduction.printed_matrices import loop_matrix, modal_matrix
+
+STRETCH = 1 + PRETENSION / EA
+PRINTED, HALF_DIGITS = np.array([116, 766, 81.6, 757.5]), np.array([0.5, 0.5, 0.05, 0.05])
+
+
+def table_3_2(length, density, c_u):
+    return np.array([out_of_phase(inertia, length, density, c_u) for inertia in DRIVES.values()]).ravel()
+
+
+@pytest.mark.parametrize("pretension", [0.5, 5.0, 50.0])
+def test_longitudinal_modes_do_not_depend_on_the_pretension(pretension):
+    """`convention-density`, `erratum-table-3-2-mixture`: 116.3293, 769.6614 Hz; 81.7421, 760.8610 Hz."""
+    found = table_3_2(*stretched(pretension)[:3])
+    np.testing.assert_allclose(found, [116.32932059, 769.66140323, 81.74207679, 760.86097349], rtol=1e-10)
+
+
+def test_only_a_mixture_of_two_conventions_prints_table_3_2():
+    """`erratum-table-3-2-mixture`: c_u of (2.31) beside Le; no consistent reading has all four."""
+    c_u, kept = np.sqrt(EA / DENSITY), np.sqrt(EA * STRETCH / DENSITY)
+    mixed = table_3_2(LENGTH * STRETCH, DENSITY, c_u)
+    np.testing.assert_allclose(mixed, [116.06, 766.28, 81.55, 757.48], atol=5e-3)
+    assert (np.abs(mixed - PRINTED) <= HALF_DIGITS).all()
+    for reading in ((LENGTH * STRETCH, DENSITY, kept), (LENGTH, DENSITY, kept), stretched()[:3]):
+        assert (np.abs(table_3_2(*reading) - PRINTED) > HALF_DIGITS).any(), f"{reading}"
+
+
+def test_in_phase_mode_is_a_zero_of_the_determinant():
+    """`erratum-table-3-2-in-phase`: at sin(omega Le/c_u) = 0, 751.73 Hz, the pulleys are at rest."""
+    length, density, c_u, _ = stretched()
+    frequency = c_u / (2 * length)
+    assert frequency == pytest.approx(751.7327, abs=5e-5)
+    for inertia in DRIVES.values():
+        masses = np.array([inertia, LOAD]) * 2 * np.pi * frequency / (c_u * density * 0.03**2)
+        _, singular, rows = np.linalg.svd(loop_matrix(np.array([0.0]), np.array([-1.0]), masses))
+        a1, a2, b1, b2 = rows[-1]
+        assert singular[-1] < 1e-13 * singular[0]
+        assert abs(a1) + abs(a2) < 1e-12 * abs(b1), "the rims are at rest"
+        assert b1 == pytest.approx(-b2), "in space both spans move alike: U2 is counted along -X1"
+        first, third = out_of_phase(inertia, length, density, c_u)
+        assert first < frequency < third
+
+
+def test_rigid_support_frequency_needs_unrounded_parameters():
+    """`erratum-table-3-2-rigid-supports`: 751.73 Hz, by (3.14a) 753.43 Hz; nylon of 1150 kg/m^3: 751.81."""
+    readings = EA / DENSITY, EA * STRETCH / DENSITY, 2.6e9 / 1150.0
+    np.testing.assert_allclose(np.sqrt(readings) / (2 * LENGTH), [751.7327, 753.4275, 751.81], atol=5e-3)
+    assert f"{1150.0 * AREA:.1e}" == "4.9e-04"
+
+
+@pytest.mark.parametrize(
+    ("length_grows", "mass_kept", "tuned"),
+    [(True, True, 3.28377), (False, False, 3.274), (True, False, 3.293)],
+)
+def test_tuned_pretension_of_configuration_2(length_grows, mass_kept, tuned):
+    """`convention-density`, `number-frequency-ratio`: 3.28377 N; 3.274 unstretched, 3.293 with rho kept."""
+
+    def detuning(pretension):
+        stretch = 1 + pretension / EA if length_grows else 1.0
+        density, length = DENSITY / (stretch if mass_kept else 1), LENGTH * stretch
+        (first,) = out_of_phase(DRIVES[2], length, density, np.sqrt(EA * stretch / density), count=1)
+        return np.sqrt(pretension / density) / (2 * length) / first - 0.5
+
+    half_digit = 0.5 * 10 ** -len(str(tuned).partition(".")[2])
+    assert brentq(detuning, 2.0, 5.0, xtol=1e-12) == pytest.approx(tuned, abs=half_digit)
+
+
+# --- the printed matrices and the certified modes have the same zeros -------------------------------------
+
+LOOP, HEAVY = load_drive("dissertation-1"), load_drive("dissertation-2")
+RIM = LOOP.drive_pulley.rim_mass
+UPPER, LOWER = Carriage(mass=5e-3, position=0.3), Carriage(mass=1e-3, position=0.45, span="lower")
+MIDSPANS = (Carriage(mass=RIM, position=0.5), Carriage(mass=RIM, position=0.5, span="lower"))
+SQUARE = replace(LOOP, carriage=MIDSPANS)
+CASES = {
+    "3.13": LOOP,
+    "3.13 heavy": HEAVY,
+    "3.20": replace(LOOP, carriage=[UPPER]),
+    "3.20 heavy": replace(HEAVY, carriage=[UPPER]),
+    "3.26": replace(HEAVY, kind="line", carriage=[UPPER]),
+    "3.38": replace(HEAVY, carriage=[UPPER, LOWER]),
+    "3.38 square": SQUARE,
+}
+
+
+def singular_values(drive, frequency):
+    """Singular values with the columns and rows brought to one size, ascending."""
+    a = modal_matrix(drive, 2 * np.pi * frequency)
+    a = a / np.linalg.norm(a, axis=1, keepdims=True)
+    return np.linalg.svd(a / np.linalg.norm(a, axis=0), compute_uv=False)[::-1]
+
+
+def zeros(drive, top):
+    """Zeros of the smallest singular value up to a frequency [Hz], crossing or touching, on a fine grid."""
+    grid = np.linspace(0.0, top, 6001)[1:]
+    smallest = np.array([singular_values(drive, f)[0] for f in grid])
+    found, step = [], grid[1]
+    for i in np.flatnonzero((smallest[1:-1] <= smallest[:-2]) & (smallest[1:-1] < smallest[2:])) + 1:
+        best = minimize_scalar(
+            lambda shift, middle=grid[i]: singular_values(drive, middle + shift)[0],
+            bounds=(-step, step),
+            method="bounded",
+            options={"xatol": 1e-10 * step},
+        )
+        if best.fun < 1e-7:
+            found.append(grid[i] + best.x)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_printed_matrices_and_certified_modes_have_the_same_zeros(case, measured):
+    """`confirmed-3-13-modal-matrices`, `erratum-3-38-inertia-entries`: as often, no more and no less."""
+    drive = CASES[case]
+    modes = longitudinal_modes(drive, count=12)
+    spectra = [(mode.multiplicity, singular_values(drive, mode.frequency)) for mode in modes]
+    vanishing, others = max(v[n - 1] for n, v in spectra), min(v[n] for n, v in spectra)
+    *listed, beyond = (mode.frequency for mode in modes)
+    found = zeros(drive, 0.5 * (listed[-1] + beyond))
+    measured(f"singular values below {vanishing:.1e}, others above {others:.1e}; {found.size} zeros")
+    assert vanishing < 1e-11
+    assert others > 1e-6
+    assert found.size == len(listed), f"zeros {found} Hz, listed {listed} Hz"
+    np.testing.assert_allclose(found, listed, rtol=1e-8)
+
+
+def test_printed_matrices_are_singular_at_the_modes_of_any_machine(measured):
+    """(3.20) and (3.26) over three decades of carriage and four of pulley."""
+    found = []
+
+    @given(
+        mass=st.floats(1e-4, 1.0),
+        place=st.floats(0.05, 0.95),
+        inertias=st.tuples(st.floats(1e-6, 1e-2), st.floats(1e-6, 1e-2)),
+        kind=st.sampled_from(["loop", "line"]),
+    )
+    def check(mass, place, inertias, kind):
+        pulleys = [replace(pulley, inertia=j) for pulley, j in zip(LOOP.pulley, inertias, strict=True)]
+        drive = replace(LOOP, kind=kind, pulley=pulleys, carriage=[Carriage(mass=mass, position=place)])
+        for frequency in natural_frequencies(drive, count=5):
+            found.append(singular_values(drive, frequency)[0])
+            assert found[-1] < 1e-10, f"{frequency} Hz: {found[-1]:.1e}"
+
+    check()
+    measured(f"singular values below {max(found):.1e} at {len(found)} modes")
+
+
+def test_determinant_of_3_38_touches_zero_without_a_sign_change_where_the_ring_is_square(measured):
+    """Modes that turn by a quarter of the ring are double: signs alone find one mode in three."""
+    modes = longitudinal_modes(SQUARE, count=12)
+    grid = np.linspace(0.5, 0.5 * (modes[-2].frequency + modes[-1].frequency), 20_001)
+    signs = np.sign([np.linalg.det(modal_matrix(SQUARE, 2 * np.pi * f)) for f in grid])
+    changes = grid[np.flatnonzero(signs[:-1] != signs[1:])]
+    simple = [mode.frequency for mode in modes[:-1] if mode.multiplicity == 1]
+    measured(f"{changes.size} changes of sign, {len(simple)} simple modes of {len(modes) - 1}")
+    assert len(simple) < len(modes) - 1
+    np.testing.assert_allclose(changes, simple, atol=grid[1] - grid[0])
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        replace(LOOP, carriage=[LOWER]),
+        replace(LOOP, kind="line"),
+        load_drive("dissertation-3"),
+        replace(LOOP, pulley=(LOOP.pulley[0], replace(LOOP.pulley[1], fixed=True))),
+    ],
+)
+def test_a_machine_without_a_printed_matrix_is_refused(drive):
+    with pytest.raises(InputRefused, match="no matrix is printed"):
+        modal_matrix(drive, 100.0)
+
+
+def test_matrices_follow_from_boundary_conditions_with_the_stretched_rigidity():
+    """`erratum-3-16-rigidity`: with EA, masses weigh 1 + eps0 as much, the frequency falls by eps0/2."""
+    ea, eps0, rho = sp.symbols("EA epsilon_0 rho", positive=True)
+    c_u = sp.sqrt(ea * (1 + eps0) / rho)
+    assert sp.simplify(ea * (1 + eps0) / c_u - c_u * rho) == 0
+    heavier = [replace(pulley, inertia=STRETCH * pulley.inertia) for pulley in HEAVY.pulley]
+    ratio = (
+        natural_frequencies(replace(HEAVY, pulley=heavier), count=1)[0]
+        / natural_frequencies(HEAVY, count=1)[0]
+    )
+    assert ratio == pytest.approx(1 - (STRETCH - 1) / 2, abs=2e-4)
+
+
+def test_load_pulley_of_the_open_line_hangs_on_the_end_of_span_2():
+    """`erratum-3-22-load-pulley`: row 3 of (3.26) has it right; with the printed sign no zero is a mode."""
+    drive = CASES["3.26"]
+    modes = natural_frequencies(drive, count=3)
+
+    def determinant(frequency, sign):
+        a = modal_matrix(drive, 2 * np.pi * frequency)
+        masses = a[2] * [0, 1, 0, 1] - [0, *_without_masses(drive, frequency)]
+        a[2] = sign * masses + [0, *_without_masses(drive, frequency)]
+        return np.linalg.det(a)
+
+    assert abs(determinant(modes[0], 1)) < 1e-9
+    grid = np.linspace(1.0, modes[2], 4001)
+    signs = np.sign([determinant(f, -1) for f in grid])
+    wrong = grid[np.flatnonzero(signs[:-1] != signs[1:])]
+    assert np.abs(wrong[0] / modes - 1).min() > 1e-2, f"lowest zero {wrong[0]:.3f} Hz, modes {modes} Hz"
+
+
+def _without_masses(drive, frequency):
+    phase = 2 * np.pi * frequency * 0.7 * STRETCH / drive.cable.axial_wave_speed
+    return -np.sin(phase), 0, np.cos(phase)
+
+
+@pytest.mark.parametrize("name", ["dissertation-1", "dissertation-2"])
+def test_fundamental_shapes_come_from_the_null_space_of_3_13(name):
+    """Figs. 3.3 and 3.4: U_i = a_i cos + b_i sin with the null vector, largest value 1."""
+    drive = load_drive(name)
+    ((frequency, shape),) = mode_shapes(drive)
+    a1, a2, b1, b2 = np.linalg.svd(modal_matrix(drive, 2 * np.pi * frequency))[2][-1]
+    speed = np.sqrt(drive.cable.axial_rigidity / drive.cable.mass_per_length)
+    phase = 2 * np.pi * frequency * np.linspace(0.0, drive.span_length, 201) / speed
+    expected = np.array([a * np.cos(phase) + b * np.sin(phase) for a, b in ((a1, b1), (a2, b2))])
+    found = np.array([shape["upper"], shape["lower"]])
+    expected *= found.ravel() @ expected.ravel() / np.sum(expected**2)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+    assert np.abs(found).max() == pytest.approx(1.0, abs=1e-14)
+
+
+# --- a mass that hangs on the cable -----------------------------------------------------------------------
+
+
+def hung(mass, position=0.25):
+    still = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))
+    return replace(still, carriage=[Carriage(mass=mass, position=position, guided=False)])
+
+
+@pytest.mark.parametrize("position", [0.5, 0.25, 0.03])
+def test_error_of_3_35_vanishes_with_the_mass_of_the_cable(position):
+    """`erratum-3-29-cable-mass`, `erratum-3-35-hertz`: in Hz, high by a sixth of the mass ratio."""
+    errors = [lateral_mode(hung(mass, position)) for mass in (0.01, 0.1, 1.0)]
+    ratio, first, second = np.array([(e.mass_ratio, e.error, e.corrected_error) for e in errors]).T
+    assert np.all(np.abs(first / ratio - 1 / 6) < 0.5 * ratio), f"error / mass ratio {first / ratio}"
+    assert np.polyfit(np.log(ratio), np.log(second), 1)[0] == pytest.approx(2.0, abs=0.05)
+
+
+def test_guided_neighbour_holds_the_cable_across():
+    """A hanging mass between the pulley and a guided carriage swings on the shorter stretch."""
+    drive = hung(0.1, 0.3)
+    rail = Carriage(mass=0.3, position=0.6, guided=True)
+    between = lateral_mode(replace(drive, carriage=(*drive.carriage, rail)))
+    expected = np.sqrt(drive.cable.pretension / 0.1 * 2 / (0.3 * STRETCH)) / (2 * np.pi)
+    assert between.approximate == pytest.approx(expected, rel=1e-12)
+    assert between.corrected_error < 1e-6
+
+
+def test_a_carriage_that_does_not_hang_alone_has_no_lateral_mode():
+    drive = hung(0.1)
+    two = replace(drive, carriage=(*drive.carriage, replace(drive.carriage[0], position=0.7)))
+    transporter = load_drive("dissertation-transporter")
+    for refused, number, reason in (
+        (two, 0, "another hanging"),
+        (transporter, 0, r"carriage\.0\.guided = true: .* no transverse motion"),
+        (transporter, 1, "numbered from 0"),
+    ):
+        with pytest.raises(InputRefused, match=reason):
+            lateral_mode(refused, number)
+
+
+def test_slopes_at_a_carriage_jump_by_its_inertia():
+    """EA (u'(+) - u'(-)) = -m omega^2 u: the boundary condition (3.16a)."""
+    drive = hung(0.01, 0.3)
+    rigidity = drive.cable.axial_rigidity
+    for mode in longitudinal_modes(drive, count=8):
+        before, after = (rigidity * slope[0] for slope in mode.slopes_at("carriage 0"))
+        force = -0.01 * (2 * np.pi * mode.frequency) ** 2 * mode.joints["carriage 0"][0]
+        assert after - before == pytest.approx(force, abs=1e-9 * (abs(after) + abs(before)))
+
+
+# --- modes followed along any figure of the drive: nothing missed, curves followed by their shapes --------
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "values"),
+    [
+        ("dissertation-1", "pulley.0.inertia", np.geomspace(1e-7, 1e-2, 9)),
+        ("dissertation-2", "pulley.1.inertia", np.geomspace(1e-7, 1e-2, 9)),
+        ("dissertation-transporter", "carriage.0.position", np.linspace(0.02, 0.98, 11)),
+        ("dissertation-transporter", "carriage.0.mass", np.geomspace(1e-5, 1.0, 9)),
+        ("dissertation-3", "motor.joint_stiffness", np.geomspace(1.0, 1e5, 9)),
+        ("printer-belt", "carriage.0.position", np.linspace(0.02, 0.28, 15)),
+        ("camera-line", "carriage.0.position", np.linspace(2.0, 36.0, 9)),
+        ("elevator", "carriage.0.mass", np.linspace(300.0, 900.0, 7)),
+    ],
+)
+def test_curves_hold_the_lowest_modes_at_every_value(name, key, values):
+    """Sorted, the followed curves are the certified list, whatever crosses on the way."""
+    drive = load_drive(name)
+    data = frequency_against(drive, key, values, modes=4)
+    for value in values:
+        listed = natural_frequencies(varied(drive, key, value), count=4)[:4]
+        np.testing.assert_allclose(np.sort(data.frequency.sel(value=value).values)[:4], listed, rtol=1e-11)
+
+
+@pytest.mark.parametrize("points", [2, 3, 40])
+def test_modes_of_a_symmetric_loop_cross_whatever_the_values_are(points, measured):
+    """`erratum-fig-3-8-midpoint`: a mass at midspan takes the in-phase mode below the other at 2 J/r^2."""
+    drive = replace(LOOP, carriage=[Carriage(mass=2 * RIM, position=0.5)])
+    data = frequency_against(drive, "carriage.0.mass", np.geomspace(2e-4, 0.2, points), modes=2)
+    (place,), (frequency,) = data.crossing_value.values, data.crossing_frequency.values
+    measured(f"crossing at chi_m = {place / (2 * LENGTH * DENSITY):.4f}")
+    assert data.crossing_kind.values == ["crossing"]
+    assert place == pytest.approx(2 * RIM, rel=1e-7)
+    assert place / (2 * LENGTH * DENSITY) == pytest.approx(16.59, abs=5e-3)
+    assert frequency == pytest.approx(116.32932059, rel=1e-8)
+    np.testing.assert_allclose(data.frequency[0], 116.32932059254597, rtol=1e-11)
+    assert np.all(np.diff(data.frequency.values[1]) < 0)
+
+
+def test_mass_weighted_shapes_of_one_drive_are_orthonormal():
+    """Kinetic energy of two different modes does not mix; what is left is the width of the cells."""
+    drive = load_drive("dissertation-transporter")
+    shapes = mass_weighted_shapes(drive, longitudinal_modes(drive, count=6), 512)
+    assert np.abs(shapes.T @ shapes - np.eye(6)).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "reason"),
+    [
+        ("pulley.0.inertai", [1e-6], "did you mean"),
+        ("pulley.2.inertia", [1e-6], "numbered from 0"),
+        ("motor.inertia", [1e-3], r"no \[motor\]"),
+        ("kind", [1.0], "not a quantity"),
+        ("pulley.0.inertia", [1e-6, -1e-6], "must be above 0"),
+        ("pulley.0.inertia", [float("nan")], "finite"),
+        ("pulley.0.inertia", [], "finite numbers"),
+        ("cable", [1.0], "not a quantity"),
+    ],
+)
+def test_what_cannot_be_varied_is_refused(key, values, reason):
+    with pytest.raises(InputRefused, match=reason):
+        frequency_against(LOOP, key, values)
