@@ -25,7 +25,6 @@ from cabledrive.reduction.averaging import (
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.run import whole
 
-AVERAGED_STEP = 1e-3
 HARMONICS = np.arange(3, 40, 2)
 FIRST_SINE = 8 / np.pi**2  # of a triangle of height one
 
@@ -79,15 +78,12 @@ def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) ->
 
 def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> SeenMotion:
     """The same motion at times (n,) [s] by the averaged equations, put together again."""
-    from scipy.interpolate import CubicSpline
-
     model, plucks = autoparametric_model(case.drive, number=1), np.array(case.plucks)
     passive = triangle_stretch(plucks) if case.shape == "triangle" else np.zeros(2)
     first = plucks * (FIRST_SINE if case.shape == "triangle" else 1.0)
     c = averaged_coefficients(model, torque=case.torque, forcing=case.forcing, passive=passive)
     start = plucked(c, first, second=second)
-    coarse, states = averaged_history(c, start, case.duration, second=second)
-    state = CubicSpline(coarse, states, axis=1)(time)
+    state = averaged_history(c, start, time, second=second)
     lanes = averaged_coefficients(model, torque=[case.torque], forcing=case.forcing, passive=passive)
     motion = reconstruct(lanes, state, time, second=second)  # type: ignore[arg-type]  # one time a lane
     across = motion.a[0]
@@ -113,27 +109,17 @@ def _harmonics(
 
 
 def averaged_history(
-    c: AveragedCoefficients,
-    start: Complex,
-    duration: float,
-    *,
-    second: bool = True,
-    step: float = AVERAGED_STEP,
-) -> tuple[Array, Complex]:
-    """Slow amplitudes from `start` (1 + J, ...) in time, by Runge-Kutta steps of fourth order.
+    c: AveragedCoefficients, start: Complex, times: Array, *, second: bool = True
+) -> Complex:
+    """Slow amplitudes from `start`, shape (1 + J,) [m], at times (n,) [s] from 0 on; shape (1 + J, n)."""
+    from scipy.integrate import solve_ivp
 
-    Returns ``time``, shape (n,) [s]; ``states``, shape (1 + J, n, ...) [m].
-    """
-    steps = int(np.ceil(duration / step))
-    h, states = duration / steps, [start]
-    for n in range(steps):
-        t, state = n * h, states[-1]
-        one = averaged_rates(c, state, t, second=second)
-        two = averaged_rates(c, state + 0.5 * h * one, t + 0.5 * h, second=second)
-        three = averaged_rates(c, state + 0.5 * h * two, t + 0.5 * h, second=second)
-        four = averaged_rates(c, state + h * three, t + h, second=second)
-        states.append(state + h / 6 * (one + 2 * two + 2 * three + four))
-    return np.asarray(h * np.arange(steps + 1), dtype=float), np.swapaxes(np.array(states), 0, 1)
+    def rates(time: float, state: Complex) -> Complex:
+        return averaged_rates(c, state, time, second=second)
+
+    span = (0.0, float(times[-1]))
+    found = solve_ivp(rates, span, start.astype(complex), "DOP853", times, rtol=1e-10, atol=1e-14)
+    return np.asarray(found.y)
 
 
 def envelope(time: Array, signal: Array, window: float) -> Array:

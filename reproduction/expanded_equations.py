@@ -1,22 +1,14 @@
 r"""The equations of motion of the cable written out in u', u'', ..., as the dissertation prints them.
 
 They hold the same mechanics as `CableLaw.components`, differentiated by hand; the node-centred scheme uses
-them. Arguments are the gradients ``(u', v', w')`` and second derivatives ``(u'', v'', w'')`` [1/m];
-accelerations come without gravity and without damping [m/s^2].
+them. Arguments are the gradients ``(u', v', w')`` [-], the second derivatives ``(u'', v'', w'')`` [1/m], and
+the squares of the wave speeds, :math:`c_u^2 = EA\,(1 + \epsilon_0)/\rho` and :math:`c_w^2 = T_0/\rho`
+[m^2/s^2]; accelerations come without gravity and without damping [m/s^2], taut or not.
 """
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw, Components
-
-
-def squared_wave_speeds(law: CableLaw, density: float) -> tuple[float, float]:
-    r"""Squares of the wave speeds.
-
-    ``density``: mass per pretensioned metre [kg/m].
-    Returns ``c_u2, c_w2``: :math:`c_u^2 = EA\,(1 + \epsilon_0)/\rho` and :math:`c_w^2 = T_0/\rho` [m^2/s^2].
-    """
-    return law.stiffness / density, law.pretension / density
 
 
 def longitudinal_acceleration(first: Components, second: Components, c_u2: float, c_w2: float) -> Array:
@@ -27,10 +19,6 @@ def longitudinal_acceleration(first: Components, second: Components, c_u2: float
     .. math:: \ddot u = \frac{u'' c_w^2 + c_u^2 (1 + u') \frac{D}{\lambda + 1}}{\lambda + 1}
               + \frac{c_u^2 u'' \lambda}{\lambda + 1}
               - \frac{(1 + u') D (c_w^2 + c_u^2 \lambda)}{(\lambda + 1)^3}
-
-    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
-    [m^2/s^2].
-    Returns acceleration of u [m/s^2].
     """
     return _exact(1.0 + first[0], second[0], first, second, c_u2, c_w2)
 
@@ -42,25 +30,18 @@ def transverse_accelerations(
 
     As `longitudinal_acceleration`, with :math:`v', v''` (:math:`w', w''`) in the places of
     :math:`1 + u', u''` outside of :math:`D`.
-
-    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
-    [m^2/s^2].
-    Returns accelerations of v and w [m/s^2].
     """
-    return (
-        _exact(first[1], second[1], first, second, c_u2, c_w2),
-        _exact(first[2], second[2], first, second, c_u2, c_w2),
-    )
+    v, w = (_exact(first[k], second[k], first, second, c_u2, c_w2) for k in (1, 2))
+    return v, w
 
 
 def _exact(
     slope: Array, curvature: Array, first: Components, second: Components, c_u2: float, c_w2: float
 ) -> Array:
-    u_x, v_x, w_x = first
-    u_xx, v_xx, w_xx = second
-    stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)  # lambda + 1
+    along = (1.0 + first[0], first[1], first[2])
+    stretch = np.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)  # lambda + 1
     strain = stretch - 1.0
-    d = (1.0 + u_x) * u_xx + v_x * v_xx + w_x * w_xx
+    d = along[0] * second[0] + along[1] * second[1] + along[2] * second[2]
     return (
         (curvature * c_w2 + c_u2 * slope * d / stretch) / stretch
         + c_u2 * curvature * strain / stretch
@@ -76,17 +57,12 @@ def weak_accelerations(first: Components, second: Components, c_u2: float, c_w2:
               \qquad \lambda = u' + \tfrac12 (v'^2 + w'^2)
 
     and the same with :math:`v', v''` and :math:`w', w''` in the places of :math:`1 + u', u''`.
-
-    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
-    [m^2/s^2].
-    Returns accelerations of u, v and w [m/s^2].
     """
     strain, strain_x = _weak_strain(first, second)
-    slopes = (1.0 + first[0], first[1], first[2])
     u, v, w = (
         c_u2 * strain_x * slope / (1.0 + strain)
         + (c_w2 + c_u2 * strain) * ((1.0 + strain) * curvature - slope * strain_x) / (1.0 + strain) ** 2
-        for slope, curvature in zip(slopes, second, strict=True)
+        for slope, curvature in zip((1.0 + first[0], first[1], first[2]), second, strict=True)
     )
     return u, v, w
 
@@ -99,44 +75,26 @@ def consistent_weak_accelerations(
     .. math:: \ddot u = c_u^2 \lambda', \qquad
               \ddot v = c_u^2 \lambda' v' + (c_w^2 + c_u^2 \lambda)\,v'', \qquad
               \ddot w = c_u^2 \lambda' w' + (c_w^2 + c_u^2 \lambda)\,w''
-
-    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
-    [m^2/s^2].
-    Returns accelerations of u, v and w [m/s^2].
     """
     strain, strain_x = _weak_strain(first, second)
-    tension = c_w2 + c_u2 * strain
-    v, w = (c_u2 * strain_x * first[k] + tension * second[k] for k in (1, 2))
+    v, w = (c_u2 * strain_x * first[k] + (c_w2 + c_u2 * strain) * second[k] for k in (1, 2))
     return c_u2 * strain_x, v, w
-
-
-def linear_accelerations(first: Components, second: Components, c_u2: float, c_w2: float) -> Components:
-    r"""Accelerations of the linear cable, Eqs. (3.7) and (3.8) without gravity.
-
-    .. math:: \ddot u = c_u^2 u'', \qquad \ddot v = c_w^2 v'', \qquad \ddot w = c_w^2 w''
-
-    ``first``, ``second``: (u', v', w') [-] (not used) and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared
-    wave speeds [m^2/s^2].
-    Returns accelerations of u, v and w [m/s^2].
-    """
-    return c_u2 * second[0], c_w2 * second[1], c_w2 * second[2]
 
 
 def _weak_strain(first: Components, second: Components) -> tuple[Array, Array]:
     """Strain (2.19) and its derivative along the cable."""
-    u_x, v_x, w_x = first
-    u_xx, v_xx, w_xx = second
+    (u_x, v_x, w_x), (u_xx, v_xx, w_xx) = first, second
     return u_x + 0.5 * (v_x**2 + w_x**2), u_xx + v_x * v_xx + w_x * w_xx
 
 
-def accelerations(law: CableLaw, density: float, first: Components, second: Components) -> Components:
-    """Accelerations of a cable law, written out.
+def linear_accelerations(first: Components, second: Components, c_u2: float, c_w2: float) -> Components:
+    """Accelerations of the linear cable, Eqs. (3.7) and (3.8) without gravity; the gradients are not used."""
+    return c_u2 * second[0], c_w2 * second[1], c_w2 * second[2]
 
-    ``density``: mass per pretensioned metre [kg/m]; ``first``, ``second``: (u', v', w') [-] and (u'', v'',
-    w'') [1/m].
-    Returns accelerations of u, v and w [m/s^2], taut or not.
-    """
-    speeds = squared_wave_speeds(law, density)
+
+def accelerations(law: CableLaw, density: float, first: Components, second: Components) -> Components:
+    """Accelerations of u, v and w by a cable law, written out; ``density`` per pretensioned metre [kg/m]."""
+    speeds = law.stiffness / density, law.pretension / density
     if law.name == "exact":
         v, w = transverse_accelerations(first, second, *speeds)
         return longitudinal_acceleration(first, second, *speeds), v, w

@@ -24,23 +24,12 @@ BEYOND = ("report", "app")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reproduction:
-    """The dissertation beside what is computed.
+    """The dissertation beside what is computed."""
 
-    Attributes
-    ----------
-    outcomes : tuple of (Entry, tuple of Item, tuple of Panel)
-        In the order of the print.
-    quick : bool
-    source : str
-        Hash of the package that computed it.
-    only : str or None
-        The part that was asked for.
-    """
-
-    outcomes: tuple[tuple[Entry, tuple[Item, ...], tuple[Panel, ...]], ...]
+    outcomes: tuple[tuple[Entry, tuple[Item, ...], tuple[Panel, ...]], ...]  # in the order of the print
     quick: bool
-    source: str
-    only: str | None = None
+    source: str  # hash of the package that computed it
+    only: str | None = None  # the part that was asked for
 
     @property
     def items(self) -> tuple[Item, ...]:
@@ -65,12 +54,12 @@ class Reproduction:
             "inputs": self.inputs,
             "cannot_fail": self.counts(untested=True),
             "figures": [
-                asdict(panel) | {"call": call_of(entry, self.quick)}
-                for entry, _, panels in self.outcomes
-                for panel in panels
+                asdict(one) | {"call": call_of(entry, self.quick)}
+                for entry, _, made in self.outcomes
+                for one in made
             ],
             "quick": self.quick,
-            **({"only": self.only} if self.only is not None else {}),
+            "only": self.only,
             "provenance": {"cabledrive": __version__, "source_hash": self.source},
         }
 
@@ -83,20 +72,17 @@ def call_of(entry: Entry, quick: bool = False) -> str:
 
 
 def chosen_entries(only: str | None = None) -> tuple[Entry, ...]:
-    """Entries that a text asks for.
+    """Entries that have a text in what they cover, "Fig. 5.3", or in their name; all unless given.
 
-    ``only``: part of what an entry covers, "Fig. 5.3", "Table 3.2", "Section 6", or of its name; all unless
-    given.
     Raises `InputRefused` if no entry has it.
     """
-    every = entries()
-    if only is None:
-        return every
-    found = tuple(one for one in every if any(mentions(name, only) for name in (*one.covers, one.name)))
+    found, asked = entries(), (only or "")[:60]
+    known = [name for entry in found for name in entry.covers]
+    if only is not None:
+        found = tuple(one for one in found if any(mentions(name, only) for name in (*one.covers, one.name)))
     if not found:
-        known = [name for entry in every for name in entry.covers]
         raise InputRefused(
-            f'--only "{only[:60]}" is no part of the dissertation that is computed{nearest(only[:60], known)}'
+            f'--only "{asked}" is no part of the dissertation that is computed{nearest(asked, known)}'
         )
     return found
 
@@ -116,10 +102,8 @@ def reproduce(
 ) -> Reproduction:
     """Compute every entry anew, or take it from the folder where it is finished there.
 
-    ``quick``: fewer runs of the rig and a coarser loop; ``only``: see `chosen_entries`; ``folder``: where
-    finished entries are kept, by the hash of the package and the entry; ``note``: called with a line of text
-    for each entry.
-    Raises `InputRefused` if no entry has what `only` asks for.
+    ``quick``: fewer runs of the rig and a coarser loop; ``folder``: where finished entries are kept, by the
+    hash of the package and the entry; ``note``: called with a line of text for each entry.
     """
     source, chosen = source_hash(), chosen_entries(only)
     outcomes = []

@@ -323,7 +323,7 @@ def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so(m
     assert both.onset is not None
     c = averaged_coefficients(autoparametric_model(DRIVE, load_torque=LOAD), torque=PUSHED, drift=False)
     start = np.array([1e-4, 1.5e-3, 2.5e-3j])
-    _, states = averaged_history(c, start, 16.0, second=False, step=4e-3)
+    states = averaged_history(c, start, np.array([0.0, 16.0]), second=False)
     apart = np.max(np.abs(np.abs(states[:, -1]) / found[:3] - 1.0))
     measured(f"amplitudes in time within {apart:.1e} of the branch")
     np.testing.assert_allclose(np.abs(states[:, -1]), found[:3], rtol=2e-3)
