@@ -9,7 +9,7 @@ import time
 import xarray as xr
 
 from cabledrive.campaign import run_sweep
-from cabledrive.campaign.lone import do_alone
+from cabledrive.campaign.processes import do_alone
 from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
 from cabledrive.campaign.work import Plan

@@ -1,7 +1,7 @@
 """The rows of a chunk: values of the keys, status, reason, seed and time of each, and the outputs."""
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -17,7 +17,7 @@ DONE, DEFECT, REFUSED, FAILED, NOT_YET = 0, 1, 2, 3, -1
 """Status of a row, as the exit status of a command; a defect of the package ends its row alone."""
 UNKNOWN = -1
 """Of a flag that has not been found."""
-POISONED = "the process ended while this row was computed, twice alone: {why}"
+LOST = "the process ended while this row was computed, twice alone: {why}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,6 +30,9 @@ class Chunk:
     reason: NDArray[Any]  # (rows,)
     seed: NDArray[np.uint64]  # (rows,)
     time: NDArray[np.float64]  # (rows,) [s]
+
+
+PER_ROW = ("code", "reason", "seed", "time")
 
 
 @runtime_checkable
@@ -63,50 +66,57 @@ def empty(output: Output, rows: int) -> NDArray[Any]:
     return np.full(shape, np.nan)
 
 
-def compute_rows(
-    spec: CampaignSpec,
-    first: int,
-    last: int,
-    *,
-    poisoned: Mapping[int, str] | None = None,
-    begin: Callable[[int], None] | None = None,
-    at_once: bool = True,
-) -> Chunk:
-    """Compute some rows; each depends on the SPEC and its own number alone.
-
-    ``poisoned``: why a row is not tried, by its number; ``begin``: called before each row with its number;
-    ``at_once``: whether many rows may be computed in one call.
-    """
-    count, poisoned = last - first, poisoned or {}
-    values, seeds = spec.values(first, last), row_seeds(spec.seed, first, last)
-    outputs = {output.name: empty(output, count) for output in spec.computation.outputs}
-    code, times = np.full(count, DONE, dtype=np.int8), np.zeros(count)
-    reason = np.full(count, "", dtype=object)
-    done: NDArray[np.bool_] = np.zeros(count, dtype=bool)
-    if at_once and isinstance(spec.computation, ManyRows):
-        sound = np.array([row not in poisoned for row in range(first, last)])
+def compute_rows(spec: CampaignSpec, first: int, last: int) -> Chunk:
+    """Compute some rows; each depends on the SPEC and its own number alone."""
+    values, outputs, chunk = _begun(spec, first, last)
+    done: NDArray[np.bool_] = np.zeros(last - first, dtype=bool)
+    if isinstance(spec.computation, ManyRows):
         began = time.perf_counter()
-        found = spec.computation.many(spec, {key: column[sound] for key, column in values.items()})
+        found = spec.computation.many(spec, values)
         if found is not None:
-            done[sound], columns = found
+            done, columns = found
             for name in outputs:
-                outputs[name][done] = columns[name][done[sound]]
-            times[done] = (time.perf_counter() - began) / count
+                outputs[name][done] = columns[name][done]
+            chunk.time[done] = (time.perf_counter() - began) / done.size
     for i in np.flatnonzero(~done):
-        row = first + int(i)
-        if row in poisoned:
-            code[i], reason[i] = FAILED, POISONED.format(why=poisoned[row])
-            continue
-        if begin is not None:
-            begin(row)
         began = time.perf_counter()
-        given, code[i], reason[i] = _one(
-            spec, {key: column[i] for key, column in values.items()}, int(seeds[i])
-        )
-        times[i] = time.perf_counter() - began
+        row = {key: column[i] for key, column in values.items()}
+        given, chunk.code[i], chunk.reason[i] = _one(spec, row, int(chunk.seed[i]))
+        chunk.time[i] = time.perf_counter() - began
         for name in given.keys() & outputs.keys():
             outputs[name][i] = _stored(given[name], outputs[name].dtype)
-    return Chunk(variables=values | outputs, code=code, reason=reason, seed=seeds, time=times)
+    return chunk
+
+
+def _begun(spec: CampaignSpec, first: int, last: int) -> tuple[dict[str, Any], dict[str, Any], Chunk]:
+    """Values of the keys and outputs by name, and the chunk that holds them, before anything is computed."""
+    count = last - first
+    values = spec.values(first, last)
+    outputs = {output.name: empty(output, count) for output in spec.computation.outputs}
+    chunk = Chunk(
+        variables=values | outputs,
+        code=np.full(count, DONE, dtype=np.int8),
+        reason=np.full(count, "", dtype=object),
+        seed=row_seeds(spec.seed, first, last),
+        time=np.zeros(count),
+    )
+    return values, outputs, chunk
+
+
+def lost_row(spec: CampaignSpec, row: int, why: str) -> Chunk:
+    """A row that ended its process each time it was computed."""
+    chunk = _begun(spec, row, row + 1)[2]
+    chunk.code[0], chunk.reason[0] = FAILED, LOST.format(why=why)
+    return chunk
+
+
+def joined(chunks: Sequence[Chunk]) -> Chunk:
+    """Rows of several chunks as one."""
+    alike = {name: np.concatenate([getattr(one, name) for one in chunks]) for name in PER_ROW}
+    names = chunks[0].variables
+    return Chunk(
+        variables={name: np.concatenate([one.variables[name] for one in chunks]) for name in names}, **alike
+    )
 
 
 def _stored(value: Any, dtype: Any) -> Any:

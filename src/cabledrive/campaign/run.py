@@ -135,10 +135,9 @@ def run_sweep(
             plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
             if not _todo(plan, part):
                 return _result(plan, 0.0, time.monotonic() - began, "nothing: it was done before")
-        new = not (path / "zarr.json").is_file()
-        with chosen_engine(workers, scheduler, part, spec, new) as engine:
+        with chosen_engine(path, workers, scheduler, part) as engine:
             plan = _begun(spec, path, engine)
-            engine.warm(plan)
+            engine.ready(plan)
             first, last = _run(plan, _todo(plan, part), engine, progress)
     return _result(plan, last - first, first - began, engine.name, engine.notes)
 
@@ -153,7 +152,7 @@ def _run(plan: Plan, todo: list[int], engine: Engine, progress: bool | None) -> 
     first = shown.last_mark
     try:
         for report in engine.reports(plan, todo):
-            shown.add(report, engine.memory)
+            shown.add(report)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"finished chunks are kept in {plan.store.name}; to go on, give the same command again"
@@ -213,7 +212,7 @@ def stored_bytes(spec: CampaignSpec) -> float:
 def _begun(spec: CampaignSpec, path: Path, engine: Engine) -> Plan:
     """The store, made where there is none; the first driver chooses the chunk."""
     if not (path / "zarr.json").is_file():
-        store.create(path, spec, engine.chunk(spec, path))
+        store.create(path, spec, engine.chunk(spec))
     return Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
 
 

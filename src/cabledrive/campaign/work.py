@@ -2,13 +2,12 @@
 
 import sys
 import time
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from cabledrive.campaign.rows import compute_rows, counts
+from cabledrive.campaign.rows import ManyRows, compute_rows, counts
 from cabledrive.campaign.spec import CampaignSpec
-from cabledrive.campaign.store import chunk_bounds, write_chunk
+from cabledrive.campaign.store import chunk_bounds, open_arrays, write_chunk
 from cabledrive.parameters.terminal import TerminalLine, on_a_terminal
 from cabledrive.simulation.run import rounded_time
 
@@ -48,20 +47,23 @@ class Report:
     seconds: float  # of the process that computed and wrote it
 
 
-def do_chunk(
-    number: int,
-    plan: Plan,
-    *,
-    poisoned: Mapping[int, str] | None = None,
-    begin: Callable[[int], None] | None = None,
-    at_once: bool = True,
-) -> Report:
-    """Compute a chunk and write it, as `compute_rows` does; `OSError` if the disk refuses."""
+def do_chunk(number: int, plan: Plan) -> Report:
+    """Compute a chunk and write it; `OSError` if the disk refuses."""
     began = time.perf_counter()
     first, last = plan.bounds(number)
-    chunk = compute_rows(plan.spec, first, last, poisoned=poisoned, begin=begin, at_once=at_once)
+    chunk = compute_rows(plan.spec, first, last)
     write_chunk(plan.store, first, chunk)
     return Report(number=number, **counts(chunk.code), seconds=time.perf_counter() - began)
+
+
+def loaded(plan: Plan) -> None:
+    """Load what the first chunk would wait for: the store's arrays, kernels of rows computed at once.
+
+    Kernels of single rows are loaded with the first row, since it may take as long as a chunk.
+    """
+    open_arrays(plan.store)
+    if isinstance(plan.spec.computation, ManyRows):
+        plan.spec.computation.many(plan.spec, plan.spec.values(0, 1))
 
 
 def chosen_chunk(spec: CampaignSpec, workers: int) -> int:
@@ -108,23 +110,22 @@ class CampaignProgress:
         self._last = self._began
         self.last_mark = time.monotonic()
 
-    def add(self, report: Report, memory: Callable[[], float | None] = lambda: None) -> None:
-        """Count a chunk. ``memory``: of all workers [bytes], asked when a line is shown."""
+    def add(self, report: Report) -> None:
+        """Count a chunk."""
         self.last_mark = now = time.monotonic()
         self.done += report.done
         self.bad += report.refused + report.failed
         between = ON_A_TERMINAL if self._line is not None else ELSEWHERE
         if self._shown and now - self._last >= between:
             self._last = now
-            self._write(self.line(now, memory()))
+            self._write(self.line(now))
 
-    def line(self, now: float, memory: float | None) -> str:
+    def line(self, now: float) -> str:
         """The line at a time of the monotonic clock."""
         rate = (self.done - self._from) / max(now - self._began, 1e-9)
         left = (self._rows - self.done) / rate if rate > 0.0 else None
         parts = [f"{self.done} of {self._rows} rows", f"{rate:.4g} rows/s", f"{self.bad} refused or failed"]
         parts += [f"{rounded_time(left)} left"] if left is not None else []
-        parts += [f"workers {memory / 1e6:.0f} MB"] if memory is not None else []
         return ", ".join(parts)
 
     def _write(self, line: str) -> None:
