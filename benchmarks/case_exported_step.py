@@ -14,7 +14,7 @@ from case_control_step import COMPARED, LAWS, made, steps
 from harness import duration, side_by_side, table
 
 import cabledrive as cd
-from cabledrive.export.c99 import controller_package, stack_bytes
+from cabledrive.export.c99 import controller_package
 from cabledrive.export.source import ExportSource
 from cabledrive.rig.closed_loop.loop import loop_at_rest
 from cabledrive.rig.laws.controller_file import controller_from, controller_numbers
@@ -51,18 +51,15 @@ def report() -> str:
             contestants[compiler] = partial(by_c, library(files, compiler), readings, reference)
         times = side_by_side(contestants)
         each = {one: 1e9 * timing.median / len(readings) for one, timing in times.items()}
-        stack = stack_bytes(files)
         for one, timing in times.items():
             below = "yes" if 1e-9 * each[one] < TARGET else "no"
-            counted = stack if one == "gcc -O2" else ""
-            rows.append((label, one, duration(timing), f"{each[one]:.0f} ns", below, counted))
+            rows.append((label, one, duration(timing), f"{each[one]:.0f} ns", below))
     note = (
         "The same readings and reference rows; the filter at the gain on which it settles. C: -ffp-contract=off, every "
-        "sum in the order of the Python; numba may reorder them. Stack: the sum over all functions in bytes, as gcc counts "
-        "it; no heap. Target: less than 150 ns, less than 1 kB. Absent here: "
+        "sum in the order of the Python; numba may reorder them. Target: less than 150 ns. Absent here: "
         f"{', '.join(one for one in COMPILERS if one not in present) or 'no compiler'}."
     )
-    return table(["law", "by", "whole motion", "one step", "below 150 ns", "stack"], rows) + "\n\n" + note
+    return table(["law", "by", "whole motion", "one step", "below 150 ns"], rows) + "\n\n" + note
 
 
 def library(files: dict[str, str], compiler: str) -> ctypes.CDLL:

@@ -1,7 +1,6 @@
 """A controller in C is the interpreted kernel to the bit, and behaves as firmware has to."""
 
 import ctypes
-import json
 import shutil
 
 import numpy as np
@@ -189,9 +188,6 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     assert found["sample_time"] == pytest.approx(2e-4)
     done = cd.track(cd.load_drive(str(out / "drive.toml")), controller=out)
     assert done.summary["controller"] == "pd"
-    cut = json.loads((out / "controller.json").read_text())["gain_cut"]
-    assert 0.5 < cut["peak_error_ratio"] < 2.0
-    assert f"{cut['peak_error_ratio']:.6g} times" in (out / "README.md").read_text()
     assert done.summary["gains"]["file"] == str(out / "controller.json")
     again = export_to(tmp_path / "again", out, "c99")
     assert (tmp_path / "again" / "cabledrive_law.c").read_text() == (out / "cabledrive_law.c").read_text()

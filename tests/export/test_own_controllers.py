@@ -60,7 +60,7 @@ def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, exported)
 
 def test_the_target_steps_as_the_rig_does():
     """Readings of a run on the rig, replayed; the rig's filter settled from the start."""
-    source, loop = designed(DRIVE, OWN), designed_loop(DRIVE, OWN)[0]
+    source, loop = designed(DRIVE, OWN), designed_loop(DRIVE, OWN)
     loop = replace(loop, observer=source.law.observer)
     log = run(loop, last=300).log[:300]
     first, m = 2 * loop.chain.size + 1, len(source.law.encoders)

@@ -1,13 +1,8 @@
 """The C99 package of a controller: header, sources, self-test, its vectors, and what its step needs."""
 
 import json
-import shutil
-import subprocess
-import tempfile
-from collections.abc import Mapping
 from dataclasses import replace
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 from cabledrive.export.self_test import self_test
@@ -23,39 +18,6 @@ from cabledrive.export.target_program import (
 from cabledrive.export.translation.nodes import Precision, mentions
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.version import __version__
-
-FLAGS = ("-std=c99", "-ffp-contract=off", "-O2", "-c", "-fstack-usage")
-
-
-def stack_bytes(files: Mapping[str, str]) -> int | None:
-    """Upper bound of the stack of any call [bytes]: all functions', none recursive; None: no compiler."""
-    found = shutil.which("gcc")
-    if found is None:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
-        for name, text in files.items():
-            if name.endswith((".h", ".c")):
-                (place / name).write_text(text, encoding="utf-8")
-        done = subprocess.run(
-            [found, *FLAGS, "cabledrive_law.c"], cwd=place, capture_output=True, text=True, check=False
-        )
-        reports = list(place.glob("*.su"))
-        if done.returncode or not reports:
-            return None
-        return sum(int(line.split("\t")[1]) for line in reports[0].read_text().splitlines())
-
-
-def stack_words(files: Mapping[str, str]) -> str:
-    """The stack in words."""
-    found = stack_bytes(files)
-    if found is None:
-        return "Stack: compile with `gcc -fstack-usage`; no compiler was at hand to count it."
-    return (
-        f"Stack: at most {found} bytes, the sum over all functions as `gcc -O2 -fstack-usage` counts them "
-        "where this was exported."
-    )
-
 
 HEADER, SOURCE, CHECK = "cabledrive_law.h", "cabledrive_law.c", "check.c"
 
@@ -141,6 +103,5 @@ def _readme(source: ExportSource, made: TargetProgram, files: dict[str, str], to
             notes=source.notes,
             state_bytes=state,
             table_bytes=tables,
-            stack=stack_words(files),
         )
     )

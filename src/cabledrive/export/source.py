@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import dataclass, replace
-from math import sqrt
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +9,12 @@ import numpy as np
 
 from cabledrive.control.numbers import BY_LOAD, HIGH, LOW, SCHEDULED
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
-from cabledrive.control.reference import MotionNumbers
-from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.closed_loop.loop_numbers import RigNumbers
 from cabledrive.rig.laws.controller_file import (
     FILE,
@@ -27,71 +24,12 @@ from cabledrive.rig.laws.controller_file import (
     is_controller_path,
     read_controller,
 )
-from cabledrive.rig.laws.controllers import motion_numbers
 from cabledrive.rig.laws.given import law_from_file, own_law
 from cabledrive.rig.laws.registry import known_name, needed_order
 from cabledrive.rig.ranked import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import check_motion, spec_for
 from cabledrive.rig.tuning import design
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GainCut:
-    """The loss along the standard pulse on the lumped plant.
-
-    ``samples``: gains left out; ``peak``, ``rms``: error of the load with the last gain alone, over that with
-    the whole schedule; None where the two are one.
-    """
-
-    samples: int
-    peak: float | None
-    rms: float | None
-
-    @property
-    def data(self) -> dict[str, Any]:
-        """As a controller.json holds it."""
-        return {
-            "gains_left_out": self.samples,
-            "peak_error_ratio": self.peak,
-            "rms_error_ratio": self.rms,
-            "tried_on": "standard pulse, lumped plant",
-        }
-
-    @property
-    def note(self) -> str:
-        """In words."""
-        if self.peak is None or self.rms is None:
-            return "the filter has one gain: nothing of its schedule is left out"
-        return (
-            f"{self.samples} gains that lead to the last one are left out: along the standard pulse on the "
-            f"lumped plant the peak error is {self.peak:.6g} times, the rms error {self.rms:.6g} times that "
-            "with all of them"
-        )
-
-
-def gain_cut(loop: Loop, motion: MotionNumbers) -> GainCut | None:
-    """Run a loop with its schedule of gains and with the last one alone; None where a run does not end."""
-    gains = loop.observer.gains
-    if len(gains) < 2 or loop.observer.kind == BY_LOAD:
-        return GainCut(samples=0, peak=None, rms=None)
-    made = loop.controller
-    if made.generator is not None and made.generator.load.columns:
-        table = reference_table(made.generator, motion, loop.rig.interval, len(made.reference))
-        made = replace(made, reference=table)
-    settled = replace(
-        loop, controller=made, observer=loop.observer._replace(gains=gains[-1:].copy())
-    )  # fmt: skip
-    whole, cut = (run(one, log=False) for one in (loop, settled))
-    if min(whole.ended, cut.ended) < len(loop.target):
-        return None
-    before, after = whole.state.summary, cut.state.summary
-    return GainCut(
-        samples=len(gains) - 1,
-        peak=float(after[0] / before[0]),
-        rms=sqrt(after[3] / before[3]),
-    )
-
 
 DRIVE = "drive.toml"
 LEARNS = (
@@ -103,8 +41,11 @@ ANNOUNCE = (
     "announce the load: write its inertia over that of the drive into ref[CD_REFERENCES - 1] before each "
     "cd_step; the generator leaves 1 there, and beyond {low:.4g} to {high:.4g} the nearer end is taken"
 )
-NOT_TRIED = "what leaving out the filter's schedule of gains costs is not known: a run did not reach its end"
-NO_SCHEDULE = "what leaving out the filter's schedule of gains costs is not known: the file has the last gain"
+SETTLED = (
+    "the Kalman filter uses the gain on which it settles from the first sample on: the peak error along the "
+    "standard pulse was 0.73 to 1.42 times that of the schedule for the laws of dissertation-3; "
+    "`cabledrive track DRIVE --controller FOLDER` runs it as it is"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -164,8 +105,7 @@ def _from_file(path: Path) -> ExportSource:
     drive = load_drive(str(beside)) if beside.is_file() else None
     if drive is not None and content_hash(drive) != law.drive_hash:
         drive = None
-    notes = (*_notes(law), *(() if data.get("gain_cut") else (NO_SCHEDULE,)))
-    return ExportSource(law=law, data=data, drive=drive, notes=notes)
+    return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))
 
 
 def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSource:
@@ -173,17 +113,15 @@ def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSourc
 
     ``name``: of a packaged law, or a controller of the user's own.
     """
-    loop, motion = designed_loop(drive, name)
+    loop = designed_loop(drive, name)
     data = controller_numbers(loop, drive, RigOptions().feedback)
-    cut = gain_cut(loop, motion)
-    data |= {"gain_cut": None if cut is None else cut.data}
     law = controller_from(json.loads(json.dumps(data)), FILE, loop.controller.own)
-    notes = (*_notes(law), NOT_TRIED if cut is None else cut.note, *axis_notes(drive))
+    notes = (*_notes(law), *axis_notes(drive))
     return ExportSource(law=law, data=data, drive=drive, notes=notes)
 
 
-def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> tuple[Loop, MotionNumbers]:
-    """The loop of a law and a drive along the standard pulse, and that."""
+def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:
+    """The loop of a law and a drive along the standard pulse."""
     own = checked_controller(name) if name is not None and not isinstance(name, str) else None
     best = name == BEST
     known = own.name if own else known_name(None if best else str(name) if name else None, drive)
@@ -197,15 +135,15 @@ def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> tuple[
             f"{made.name} is an open loop and no controller: the configuration of its shaper comes from "
             "`cabledrive shaper LOG --json -o shaper.json` and `export shaper.json --format klipper`"
         )
-    loop = close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
-    return loop, motion_numbers(drive, motion)
+    return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
 
 
 def _notes(law: ControllerFile) -> tuple[str, ...]:
+    settled = () if law.observer.kind == BY_LOAD else (SETTLED,)
     if law.law.kind == SCHEDULED:
         low, high = law.law.learning[[LOW, HIGH], 0]
-        return (ANNOUNCE.format(low=low, high=high),)
-    return (LEARNS,) if law.name == "darc-indirect" else ()
+        return (*settled, ANNOUNCE.format(low=low, high=high))
+    return (*settled, LEARNS) if law.name == "darc-indirect" else settled
 
 
 def read_drive(source: Any, axis: str | None = None) -> Drive:
