@@ -1,18 +1,30 @@
-"""Hypothesis strategies: any drive that the drive file can describe."""
+"""Hypothesis strategies: any drive that the drive file can describe, by the bounds that its fields declare."""
+
+from dataclasses import fields
 
 from hypothesis import strategies as st
 
 from cabledrive.parameters import Cable, Carriage, Drive, Goal, Layout, Lumped, Motor, Pulley, Sensors
 
 positive = st.floats(1e-12, 1e12)
-nonnegative = st.one_of(st.just(0.0), positive)
-counts = st.integers(1, 10_000_000)
+within = {"positive": positive, "nonnegative": st.just(0.0) | positive, "finite": st.floats(-1e6, 1e6)}
 words = st.text(st.characters(blacklist_categories=("Cc", "Cs"), whitelist_characters="\n\t"), max_size=40)
 
 
 def maybe(strategy):
     """The value, or None: not stated."""
     return st.none() | strategy
+
+
+def table(kind, **own):
+    """A table of the file; ``own``: strategies of fields that others bind."""
+    found = {}
+    for field in fields(kind):
+        if "unit" in field.metadata and field.name not in own:
+            count = field.metadata["unit"] == "count"
+            one = st.integers(1, 10_000_000) if count else within[field.metadata["bound"]]
+            found[field.name] = maybe(one) if field.default is None else one
+    return st.builds(kind, **found | own)
 
 
 materials = st.one_of(
@@ -24,46 +36,11 @@ cables = st.builds(
     material=materials,
     mass_per_length=st.floats(1e-6, 1e3),
     pretension=st.floats(1e-3, 1e6),
-    transverse_damping=nonnegative,
-    axial_damping=nonnegative,
+    transverse_damping=within["nonnegative"],
+    axial_damping=within["nonnegative"],
     strain_limit=maybe(positive),
 )
-pulleys = st.builds(
-    Pulley,
-    radius=positive,
-    inertia=positive,
-    viscous_friction=nonnegative,
-    coulomb_friction=nonnegative,
-    wrap_angle=maybe(positive),
-    capstan_friction=maybe(positive),
-)
-motors = st.builds(
-    Motor,
-    inertia=positive,
-    viscous_friction=nonnegative,
-    coulomb_friction=nonnegative,
-    offset_torque=st.floats(-1e6, 1e6),
-    joint_stiffness=maybe(positive),
-    joint_damping=nonnegative,
-    holding_stiffness=maybe(positive),
-    torque_limit=maybe(positive),
-    torque_per_volt=maybe(positive),
-    speed_limit=maybe(positive),
-    gear_ratio=maybe(positive),
-    rotor_inertia=maybe(positive),
-    backlash=nonnegative,
-    current_bandwidth=maybe(positive),
-)
-sensors = st.builds(
-    Sensors,
-    motor_encoder=maybe(counts),
-    drive_encoder=maybe(counts),
-    load_encoder=maybe(counts),
-    load_cell_noise=maybe(nonnegative),
-    sample_rate=maybe(positive),
-    delay=nonnegative,
-)
-lumped = st.builds(Lumped, cable_stiffness=maybe(positive), cable_damping=maybe(nonnegative))
+pulleys, motors, sensors, lumped = (table(kind) for kind in (Pulley, Motor, Sensors, Lumped))
 
 
 @st.composite
@@ -105,5 +82,5 @@ def drives(draw, most_carriages=4):
         motor=motor,
         lumped=draw(maybe(lumped)),
         sensors=draw(maybe(sensors)),
-        goal=draw(maybe(st.builds(Goal, tracking_error=maybe(positive)))),
+        goal=draw(maybe(table(Goal))),
     )

@@ -41,8 +41,6 @@ def resonance_data(
             "slack": instability.slack,
             "required_detuning_hz": _required(drive, found, load_torque),
         }
-        region = dict(data["instability_region"])
-        data["tongue"] = {"distance_hz": region.pop("detuning_hz"), **region}  # the names of version 0.1
         data["sensitivity"] = _sensitivity_data(drive, found.torque, load_torque)
     if found.split:
         data["load_torque"] = load_torque
