@@ -1,4 +1,4 @@
-"""Hypothesis strategies: any drive that the drive file can describe, by the bounds that its fields declare."""
+"""Hypothesis strategies: any drive that the drive file can describe, by the bounds of its fields."""
 
 from dataclasses import fields
 

@@ -163,3 +163,21 @@ def test_a_band_turned_round_and_solved_is_the_whole_matrix():
         expected = np.linalg.solve(whole, load[:, 0])
         found = rows.solved(band, load)[:, 0]
         np.testing.assert_allclose(found, expected / np.abs(expected).max(), atol=1e-9)
+
+
+def test_the_growth_of_an_elimination_is_that_of_its_terms():
+    """Largest sum of |l|^2 |d| over a row, over the largest diagonal, from LDL^T of the whole matrix."""
+    rng = np.random.default_rng(8)
+    whole = rng.normal(size=(9, 9))
+    whole = np.where(np.abs(np.subtract.outer(np.arange(9), np.arange(9))) <= 2, whole + whole.T, 0.0)
+    whole += 4.0 * np.diag(np.sign(rng.normal(size=9)))
+    band = np.array([[[whole[min(j + d, 8), j] * (j + d < 9)] for d in range(3)] for j in range(9)])
+    lower, rest = np.eye(9), whole.copy()
+    for k in range(9):
+        lower[k + 1 :, k] = rest[k + 1 :, k] / rest[k, k]
+        rest[k + 1 :, k + 1 :] -= np.outer(lower[k + 1 :, k], rest[k, k + 1 :])
+    pivots = np.diag(rest)
+    terms = (lower**2 * np.abs(pivots)).sum(axis=1) - np.abs(pivots)
+    count, growth = rows.negative_pivots(band)
+    assert count[0] == np.sum(np.linalg.eigvalsh(whole) < 0.0)
+    assert growth[0] == pytest.approx(terms.max() / np.abs(np.diag(whole)).max(), rel=1e-12)

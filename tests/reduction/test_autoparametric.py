@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import cabledrive as cd
@@ -194,3 +195,23 @@ def test_coulomb_friction_at_the_load_asks_for_180_times_its_torque():
     load = replace(TUNED.load_pulley, coulomb_friction=1e-4)
     model = autoparametric_model(replace(TUNED, pulley=(TUNED.drive_pulley, load)))
     assert coulomb_onset_torque(model) == pytest.approx(180e-4, rel=5e-3)
+
+
+def test_a_held_motor_takes_its_share_of_the_strain_and_damps_nothing():
+    """Two rims on a light cable, the motor's rim on a spring: c = phi C phi / phi M phi of two masses."""
+    held = ["motor.inertia=0.001", "motor.holding_stiffness=30", "cable.axial_damping=0.4"]
+    drive = cd.load_drive("dissertation-2", overrides=[*held, "cable.mass_per_length=1e-9"])
+    drive = replace(drive, layout=replace(drive.layout, gravity=0.0))
+    (first, second), stiff = drive.pulley, 2.0 * drive.cable.axial_rigidity / drive.span_length
+    mass = np.diag([(first.inertia + 0.001) / first.radius**2, second.inertia / second.radius**2])
+    pull = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    spring = stiff * pull + np.diag([30.0 / first.radius**2, 0.0])
+    values, shapes = eigh(spring, mass)
+    model = autoparametric_model(drive)
+    k = int(np.argmin(np.abs(np.sqrt(values) - model.natural)))
+    assert model.natural == pytest.approx(np.sqrt(values[k]), rel=1e-6)
+    lost = 2.0 * 0.4 / drive.span_length * shapes[:, k] @ pull @ shapes[:, k]
+    rubbing = sum(
+        p.viscous_friction / p.radius**2 * x**2 for p, x in zip(drive.pulley, shapes[:, k], strict=True)
+    )
+    assert model.modal_damping == pytest.approx(lost + rubbing, rel=1e-5)

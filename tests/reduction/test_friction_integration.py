@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+from cabledrive.reduction.axis_kernels import release
 from cabledrive.reduction.friction_integration import (
     FrictionLaw,
     direction,
@@ -155,3 +156,8 @@ def test_one_axis_alone_moves_as_a_row_of_one(slope):
     scale = np.abs(sensitivities).max(axis=0)
     error = np.abs(sensitivities - row.speed_sensitivities[:, 0]) / scale
     assert np.quantile(error, 0.99) < 1e-5, f"{error.max(axis=0)}"
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_load_above_friction_lets_an_axis_go_at_once(way):
+    assert release(2.0 * way, 0.0, 1.0, 0.25, 1.0) == (0.25, way)

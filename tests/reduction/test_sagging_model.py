@@ -113,3 +113,19 @@ def test_a_span_outside_a_mode_is_not_strained():
 def test_the_cable_of_a_loop_is_as_long_as_its_stretched_spans():
     stretched = 1.0 + DRIVE.cable.pretension / DRIVE.cable.axial_rigidity
     assert _fixed_length(DRIVE) == pytest.approx(2.0 * DRIVE.span_length * stretched, rel=1e-12)
+
+
+@pytest.mark.kernel
+def test_a_free_mode_across_dies_out_at_its_rate():
+    """cabledrive.reduction.sagging_kernels: exp(-c n h/2) of the amplitude is left after n steps of h."""
+    settings = ["cable.transverse_damping=8", "layout.gravity=0"]
+    drive = cd.load_drive("dissertation-3", overrides=settings)
+    state = static_state(drive, segments=40)
+    model = sagging_model(drive, state, longitudinal_modes(drive, state, 0.0), [[1, 2], [1, 2]])
+    numbers, steps, h = numbers_of(model, state, 1e-5), 1500, 1e-5
+    k, (b, m) = model.natural.size, model.transverse.shape
+    q, p, a, rate = np.zeros(k), np.zeros(k), np.full((b, m), 1e-9), np.zeros((b, m))
+    rest = (np.zeros((b, numbers.probes.shape[2])), np.zeros((b, m)), np.zeros((b, m)), np.array([np.inf]))
+    integrate_sagging(numbers, np.zeros(steps), 0, h, 0.0, q, p, a, rate, *rest, np.zeros((steps, k)))
+    size = np.hypot(a, rate / model.transverse)
+    np.testing.assert_allclose(size, 1e-9 * np.exp(-0.5 * model.loss * steps * h), rtol=5e-3)

@@ -262,3 +262,15 @@ def test_without_a_load_encoder_the_stretch_under_the_loads_friction_is_not_seen
     stretch = 0.01 / (2 * drive.load_pulley.radius**2 * drive.cable.axial_rigidity / drive.span_length)
     assert 0.5 * stretch < abs(unseen.error).max() < 1.15 * stretch
     assert abs(seen.error).max() < 0.4 * abs(unseen.error).max()
+
+
+def test_the_difference_of_the_tensions_turns_the_load():
+    """J2 w2' = r2 (D + (c/r1 k) D'), D the tension of the lower span over that of the upper one."""
+    found = track(DRIVE, options=IDEAL, motion=Motion(angle=20.0, rise=0.2, dwell=0.05, order=11))
+    pulley = DRIVE.load_pulley
+    turned = pulley.inertia * np.gradient(np.gradient(found.load_angle, found.time), found.time)
+    pulled = pulley.radius * (found.tensions[:, 1] - found.tensions[:, 0])
+    late = DRIVE.lumped.cable_damping / (DRIVE.drive_pulley.radius * DRIVE.lumped.cable_stiffness)
+    off = turned - pulled - late * np.gradient(pulled, found.time)
+    assert np.abs(off)[20:-20].max() < 2e-3 * np.abs(pulled).max()
+    assert found.tensions.sum(axis=1) == pytest.approx(2.0 * DRIVE.cable.pretension)

@@ -1,12 +1,17 @@
-"""Parts of the loop that few runs enter: an eccentric encoder."""
+"""Parts of the loop that few runs enter: an eccentric encoder, sensors of a pair, an exported plant.
+
+Compiled module under test: cabledrive.rig.closed_loop.loop_kernels.
+"""
 
 import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.control.flank_torque import FlankLaw
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_kernels import see_chain
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
+from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, new_plant_state, plant_step, sense_pair
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK
 from cabledrive.rig.laws.given import own_law
 from cabledrive.rig.trial import spec_for
@@ -16,9 +21,7 @@ SHORT = Motion(angle=0.05, rise=0.02, dwell=0.002)
 
 
 def test_an_eccentric_encoder_shows_the_load_off_by_its_sine():
-    drive = cd.load_drive("dissertation-3")
-    controller = own_law(cd.OwnController(step=max, initial_state=np.zeros(3)), spec_for(drive, SHORT))
-    loop = close_loop(drive, drive, controller, SHORT, RigOptions(), np.random.default_rng(1))
+    loop = short_loop()
     state = loop_at_rest(loop)
     state.x[:] = 0.1 * np.arange(1.0, state.x.size + 1.0)
     eccentric = loop.plant._replace(eccentricity=2e-3, turning=2.0, phases=np.array([0.0, 0.0, 0.4]))
@@ -30,3 +33,33 @@ def test_an_eccentric_encoder_shows_the_load_off_by_its_sine():
     assert np.count_nonzero(off) == 1
     assert see_chain(loop.plant, 0.2, state) == DIVERGED
     assert see_chain(loop.plant._replace(twist_limit=0.05), 10.0, state) == WENT_SLACK
+
+
+def short_loop():
+    drive = cd.load_drive("dissertation-3")
+    controller = own_law(cd.OwnController(step=max, initial_state=np.zeros(3)), spec_for(drive, SHORT))
+    return close_loop(drive, drive, controller, SHORT, RigOptions(), np.random.default_rng(1))
+
+
+def test_both_encoders_of_a_pair_count_from_places_of_their_own():
+    loop, count = short_loop(), 6e-4
+    law = FlankLaw(*np.zeros(len(FlankLaw._fields)))._replace(preload=0.2, stiffness=100.0)
+    pair = PairNumbers(law=law, phase=0.3, start=0.01, joint=np.array([-1, -1]))
+    rig = loop.rig._replace(counts=np.full(3, count), phases=np.full(3, -0.2))
+    state = loop_at_rest(loop)
+    state.x[:2], state.work[0] = (0.31, 0.27), 0.29
+    pressed = sense_pair(pair, rig, state)
+    seen = [count * np.floor(angle / count + phase + 0.5) for angle, phase in ((0.30, -0.2), (0.28, 0.3))]
+    assert state.readings[0] == pytest.approx(np.mean(seen), abs=1e-15)
+    assert pressed == pytest.approx(0.5 * (seen[0] - seen[1]) + 0.002, abs=1e-15)
+
+
+def test_a_plant_takes_all_the_momentum_that_its_command_gives_after_the_delay():
+    loop = short_loop()
+    still = dict.fromkeys(("viscous", "coulomb", "offset"), np.zeros(3))
+    plant = loop.plant._replace(**still, current_rate=0.0, twist_limit=np.inf)
+    rig = loop.rig._replace(late_samples=0, late_part=0.3 * loop.rig.interval)
+    state = new_plant_state(plant, rig)
+    for _ in range(6):
+        plant_step(plant, rig, state, 0.1, 0.0, 0.0)
+    assert plant.inertia @ state.x[3:6] == pytest.approx(0.1 * 5.7 * rig.interval, rel=1e-12)

@@ -116,16 +116,23 @@ def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
     options = RigOptions(blind=("load", 0.1, 0.11))
     law = pid_law(CHAIN, 2.0, 28.0, INTERVAL)
     own = cd.OwnController(step=with_memory, gains=(law.matrix, law.rows[0]), initial_state=np.zeros(3))
-    loop = close_loop(DRIVE, DRIVE, own_law(own, spec), SHORT, options, np.random.default_rng(1))
+
+    def closed(controller):
+        made = own_law(controller, spec)
+        loop = close_loop(DRIVE, DRIVE, made, SHORT, options, np.random.default_rng(1))
+        eccentric = {"eccentricity": 2e-3, "turning": 1.0, "phases": np.array([0.0, 0.0, 0.4])}
+        return replace(loop, plant=loop.plant._replace(**eccentric))
+
+    loop = closed(own)
     plain = run(loop)
     np.testing.assert_array_equal(plain.log, run(loop).log)
     compiled = cd.OwnController(step=COMPILED, gains=own.gains, initial_state=np.zeros(3))
-    found = run(close_loop(DRIVE, DRIVE, own_law(compiled, spec), SHORT, options, np.random.default_rng(1)))
+    found = run(closed(compiled))
     assert found.interpreted == (None if numba_at_hand() else "controller")
     assert plain.interpreted == "controller"
     assert found.state.summary[6] == plain.state.summary[6] > 0
     np.testing.assert_allclose(found.log, plain.log, rtol=0.0, atol=1e-9)
-    one = close_loop(DRIVE, DRIVE, own_law(compiled, spec), SHORT, options, np.random.default_rng(1))
+    one = closed(compiled)
     state, log = loop_at_rest(one), np.zeros_like(plain.log)
     assert run_own(one, 0, len(log), state, log) == len(log)  # what `run` takes where there is a compiler
     np.testing.assert_allclose(log, plain.log, rtol=0.0, atol=1e-9)

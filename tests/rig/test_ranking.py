@@ -13,7 +13,7 @@ from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.expected_bound import expected_bound
+from cabledrive.rig.expected_bound import expected_bound, rounding_part
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import SIGMAS, closed_loop, margins_of, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import sampled_loops
@@ -172,3 +172,17 @@ def test_ripple_is_that_of_the_linear_loop_of_the_best_gains(measured):
     ours = margins_of(loop).ripple
     measured(f"{ours:.4f} N m, the other {theirs:.4f}")
     assert ours == pytest.approx(theirs, rel=0.02)
+
+
+def test_rounding_of_a_shaft_that_passes_ten_counts_a_period_is_noise_and_smaller():
+    closed = loop()
+    limit = 10.0 * closed.rig.counts.max() * closed.controller.bandwidth / (2.0 * np.pi)
+
+    def at(speed):
+        reference = closed.controller.reference.copy()
+        reference[:, -2] = speed
+        moved = replace(closed, controller=replace(closed.controller, reference=reference))
+        return rounding_part(moved, linear_loop(moved))[-1]
+
+    assert at(1.01 * limit) < 0.8 * at(0.0)
+    assert at(1.01 * limit) == at(100.0 * limit)

@@ -10,7 +10,7 @@ import cabledrive as cd
 from cabledrive.control.tension_position import first_state, step
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
-from cabledrive.rig import BodyMotion, Disturbance
+from cabledrive.rig import BodyMotion, Disturbance, RigOptions
 from cabledrive.rig.two_motors.front import drawn_gusts, drawn_plant, wilson
 from cabledrive.rig.two_motors.plan import design_tensions, plan_motion
 from cabledrive.rig.two_motors.run import Setup, forces_of, run_plant, track_two_motors
@@ -227,7 +227,7 @@ def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
 def test_where_the_torque_ends_no_law_can_and_the_result_says_so():
     """A downward force of twice the weight needs 2.5 kN of tension, the winches have 1.4 kN."""
     push = Disturbance(on="camera.y", torque=-600.0, start=1.0, end=2.5)
-    found = track_two_motors(CAMERA, disturbances=(push,))
+    found = cd.track(CAMERA, options=RigOptions(disturbances=(push,)))
     needed = np.linalg.solve(
         (winched_machine(CAMERA).numbers.bearing).T, np.array([0.0, -30.27 * 9.81 - 600.0])
     )

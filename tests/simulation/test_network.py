@@ -10,8 +10,10 @@ import pytest
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
+from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network import NetworkStart, simulate_network
 from cabledrive.simulation.network.case import forces_of, network_case, put_ends
+from cabledrive.simulation.network.result import left_out
 from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent
@@ -388,3 +390,20 @@ def test_the_printer_moves_as_in_exudyn(measured):
     measured(f"printer with two idlers against EXUDYN, 10 ms: {fine[0]:.1e}, {fine[1]:.1e}, {fine[2]:.1e}")
     assert max(fine[:2]) < 1e-3, fine
     assert fine[2] < 5e-3, fine
+
+
+def test_a_torque_that_ends_says_when_and_a_run_says_how_fine_it_is():
+    """The last number of a torque is at 3.1 ms; what is left out is named where it is there."""
+    found = simulate_network(
+        PRINTER, 0.01, torque=lambda t: np.where(t > 3.1e-3, np.nan, 0.01), recording=Recording(rate=1e3)
+    )
+    assert float(found.stopped.split("t = ")[1].split()[0]) == pytest.approx(3.1e-3, abs=2.0 * found.step)
+    assert found.summary()["cfl"] == pytest.approx(found.step / found.largest_step)
+    assert left_out(PRINTER) == ()
+    pushed = replace(PRINTER, motor=tuple(replace(one, offset_torque=0.1) for one in PRINTER.motor))
+    assert "motor.offset_torque" in left_out(pushed)[0]
+
+
+def test_a_run_shorter_than_a_record_has_one():
+    grid = time_grid(1e-4, largest_step=1e-3, rate=10.0, nodes=10, cfl=0.9, step=None)
+    assert (grid.records, grid.every) == (1, 1)

@@ -25,7 +25,7 @@ from cabledrive.simulation import (
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.kernels import integrate
 from cabledrive.simulation.methods import NAMES, Method, largest_stable_step
-from cabledrive.simulation.own_law import compiled_law
+from cabledrive.simulation.own_law import CompiledLaw, compiled_law
 from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace
 from cabledrive.simulation.plan import SLACK as SLACK_SPAN
 from cabledrive.simulation.segment_laws import law_components
@@ -286,3 +286,14 @@ def test_laws_that_cannot_be_run_are_refused():
         class Report(cd.ExactLaw):
             def tension(self, u_x, v_x, w_x):
                 return 0.0 * u_x
+
+
+class WithOnes(cd.CableLaw):
+    def components(self, u_x, v_x, w_x):
+        one = np.ones_like(u_x)
+        return self.pretension * one + self.stiffness * u_x, self.pretension * v_x, self.pretension * w_x
+
+
+def test_a_formula_with_numpys_own_makers_of_arrays_is_compiled():
+    case = case_of(DRIVE, 0.01, **RUN | {"scheme": Scheme(segments=12, model=WithOnes)})
+    assert why_plain() or isinstance(compiled_law(case.plan, case.law), CompiledLaw)

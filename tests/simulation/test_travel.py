@@ -292,3 +292,15 @@ def test_a_drum_carries_the_rope_that_it_winds(machine, measured):
     measured(f"speed with 15 m of rope on the drum: {fitted:.3f} m/s, {speed:.3f} m/s by energy")
     assert fitted == pytest.approx(speed, rel=5e-3)
     assert found.energy_budget_error < 1e-5
+
+
+@pytest.mark.kernel
+def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balance(machine):
+    """cabledrive.simulation.travel: the weight of a slanting rope pulls its load aside and down."""
+    beside = HOIST.replace('["0.25 m", "-30 m"]', '["9 m", "-30 m"]')
+    found = simulate_travel(machine(beside), 0.1, scheme=Scheme(segments=4), recording=Recording(rate=1e3))
+    assert np.ptp(found.channel("load.y")) < 1e-6
+    damped = TRACTION.replace("mass_per_length", 'axial_damping = "2 kN s", mass_per_length')
+    moving = NetworkStart(speeds={"sheave": 2.0})
+    found = simulate_travel(machine(damped), 0.02, start=moving, scheme=Scheme(segments=4))
+    assert found.energy_budget_error < 1e-6

@@ -116,8 +116,7 @@ class Chain:
     @property
     def cable_mass(self) -> float:
         """Mass of all segments [kg]."""
-        varied = np.ndim(self.density) > 0
-        return float(np.sum(self.density * self.lengths) if varied else self.density * self.lengths.sum())
+        return float(np.sum(self.density * self.lengths))
 
     @property
     def rigid_body_modes(self) -> int:
