@@ -1,14 +1,10 @@
-"""One small log in every format that can be written here; a log in memory of what an oracle made."""
+"""One small log in every format that can be written here."""
 
 import json
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.logs.time_check import quantum_of, saturated
 
 ROWS = 240
 TIME = 1e-3 * np.arange(ROWS)
@@ -100,11 +96,3 @@ def _bag(folder: Path, columns: dict[str, np.ndarray]) -> None:
                 data = types.serialize_cdr(kind(x=x, y=y, z=t), kind.__msgtype__)
                 bag.write(topic, round(1e9 * t), data)
         next((Path(place) / "bag").glob("*.db3")).rename(folder / "bag.db3")
-
-
-def log_from(one):
-    """A log in memory, with what reading a file finds in its channels."""
-    log = log_of(one.time, {"torque": one.torque, "angle": one.angle}, {"torque": "N m", "angle": "rad"})
-    quantum, flat = quantum_of(one.angle), saturated(one.torque)
-    report = replace(log.report, quantum={"angle": quantum} if quantum > 0.0 else {})
-    return replace(log, report=report, saturated={"torque": flat} if flat.any() else {})

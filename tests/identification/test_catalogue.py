@@ -11,15 +11,24 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.stats import binom
 
+from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.logs.time_check import quantum_of, saturated
 from cabledrive.identification.one_log import identify
 from cabledrive.parameters import InputRefused
 from oracles.axis_catalogue import TRUTHS, Truth, made
-from sound_logs import log_from
 
 SEEDS = 24
 """Of each truth: 2,040 logs."""
 OF_THE_LOG = {"torque-timing", "clock-drift", "outliers", "saturated"}
 """Codes of findings on the log that leave the axis alone."""
+
+
+def log_from(one):
+    """A log in memory, with what reading a file finds in its channels."""
+    log = log_of(one.time, {"torque": one.torque, "angle": one.angle}, {"torque": "N m", "angle": "rad"})
+    quantum, flat = quantum_of(one.angle), saturated(one.torque)
+    report = replace(log.report, quantum={"angle": quantum} if quantum > 0.0 else {})
+    return replace(log, report=report, saturated={"torque": flat} if flat.any() else {})
 
 
 def judged(truth, seed):

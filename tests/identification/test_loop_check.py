@@ -13,19 +13,13 @@ from cabledrive.identification.axis.observer import observer_gains
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.one_log import IdentifyOptions, identify
-from oracles.axis_catalogue import Truth, made
-from sound_logs import log_from
+from servo_logs import servo_log
 
 VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])
 STEP = 1e-3
-JOINT = "flexible-40"
-WORDS = {"stribeck": "Stribeck", "backlash": "backlash", JOINT: "flexible joint"}
-MOTIONS = ("servo", "servo-smooth", "chirp", "steps")
-SHOWN = [(m, r) for m in MOTIONS for r in WORDS if r != JOINT or m in ("chirp", "steps")]
-
-
-def servo_log(motion, fault, seed, duration=60.0):
-    return log_from(made(Truth(fault, motion, "held", "fine"), seed, duration))
+WORDS = {"stribeck": "Stribeck", "backlash": "backlash", "flexible": "flexible joint"}
+MOTIONS = ("trapezoids", "s-curves", "chirp", "steps")
+SHOWN = [(m, r) for m in MOTIONS for r in WORDS if r != "flexible" or m in ("chirp", "steps")]
 
 
 def found_in(motion, rig, seeds, duration=60.0):
@@ -59,48 +53,45 @@ def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
     assert 0.2 < np.mean(out[3] == 0.0) < 0.8, "the motion must hold sticking and slipping"
 
 
-@pytest.mark.parametrize("motion", ["servo", "steps"])
+@pytest.mark.parametrize("motion", ["trapezoids", "steps"])
 def test_a_sound_axis_raises_no_alarm(motion):
-    found = identify(servo_log(motion, "sound", 1, 30.0))
+    found = identify(servo_log(motion, "rigid", 1, 30.0))
     assert found.method["model_check"] == INNOVATIONS
     assert found.findings == ()
 
 
-@pytest.mark.parametrize("motion, rig", [("servo", "stribeck"), ("servo", "backlash"), ("chirp", JOINT)])
+@pytest.mark.parametrize(
+    "motion, rig", [("trapezoids", "stribeck"), ("steps", "backlash"), ("chirp", "flexible")]
+)
 def test_a_wrong_model_is_named_in_a_log_without_lines(motion, rig):
     found = identify(servo_log(motion, rig, 1, 30.0))
     assert WORDS[rig] in " ".join(found.findings[-1:]), found.findings
 
 
-def late_by(samples, seed):
-    """A log whose torque is so much later; held, its middle lies half a sample after its row."""
-    log = servo_log("servo", "sound", seed, 30.0)
-    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), samples)})
-    return late.part(start=0.1), (samples - 0.5) * STEP
-
-
 def test_a_late_torque_channel_is_named():
-    """Shifted by 5 ms, more than a sample: its size to a fiftieth."""
-    log, delay = late_by(5, 3)
-    found = identify(log)
+    """Shifted by 5 ms, more than a sample: its size to a fifth."""
+    log = servo_log("trapezoids", "rigid", 3, 30.0)
+    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
+    found = identify(late.part(start=0.1))
     assert found.codes == ("torque-timing",), found.findings
-    assert found.method["torque_delay"] == pytest.approx(delay, rel=0.02)
+    assert found.method["torque_delay"] == pytest.approx(5e-3, rel=0.02)
 
 
 def test_a_late_torque_moves_the_parameters_that_are_found_without_it():
-    log, delay = late_by(2, 3)
-    found = identify(log, IdentifyOptions(check=False), method="inverse-dynamics")
-    told = evidence_by_innovations(axis_of([log], AxisOptions()), found)
-    named = next(one for one in told if one.name == "delay")
-    assert named.value == pytest.approx(delay, rel=0.12)
-    assert 1e-3 < abs(named.shift[0]) / found.parameters["inertia"].value < 0.1
+    log = servo_log("trapezoids", "rigid", 3, 30.0)
+    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
+    found = identify(late.part(start=0.1), IdentifyOptions(check=False), method="inverse-dynamics")
+    told = evidence_by_innovations(axis_of([late.part(start=0.1)], AxisOptions()), found)
+    delay = next(one for one in told if one.name == "delay")
+    assert delay.value == pytest.approx(5e-3, rel=0.1)
+    assert 0.01 < abs(delay.shift[0]) / found.parameters["inertia"].value < 0.1
 
 
 @pytest.mark.verify
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_forty_sound_logs_of_each_motion(motion, measured):
     """At most 8 % false alarms: 3 of 40."""
-    alarms = [bool(findings) for findings in found_in(motion, "sound", range(60_000, 60_040))]
+    alarms = [bool(findings) for findings in found_in(motion, "rigid", range(60_000, 60_040))]
     measured(f"{sum(alarms)} false alarms in 40")
     assert sum(alarms) <= 3, f"{sum(alarms)} false alarms"
 
@@ -133,13 +124,13 @@ def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data, measur
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("motion", ["servo", "servo-smooth"])
+@pytest.mark.parametrize("motion", ["trapezoids", "s-curves"])
 def test_a_joint_too_stiff_for_the_moves_is_called_nothing_else(motion, measured):
     """Resonance, 92 Hz, ten times above the moves: seldom named; another fault in at most 3 of 40."""
-    logs = [identify(servo_log(motion, JOINT, 60_000 + k)) for k in range(40)]
+    logs = [identify(servo_log(motion, "flexible", 60_000 + k)) for k in range(40)]
     found = [one.findings for one in logs]
-    wrong = sum(bool(f) and WORDS[JOINT] not in f[-1] for f in found)
-    named = sum(named_first(f, JOINT) for f in found)
+    wrong = sum(bool(f) and WORDS["flexible"] not in f[-1] for f in found)
+    named = sum(named_first(f, "flexible") for f in found)
     checks = [one.method["suspicions"]["flexibility"] for one in logs if "suspicions" in one.method]
     middle = np.median([check["significance"] for check in checks])
     measured(
