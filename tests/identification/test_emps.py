@@ -1,5 +1,7 @@
 """The EMPS benchmark: the authors' figures by their recipe, ours by nothing but the log."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import io, optimize, signal
@@ -7,11 +9,10 @@ from scipy.interpolate import CubicSpline
 
 from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.axis.equation import FrictionModel
-from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record, Sensor
-from cabledrive.identification.fit_doubts import doubts_of
+from cabledrive.identification.chain_fit import fit_of, fit_output_error
+from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.output_error import fit_of, fit_output_error
 from cabledrive.identification.recipe import published_recipe, recipe_rows
 from oracles.position_loop import PositionLoop, integrate_position_loop_of
 
@@ -200,8 +201,7 @@ BELT = ChainModel(
         FreeParameter(name="sensor threshold", quantity="threshold", low=1e-4, high=1.0),
     ),
     measured=(1,),
-    given={},
-    sensor=Sensor(rectified=True),
+    rectified=True,
     delay=1,
     substeps=5,
 )
@@ -255,7 +255,7 @@ def test_the_third_record_is_not_predicted_and_the_residual_shows_that_the_model
     error = rms_of(third.output, belt.simulated(third))
     measured(f"third record: RMSE {error:.2f} ticks/s of a mean of {third.output.mean():.2f} ticks/s")
     assert error > 0.3, error
-    doubts = dict(doubts_of(belt, all_records[:2]))
+    doubts = dict(belt.doubts(all_records[:2]))
     assert "residual-not-white" in doubts, doubts
 
 
@@ -282,9 +282,7 @@ def linear_errors(records, belt, order, signed):
 
 def turning(belt, record):
     """Angle of the pulley, whose rise has the sign of its speed."""
-    plain = ChainModel(
-        inertias=2, free=BELT.free[:7], measured=(1,), given={}, delay=1, substeps=BELT.substeps
-    )
+    plain = replace(BELT, free=BELT.free[:7], rectified=False)
     values = {s.name: belt.values[s.name] for s in plain.free}
     return np.cumsum(plain.outputs(values, record)[:, 0])
 
@@ -347,7 +345,6 @@ CARTS = ChainModel(
         FreeParameter(name="offset", quantity="offset", low=-1.0, high=1.0),
     ),
     measured=(0, 1),
-    given={},
     substeps=1,
 )
 """Masses [V/(mm/s^2)], viscous terms [V s/mm], Coulomb terms and offset [V], spring [V/mm]."""

@@ -7,33 +7,28 @@ threshold.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from math import exp
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
-from cabledrive.identification.filters import zero_phase
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import direction, integrate_chain
 from cabledrive.reduction.lumped_chain import LumpedChain
 
-Array = NDArray[np.float64]
+SENSOR_QUANTITIES = ("lag", "threshold")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Record:
     """Input and outputs of one run."""
 
-    input: Array  # (samples,): in any unit: gains turn it into torque or force
+    input: Array  # (samples,): in any unit, in which all parameters then are
     output: Array  # (samples, channels)
     interval: float  # [s]
-    # first, last: samples ``first`` to ``last`` (not included) are fitted; the rest is for validation
-    first: int = 0
-    last: int | None = None
-    # measured and simulated outputs are compared below this frequency [Hz]; None: as they are
-    bandwidth: float | None = None
+    last: int | None = None  # samples before it are fitted; the rest is for validation
 
     def __post_init__(self) -> None:
         if self.output.ndim != 2 or self.output.shape[0] != self.input.size:
@@ -42,107 +37,41 @@ class Record:
             )
 
     @property
-    def training(self) -> slice:
-        """Samples that are fitted."""
-        return slice(self.first, self.last)
-
-    @property
     def compared_size(self) -> int:
         """Number of values that are compared."""
-        return len(range(self.input.size)[self.training]) * self.output.shape[1]
+        return self.output[: self.last].size
 
-    def seen(self, outputs: Array) -> Array:
-        """Outputs as they are compared, below the bandwidth.
-
-        ``outputs``, shape (samples, ...).
-        """
-        return outputs if self.bandwidth is None else zero_phase(outputs, self.interval, self.bandwidth)
-
-
-SENSOR_QUANTITIES = ("lag", "threshold")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sensor:
-    """A speed sensor."""
-
-    rectified: bool = False  # whether it shows the absolute value
-    lag: float = 0.0  # time constant T [s]; 0: none
-    threshold: float = 0.0  # speed :math:`z_0` that is taken off; 0: none
-
-
-def shown(
-    sensor: Sensor, speeds: Array, sensitivities: Array, interval: float, quantities: tuple[str, ...]
-) -> tuple[Array, Array]:
-    """What the sensor shows, and its derivatives.
-
-    ``speeds``, shape (samples, channels); ``sensitivities``, shape (samples, channels, p): of the speeds;
-    ``interval`` [s]; ``quantities``: what each of the p parameters is; those of `SENSOR_QUANTITIES` act here.
-    Returns ``output``, shape (samples, channels); ``derivatives``, shape (samples, channels, p).
-    """
-    output, slopes = speeds, sensitivities.copy()
-    if sensor.rectified:
-        slopes = slopes * np.sign(output)[:, :, None]
-        output = np.abs(output)
-    if sensor.lag > 0.0:
-        output, slopes = lagged(output, sensor.lag, interval), lagged(slopes, sensor.lag, interval)
-        by_lag = (lagged(output, sensor.lag, interval) - output) / sensor.lag
-        for k in (k for k, name in enumerate(quantities) if name == "lag"):
-            slopes[:, :, k] += by_lag
-    if sensor.threshold > 0.0:
-        for k in (k for k, name in enumerate(quantities) if name == "threshold"):
-            slopes[:, :, k] -= 1.0
-        above = output > sensor.threshold
-        output, slopes = np.where(above, output - sensor.threshold, 0.0), slopes * above[:, :, None]
-    return output, slopes
-
-
-def lagged(values: Array, lag: float, interval: float) -> Array:
-    """Values behind a lag of order 1, from rest at the first value; on straight lines between samples exact.
-
-    ``values``, shape (samples, ...); ``lag`` [s]; ``interval`` [s].
-    """
-    ratio = interval / lag
-    pole = exp(-ratio)
-    late = 1.0 - (1.0 - pole) / ratio  # weight of the newer corner of each straight line
-    early = 1.0 - pole - late
-    base = values[:1]
-    return np.asarray(base + signal.lfilter([late, early], [1.0, -pole], values - base, axis=0))
-
-
-SIGNED = ("offset", "angle", "speed")
+    def begun(self, samples: int) -> "Record":
+        """The first samples that are fitted."""
+        last = min(samples, self.input.size if self.last is None else self.last)
+        return Record(input=self.input[:last], output=self.output[:last], interval=self.interval, last=last)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FreeParameter:
-    """One parameter of a row."""
+    """One parameter of a chain."""
 
     name: str
-    # one of `cabledrive.reduction.friction_integration.QUANTITIES`, or of
-    # `cabledrive.identification.chain_model.SENSOR_QUANTITIES`
-    quantity: str
+    quantity: str  # one of those of `cabledrive.reduction.friction_integration`, or of `SENSOR_QUANTITIES`
     number: int = 0  # of the inertia or link
-    # low, high: Bounds; both positive but for offsets and initial values
+    # low, high: bounds; both positive but for offsets
     low: float = 1e-9
     high: float = 1e9
 
     @property
     def positive(self) -> bool:
         """Whether the search is in its logarithm."""
-        return self.quantity not in SIGNED
+        return self.quantity != "offset"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainModel:
-    """A lumped chain with its free parameters and its measured channels."""
+    """A lumped chain with its free parameters, all others 0; the input drives its first inertia."""
 
     inertias: int  # how many
     free: tuple[FreeParameter, ...]
     measured: tuple[int, ...]  # number of the inertia whose speed each output channel shows
-    driven: int = 0  # number of the inertia that the input drives
-    # quantities that are known, by quantity and number; all others are 0
-    given: Mapping[tuple[str, int], float]
-    sensor: Sensor = field(default_factory=Sensor)  # of all channels; free parameters replace its own values
+    rectified: bool = False  # whether all sensors show absolute values
     delay: int = 0  # samples after which the input acts
     # {"line", "step"}: input on straight lines between samples, or standing from sample to sample
     hold: str = "step"
@@ -153,38 +82,23 @@ class ChainModel:
         """Names of the parameters."""
         return tuple(s.name for s in self.free)
 
-    @property
-    def directions(self) -> Array:
-        """How each parameter moves the quantities of the row, shape (9 n - 2, p)."""
-        still = np.zeros(9 * self.inertias - 2)
-        columns = [
-            still if s.quantity in SENSOR_QUANTITIES else direction(self.inertias, s.quantity, s.number)
-            for s in self.free
-        ]
-        return np.column_stack(columns)
-
     def outputs(self, values: Mapping[str, float], record: Record) -> Array:
-        """Outputs under the input of a record.
-
-        Returns shape (samples, channels).
-        """
+        """Outputs under the input of a record, shape (samples, channels)."""
         return self._moved(values, record, sensitive=False)[0]
 
     def compared(self, place: Array, record: Record) -> tuple[Array, Array]:
-        """Residual over the training part, simulated less measured, and its derivatives.
+        """Residual over what is fitted (rows,), simulated less measured, and its derivatives (rows, p).
 
         ``place``, shape (p,): where the search is: logarithms of what is positive.
-        Returns ``residual``, shape (rows,); ``derivatives``, shape (rows, p).
         """
         outputs, sensitivities = self._moved(self.values_at(place), record, sensitive=True)
-        off = record.seen(outputs - record.output)[record.training]
-        slopes = record.seen(sensitivities)[record.training] * self.slopes(place)
+        off = (outputs - record.output)[: record.last]
+        slopes = sensitivities[: record.last] * self.slopes(place)
         return off.ravel(), slopes.reshape(-1, len(self.free))
 
     def search_bounds(self, start: Mapping[str, float]) -> tuple[Array, Array, Array]:
-        """Where the search begins, and its bounds.
+        """Where the search begins, and its bounds, each (p,).
 
-        Returns ``begin, low, high``, shape (p,).
         Raises `InputRefused` if a start value is missing or outside its bounds.
         """
         for s in self.free:
@@ -200,62 +114,87 @@ class ChainModel:
         begin, low, high = np.array(logs).T
         return begin, low, high
 
-    def values_at(self, place: Array) -> dict[str, float]:
-        """Parameters at a place of the search.
+    def inside(self, start: Mapping[str, float]) -> dict[str, float]:
+        """A start strictly within the bounds."""
+        found = {}
+        for s in self.free:
+            margin = (1.0 + 1e-6) if s.positive else 1e-9 * (s.high - s.low)
+            low, high = (s.low * margin, s.high / margin) if s.positive else (s.low + margin, s.high - margin)
+            found[s.name] = float(np.clip(start[s.name], low, high))
+        return found
 
-        ``place``, shape (p,).
-        """
+    def values_at(self, place: Array) -> dict[str, float]:
+        """Parameters at a place (p,) of the search."""
         pairs = zip(self.free, place, strict=True)
         return {s.name: float(np.exp(x)) if s.positive else float(x) for s, x in pairs}
 
     def slopes(self, place: Array) -> Array:
-        """Derivatives of the parameters by the place of the search.
-
-        ``place``, shape (p,).
-        Returns shape (p,).
-        """
+        """Derivatives (p,) of the parameters by the place (p,) of the search."""
         return np.array([np.exp(x) if s.positive else 1.0 for s, x in zip(self.free, place, strict=True)])
 
-    def row(self, values: Mapping[str, float]) -> LumpedChain:
-        """The lumped chain."""
-        n, q = self.inertias, self._quantities(values)
-        return LumpedChain(
+    def _moved(self, values: Mapping[str, float], record: Record, *, sensitive: bool) -> tuple[Array, Array]:
+        """Outputs (samples, channels) and, where asked, their derivatives (samples, channels, p)."""
+        n = self.inertias
+        known = {(s.quantity, s.number): values[s.name] for s in self.free}
+
+        def filled(name: str, count: int = n) -> tuple[float, ...]:
+            return tuple(known.get((name, k), 0.0) for k in range(count))
+
+        chain = LumpedChain(
             names=tuple(f"inertia {k}" for k in range(n)),
-            inertias=_filled(q, "inertia", n),
-            viscous=_filled(q, "viscous", n),
-            coulomb=_filled(q, "coulomb", n),
-            offsets=_filled(q, "offset", n),
-            stiffness=_filled(q, "stiffness", n - 1),
-            damping=_filled(q, "damping", n - 1),
+            inertias=filled("inertia"),
+            viscous=filled("viscous"),
+            coulomb=filled("coulomb"),
+            offsets=filled("offset"),
+            stiffness=filled("stiffness", n - 1),
+            damping=filled("damping", n - 1),
             ratios=((1.0, 1.0),) * (n - 1),
         )
-
-    def _quantities(self, values: Mapping[str, float]) -> dict[tuple[str, int], float]:
-        return dict(self.given) | {(s.quantity, s.number): values[s.name] for s in self.free}
-
-    def _moved(self, values: Mapping[str, float], record: Record, *, sensitive: bool) -> tuple[Array, Array]:
-        n, q = self.inertias, self._quantities(values)
-        gains = tuple(q.get(("gain", k), 1.0) if k == self.driven else 0.0 for k in range(n))
-        fine = record.interval / self.substeps
+        still = np.zeros(9 * n - 2)
+        directions = [
+            still if s.quantity in SENSOR_QUANTITIES else direction(n, s.quantity, s.number)
+            for s in self.free
+        ]
         run = integrate_chain(
-            self.row(values),
+            chain,
             self._acting(record.input),
-            fine,
-            gains=gains,
-            start=np.array([*_filled(q, "angle", n), *_filled(q, "speed", n)]),
-            directions=self.directions if sensitive else None,
+            record.interval / self.substeps,
+            gains=(1.0, *(0.0,) * (n - 1)),
+            start=np.zeros(2 * n),
+            directions=np.column_stack(directions) if sensitive else None,
             hold=self.hold,
         )
         channels = list(self.measured)
-        speeds, sensitivities = run.speeds[:, channels], run.speed_sensitivities[:, channels]
-        quantities = tuple(s.quantity for s in self.free) if sensitive else ()
-        sensor = replace(
-            self.sensor,
-            lag=q.get(("lag", 0), self.sensor.lag),
-            threshold=q.get(("threshold", 0), self.sensor.threshold),
-        )
-        output, slopes = shown(sensor, speeds, sensitivities, fine, quantities)
+        speeds, slopes = run.speeds[:, channels], run.speed_sensitivities[:, channels].copy()
+        quantities = [s.quantity for s in self.free] if sensitive else []
+        output, slopes = self._shown(speeds, slopes, record.interval, known, quantities)
         return output[:: self.substeps], slopes[:: self.substeps]
+
+    def _shown(
+        self,
+        output: Array,
+        slopes: Array,
+        interval: float,
+        known: Mapping[tuple[str, int], float],
+        quantities: list[str],
+    ) -> tuple[Array, Array]:
+        """What the sensors show of speeds, and its derivatives by the parameters' ``quantities``."""
+        lag, threshold = known.get(("lag", 0), 0.0), known.get(("threshold", 0), 0.0)
+        step = interval / self.substeps
+        if self.rectified:
+            slopes = slopes * np.sign(output)[:, :, None]
+            output = np.abs(output)
+        if lag > 0.0:
+            output, slopes = lagged(output, lag, step), lagged(slopes, lag, step)
+            by_lag = (lagged(output, lag, step) - output) / lag
+            for k in (k for k, name in enumerate(quantities) if name == "lag"):
+                slopes[:, :, k] += by_lag
+        if threshold > 0.0:
+            for k in (k for k, name in enumerate(quantities) if name == "threshold"):
+                slopes[:, :, k] -= 1.0
+            above = output > threshold
+            output, slopes = np.where(above, output - threshold, 0.0), slopes * above[:, :, None]
+        return output, slopes
 
     def _acting(self, values: Array) -> Array:
         """The input at every step of the integration, late by the delay."""
@@ -266,5 +205,11 @@ class ChainModel:
         return np.interp(np.arange(steps) / self.substeps, np.arange(values.size), late)
 
 
-def _filled(quantities: Mapping[tuple[str, int], float], name: str, count: int) -> tuple[float, ...]:
-    return tuple(quantities.get((name, k), 0.0) for k in range(count))
+def lagged(values: Array, lag: float, interval: float) -> Array:
+    """Values (samples, ...) behind a lag [s] of order 1, from rest; exact for straight lines at samples."""
+    ratio = interval / lag
+    pole = exp(-ratio)
+    late = 1.0 - (1.0 - pole) / ratio  # weight of the newer corner of each straight line
+    early = 1.0 - pole - late
+    base = values[:1]
+    return np.asarray(base + signal.lfilter([late, early], [1.0, -pole], values - base, axis=0))

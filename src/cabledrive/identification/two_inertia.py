@@ -1,38 +1,93 @@
 """Two inertias, a spring between them, friction at both: identified from logs of either speed or both.
 
 The input is a torque, a force, or a voltage or current, in whose unit all parameters then are. A speed that
-never changes its sign under an input that does is that of a sensor which shows its absolute value.
+never changes its sign under an input that does is that of a sensor which shows its absolute value. Logs that
+show both sides with their signs are solved by the two equations of `two_sides`; a log of one side, or of a
+speed without its sign, is simulated from many starts.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cabledrive.identification.both_sides import identify_by_equations
-from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record, Sensor
+from cabledrive.identification.chain_fit import ChainFit, fit_from_many_starts, fit_of, starts_for
+from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
 from cabledrive.identification.estimates import Estimate, Finding, Identification
-from cabledrive.identification.fit_doubts import at_bounds, doubts_of, interval_of, undetermined
+from cabledrive.identification.filters import difference
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.output_error import RowFit, StartedFit, fit_from_many_starts, fit_of
-from cabledrive.identification.regression import readable
-from cabledrive.identification.two_inertia_channels import (
-    TwoInertiaChannels,
-    channels_of,
-    record_of,
-    unit_of,
-)
-from cabledrive.identification.two_inertia_starts import starts_for
-
-Array = NDArray[np.float64]
+from cabledrive.identification.regression import readable, unidentifiable_parameters
+from cabledrive.identification.two_sides import LOAD, SUM, Solution, TwoSides, load_equation, sum_equation
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
 NAME = "two-inertia"
-NEEDED = ("inertia_motor", "inertia_load", "stiffness")
+FREE = {  # quantity and number of each parameter in a chain, and how far its bounds lie from its scale
+    "inertia_motor": ("inertia", 0, 1e4),
+    "inertia_load": ("inertia", 1, 1e4),
+    "stiffness": ("stiffness", 0, 1e6),
+    "damping": ("damping", 0, 1e6),
+    "viscous_friction_motor": ("viscous", 0, 1e5),
+    "viscous_friction_load": ("viscous", 1, 1e5),
+    "coulomb_friction_motor": ("coulomb", 0, 1e4),
+    "coulomb_friction_load": ("coulomb", 1, 1e4),
+}
+NAMES = (*FREE, "offset")
+NEEDED, FRICTIONS = NAMES[:3], NAMES[4:8]
+INPUTS = {"torque": "N m", "force": "N", "current": "A", "voltage": "V"}
+MOTIONS = ("velocity", "angle", "position")
+LOAD_WORDS = ("load", "pulley", "output", "second")
 DIFFERENCED = 10
 """Lags over which the difference of an angle correlates the noise of its encoder."""
 FOLLOWS = 70.0
-"""Share of every measured speed [%] that the model explains where its intervals are given."""
-SUBSTEPS = 4
+"""Share of every measured speed, of the torque, and of the load's acceleration, that is explained where
+intervals are given [%]."""
+STILL = 0.05
+"""Share of its usual speed below which the sign of a speed is not trusted."""
+GEAR = 1.3
+"""Turns of the motor over those of the load from which a gear lies between: a spring makes them fewer."""
+UNKNOWN = "not identifiable from the log"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Channels:
+    """Which channels of the logs are used."""
+
+    input: str
+    # motor, load: speed, angle or position of each side; one of them at least
+    motor: str | None
+    load: str | None
+    rectified: bool  # whether the sensor shows absolute values
+    units: dict[str, str]
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Those that are measured, the motor's first."""
+        return tuple(name for name in (self.motor, self.load) if name is not None)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed of them."""
+        found = ["the speed is never negative: assumed to be its absolute value"] if self.rectified else []
+        if self.input.rpartition("_")[2] in ("voltage", "current"):
+            found.append(f"parameters are in the unit of the {readable(self.input)}: the gain is not known")
+        if self.motor is None:
+            found.append("only the load is measured: motor and load may be exchanged")
+        return tuple(found)
+
+    def unit_of(self, name: str) -> str:
+        """Unit of a parameter: of N m and rad, or of the input and the motion."""
+        force = INPUTS[self.input.rpartition("_")[2]]
+        way = self.units[self.outputs[0]].split("/")[0]
+        if name == "sensor_lag":
+            return "s"
+        if name.startswith("inertia"):
+            plain = {("N m", "rad"): "kg m^2", ("N", "m"): "kg"}
+            return plain.get((force, way), f"{force} s^2/{way}")
+        if name.startswith(("viscous", "damping")):
+            return f"{force} s/{way}"
+        return f"{force}/{way}" if name == "stiffness" else force
 
 
 def identify_two_inertia(
@@ -40,81 +95,56 @@ def identify_two_inertia(
 ) -> Identification:
     """Identify motor and load inertia, the spring between them, its damping and all frictions.
 
-    Logs that show both sides with their signs are solved by `both_sides`; a log of one side, or of a speed
-    without its sign, is simulated from many starts.
-
     ``logs``: of one machine, with the same channels: torque, force, voltage or current, and a velocity, angle
     or position of the motor, the load ("load velocity") or both; ``seed``: of the starts; ``progress``:
-    called with a line for each fit of a simulation.
-    Returns ``inertia_motor``, ``inertia_load``, ``stiffness``, ``damping``, ``viscous_friction_motor``,
-    ``viscous_friction_load``, ``coulomb_friction_motor``, ``coulomb_friction_load``, ``offset``; with a
-    rectifying sensor its ``sensor_lag``. No intervals where the model does not follow the log.
-    Raises `InputRefused` if a channel is missing or constant; `NotComputed` if no start leads to a model that
-    moves like the log.
+    called with a line for each fit of a simulation. A rectifying sensor has its ``sensor_lag`` beside
+    `NAMES`. No intervals where the model does not follow the log. Raises `InputRefused` if a channel is
+    missing or constant; `NotComputed` if no start leads to a model that moves like the log.
     """
     channels = channels_of(logs)
     if len(channels.outputs) == 2 and not channels.rectified:
         return identify_by_equations(logs, channels)
-    records = [record_of(log, channels) for log in logs]
-    begins = starts_for(records, channels.rectified, np.random.default_rng(seed))
-    models = [_model(channels, begins.scale, hold, delay) for hold, delay in _conventions(channels.input)]
-    found = fit_from_many_starts(records, models, begins.starts, progress=progress)
-    return _answer(logs, channels, records, found, seed)
+    return identify_by_simulation(logs, channels, seed, progress or (lambda words: None))
 
 
-def _conventions(input_: str) -> tuple[tuple[str, int], ...]:
-    """Ways in which a logged input may act: held or on straight lines, at once or a sample late."""
-    if input_.rpartition("_")[2] in ("voltage", "current"):
-        return ("step", 0), ("step", 1)
-    return ("line", 0), ("step", 0)
-
-
-def _model(channels: TwoInertiaChannels, scale: dict[str, float], hold: str, delay: int) -> ChainModel:
-    """The chain with bounds far on both sides of the scales of the log."""
-
-    def wide(name: str, quantity: str, number: int, unit: str, reach: float = 1e4) -> FreeParameter:
-        return FreeParameter(
-            name=name, quantity=quantity, number=number, low=scale[unit] / reach, high=scale[unit] * reach
+def channels_of(logs: Sequence[Log]) -> Channels:
+    """Choose the channels, the same in every log; refused if input or motion is missing or constant."""
+    names = [name for name in logs[0].channels if all(name in log.channels for log in logs)]
+    input_ = next((n for kind in INPUTS for n in names if n.rpartition("_")[2] == kind), None)
+    if input_ is None:
+        raise InputRefused(f"{logs[0].source}: no torque, force, voltage or current: map one with --column")
+    moving = [n for kind in MOTIONS for n in names if n.rpartition("_")[2] == kind]
+    load = next((n for n in moving if set(n.split("_")) & set(LOAD_WORDS)), None)
+    motor = next((n for n in moving if not set(n.split("_")) & set(LOAD_WORDS)), None)
+    if load is None and motor is None:
+        raise InputRefused(
+            f"{logs[0].source}: no velocity, angle or position: map one, as --column "
+            '"load_velocity=COLUMN:rad/s"'
         )
-
-    free = [
-        wide("inertia_motor", "inertia", 0, "inertia"),
-        wide("inertia_load", "inertia", 1, "inertia"),
-        wide("stiffness", "stiffness", 0, "stiffness", 1e6),
-        wide("damping", "damping", 0, "damping", 1e6),
-        wide("viscous_friction_motor", "viscous", 0, "viscous", 1e5),
-        wide("viscous_friction_load", "viscous", 1, "viscous", 1e5),
-        wide("coulomb_friction_motor", "coulomb", 0, "input"),
-        wide("coulomb_friction_load", "coulomb", 1, "input"),
-        FreeParameter(
-            name="offset", quantity="offset", low=-10.0 * scale["input"], high=10.0 * scale["input"]
-        ),
-    ]
-    if channels.rectified:
-        free.append(FreeParameter(name="sensor_lag", quantity="lag", low=1e-5, high=1.0))
-    measured = tuple(
-        number for number, name in enumerate((channels.motor, channels.load)) if name is not None
-    )
-    return ChainModel(
-        inertias=2,
-        free=tuple(free),
-        measured=measured,
-        given={},
-        sensor=Sensor(rectified=channels.rectified),
-        delay=delay,
-        hold=hold,
-        substeps=SUBSTEPS,
-    )
+    for log in logs:
+        for name in filter(None, (input_, motor, load)):
+            if np.ptp(log.channel(name)) == 0.0:
+                raise InputRefused(f"{log.source}: {name} is constant: a log must move the machine")
+    speeds = [n for n in (motor, load) if n is not None and n.rpartition("_")[2] == "velocity"]
+    both = any(log.channel(input_).min() < 0.0 < log.channel(input_).max() for log in logs)
+    rectified = bool(speeds) and both and all(log.channel(n).min() >= 0.0 for log in logs for n in speeds)
+    return Channels(input=input_, motor=motor, load=load, rectified=rectified, units=dict(logs[0].units))
 
 
-def _answer(
-    logs: Sequence[Log],
-    channels: TwoInertiaChannels,
-    records: Sequence[Record],
-    found: StartedFit,
-    seed: int,
+def identify_by_simulation(
+    logs: Sequence[Log], channels: Channels, seed: int, say: Callable[[str], None]
 ) -> Identification:
-    fit = found.fit
+    """By output error from many starts."""
+    records = []
+    for log in logs:
+        speeds = [
+            log.channel(name) if name.endswith("velocity") else difference(log.channel(name), log.interval)
+            for name in channels.outputs
+        ]
+        output = np.column_stack(speeds)
+        records.append(Record(input=log.channel(channels.input), output=output, interval=log.interval))
+    scale, starts = starts_for(records, channels.rectified, np.random.default_rng(seed))
+    fit, made, agreeing = fit_from_many_starts(records, _models(channels, scale), starts, say)
     explained = [
         fit_of(record.output[:, k], fit.simulated(record)[:, k])
         for record in records
@@ -122,84 +152,221 @@ def _answer(
     ]
     follows = min(explained) >= FOLLOWS
     differenced = any(not name.endswith("velocity") for name in channels.outputs)
-    doubts = list(doubts_of(fit, records, DIFFERENCED if differenced else 1))
+    doubts = fit.doubts(records, DIFFERENCED if differenced else 1)
     if not follows:
-        message = (
+        words = (
             f"the model does not reproduce the log: it explains {min(explained):.3g} % of a measured speed"
         )
-        doubts.insert(0, ("model-misfit", f"{message}, less than {FOLLOWS:g} %: no intervals are given"))
-    if found.agreeing < 2:
-        doubts.append(
-            (
-                "one-start-only",
-                f"only one of {found.settled} fits reaches this residual: a better one may exist",
-            )
+        doubts.insert(0, ("model-misfit", f"{words}, less than {FOLLOWS:g} %: no intervals are given"))
+    if agreeing < 2:
+        words = f"only one of {made} fits reaches this residual: a better one may exist"
+        doubts.append(("one-start-only", words))
+    closed = [name for name in fit.undetermined() if name in NEEDED]
+    shown = set() if not follows else set(fit.values) - set(fit.at_bounds())
+    parameters = {}
+    for name, value in fit.values.items():
+        unit = channels.unit_of(name)
+        low, high = fit.interval_of(name) if name in shown else (-np.inf, np.inf)
+        parameters[name] = (
+            Estimate.unknown(unit, UNKNOWN)
+            if name in closed
+            else Estimate(value=value, unit=unit, standard_error=fit.errors[name], low=low, high=high)
         )
-    open_ = [name for name in undetermined(fit) if name in NEEDED]
-    parameters = {s.name: _estimate(fit, s.name, follows, channels, logs[0], open_) for s in fit.model.free}
     size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
-    return Identification(
-        model=NAME,
-        parameters=parameters,
-        identifiable=not open_,
-        unidentifiable=tuple(f"{readable(name)} is not determined by the log" for name in open_),
-        residual={
-            "rms": fit.residual,
-            "relative": fit.residual / size,
-            "rows": sum(record.compared_size for record in records),
-        },
-        condition_number=_condition(fit.covariance),
-        method={
-            "name": "output-error",
-            "residual_of": "speed",
-            "input": channels.input,
-            "measured": list(channels.outputs),
-            "sensor": "rectified" if channels.rectified else "signed",
-            "hold": fit.model.hold,
-            "delay_samples": fit.model.delay,
-            "starts": found.starts,
-            "full_fits": found.settled,
-            "agreeing_fits": found.agreeing,
-            "explained_percent": explained,
-            "seed": seed,
-        },
-        covariance=fit.covariance,
-        freedom=fit.freedom,
-        findings=tuple(Finding(code, message) for code, message in doubts),
-        notes=_notes(channels, fit),
-        checked=True,
-        check_reason="share explained, whiteness of the residual, bounds, several starts",
-        reports=tuple(log.report for log in logs),
-    )
-
-
-def _estimate(
-    fit: RowFit, name: str, follows: bool, channels: TwoInertiaChannels, log: Log, open_: Sequence[str]
-) -> Estimate:
-    unit, infinite = unit_of(name, channels, log), float("inf")
-    if name in open_:
-        return Estimate(
-            value=float("nan"), unit=unit, standard_error=infinite, low=-infinite, high=infinite,
-            reason="not identifiable from the log",
-        )  # fmt: skip
-    low, high = interval_of(fit, name) if follows and name not in at_bounds(fit) else (-infinite, infinite)
-    return Estimate(value=fit.values[name], unit=unit, standard_error=fit.errors[name], low=low, high=high)
-
-
-def _notes(channels: TwoInertiaChannels, fit: RowFit) -> tuple[str, ...]:
-    """Conventions that were found in the log."""
     how = (
         "is held from sample to sample"
         if fit.model.hold == "step"
         else "acts on straight lines between samples"
     )
     late = ", one sample late" if fit.model.delay else ""
-    found = [f"the {readable(channels.input)} {how}{late}"]
-    return (*found, *channels.notes)
+    return _answer(
+        logs,
+        channels,
+        parameters,
+        closed,
+        residual={
+            "rms": fit.residual,
+            "relative": fit.residual / size,
+            "rows": sum(record.compared_size for record in records),
+        },
+        condition_number=_condition(fit),
+        method={
+            "name": "output-error",
+            "residual_of": "speed",
+            "sensor": "rectified" if channels.rectified else "signed",
+            "hold": fit.model.hold,
+            "delay_samples": fit.model.delay,
+            "starts": len(starts),
+            "full_fits": made,
+            "agreeing_fits": agreeing,
+            "explained_percent": explained,
+            "seed": seed,
+        },
+        covariance=fit.covariance,
+        freedom=fit.freedom,
+        findings=tuple(Finding(code, message) for code, message in doubts),
+        notes=(f"the {readable(channels.input)} {how}{late}", *channels.notes),
+        check_reason="share explained, whiteness of the residual, bounds, several starts",
+    )
 
 
-def _condition(covariance: Array) -> float:
-    scale = np.sqrt(np.diag(covariance))
+def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
+    """The chain with bounds far on both sides of the scales of the log, in each way its input may act."""
+    free = [
+        FreeParameter(name=name, quantity=kind, number=k, low=scale[kind] / reach, high=scale[kind] * reach)
+        for name, (kind, k, reach) in FREE.items()
+    ]
+    largest = 10.0 * scale["coulomb"]
+    free.append(FreeParameter(name="offset", quantity="offset", low=-largest, high=largest))
+    if channels.rectified:
+        free.append(FreeParameter(name="sensor_lag", quantity="lag", low=1e-5, high=1.0))
+    model = ChainModel(
+        inertias=2,
+        free=tuple(free),
+        measured=tuple(k for k, name in enumerate((channels.motor, channels.load)) if name is not None),
+        rectified=channels.rectified,
+    )
+    if channels.input.rpartition("_")[2] in ("voltage", "current"):
+        return [model, replace(model, delay=1)]
+    return [replace(model, hold="line"), model]
+
+
+def _condition(fit: ChainFit) -> float:
+    scale = np.sqrt(np.diag(fit.covariance))
     if not np.all(np.isfinite(scale)) or not np.all(scale > 0.0):
         return float("inf")
-    return float(np.sqrt(np.linalg.cond(covariance / np.outer(scale, scale))))
+    return float(np.sqrt(np.linalg.cond(fit.covariance / np.outer(scale, scale))))
+
+
+def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identification:
+    """By the two equations of logs that show both sides.
+
+    Raises `InputRefused` if the load's channel is not at the motor's shaft, or too few samples can be used.
+    """
+    sides = [_sides(log, channels) for log in logs]
+    load = load_equation(sides)
+    torque, sides, lag = sum_equation(sides, load)
+    values, halves, covariance = _parameters(torque, load)
+    solved = [one for one in (torque, load) if one is not None]
+    explained = [100.0 * (1.0 - one.fit.residual / one.fit.scale) for one in solved]
+    findings = []
+    follows = min(explained) >= FOLLOWS
+    if not follows:
+        what = "torque" if explained[0] < FOLLOWS else "load's acceleration"
+        words = f"the model explains {min(explained):.3g} % of the {what}, less than {FOLLOWS:g} %"
+        findings.append(Finding("model-misfit", f"{words}: no intervals are given"))
+    closed = {name for k, name in enumerate(NEEDED) if not halves[k] < abs(values[k])}
+    closed |= {"stiffness", "damping", *FRICTIONS} if load is None else set()
+    closed |= {"inertia_motor", "inertia_load"} if unidentifiable_parameters(torque.fit) else set()
+    parameters = {}
+    for name, value, half, error in zip(NAMES, values, halves, np.sqrt(np.diag(covariance)), strict=True):
+        one = Estimate.of(value, channels.unit_of(name), error, half)
+        if name in closed:
+            one = Estimate.unknown(one.unit, UNKNOWN)
+        elif name in FRICTIONS and value < 0.0 < one.high:
+            one = replace(one, value=0.0, low=0.0)
+        elif name != "offset" and value < 0.0:
+            words = f"{readable(name)} is identified as negative: check signs and units"
+            findings.append(Finding("negative", words))
+        parameters[name] = one if follows else replace(one, low=-np.inf, high=np.inf)
+    fit = torque.fit
+    return _answer(
+        logs,
+        channels,
+        parameters,
+        [name for name in NAMES if name in closed],
+        residual={"rms": fit.residual, "relative": fit.residual / fit.scale, "rows": fit.rows},
+        condition_number=fit.condition,
+        method={
+            "name": "inverse-dynamics",
+            "residual_of": channels.input,
+            "lag": lag,
+            "bandwidths": [one.band for one in solved],
+            "explained_percent": explained,
+        },
+        covariance=covariance,
+        freedom=min(one.fit.freedom for one in solved),
+        findings=tuple(findings),
+        notes=(
+            f"the motion is {1e3 * lag:.3g} ms later than the {readable(channels.input)}: taken out",
+            *channels.notes,
+        ),
+        check_reason="shares explained, filters of other bandwidths",
+    )
+
+
+def _answer(
+    logs: Sequence[Log],
+    channels: Channels,
+    parameters: dict[str, Estimate],
+    closed: Sequence[str],
+    **more: Any,
+) -> Identification:
+    method = {"input": channels.input, "measured": list(channels.outputs)} | more.pop("method")
+    return Identification(
+        model=NAME,
+        parameters=parameters,
+        identifiable=not closed,
+        unidentifiable=tuple(f"{readable(name)} is not determined by the log" for name in closed),
+        method=method,
+        checked=True,
+        reports=tuple(log.report for log in logs),
+        **more,
+    )
+
+
+def _sides(log: Log, channels: Channels) -> TwoSides:
+    """Angles, or speeds where one of the two is a speed."""
+    rates = any(name.endswith("velocity") for name in channels.outputs)
+    motor, load = (
+        difference(log.channel(name), log.interval)
+        if rates and not name.endswith("velocity")
+        else log.channel(name)
+        for name in channels.outputs
+    )
+    one = TwoSides(
+        source=log.source,
+        interval=log.interval,
+        torque=log.channel(channels.input),
+        motor=motor,
+        load=load,
+        rates=rates,
+        saturated=log.saturated.get(channels.input),
+    )
+    speeds = [one.quick(values, 10.0) for values in (motor, load)]
+    turns = float(speeds[0] @ speeds[1] / (speeds[1] @ speeds[1]))
+    if turns > GEAR:
+        raise InputRefused(
+            f"{log.source}: {channels.motor} moves {turns:.3g} times as far as {channels.load}: give both at "
+            "one shaft, the load's times the gear ratio"
+        )
+    return replace(one, slow=STILL * float(np.sqrt(np.mean(speeds[0] ** 2))))
+
+
+def _parameters(torque: Solution, load: Solution | None) -> tuple[Array, Array, Array]:
+    """Values and halves of their intervals, each (9,), and their covariance by chance.
+
+    The two equations err independently; of a product both errors count.
+    """
+    split = len(SUM)
+    s, u = {name: k for k, name in enumerate(SUM)}, {name: split + k for k, name in enumerate(LOAD)}
+    p = np.concatenate([torque.fit.values, np.zeros(len(LOAD)) if load is None else load.fit.values])
+    inertia = p[s["load_inertia"]]
+    values, slopes = np.zeros(len(NAMES)), np.zeros((len(NAMES), p.size))
+    for k, name in ((0, "motor_inertia"), (1, "load_inertia"), (8, "offset")):
+        values[k], slopes[k, s[name]] = p[s[name]], 1.0
+    for k, name in ((2, "beta"), (3, "gamma"), (5, "viscous"), (7, "coulomb")):
+        values[k] = inertia * p[u[name]]
+        slopes[k, u[name]], slopes[k, s["load_inertia"]] = inertia, p[u[name]]
+    for k, name in ((4, "viscous"), (6, "coulomb")):
+        values[k] = p[s[name]] - values[k + 1]
+        slopes[k] = -slopes[k + 1]
+        slopes[k, s[name]] = 1.0
+    whole, beyond, student = np.zeros((p.size, p.size)), np.zeros(p.size), 0.0
+    for one, place in ((torque, slice(split)), (load, slice(split, None))):
+        if one is not None:
+            whole[place, place], beyond[place] = one.fit.covariance, one.beyond
+            own = one.fit.half_width()[0] / float(np.sqrt(one.fit.covariance[0, 0]) or 1.0)
+            student = max(student, own)
+    covariance = slopes @ whole @ slopes.T
+    return values, student * np.sqrt(np.diag(covariance)) + np.abs(slopes) @ beyond, covariance

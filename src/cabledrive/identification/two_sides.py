@@ -19,7 +19,6 @@ small, is taken out of the normal equations by its level, that of the upper half
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from math import pi
 
@@ -30,8 +29,7 @@ from scipy import linalg, ndimage
 from cabledrive.identification.filters import difference, noise_level, zero_phase
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 BANDS = (6.7, 10.0, 15.0, 22.0, 33.0, 50.0, 75.0, 110.0)
 """Bandwidths of the filter that are tried [Hz], as far as the sample rate allows."""
@@ -143,7 +141,7 @@ def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
     if not all(one.twisted for one in sides):
         return None
     try:
-        return _narrowest(lambda band: [_load_rows(one, band) for one in sides], sides, LOAD[:1])
+        return _narrowest(_load_rows, sides, LOAD[:1])
     except InputRefused:
         return None
 
@@ -157,7 +155,7 @@ def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solu
     """
     sides, lag = list(sides), 0.0
     for _ in range(2):  # the rate of the torque stands for its delay where that is small
-        found = _narrowest(partial(_sum_parts, sides, load), sides, SUM[:2])
+        found = _narrowest(lambda one, band: _sum_rows(one, band, load), sides, SUM[:2])
         rest = found.of("lag")[0]
         sides, lag = [one.later(rest) for one in sides], lag + rest
     return found, sides, lag
@@ -165,39 +163,33 @@ def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solu
 
 def sum_at(sides: Sequence[TwoSides], load: Solution | None, band: float) -> Array:
     """Values of the sum of torques at one bandwidth [Hz], as for another share of the motor, shape (6,)."""
-    found = _solved(_sum_parts(sides, load, band), band)
+    found = _solved([_sum_rows(one, band, load) for one in sides], band)
     return np.full(len(SUM), np.nan) if found is None else found.fit.values
 
 
 def _narrowest(
-    rows: Callable[[float], list[Rows]], sides: Sequence[TwoSides], names: Sequence[str]
+    rows: Callable[[TwoSides, float], Rows], sides: Sequence[TwoSides], names: Sequence[str]
 ) -> Solution:
     """The solution at the bandwidth that bounds these parameters best."""
     found: list[Solution] = []
     refused = InputRefused(f"{sides[0].source}: noise alone is left of the motion: move the machine more")
     for band in (band for band in BANDS if band <= max(0.1 / max(s.interval for s in sides), BANDS[0])):
         try:
-            one = _solved(rows(band), band)
+            one = _solved([rows(side, band) for side in sides], band)
         except InputRefused as refusal:
             refused = refusal
             continue
         found += [] if one is None else [one]
     if not found:
         raise refused
-
     for k, (one, other) in enumerate(pairwise(found)):
-        apart = _beyond_chance(one.fit, other.fit)
+        by_chance = np.abs(one.fit.half_width() ** 2 - other.fit.half_width() ** 2)
+        apart = np.sqrt(np.maximum((one.fit.values - other.fit.values) ** 2 - by_chance, 0.0))
         found[k] = replace(one, beyond=np.maximum(one.beyond, apart))
         found[k + 1] = replace(other, beyond=np.maximum(other.beyond, apart))
     places = [found[0].fit.names.index(name) for name in names]
     usual = np.median([np.abs(one.fit.values[places]) for one in found], axis=0)
     return min(found, key=lambda one: float(np.sum(one.halves[places] / np.maximum(usual, 1e-300))))
-
-
-def _beyond_chance(one: Fit, other: Fit) -> Array:
-    """By how much two estimates from one log differ beyond chance, shape (p,)."""
-    by_chance = np.abs(one.half_width() ** 2 - other.half_width() ** 2)
-    return np.asarray(np.sqrt(np.maximum((one.values - other.values) ** 2 - by_chance, 0.0)))
 
 
 def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
@@ -225,10 +217,6 @@ def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
     fit = replace(fit, values=values, covariance=covariance * np.outer(grown, grown))
     kept = float(np.average([part.share for part in parts], weights=[part.factors.rows for part in parts]))
     return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band)
-
-
-def _sum_parts(sides: Sequence[TwoSides], load: Solution | None, band: float) -> list[Rows]:
-    return [_sum_rows(one, band, load) for one in sides]
 
 
 def _sum_rows(one: TwoSides, band: float, load: Solution | None) -> Rows:

@@ -1,0 +1,310 @@
+r"""Output error of a lumped chain, from many starts, and what a reader of a fit has to doubt.
+
+The chain moves by itself under the measured input; the parameters make the sum of squared differences between
+measured and simulated outputs least,
+
+.. math:: \min_p \sum_{\text{records}} \sum_k |y_k - h(x_k(p))|^2,
+
+by bounded nonlinear least squares with the exact sensitivities of the integration. Positive parameters are
+searched in the logarithm, and have the intervals of their logarithm,
+
+.. math:: [\hat p\,e^{-t s/\hat p},\; \hat p\,e^{+t s/\hat p}],
+
+which never reach below zero; others are symmetric. What is not fitted of a record is for `fit_of`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import optimize, stats
+
+from cabledrive.identification.chain_model import ChainModel, Record
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.regression import factor, joined, solve, suited_segments
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
+
+MOST_EVALUATIONS, SCOUT_EVALUATIONS = 200, 12
+"""Of a fit, and of a start that is only compared with others."""
+SEGMENTS = 240
+FAR, RUN_AWAY = 1e3, 1e6
+"""Residual of parameters under which the motion diverges: of a fit in sizes of the output, of a start."""
+SCOUTED, SETTLED = 1000, 4000
+"""Samples of each record by which starts, and the fits of the best of them, are compared, in twice as long
+steps as the whole, to which the best is then fitted."""
+FULL = 2
+"""Starts that are fitted to more than the first samples."""
+ENOUGH = 1e-6
+"""Relative change of the squares at which the fit of all rows ends: far below what chance moves."""
+ALIKE = 1e-3
+"""Relative distance of residuals at which two fits count as one minimum."""
+STARTS = 12
+LOW_SHARE, HIGH_SHARE = 0.1, 0.9
+"""Shares of the total inertia that the motor may have at the start."""
+FASTEST = 0.2
+"""Highest resonance of a start, in samples."""
+NEAR = 0.01
+"""Distance to a bound, in the logarithm or in the range, that counts as having reached it."""
+SIGNIFICANT, LARGE, LAGS = 1e-4, 0.1, 20
+"""Chance of a correlation as large as that of the residual, if it were white; correlation that matters
+whatever the number of samples; lags that are looked at."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ChainFit:
+    """Parameters of a lumped chain from its records."""
+
+    model: ChainModel
+    values: dict[str, float]
+    # standard errors from scores of segments of time, so that coloured residuals count
+    errors: dict[str, float]
+    covariance: Array  # (p, p): in the order of ``values``
+    freedom: int  # degrees of freedom of intervals
+    residual: float  # root mean square over the samples that were fitted
+
+    def simulated(self, record: Record) -> Array:
+        """Outputs of the model under the input of a record, shape (samples, channels)."""
+        return self.model.outputs(self.values, record)
+
+    def interval_of(self, name: str) -> tuple[float, float]:
+        """95 % interval of one parameter."""
+        t = float(stats.t.ppf(0.975, max(1, self.freedom)))
+        value, error = self.values[name], self.errors[name]
+        if not next(s.positive for s in self.model.free if s.name == name):
+            return value - t * error, value + t * error
+        share = min(t * error / value, 700.0)
+        return value * float(np.exp(-share)), value * float(np.exp(share))
+
+    def at_bounds(self) -> dict[str, float]:
+        """Parameters that the search left at a bound, with that bound."""
+        found: dict[str, float] = {}
+        for s in self.model.free:
+            for bound in (s.low, s.high):
+                reach = NEAR * bound if s.positive else NEAR * (s.high - s.low)
+                if abs(self.values[s.name] - bound) <= abs(reach):
+                    found[s.name] = bound
+        return found
+
+    def undetermined(self) -> tuple[str, ...]:
+        """Parameters whose standard error is above their value; offsets may be zero."""
+        open_ = (s for s in self.model.free if not self.errors[s.name] <= abs(self.values[s.name]))
+        return tuple(s.name for s in open_ if s.positive)
+
+    def doubts(self, records: Sequence[Record], first_lag: int = 1) -> list[tuple[str, str]]:
+        """Code and sentence: "at-bound", "undetermined", "residual-not-white".
+
+        ``first_lag``: from which on the residual must be white; what a sensor or a difference correlates lies
+        below it.
+        """
+        found = [
+            ("at-bound", f"{name} ends at the bound {bound:.4g} of its search: no interval")
+            for name, bound in self.at_bounds().items()
+        ]
+        for name in self.undetermined():
+            words = f"its standard error {self.errors[name]:.3g} is above its value {self.values[name]:.3g}"
+            found.append(("undetermined", f"{name} is not determined: {words}"))
+        largest, chance = self._correlation(records, first_lag)
+        if chance < SIGNIFICANT and largest > LARGE:
+            words = (
+                f"the residual is correlated with its past (up to {largest:.2f}): an effect that the model "
+                "lacks acts on the machine, and the intervals are valid only for the model as given"
+            )
+            found.append(("residual-not-white", words))
+        return found
+
+    def _correlation(self, records: Sequence[Record], first_lag: int) -> tuple[float, float]:
+        """Largest correlation of the residual with its past, over records and channels, and its chance.
+
+        That of one as large in white noise, by the portmanteau statistic of Ljung and Box.
+        """
+        largest, chance = 0.0, 1.0
+        for record in records:
+            off = (self.simulated(record) - record.output)[: record.last]
+            for residual in (off - off.mean(axis=0)).T:
+                n, power = residual.size, float(residual @ residual)
+                if power <= 0.0 or n < 4 * (first_lag + LAGS):
+                    continue
+                lags = np.arange(first_lag, first_lag + LAGS)
+                r = np.array([float(residual[k:] @ residual[:-k]) / power for k in lags])
+                q = n * (n + 2) * float(np.sum(r**2 / (n - lags)))
+                largest = max(largest, float(np.abs(r).max()))
+                chance = min(chance, float(stats.chi2.sf(q, LAGS)))
+        return largest, chance
+
+
+def fit_of(measured: Array, simulated: Array) -> float:
+    """Share of the measured variation (samples,) that is explained [%]."""
+    off = np.linalg.norm(measured - simulated) / np.linalg.norm(measured - measured.mean())
+    return float(100.0 * (1.0 - off))
+
+
+def _searched(
+    records: Sequence[Record], model: ChainModel, begin: Mapping[str, float], far: float, **ending: Any
+) -> optimize.OptimizeResult:
+    """Least squares from a start; ``far``: residual of parameters under which the motion diverges."""
+    place, low, high = model.search_bounds(begin)
+    known: dict[bytes, tuple[Array, Array]] = {}
+
+    def compared(at: Array) -> tuple[Array, Array]:
+        key = at.tobytes()
+        if key not in known:
+            known.clear()
+            parts = [model.compared(at, record) for record in records]
+            known[key] = np.concatenate([p[0] for p in parts]), np.vstack([p[1] for p in parts])
+        return known[key]
+
+    def residual(at: Array) -> Array:
+        try:
+            return compared(at)[0]
+        except NotComputed:
+            return np.full(sum(r.compared_size for r in records), far)
+
+    compared(place)
+    return optimize.least_squares(
+        residual, place, jac=lambda at: compared(at)[1], bounds=(low, high), x_scale="jac", **ending
+    )
+
+
+def fit_output_error(
+    records: Sequence[Record], model: ChainModel, start: Mapping[str, float], *, tolerance: float = 1e-8
+) -> ChainFit:
+    """Fit a lumped chain to several records at once; ``start``: a value for each parameter.
+
+    Raises `InputRefused` if no record is given, or a start value is missing or outside its bounds;
+    `NotComputed` if the motion diverges at the start values, or the fit does not settle.
+    """
+    if not records:
+        raise InputRefused("no record given: name at least one")
+    size = float(np.sqrt(np.mean(np.concatenate([r.output[: r.last].ravel() ** 2 for r in records]))))
+    found = _searched(records, model, start, FAR * size, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
+    if found.status == 0:
+        raise NotComputed(
+            f"output error has not converged after {MOST_EVALUATIONS} evaluations: start nearer, or allow "
+            "more"
+        )
+    count, parts = max(12, SEGMENTS // len(records)), []
+    for record in records:
+        residual, sensitivities = model.compared(found.x, record)
+        parts.append(factor(-sensitivities, residual, model.names, min(count, residual.size // 20)))
+    fit = solve(suited_segments(joined(parts)))
+    by_value = model.slopes(found.x)
+    covariance = fit.covariance * by_value[:, None] * by_value
+    return ChainFit(
+        model=model,
+        values=model.values_at(found.x),
+        errors=dict(zip(model.names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
+        covariance=covariance,
+        freedom=fit.freedom,
+        residual=float(np.sqrt(np.mean(found.fun**2))),
+    )
+
+
+@np.errstate(over="ignore", invalid="ignore")  # of starts from which the motion grows beyond all bounds
+def fit_from_many_starts(
+    records: Sequence[Record],
+    models: Sequence[ChainModel],
+    starts: Sequence[Mapping[str, float]],
+    say: Callable[[str], None],
+) -> tuple[ChainFit, int, int]:
+    """Fit from every start what the first samples show, the best to more of them, the best of those to all.
+
+    ``models``: with the same parameters, as with another hold of the input; the best start is tried in each.
+    Returns the fit, and of the fits in the first model how many were made and how many ended in one minimum.
+    Raises `NotComputed` if no start leads anywhere.
+    """
+    short, middle = [r.begun(SCOUTED) for r in records], [r.begun(SETTLED) for r in records]
+    quick = [replace(model, substeps=max(1, model.substeps // 2)) for model in models]
+    scouts: list[tuple[float, dict[str, float]]] = []
+    for k, start in enumerate(starts):
+        say(f"two inertias: start {k + 1} of {len(starts)}")
+        try:
+            tried = _searched(short, quick[0], quick[0].inside(start), RUN_AWAY, max_nfev=SCOUT_EVALUATIONS)
+        except (InputRefused, NotComputed, ValueError):
+            continue
+        scouts.append((float(tried.cost), quick[0].values_at(tried.x)))
+    scouts.sort(key=lambda entry: entry[0])
+    fits: list[tuple[ChainFit, ChainModel]] = []
+    own: list[float] = []
+    for model, coarse in zip(models, quick, strict=True):
+        for _, start in scouts[: FULL if model is models[0] else 1]:
+            say(f"two inertias: fit {len(fits) + 1} of the best starts")
+            begin = fits[0][0].values if model is not models[0] and fits else start
+            try:
+                fits.append((fit_output_error(middle, coarse, coarse.inside(begin)), model))
+            except NotComputed:
+                continue
+            own += [fits[-1][0].residual] if model is models[0] else []
+    if not fits:
+        raise NotComputed(f"none of {len(starts)} starts leads to a model that reproduces the log")
+    best, model = min(fits, key=lambda entry: entry[0].residual)
+    near = sum(residual < min(own) * (1.0 + ALIKE) for residual in own)
+    say(f"two inertias: the best fit over all {sum(r.input.size for r in records)} rows")
+    whole = fit_output_error(records, model, model.inside(best.values), tolerance=ENOUGH)
+    return whole, len(own), near
+
+
+def starts_for(
+    records: Sequence[Record], rectified: bool, rng: np.random.Generator
+) -> tuple[dict[str, float], list[dict[str, float]]]:
+    """Scales of the log, and where the search for two inertias begins: a rigid axis's totals, the rest drawn.
+
+    ``rectified``: whether the sensor shows absolute values.
+    """
+    total, viscous, coulomb = _rigid(records, rectified)
+    interval = records[0].interval
+    duration = max(record.interval * record.input.size for record in records)
+    low, high = max(0.5, 10.0 / duration), FASTEST / interval
+    starts = []
+    for k in range(STARTS):
+        share = LOW_SHARE + (HIGH_SHARE - LOW_SHARE) * float(rng.uniform())
+        # low frequencies first: stratified, so that no octave is left out
+        place = (k + float(rng.uniform())) / STARTS
+        omega = 2 * np.pi * low * (high / low) ** place
+        reduced = total * share * (1.0 - share)
+        starts.append(
+            {
+                "inertia_motor": share * total,
+                "inertia_load": (1.0 - share) * total,
+                "stiffness": reduced * omega**2,
+                "damping": 0.06 * reduced * omega,
+                "viscous_friction_motor": 0.5 * viscous,
+                "viscous_friction_load": 0.5 * viscous,
+                "coulomb_friction_motor": 0.5 * coulomb,
+                "coulomb_friction_load": 0.5 * coulomb,
+                "offset": 0.0,
+                "sensor_lag": 2.0 * interval,
+            }
+        )
+    middle = 2 * np.pi * np.sqrt(low * high)
+    scale = {
+        "inertia": total,
+        "stiffness": total * middle**2,
+        "damping": total * middle,
+        "viscous": max(viscous, 1e-3 * total / interval),
+        "coulomb": _size([record.input for record in records]),
+    }
+    return scale, starts
+
+
+def _rigid(records: Sequence[Record], rectified: bool) -> tuple[float, float, float]:
+    """Total inertia, viscous and Coulomb friction of one rigid axis, all positive."""
+    rows, left = [], []
+    for record in records:
+        speed, input_, h = record.output[:, 0], record.input, record.interval
+        if rectified:
+            speed = speed * np.where(zero_phase(input_, h, 0.02 / h) < 0, -1.0, 1.0)
+        smooth = zero_phase(speed, h, 0.05 / h)
+        jump = np.tanh(smooth / (0.05 * np.abs(smooth).max() + 1e-300))
+        rows.append(np.column_stack([difference(smooth, h), smooth, jump, np.ones(smooth.size)]))
+        left.append(zero_phase(input_, h, 0.05 / h))
+    found = np.linalg.lstsq(np.vstack(rows), np.concatenate(left), rcond=None)[0]
+    size, force = _size([r.output.ravel() for r in records]), _size(left)
+    rate = _size([row[:, 0] for row in rows])
+    total = float(found[0]) if found[0] > 1e-3 * force / rate else force / rate
+    return total, max(float(found[1]), 1e-3 * force / size), max(float(found[2]), 1e-3 * force)
+
+
+def _size(parts: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
