@@ -84,11 +84,11 @@ def errors(found, one):
     """Relative errors of both tensions, labelled or not."""
     looser, tauter = sorted((one.upper, one.lower))
     exact = {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
-    return {name: found[name] / exact[name] - 1.0 for name in found.families}
+    return {name: found[name] / exact[name] - 1.0 for name in found.spans}
 
 
 def held(found, one):
     """How many intervals hold the truth."""
     looser, tauter = sorted((one.upper, one.lower))
     exact = {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
-    return sum(f.tension.low <= exact[name] <= f.tension.high for name, f in found.families.items())
+    return sum(f.tension.low <= exact[name] <= f.tension.high for name, f in found.spans.items())

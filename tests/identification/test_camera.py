@@ -5,7 +5,7 @@ import pytest
 
 from cabledrive.identification.camera import clip_of, marker_log, open_clip, track_marker
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.tension.decaying_tones import Tones, fit_tones
+from cabledrive.identification.tension.tones import Tones, fit_tones
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
 from cabledrive.rig.log_file import log_csv

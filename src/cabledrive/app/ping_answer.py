@@ -41,7 +41,7 @@ def _span_of_loop(spans: tuple[str, ...]) -> str | None:
 def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, ...], columns: Any) -> Answer:
     """Tension of named spans, one recording each; the first two are compared."""
     from cabledrive.identification.tension import read_ping
-    from cabledrive.identification.tension.route_ping import compared, tensions_of_spans
+    from cabledrive.identification.tension.strings import compared, tensions_of_spans
 
     if not spans:
         names = ", ".join(span.name for span in drive.free_spans[:6])
@@ -57,11 +57,17 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
     }
     lines = [*parameter_rows(data), *_length_and_mass(data)]
     if len(found) > 1:
-        both = compared({name: own for one in found for name, own in one.spans.items()})
-        data["comparison"] = both.as_dict()
+        both = list({name: own for one in found for name, own in one.spans.items()}.items())[:2]
+        apart, relative = compared(dict(both))
+        data["comparison"] = {
+            "spans": [name for name, _ in both],
+            "difference": apart.as_dict(),
+            "relative": relative,
+            "differ": not apart.low <= 0.0 <= apart.high,
+        }
         lines.append(
-            f"{both.spans[0]} against {both.spans[1]}: {both.difference.value:+.4g} N "
-            f"({both.difference.low:+.4g} to {both.difference.high:+.4g} N), {100 * both.relative:+.3g} %"
+            f"{both[0][0]} against {both[1][0]}: {apart.value:+.4g} N "
+            f"({apart.low:+.4g} to {apart.high:+.4g} N), {100 * relative:+.3g} %"
         )
     return Answer(
         data=data,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, signal
 
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 MOST_PEAKS = 24
 STANDING_OUT = 6.0
@@ -92,12 +92,7 @@ class Proposal:
 
 
 def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], duration: float) -> Peaks:
-    """Peaks that stand out of the spectrum around them.
-
-    ``frequency``, ``amplitude``: from `amplitude_spectrum`; ``band`` [Hz]; ``duration``: of the recording
-    [s].
-    Returns the `MOST_PEAKS` largest.
-    """
+    """The `MOST_PEAKS` largest peaks that stand out of the spectrum around them, in a band [Hz]."""
     step = float(frequency[1] - frequency[0])
     wide = max(31, round(60.0 / (duration * step)))
     level = ndimage.median_filter(amplitude[:: max(1, wide // 31)], 31, mode="nearest")
@@ -134,11 +129,7 @@ def falling(peaks: Peaks, values: Array, interval: float) -> NDArray[np.bool_]:
 
 
 def matched(peaks: Peaks, teeth: Array) -> NDArray[np.intp]:
-    """Which peak each mode is taken for.
-
-    ``teeth``, shape (modes,) [Hz].
-    Returns shape (modes,): number of the nearest peak within its reach, or -1.
-    """
+    """Number of the nearest peak within its reach of each mode (modes,) [Hz], or -1."""
     if peaks.frequency.size == 0:
         return np.full(teeth.size, -1, dtype=np.intp)
     distance = np.abs(teeth[:, None] - peaks.frequency)
@@ -179,12 +170,15 @@ def proposals(
 
 def _distinct(every: list[Proposal], most: int) -> tuple[Proposal, ...]:
     """The best of some proposals that differ."""
+
+    def differs(one: Proposal, other: Proposal) -> bool:
+        pairs = zip(one.families, other.families, strict=True)
+        return any(a.span != b.span or abs(a.scale / b.scale - 1.0) > OTHERWISE for a, b in pairs)
+
     distinct: list[Proposal] = []
     for one in sorted(every, key=lambda one: -one.score):
-        if all(_otherwise(one, other) for other in distinct):
+        if len(distinct) < most and all(differs(one, other) for other in distinct):
             distinct.append(one)
-        if len(distinct) == most:
-            break
     return tuple(distinct)
 
 
@@ -193,14 +187,6 @@ def _octaves(low: float, high: float) -> bool:
     ratio = high / low
     whole = round(ratio)
     return whole > 1 and abs(ratio / whole - 1.0) < NEAR_OCTAVE
-
-
-def _otherwise(pair: Proposal, other: Proposal) -> bool:
-    """Whether a family is another one."""
-    return any(
-        one.span != two.span or abs(one.scale / two.scale - 1.0) > OTHERWISE
-        for one, two in zip(pair.families, other.families, strict=True)
-    )
 
 
 _Scored = tuple[Family, float, NDArray[np.bool_], float]

@@ -1,17 +1,17 @@
 """A recording fitted by families of partials, and by what a family is known."""
 
+from dataclasses import replace
 from math import pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
-from cabledrive.identification.tension.answers import Partial
-from cabledrive.identification.tension.decaying_tones import Tones, TonesFit, fit_tones, with_decays
+from cabledrive.identification.estimates import Estimate
+from cabledrive.identification.tension.answers import Partial, SpanTension
 from cabledrive.identification.tension.families import Family, matched
-from cabledrive.identification.tension.prepared_recording import PARTIALS, PreparedRecording
-
-Array = NDArray[np.float64]
+from cabledrive.identification.tension.recording import PARTIALS, PreparedRecording
+from cabledrive.identification.tension.tones import Tones, TonesFit, fit_tones, with_decays
+from cabledrive.parameters.arrays import Array
 
 SPANS = ("upper", "lower")
 ABOUT = 4.0
@@ -30,19 +30,12 @@ def strength(fit: TonesFit, family: int) -> float:
 
 
 def line_widths(fit: TonesFit, duration: float) -> Array:
-    """Width of each tone: at half power by its decay, and of the record.
-
-    ``duration`` [s].
-    Returns shape (tones,) [Hz].
-    """
+    """Width of each tone: at half power by its decay, and of the record, shape (tones,) [Hz]."""
     return np.asarray(fit.tones.decay / pi + 1.0 / duration)
 
 
 def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
-    """Density of what is left about the tones of a family, over its mean over all frequencies.
-
-    Returns 1 in white noise.
-    """
+    """Density of what is left about the tones of a family, over its mean: 1 in white noise."""
     density = np.abs(np.fft.rfft(fit.left)) ** 2
     frequency = np.fft.rfftfreq(fit.left.size, prepared.interval)
     own = fit.tones.family == family
@@ -54,10 +47,7 @@ def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
 
 
 def apart(prepared: PreparedRecording, fit: TonesFit, spans: tuple[str, str]) -> bool:
-    """Whether each of two families has a partial more than a line width from every mode of the other.
-
-    ``spans``: whose modes each family has.
-    """
+    """Whether each of two families has a partial more than a line width from every mode of the other."""
     tones, width = fit.tones, line_widths(fit, prepared.duration)
     for one, two in ((0, 1), (1, 0)):
         own = np.flatnonzero(tones.family == one)
@@ -71,7 +61,7 @@ def apart(prepared: PreparedRecording, fit: TonesFit, spans: tuple[str, str]) ->
 def has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
     """Whether a family may be every second or third mode of a lower one, whose first is among other tones.
 
-    Returns split partials of one frequency and two tensions look so where their first is not split.
+    Split partials of one frequency and two tensions look so where their first is not split.
     """
     tones = fit.tones
     free = tones.number == 0
@@ -86,11 +76,7 @@ def has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
 
 
 def label(prepared: PreparedRecording, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
-    """Which span each of two families belongs to.
-
-    ``plucked``, {"upper", "lower"}.
-    Returns none where the modes are the same and the loudness does not decide.
-    """
+    """Which span each of two families belongs to; None where modes are alike and loudness does not decide."""
     if not prepared.alike:
         return SPANS
     first, second = strength(fit, 0), strength(fit, 1)
@@ -217,21 +203,45 @@ def scale_error(prepared: PreparedRecording, fit: TonesFit, family: int) -> tupl
     return error * sqrt(squares / freedom), float(stats.t.ppf(0.975, freedom))
 
 
-def partials_of(fit: TonesFit, family: int) -> tuple[Partial, ...]:
-    """The partials of a family, each where it lies alone."""
-    tones, found = fit.tones, []
-    for place in np.flatnonzero(tones.family == family):
-        frequency = float(tones.frequency[place] + fit.offset[place])
-        rise = float(tones.rise[place] * tones.frequency[place])
-        found.append(
-            Partial(
-                number=int(tones.number[place]),
-                frequency=frequency,
-                standard_error=float(fit.offset_error[place]),
-                peak=float(tones.frequency[place]),
-                amplitude=float(fit.amplitude[place]),
-                rise=rise,
-                decays=bool(fit.resolved[place]),
-            )
+def family_tension(
+    prepared: PreparedRecording, fit: TonesFit, family: int, span: str, known: tuple[float, float, float]
+) -> SpanTension:
+    """The tension that a family says, with what the noise leaves open, wider where its partials disagree.
+
+    ``known``: the tension [N], its relative change with the frequency's, and what the string formula says
+    [N].
+    """
+    value, steep, bare = known
+    tones, own = fit.tones, np.flatnonzero(fit.tones.family == family)
+    spread, quantile = scale_error(prepared, fit, family)
+    error = steep * value * spread
+    loudest = own[int(np.argmax(fit.amplitude[own]))]
+    partials = [
+        Partial(
+            number=int(tones.number[k]),
+            frequency=float(tones.frequency[k] + fit.offset[k]),
+            standard_error=float(fit.offset_error[k]),
+            rise=float(tones.rise[k] * tones.frequency[k]),
+            decays=bool(fit.resolved[k]),
         )
-    return tuple(found)
+        for k in own
+    ]
+    return SpanTension(
+        span=span,
+        channel=prepared.channel,
+        tension=Estimate.of(value, "N", error, quantile * error),
+        bare=bare,
+        spread=steep * float(np.ptp(fit.offset[own] / tones.frequency[own])),
+        line_width=float(line_widths(fit, prepared.duration)[loudest]),
+        of_mass=0.5 * steep,
+        partials=tuple(partials),
+    )
+
+
+def widened(estimate: Estimate, extra: float) -> Estimate:
+    """An interval with one more independent standard error."""
+    if extra == 0.0:
+        return estimate
+    error = sqrt(estimate.standard_error**2 + extra**2)
+    half = (estimate.high - estimate.value) * error / estimate.standard_error
+    return replace(estimate, standard_error=error, low=estimate.value - half, high=estimate.value + half)

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from math import hypot, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.time_check import quantum_of
 from cabledrive.parameters import Drive, InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 BANDWIDTH = 40.0
 """Of force and angle by default [Hz]."""
@@ -30,25 +28,14 @@ BANDWIDTH = 40.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SpanTensions:
-    """Tension at the load pulley over time.
+    """Tension at the load pulley over time."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (samples,)
-        [s].
-    upper, lower : ndarray, shape (samples,)
-        [N].
-    deviation : float
-        Standard deviation of each at one instant, from the noise of the cell and of the angle [N].
-    mean_upper, mean_lower : (float, float, float)
-        Mean over the log with its 95 % bounds [N]; they cover what the log shows, not the cell's calibration.
-    findings : tuple of str
-    """
-
-    time: Array
+    time: Array  # (samples,) [s]
+    # upper, lower: (samples,) [N]
     upper: Array
     lower: Array
-    deviation: float
+    deviation: float  # of each at one instant, from the noise of the cell and of the angle [N]
+    # mean over the log with its 95 % bounds [N]; they cover what the log shows, not the cell's calibration
     mean_upper: tuple[float, float, float]
     mean_lower: tuple[float, float, float]
     findings: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-r"""Decaying tones fitted together, and whether a recording holds a ping at all.
+r"""Decaying tones fitted together.
 
 Each tone of a recording is
 
@@ -14,12 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
-from cabledrive.identification.filters import zero_phase
-from cabledrive.parameters import NotComputed
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 PASSES = 25
 SHORTEST = 0.02
@@ -34,6 +30,8 @@ FASTEST = 0.5
 """Decay over frequency above which there is no tone."""
 DECAYED = 0.7
 """Fall of the envelope (p a T) from which the rise with amplitude can be determined."""
+DECAYING = 0.35
+"""Fall of the envelope (a T) from which a tone is no hum."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,11 +52,7 @@ class Tones:
         return np.asarray(self.scale[self.family] * self.tooth)
 
     def only(self, kept: NDArray[np.bool_]) -> "Tones":
-        """Some of the tones.
-
-        ``kept``, shape (tones,).
-        Returns with the same families, some perhaps without a tone.
-        """
+        """Some of the tones, with the same families, some perhaps without a tone."""
         rows = {name: getattr(self, name)[kept] for name in ("family", "tooth", "number", "decay", "rise")}
         return replace(self, **rows)
 
@@ -81,12 +75,14 @@ class TonesFit:
     left: Array  # (samples,): what the tones do not explain
     duration: float  # [s]
 
+    @property
+    def decays(self) -> NDArray[np.bool_]:
+        """Whether each tone falls enough to be no hum, shape (tones,)."""
+        return np.asarray(self.tones.decay * self.duration > DECAYING)
+
 
 def with_decays(values: Array, interval: float, tones: Tones, power: int) -> Tones:
-    """Tones with the common decay that fits best, to begin with.
-
-    ``values``, shape (samples,); ``interval`` [s]; ``power``, {1, 2}.
-    """
+    """Tones with the common decay that fits best, to begin with."""
     time = interval * np.arange(values.size, dtype=np.float64)
     tried = [
         replace(tones, decay=np.full(tones.tooth.size, share / time[-1]))
@@ -96,11 +92,7 @@ def with_decays(values: Array, interval: float, tones: Tones, power: int) -> Ton
 
 
 def fit_tones(values: Array, interval: float, start: Tones, power: int) -> TonesFit:
-    """Fit tones to a recording that begins after the pluck.
-
-    ``values``, shape (samples,); ``interval`` [s]; ``power``, {1, 2}: power p of the envelope that shifts the
-    frequency.
-    """
+    """Fit tones to a recording (samples,) that begins after the pluck; ``power``: p of the module."""
     time = interval * np.arange(values.size, dtype=np.float64)
     tones, state = start, _projected(values, time, start, power)
     for _ in range(PASSES):
@@ -270,43 +262,3 @@ def _clear(wanted: Array, others: Array, soft: Array, state: _Projection) -> Arr
 def _covariance(wanted: Array, others: Array, soft: Array, state: _Projection) -> Array:
     clear = _clear(wanted, others, soft, state)
     return np.asarray(np.linalg.pinv(clear.T @ clear, hermitian=True, rcond=1e-14))
-
-
-PERIODS = 3.0
-"""Of the first tone, over which the loudness is averaged."""
-QUIET, LOUD = 0.35, 0.9
-"""Shares of the greatest loudness between which the onset is measured."""
-LONGEST_ONSET = 12.0
-"""Periods of the first tone that an onset may take, the averaging included."""
-FADED = 0.8
-"""Share of the greatest loudness to which a ping falls before the recording ends."""
-
-
-def require_ping(values: Array, interval: float, frequency: float, name: str) -> None:
-    """Refuse a recording in which nothing is plucked: a sweep, a hum, a machine that runs.
-
-    ``values``, shape (samples,); ``interval`` [s]; ``frequency``: of the first tone, as it is recorded [Hz];
-    ``name``: file and channel.
-    Raises `NotComputed` if the loudness rises slowly, or does not fall afterwards.
-    """
-    width = round(PERIODS / (frequency * interval))
-    clear = values - values.mean()
-    clear = clear - zero_phase(clear, interval, 0.4 * frequency)
-    if clear.size < 4 * width or width < 2:
-        return  # too short for a tone to be found in it
-    power = signal.convolve(clear**2, np.full(width, 1.0 / width), mode="valid")
-    loudness = np.sqrt(np.maximum(power, 0.0))
-    greatest = float(loudness.max())
-    top = int(np.argmax(loudness >= LOUD * greatest))
-    before = np.flatnonzero(loudness[:top] < QUIET * greatest)
-    rise = top - int(before[-1]) if before.size else top
-    if rise * interval * frequency > LONGEST_ONSET:
-        raise NotComputed(
-            f"{name}: no ping: the loudness takes {rise * interval:.3g} s to rise, a pluck at most "
-            f"{LONGEST_ONSET / frequency:.3g} s: pluck the span once, and record nothing else"
-        )
-    if float(loudness[-max(1, width) :].mean()) > FADED * greatest:
-        raise NotComputed(
-            f"{name}: no ping: the tone at {frequency:.4g} Hz does not decay, as a hum: pluck the span, "
-            "record longer"
-        )

@@ -1,4 +1,4 @@
-"""Recordings of pings, from a sound file or any log, made ready."""
+"""Recordings of pings, from a sound file or any log, made ready; whether they hold a ping at all."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -13,14 +13,12 @@ from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.tension.answers import LEAST_COUNT, amplitude_spectrum, count_of
 from cabledrive.identification.tension.families import ALIKE, Peaks, falling, peaks_of
 from cabledrive.modal import longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.route import RoutedDrive
-
-Array = NDArray[np.float64]
 
 PARTIALS = 6
 """Tones are searched up to this mode of a span."""
@@ -28,6 +26,8 @@ SQUARED = ("angle", "torque", "tension", "force", "current")
 """Channels that measure the stretch of a vibrating span, which has twice its frequency."""
 SEARCHED = 4.0
 """Tensions are searched from the drive's over this to the drive's times this."""
+LEAST_COUNT = 0.5
+"""Counts of a pulley's encoder that a tone must have: rounding makes tones of its own."""
 LOUDEST = 0.9
 """Share of the largest energy that marks the last pluck."""
 SAMPLES_PER_PERIOD = 2.6
@@ -47,7 +47,6 @@ class PreparedRecording:
     channel: str
     source: str
     least: float  # amplitude at the pluck below which a tone may be one of rounding
-    section: int
     values: Array  # (samples,): from the last pluck on, without what lies below the lowest tone
     interval: float  # [s]
     factor: float  # 2 where the stretch is recorded, else 1
@@ -82,11 +81,10 @@ class PreparedRecording:
 
 
 def prepared_recording(
-    log: Log, drive: Drive | RoutedDrive, name: str, teeth: dict[str, Array], section: int = 0
+    log: Log, drive: Drive | RoutedDrive, name: str, teeth: dict[str, Array]
 ) -> PreparedRecording:
-    """Make a recording ready.
+    """Make a channel of a recording ready; ``teeth``: certified modes of each span [Hz].
 
-    ``name``: channel; ``teeth``: certified modes of the ``section`` of each span [Hz].
     Raises `InputRefused` if the channel is constant, too slow or too short.
     """
     values = log.channel(name)
@@ -107,11 +105,16 @@ def prepared_recording(
         clear = clear[_last_pluck(clear, round(8.0 / (low * log.interval))) :]
     if clear.size < 200:
         raise InputRefused(f"{log.source}: {name} ends {clear.size} samples after the pluck: record longer")
-    least = LEAST_COUNT * count_of(values) if factor == 2.0 else 0.0
+    least, levels = 0.0, np.unique(values)
+    if factor == 2.0 and 1 < levels.size < 0.1 * values.size:
+        least = LEAST_COUNT * float(np.diff(levels).min())
     peaks: Peaks | None = None
     lengths = _lengths(clear, round(3.0 / (low * log.interval)))
     for size in lengths:
-        frequency, amplitude = amplitude_spectrum(clear[:size], log.interval)
+        window = np.hanning(size)
+        part = (clear[:size] - clear[:size].mean()) * window
+        amplitude = np.abs(np.fft.rfft(part, 4 * size)) * 2 / window.sum()
+        frequency = np.asarray(np.fft.rfftfreq(4 * size, log.interval), dtype=float)
         if factor == 2.0:
             amplitude = _without_pulley_modes(frequency, amplitude, drive, top)
             amplitude = np.where(amplitude > 0.5 * least, amplitude, 0.0)  # it decays
@@ -128,7 +131,6 @@ def prepared_recording(
         channel=name,
         source=log.source,
         least=least,
-        section=section,
         values=np.asarray(clear[:MOST_SAMPLES], dtype=float),
         interval=every * log.interval,
         factor=factor,
@@ -185,6 +187,44 @@ def _without_sidebands(peaks: Peaks, drive: Drive | RoutedDrive, high: float) ->
     return peaks.only(kept)
 
 
+PERIODS = 3.0
+"""Of the first tone, over which the loudness is averaged."""
+QUIET, LOUD = 0.35, 0.9
+"""Shares of the greatest loudness between which the onset is measured."""
+LONGEST_ONSET = 12.0
+"""Periods of the first tone that an onset may take, the averaging included."""
+FADED = 0.8
+"""Share of the greatest loudness to which a ping falls before the recording ends."""
+
+
+def require_ping(values: Array, interval: float, frequency: float, name: str) -> None:
+    """Refuse a recording whose loudness rises slowly or does not fall: a sweep, a hum, a machine that runs.
+
+    ``frequency``: of the first tone, as it is recorded [Hz]; ``name``: file and channel.
+    """
+    width = round(PERIODS / (frequency * interval))
+    clear = values - values.mean()
+    clear = clear - zero_phase(clear, interval, 0.4 * frequency)
+    if clear.size < 4 * width or width < 2:
+        return  # too short for a tone to be found in it
+    power = signal.convolve(clear**2, np.full(width, 1.0 / width), mode="valid")
+    loudness = np.sqrt(np.maximum(power, 0.0))
+    greatest = float(loudness.max())
+    top = int(np.argmax(loudness >= LOUD * greatest))
+    before = np.flatnonzero(loudness[:top] < QUIET * greatest)
+    rise = top - int(before[-1]) if before.size else top
+    if rise * interval * frequency > LONGEST_ONSET:
+        raise NotComputed(
+            f"{name}: no ping: the loudness takes {rise * interval:.3g} s to rise, a pluck at most "
+            f"{LONGEST_ONSET / frequency:.3g} s: pluck the span once, and record nothing else"
+        )
+    if float(loudness[-max(1, width) :].mean()) > FADED * greatest:
+        raise NotComputed(
+            f"{name}: no ping: the tone at {frequency:.4g} Hz does not decay, as a hum: pluck the span, "
+            "record longer"
+        )
+
+
 LARGEST_SOUND = 512 * 2**20
 """Bytes of a sound file that are read; a minute in stereo at 192 kHz has 92 MB."""
 
@@ -209,18 +249,7 @@ def read_ping(path: str | Path, columns: ColumnMap | None = None) -> Log:
 def read_wav(path: str | Path) -> Log:
     """Read a WAV file as a log with the channel "sound" (and "sound_2", ...), full scale being 1.
 
-    Parameters
-    ----------
-    path : path-like
-
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    InputRefused
-        If it is no WAV file of plain samples, is empty, or is longer than `LARGEST_SOUND`.
+    Raises `InputRefused` if it is no WAV file of plain samples, is empty, or is longer than `LARGEST_SOUND`.
     """
     from scipy.io import wavfile
 
