@@ -9,14 +9,15 @@ from scipy.io import wavfile
 import cabledrive as cd
 from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.tension import (
-    read_ping,
-    read_wav,
+from cabledrive.identification.tension.both import tension_of_both
+from cabledrive.identification.tension.load_cell import tensions_from_load_cell
+from cabledrive.identification.tension.recording import read_ping, read_wav
+from cabledrive.identification.tension.strings import (
+    compared,
     tension_from_ping,
-    tension_of_both,
-    tensions_from_load_cell,
+    tension_of_route_span,
+    tensions_for,
 )
-from cabledrive.identification.tension.strings import compared, tension_of_route_span, tensions_for
 from cabledrive.identification.tension.tones import Tones, fit_tones
 from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, load_drive

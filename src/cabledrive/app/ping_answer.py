@@ -40,7 +40,7 @@ def _span_of_loop(spans: tuple[str, ...]) -> str | None:
 
 def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, ...], columns: Any) -> Answer:
     """Tension of named spans, one recording each; the first two are compared."""
-    from cabledrive.identification.tension import read_ping
+    from cabledrive.identification.tension.recording import read_ping
     from cabledrive.identification.tension.strings import compared, tensions_of_spans
 
     if not spans:
@@ -78,7 +78,8 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
 
 def _ping(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
     """Tension of each span from one recording."""
-    from cabledrive.identification.tension import read_ping, tension_from_ping
+    from cabledrive.identification.tension.recording import read_ping
+    from cabledrive.identification.tension.strings import tension_from_ping
 
     found = tension_from_ping(read_ping(_only(logs), columns), drive, span=place[0], section=place[1])
     data = found.as_dict()
@@ -95,7 +96,8 @@ def _ping(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], co
 
 def _ping_of_both(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
     """Tension of both spans from one recording in which both sound."""
-    from cabledrive.identification.tension import read_ping, tension_of_both
+    from cabledrive.identification.tension.both import tension_of_both
+    from cabledrive.identification.tension.recording import read_ping
 
     found = tension_of_both(read_ping(_only(logs), columns), drive, plucked=place[0], section=place[1])
     data = found.as_dict()

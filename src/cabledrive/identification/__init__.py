@@ -10,7 +10,8 @@ from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
     from cabledrive.identification.amplifier import identify_amplifier
-    from cabledrive.identification.camera import marker_log, open_clip, track_marker
+    from cabledrive.identification.camera.clip import open_clip
+    from cabledrive.identification.camera.marker import marker_log, track_marker
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.log import log_of
     from cabledrive.identification.logs.reading import read_log
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
     from cabledrive.identification.printer_shaper import shaper
     from cabledrive.identification.recipe import published_recipe
     from cabledrive.identification.response_models import choose_model
-    from cabledrive.identification.tension import read_ping, tension_from_ping, tensions_from_load_cell
+    from cabledrive.identification.tension.load_cell import tensions_from_load_cell
+    from cabledrive.identification.tension.recording import read_ping
+    from cabledrive.identification.tension.strings import tension_from_ping
 
 __getattr__ = on_demand(
     __name__,
@@ -29,17 +32,17 @@ __getattr__ = on_demand(
         "identify": "one_log",
         "identify_amplifier": "amplifier",
         "log_of": "logs.log",
-        "marker_log": "camera",
-        "open_clip": "camera",
+        "marker_log": "camera.marker",
+        "open_clip": "camera.clip",
         "plan_test": "planning",
         "published_recipe": "recipe",
         "read_log": "logs.reading",
-        "read_ping": "tension",
+        "read_ping": "tension.recording",
         "response": "log_response",
         "shaper": "printer_shaper",
-        "tension_from_ping": "tension",
-        "tensions_from_load_cell": "tension",
-        "track_marker": "camera",
+        "tension_from_ping": "tension.strings",
+        "tensions_from_load_cell": "tension.load_cell",
+        "track_marker": "camera.marker",
     },
 )
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 Frames = Iterator[tuple[int, Array]]
 
 VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm")
@@ -27,39 +27,17 @@ GREY = np.array([0.299, 0.587, 0.114])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clip:
-    """Frames that can be gone through several times.
-
-    Attributes
-    ----------
-    source : str
-    frame_rate : float
-        [Hz].
-    frames : callable
-        ``frames()`` yields the number of a frame on an even grid, and the frame in grey, shape (rows,
-        columns).
-    findings : tuple of str
-    """
+    """Frames that can be gone through several times."""
 
     source: str
-    frame_rate: float
+    frame_rate: float  # [Hz]
+    # yields the number of a frame on an even grid, and the frame in grey, (rows, columns)
     frames: Callable[[], Frames]
     findings: tuple[str, ...] = ()
 
 
 def clip_of(frames: Sequence[Any], frame_rate: float, source: str = "frames") -> Clip:
-    """A clip from arrays in memory.
-
-    Parameters
-    ----------
-    frames : sequence of array_like, shape (rows, columns) or (rows, columns, 3)
-    frame_rate : float
-        [Hz].
-    source : str
-
-    Returns
-    -------
-    Clip
-    """
+    """A clip from arrays in memory, each (rows, columns) or (rows, columns, 3); ``frame_rate`` [Hz]."""
     check_rate(frame_rate, source)
     return Clip(
         source=source,
@@ -101,22 +79,13 @@ def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
 
 
 def check_rate(frame_rate: float, source: str) -> None:
-    """Refuse a frame rate that no camera has.
-
-    ``frame_rate`` [Hz].
-    Raises `InputRefused` if it is not positive and finite.
-    """
+    """Refuse a frame rate [Hz] that no camera has."""
     if not (np.isfinite(frame_rate) and 0.0 < frame_rate <= 1e7):
         raise InputRefused(f"{source}: frame rate {frame_rate:g} Hz must lie above 0 and up to 1e7 Hz")
 
 
 def grey(frame: NDArray[Any]) -> Array:
-    """A frame in grey.
-
-    ``frame``, shape (rows, columns): red, green, blue.
-    Returns shape (rows, columns).
-    Raises `InputRefused` if it has another shape.
-    """
+    """A frame in grey (rows, columns); refused if it is no picture."""
     if frame.ndim == 3 and frame.shape[2] in (3, 4):
         return np.asarray(frame[:, :, :3] @ GREY)
     if frame.ndim != 2:
@@ -125,9 +94,7 @@ def grey(frame: NDArray[Any]) -> Array:
 
 
 def _pictures(folder: Path, frame_rate: float | None) -> Clip:
-    files = sorted(
-        (path for path in folder.iterdir() if path.suffix.lower() in PICTURES), key=lambda path: _place(path)
-    )
+    files = sorted((path for path in folder.iterdir() if path.suffix.lower() in PICTURES), key=_place)
     if len(files) < 3:
         raise InputRefused(
             f"{folder.name}: holds {len(files)} pictures ({', '.join(PICTURES)}): give a video"
@@ -265,10 +232,7 @@ class Levels:
 
 
 def levels_of(frames: list[Array]) -> Levels:
-    """Grey levels from a few frames.
-
-    ``frames``, shape (rows, columns).
-    """
+    """Grey levels from a few frames (rows, columns)."""
     background = float(np.median([np.median(frame) for frame in frames]))
     steps = np.concatenate([np.diff(frame, axis=1).ravel() for frame in frames])
     noise = float(1.4826 * np.median(np.abs(steps)) / np.sqrt(2.0))
@@ -279,8 +243,7 @@ def levels_of(frames: list[Array]) -> Levels:
 def uncovered(frame: Array, still: Array, levels: Levels) -> Array:
     """The frame as it would be with nothing bright behind the marker, which hides what it covers.
 
-    ``frame``, ``still``, shape (rows, columns): with the marker, and without it.
-    Returns shape (rows, columns).
+    ``frame``, ``still``, (rows, columns): with the marker, and without it.
     """
     contrast = levels.bright - levels.background
     room = np.maximum(levels.bright - still, LEAST_ROOM * contrast)
@@ -288,33 +251,21 @@ def uncovered(frame: Array, still: Array, levels: Levels) -> Array:
 
 
 def spots_of(frame: Array, levels: Levels) -> Array:
-    """Bright spots of a frame, the largest first.
+    """Bright spots of a frame (rows, columns), the largest first, shape (spots, 5).
 
-    ``frame``, shape (rows, columns).
-    Returns shape (spots, 5): row and column of the centroid, from the middle of the first pixel, area, half
-    its height and width [pixel].
+    Row and column of the centroid, from the middle of the first pixel, area, half its height and width
+    [pixel].
     """
-    labels, count = ndimage.label(frame > levels.threshold)
-    if count == 0:
-        return np.empty((0, 5))
+    labels, _ = ndimage.label(frame > levels.threshold)
     areas = np.bincount(labels.ravel())[1:]
-    order = [k for k in np.argsort(-areas)[:MOST_SPOTS] if areas[k] >= SMALLEST]
-    pieces = ndimage.find_objects(labels)
-    found = []
-    for k in order:
+    pieces, found = ndimage.find_objects(labels), []
+    for k in (k for k in np.argsort(-areas)[:MOST_SPOTS] if areas[k] >= SMALLEST):
         rows, columns = pieces[k]
-        inside = labels[pieces[k]] == k + 1
-        r, c = np.nonzero(inside)
+        r, c = np.nonzero(labels[pieces[k]] == k + 1)
         start = np.array([rows.start + r.mean(), columns.start + c.mean()])
         spread = np.array([max(1.0, r.std()), max(1.0, c.std())])
-        found.append(
-            [
-                *_centroid(frame, levels.background, start, spread),
-                float(areas[k]),
-                0.5 * np.ptp(r) + 0.5,
-                0.5 * np.ptp(c) + 0.5,
-            ]
-        )
+        place = _centroid(frame, levels.background, start, spread)
+        found.append([*place, float(areas[k]), 0.5 * np.ptp(r) + 0.5, 0.5 * np.ptp(c) + 0.5])
     return np.array(found) if found else np.empty((0, 5))
 
 

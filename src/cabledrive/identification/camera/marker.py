@@ -4,13 +4,11 @@ from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.camera.clip import STANDS_OUT, Clip, Levels, levels_of, spots_of, uncovered
 from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array, Integers
 
 SAMPLED = 32
 LASTING = 0.5
@@ -34,23 +32,13 @@ LIKE, UNLIKE = 0.5, 1.4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MarkerTrack:
-    """Where the markers are in each frame.
-
-    Attributes
-    ----------
-    source : str
-    frame_rate : float
-        [Hz].
-    place : ndarray of int, shape (frames,)
-        Number of each frame on an even grid; a number that is left out is a dropped frame.
-    rows, columns : ndarray, shape (frames, markers)
-        [pixel], downwards and to the right from the middle of the first pixel; NaN where a marker is lost.
-    findings : tuple of str
-    """
+    """Where the markers are in each frame."""
 
     source: str
-    frame_rate: float
-    place: NDArray[np.int64]
+    frame_rate: float  # [Hz]
+    place: Integers  # (frames,): number of each frame on an even grid; one that is left out was dropped
+    # rows, columns: (frames, markers), downwards and to the right from the middle of the first pixel [pixel];
+    # NaN where a marker is lost
     rows: Array
     columns: Array
     findings: tuple[str, ...] = ()
@@ -83,7 +71,12 @@ def track_marker(
     InputRefused
         If no marker is found, or more move than were asked for.
     """
-    clip = replace(clip, frames=_cut(clip, region))
+    if region is not None:
+        a, b, c, d = region
+        if not (0 <= a < b and 0 <= c < d):
+            raise InputRefused(f"region {region}: give first and last row, first and last column")
+        whole = clip.frames
+        clip = replace(clip, frames=lambda: ((k, frame[a:b, c:d]) for k, frame in whole()))
     levels = levels_of([frame for _, frame in _sampled(clip)])
     if not levels.marked:
         raise InputRefused(
@@ -91,15 +84,15 @@ def track_marker(
             "background: light it, or paint it white"
         )
     place, spots, repeated = _go_through(clip, levels, None)
-    tracks = _linked(spots)
-    chosen = _movers(clip.source, tracks, len(spots), markers)
-    if any(_clears_its_place(tracks[k]) for k in chosen):
-        still = _still(clip, levels, place, [tracks[k] for k in chosen])
-        place, spots, repeated = _go_through(clip, levels, still)
-        tracks = _linked(spots)
-        chosen = _movers(clip.source, tracks, len(spots), markers)
-    _check_movers(clip.source, tracks, markers)
-    found = np.stack(_followed(spots, [tracks[k] for k in chosen]), axis=1)
+    chosen, moving = _movers(clip.source, spots, markers)
+    if any(_clears_its_place(track) for track in chosen):
+        place, spots, repeated = _go_through(clip, levels, _still(clip, levels, place, chosen))
+        chosen, moving = _movers(clip.source, spots, markers)
+    if moving > markers:
+        raise InputRefused(
+            f"{clip.source}: {moving} markers move, {markers} wanted: ask for {moving}, or give a region"
+        )
+    found = np.stack(_followed(spots, chosen), axis=1)
     found = found[:, np.argsort(np.nanmedian(found[:, :, 0], axis=0))]
     top, left = (region[0], region[2]) if region else (0, 0)
     return MarkerTrack(
@@ -110,15 +103,6 @@ def track_marker(
         columns=found[:, :, 1] + left,
         findings=(*clip.findings, *_findings(place, found[:, :, 0], repeated)),
     )
-
-
-def _cut(clip: Clip, region: tuple[int, int, int, int] | None):  # type: ignore[no-untyped-def]
-    if region is None:
-        return clip.frames
-    a, b, c, d = region
-    if not (0 <= a < b and 0 <= c < d):
-        raise InputRefused(f"region {region}: give first and last row, first and last column")
-    return lambda: ((k, frame[a:b, c:d]) for k, frame in clip.frames())
 
 
 def _sampled(clip: Clip, count: int = SAMPLED) -> list[tuple[int, Array]]:
@@ -138,7 +122,7 @@ def _sampled(clip: Clip, count: int = SAMPLED) -> list[tuple[int, Array]]:
     return kept
 
 
-def _still(clip: Clip, levels: Levels, place: NDArray[np.int64], markers: list[Array]) -> Array:
+def _still(clip: Clip, levels: Levels, place: Integers, markers: list[Array]) -> Array:
     """What stands in the picture: the median of each pixel while no marker is near it."""
     frames = []
     for number, frame in _sampled(clip, 4 * SAMPLED):
@@ -157,9 +141,7 @@ def _still(clip: Clip, levels: Levels, place: NDArray[np.int64], markers: list[A
     return np.asarray(np.nanmedian(filled, axis=0))
 
 
-def _go_through(
-    clip: Clip, levels: Levels, still: Array | None
-) -> tuple[NDArray[np.int64], list[Array], int]:
+def _go_through(clip: Clip, levels: Levels, still: Array | None) -> tuple[Integers, list[Array], int]:
     """Spots of every frame; a frame that repeats the one before it is a dropped one."""
     place, spots, repeated = [], [], 0
     before: Array | None = None
@@ -236,26 +218,20 @@ def _clears_its_place(track: Array) -> bool:
     return bool(np.nanstd(track[:, 0]) > CLEARS * high or np.nanstd(track[:, 1]) > CLEARS * wide)
 
 
-def _movers(source: str, tracks: list[Array], frames: int, markers: int) -> list[int]:
-    lasting = [k for k, track in enumerate(tracks) if np.isfinite(track[:, 0]).mean() > LASTING]
+def _movers(source: str, spots: list[Array], markers: int) -> tuple[list[Array], int]:
+    """The tracks that move most, of those that last, and how many of these move."""
+    lasting = [track for track in _linked(spots) if np.isfinite(track[:, 0]).mean() > LASTING]
     if len(lasting) < markers:
         raise InputRefused(
-            f"{source}: no marker: {len(lasting)} bright spots last through half of {frames} frames, "
+            f"{source}: no marker: {len(lasting)} bright spots last through half of {len(spots)} frames, "
             f"{markers} wanted: light it, or slow its motion below {FURTHEST:g} pixels per frame"
         )
-    return sorted(lasting, key=lambda k: -_motion(tracks[k]))[:markers]
-
-
-def _check_movers(source: str, tracks: list[Array], markers: int) -> None:
-    motions = [_motion(track) for track in tracks if np.isfinite(track[:, 0]).mean() > LASTING]
+    motions = [_motion(track) for track in lasting]
     moving = sum(motion > max(MOVING, SHARE * max(motions)) for motion in motions)
-    if moving > markers:
-        raise InputRefused(
-            f"{source}: {moving} markers move, {markers} wanted: ask for {moving}, or give a region"
-        )
+    return sorted(lasting, key=lambda track: -_motion(track))[:markers], moving
 
 
-def _findings(place: NDArray[np.int64], rows: Array, repeated: int) -> list[str]:
+def _findings(place: Integers, rows: Array, repeated: int) -> list[str]:
     found = []
     dropped = int(place[-1] - place[0] + 1 - place.size)
     if dropped:
@@ -269,25 +245,7 @@ def _findings(place: NDArray[np.int64], rows: Array, repeated: int) -> list[str]
 
 
 def scale_from(length: float, first: tuple[float, float], second: tuple[float, float]) -> float:
-    """Length of a pixel from a known length in the picture.
-
-    Parameters
-    ----------
-    length : float
-        [m].
-    first, second : (float, float)
-        Row and column of its ends [pixel].
-
-    Returns
-    -------
-    float
-        [m/pixel].
-
-    Raises
-    ------
-    InputRefused
-        If the ends coincide or the length is not positive.
-    """
+    """Length of a pixel [m/pixel] from a known length [m] and rows and columns of its ends [pixel]."""
     pixels = hypot(second[0] - first[0], second[1] - first[1])
     if pixels < 1.0 or not length > 0.0:
         raise InputRefused(
