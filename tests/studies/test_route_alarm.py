@@ -25,6 +25,7 @@ from cabledrive.studies.route_alarm import Runs, growth_along, route_alarm
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.route_path import RoutePath
 from cabledrive.studies.route_snapshot import Snapshot
+from cabledrive.trajectories import pulse
 from command import answer, refusal
 from network_samples import as_route
 from oracles.alarm_validation import true_motion
@@ -81,7 +82,7 @@ def swept_path(steps, rate):
             coupling=np.array([[[240.0, 80.0], [80.0, 160.0]]]),
             shape=np.array([[1.0, 0.7], [0.6, -0.8]]),
             certified=True,
-            reach=40.0,
+            top=12.0,
         )
 
     time = np.linspace(0.0, 4.0, steps + 1)
@@ -142,6 +143,17 @@ def test_a_move_of_the_head_passes_a_resonance_that_the_machine_at_rest_has_not(
     assert not any(one.passes for one in still.passages)
     assert found.poses == 13
     assert still.poses == 1
+
+
+def test_a_smooth_move_excites_nothing_though_modes_enter_and_leave_the_list():
+    """20 mm in 0.15 s, no mode below 75 Hz: what is there is the floor, in six modes of two planes."""
+    machine, way = cd.load_drive("printer-idlers"), pulse(-0.02, 0.15, 0.05, pulses=2, order=9)
+    time = np.linspace(0.0, way.duration, 2001)
+    place, _, rate = way(time, 2)
+    places, torque = {"head.x": 0.2 + place}, 0.0386 * rate / np.abs(rate).max()
+    found = route_alarm(machine, PlannedMotion(time=time, torque=torque, places=places))
+    assert found.verdict == "safe"
+    assert found.largest_transverse < 6e-5, found.largest_transverse
 
 
 def test_the_command_reads_places_and_torques_of_other_motors(tmp_path):

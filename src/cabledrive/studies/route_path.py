@@ -167,13 +167,14 @@ def pose_words(drive: RoutedDrive, pose: Mapping[str, float]) -> str:
 def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> tuple[list[Snapshot], list[str]]:
     """Snapshots with the same modes, followed by their shapes, and modes that could not be followed.
 
-    A transverse mode above all resonances of a pose is there uncoupled.
+    All reach as far, a little farther than the first pose asks for; a transverse mode above all resonances of
+    a pose is there uncoupled.
     """
     first = _snapshot(drive, poses[0], None)
-    top = 1.05 * float(first.along.max()) / (2.0 * pi)
-    found = [first, *(_snapshot(drive, pose, top) for pose in poses[1:])]
+    top = 1.05 * first.top
+    found = [first] if len(poses) == 1 else [_snapshot(drive, pose, top) for pose in poses]
     count = min(one.along.size for one in found)
-    keys = sorted({key for one in found for key in one.keys})
+    beside = {key: one for one in found for key in one.keys}
 
     def between(place: float) -> Snapshot:
         """The snapshot at a place along the poses."""
@@ -182,9 +183,9 @@ def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> tuple[list[
         near, far = poses[number], poses[number + 1]
         pose = {key: (1.0 - share) * near[key] + share * far[key] for key in near}
         own = _snapshot(drive, pose, top)
-        return own.with_keys(keys, min(count, own.along.size))
+        return own.with_keys(beside, min(count, own.along.size))
 
-    return tracked([one.with_keys(keys, count) for one in found], between)
+    return tracked([one.with_keys(beside, count) for one in found], between)
 
 
 def _snapshot(drive: RoutedDrive, pose: dict[str, float], top: float | None) -> Snapshot:

@@ -9,7 +9,7 @@ so that the sum over all pairs is largest. Where a pair falls below a limit, or 
 poses half-way are looked at.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import pi
@@ -66,15 +66,26 @@ class Snapshot:
     # (points, a): displacement from the chord of the span at the points of all spans, both planes [kg^-1/2]
     shape: Array
     certified: bool
-    reach: float  # transverse modes above it are not listed: no longitudinal mode excites them [rad/s]
+    top: float  # frequency up to which longitudinal modes are listed [Hz]
 
-    def with_keys(self, keys: Sequence[_Key], count: int) -> "Snapshot":
-        """These transverse modes and the first so many longitudinal ones; what it lacks lies above."""
+    @property
+    def reach(self) -> float:
+        """Transverse modes above it are not listed: no longitudinal mode excites them [rad/s]."""
+        return pi * (1.0 + NEAR) * self.top
+
+    def with_keys(self, beside: Mapping[_Key, "Snapshot"], count: int) -> "Snapshot":
+        """These transverse modes and the first so many longitudinal ones; what it lacks lies above.
+
+        ``beside``: for each a snapshot that has it, whose shape and loss a mode that is lacking keeps.
+        """
+        keys = sorted(beside)
         have = [n for n, key in enumerate(keys) if key in self.keys]
         own = [self.keys.index(keys[n]) for n in have]
-        across, loss = np.full(len(keys), self.reach), np.zeros(len(keys))
+        across, coupling = np.full(len(keys), self.reach), np.zeros((count, len(keys), len(keys)))
         turn = np.zeros((len(keys), self.across_turn.shape[1]))
-        coupling, shape = np.zeros((count, len(keys), len(keys))), np.zeros((len(self.shape), len(keys)))
+        places = [(beside[key], beside[key].keys.index(key)) for key in keys]
+        loss = np.array([one.across_loss[place] for one, place in places])
+        shape = np.array([one.shape[:, place] for one, place in places]).reshape(len(keys), -1).T.copy()
         across[have], loss[have], turn[have] = self.across[own], self.across_loss[own], self.across_turn[own]
         coupling[np.ix_(range(count), have, have)] = self.coupling[np.ix_(range(count), own, own)]
         shape[:, have] = self.shape[:, own]
@@ -110,11 +121,10 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
         if not mode.clamped and np.any(turns):
             along.append((Slopes(mode, slopes_of(network, mode, "along", nodes, slope)), turns))
     signs = [np.sign(turns[np.flatnonzero(turns)[0]]) for _, turns in along]
-    reach = 0.5 * (1.0 + NEAR) * top
     across = [
         Slopes(mode, slopes_of(network, mode, WAYS[mode.plane or "w"], nodes, slope))
         for mode in found.transverse
-        if mode.frequency <= reach
+        if mode.frequency <= 0.5 * (1.0 + NEAR) * top
     ]
     facing = np.array([_facing(own) for own in across])
     coupling = np.zeros((len(along), len(across), len(across)))
@@ -143,7 +153,7 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
         keys=_keys(across),
         coupling=coupling,
         certified=found.certified,
-        reach=2.0 * pi * reach,
+        top=top,
     )
 
 

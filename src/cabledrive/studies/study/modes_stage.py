@@ -186,9 +186,12 @@ class ResonanceResult:
         return self.alarm == DANGEROUS or self.verdict == RESONANT
 
 
-def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np.ndarray, np.ndarray]:
+def motion_torque(
+    drive: Drive, motion: Motion, samples: int = 4001, *, rubbing: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
     """Torque that a motion asks of the motor, drive as one rigid machine.
 
+    ``rubbing``: with Coulomb friction, whose jumps shake a model that does not rub.
     Returns ``time, torque``, shape (samples,) [s], [N m] at the first shaft.
     """
     values = values_of(drive)
@@ -197,8 +200,8 @@ def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np
     _, speed, acceleration = gear * motion.trajectory(time, 2)
     carried = sum(carriage.mass for carriage in drive.carriage) * drive.drive_pulley.radius**2
     inertia = values["near_inertia"] + values["load_inertia"] / gear**2 + carried
-    friction = values["viscous_friction"] * speed + values["coulomb_friction"] * np.sign(speed)
-    return time, inertia * acceleration + friction
+    torque = inertia * acceleration + values["viscous_friction"] * speed
+    return time, torque + (values["coulomb_friction"] * np.sign(speed) if rubbing else 0.0)
 
 
 def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
@@ -239,10 +242,9 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
 def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
     """Pairs of the machine of an axis, as its file gives it, and the motion that its motors share."""
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
-    time, torque = motion_torque(drive, repeated, samples=8001)
-    largest = float(np.abs(torque).max())
+    largest = float(np.abs(motion_torque(drive, repeated, samples=8001)[1]).max())
     ripple = RIPPLE_SHARE * largest
-    judged, refused = _alarm_of_axis(drive, repeated, time, torque)
+    judged, refused = _alarm_of_axis(drive, repeated, *motion_torque(drive, repeated, 8001, rubbing=False))
     found: dict[str, Any] = {
         "verdict": UNKNOWN,
         "frequency_ratio": None,
@@ -280,7 +282,10 @@ def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
 def _alarm_of_axis(
     drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray
 ) -> tuple[RouteAlarm | None, str]:
-    """The alarm for the torque that the motors share while the load follows; else why there is none."""
+    """The alarm for the torque that the motors share while the load follows; else why there is none.
+
+    ``torque``, shape (samples,): without Coulomb friction, which the alarm's modes do not have either [N m].
+    """
     machine, signs = drive.machine, drive.words["motors"]
     first, *others = [machine.pulley[number].name for number in machine.driven]
     shares = {name: sign * torque / len(signs) for name, sign in signs.items()}
