@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import identify
-    from cabledrive.identification.printer_shaper import shaper
+    from cabledrive.identification.printer import shaper
     from cabledrive.reduction import LumpedChain
     from cabledrive.report import write_report
     from cabledrive.rig import OwnPlant, track

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from cabledrive.identification.printer_files import belt_of, is_printer_file, printer, spectrogram
+from cabledrive.identification.printer import belt_of, is_printer_file, printer, spectrogram
 from cabledrive.parameters import load_drive
 from cabledrive.report.printer_page import computed, printer_html
 from command import answer, refusal

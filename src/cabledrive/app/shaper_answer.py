@@ -3,9 +3,8 @@
 from typing import Any
 
 from cabledrive.app.results import Absent
-from cabledrive.identification.printer_files import Printer, similar_words
-from cabledrive.identification.printer_shaper import PrinterShaper
-from cabledrive.identification.shaper_choice import ShaperFit
+from cabledrive.identification.printer import Printer, PrinterShaper, similar_words
+from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 
 NO_NAME = "neither given by --axis nor in the name of a log"

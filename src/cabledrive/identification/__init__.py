@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import IdentifyOptions, identify
     from cabledrive.identification.planning import plan_test
-    from cabledrive.identification.printer_shaper import shaper
+    from cabledrive.identification.printer import shaper
     from cabledrive.identification.recipe import published_recipe
     from cabledrive.identification.response_models import choose_model
     from cabledrive.identification.tension.load_cell import tensions_from_load_cell
@@ -39,7 +39,7 @@ __getattr__ = on_demand(
         "read_log": "logs.reading",
         "read_ping": "tension.recording",
         "response": "log_response",
-        "shaper": "printer_shaper",
+        "shaper": "printer",
         "tension_from_ping": "tension.strings",
         "tensions_from_load_cell": "tension.load_cell",
         "track_marker": "camera.marker",

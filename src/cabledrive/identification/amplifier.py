@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from math import log10, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Estimate
@@ -23,9 +22,7 @@ from cabledrive.identification.log_response import independent_lines
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import FEWEST_SEGMENTS, factor, solve
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from cabledrive.parameters.arrays import Array, Complex
 
 ALIASES = 60
 FEWEST_LINES = 6
@@ -65,13 +62,11 @@ def amplifier_response(
     *,
     held: float = 0.0,
     averaged: float = 0.0,
-) -> ComplexArray:
-    """Response from command to logged torque.
+) -> Complex:
+    """Response (m,) from command to logged torque at frequencies [Hz]; a bandwidth [Hz] may be infinite.
 
-    ``frequency``, shape (m,) [Hz]; ``gain`` [N m/V]; ``bandwidth`` [Hz]; may be infinite; ``delay`` [s];
-    ``held``: time for which each command stands, the sample interval [s]; 0: the command is continuous;
-    ``averaged``: interval, centred on the time stamp, over which a torque is the mean [s]; 0: an instant.
-    Returns shape (m,).
+    ``held``: time for which each command stands [s], 0: it is continuous; ``averaged``: interval, centred on
+    the time stamp, over which a torque is the mean [s], 0: an instant; ``gain`` [N m/V], ``delay`` [s].
     """
     shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / held if held > 0.0 else np.zeros(1)
     f = frequency[:, None] + shifts
@@ -81,11 +76,7 @@ def amplifier_response(
 
 
 def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: float = 0.0) -> AmplifierFit:
-    """Gain, bandwidth and dead time by weighted complex least squares.
-
-    ``measured``: from command to torque [N m/V]; ``held``, ``averaged``: as in `amplifier_response` [s].
-    Raises `InputRefused` if it holds fewer than `FEWEST_LINES` lines.
-    """
+    """Gain, bandwidth and dead time by weighted complex least squares, from a response [N m/V]."""
     count = measured.frequency.size
     if count < FEWEST_LINES:
         raise InputRefused(f"{count} lines are too few for an amplifier: give at least {FEWEST_LINES}")
@@ -115,8 +106,8 @@ def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: f
 def _errors(slopes: Array, residual: Array, scale: float) -> tuple[Array, int]:
     """Standard errors with their degrees of freedom, from the scores of groups of neighbouring lines.
 
-    Lines share noise through their window, and their weights are estimates: the squares alone show neither. A
-    response with too few lines for `FEWEST_SEGMENTS` groups has the errors that its weights claim.
+    Lines share noise through their window, and their weights are estimates: the squares alone show neither.
+    With too few lines for `FEWEST_SEGMENTS` groups the errors are those that the weights claim.
     """
     count = residual.size // 2
     groups = min(MOST_GROUPS, count // GROUP)

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.response_models import PARAMETERS, chain_for
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.reduction.threshold import threshold_torque
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,7 +34,7 @@ class Multisine:
     """
 
     values: Array
-    lines: NDArray[np.int64]
+    lines: Integers
     frequencies: Array
     crest: float
     sample_rate: float
@@ -48,13 +47,11 @@ def crest_factor(values: Array) -> float:
 
 def multisine_lines(
     samples: int, sample_rate: float, low: float, high: float, count: int | None = None, odd: bool = False
-) -> NDArray[np.int64]:
-    """Lines of a multisine in a band.
+) -> Integers:
+    """Lines of a multisine of so many samples in a band [Hz]: ``count`` of them, spread evenly, or all.
 
-    ``samples``: of one period; ``sample_rate`` [Hz]; ``low``, ``high``: band [Hz]; ``count``: how many lines,
-    spread evenly; default: all in the band; ``odd``: only odd lines: what appears at even ones is then an
-    even nonlinearity.
-    Raises `InputRefused` if the band holds no line, or fewer than asked for, or reaches half the sample rate.
+    ``odd``: only odd lines: what appears at even ones is then an even nonlinearity. Refused if the band holds
+    fewer, or reaches half the sample rate [Hz].
     """
     if not 0.0 < low < high < 0.5 * sample_rate:
         raise InputRefused(
@@ -74,29 +71,19 @@ def multisine_lines(
 
 
 def schroeder_phases(count: int) -> Array:
-    r"""Phases of a flat multisine of low crest.
+    r"""Phases (count,) [rad] of a flat multisine of low crest, :math:`\varphi_k = -\pi k(k-1)/N`.
 
-    .. math:: \varphi_k = -\pi k(k-1)/N
-
-    Returns shape (count,) [rad].
-
-    References
-    ----------
-    .. [1] M. R. Schroeder, "Synthesis of low-peak-factor signals and binary sequences with low
-       autocorrelation", IEEE Trans. Inf. Theory 16(1), 85-89, 1970.
+    M. R. Schroeder, "Synthesis of low-peak-factor signals and binary sequences with low autocorrelation",
+    IEEE Trans. Inf. Theory 16(1), 85-89, 1970.
     """
     k = np.arange(1, count + 1)
     return -pi * k * (k - 1) / count
 
 
 def random_multisine(
-    samples: int, sample_rate: float, lines: NDArray[np.int64], trials: int, rng: np.random.Generator
+    samples: int, sample_rate: float, lines: Integers, trials: int, rng: np.random.Generator
 ) -> Multisine:
-    """The lowest crest of several draws of random phases: `idinput` 'sine', Eqs. (4.13), (4.14).
-
-    ``sample_rate`` [Hz]; ``trials``: how many draws.
-    Returns of largest value 1.
-    """
+    """The lowest crest of some draws of random phases, largest value 1: `idinput` 'sine', (4.13), (4.14)."""
     best: Array | None = None
     for _ in range(trials):
         values = _summed(samples, lines, rng.uniform(0.0, 2 * pi, lines.size))
@@ -109,19 +96,14 @@ def random_multisine(
 def low_crest_multisine(
     samples: int,
     sample_rate: float,
-    lines: NDArray[np.int64],
+    lines: Integers,
     passes: int = 200,
     amplitudes: Array | None = None,
 ) -> Multisine:
-    """Schroeder phases, then clipping in turn with restoring of the amplitudes.
+    """Schroeder phases, then clipping in turn with restoring of the amplitudes; of largest value 1.
 
-    ``sample_rate`` [Hz]; ``amplitudes``: of the lines; default: all alike.
-    Returns of largest value 1.
-
-    References
-    ----------
-    .. [1] E. Van der Ouderaa, J. Schoukens, J. Renneboog, "Peak factor minimization using a time-frequency
-       domain swapping algorithm", IEEE Trans. Instrum. Meas. 37(1), 145-147, 1988.
+    E. Van der Ouderaa, J. Schoukens, J. Renneboog, "Peak factor minimization using a time-frequency domain
+    swapping algorithm", IEEE Trans. Instrum. Meas. 37(1), 145-147, 1988.
     """
     sizes = np.ones(lines.size) if amplitudes is None else np.asarray(amplitudes, dtype=float)
     values = _summed(samples, lines, schroeder_phases(lines.size), sizes)
@@ -142,11 +124,7 @@ def sum_of_sines(
     amplitudes: Sequence[float] | Array,
     phases: Sequence[float] | Array | None = None,
 ) -> Array:
-    """Few sines together, as in section 4.2.
-
-    ``duration`` [s]; ``sample_rate`` [Hz]; ``frequencies`` [Hz]; ``phases`` [rad]; default: 0.
-    Returns shape (samples,).
-    """
+    """Few sines [Hz] with phases [rad] together for a duration [s], as in section 4.2, shape (samples,)."""
     t = np.arange(round(duration * sample_rate)) / sample_rate
     angles = np.zeros(len(frequencies)) if phases is None else phases
     waves = [a * np.sin(2 * pi * f * t + p) for f, a, p in zip(frequencies, amplitudes, angles, strict=True)]
@@ -154,33 +132,25 @@ def sum_of_sines(
 
 
 def chirp(duration: float, sample_rate: float, low: float, high: float) -> Array:
-    """A sine whose frequency rises so that every octave takes the same time.
-
-    ``duration`` [s]; ``sample_rate`` [Hz]; ``low``, ``high``: frequency at both ends [Hz].
-    Returns shape (samples,): of amplitude 1.
-    """
+    """A sine of amplitude 1 whose frequency [Hz] rises by every octave in the same time, (samples,)."""
     t = np.arange(round(duration * sample_rate)) / sample_rate
     rate = np.log(high / low) / duration
     return np.sin(2 * pi * low * np.expm1(rate * t) / rate)
 
 
 def steps(duration: float, sample_rate: float, period: float) -> Array:
-    """A square wave.
-
-    ``duration`` [s]; ``sample_rate`` [Hz]; ``period`` [s].
-    Returns shape (samples,): 1 and -1.
-    """
+    """A square wave of 1 and -1 with a period [s], shape (samples,)."""
     t = np.arange(round(duration * sample_rate)) / sample_rate
     return np.where(np.mod(t, period) < 0.5 * period, 1.0, -1.0)
 
 
-def _summed(samples: int, lines: NDArray[np.int64], phases: Array, sizes: Array | None = None) -> Array:
+def _summed(samples: int, lines: Integers, phases: Array, sizes: Array | None = None) -> Array:
     spectrum = np.zeros(samples // 2 + 1, dtype=complex)
     spectrum[lines] = (1.0 if sizes is None else sizes) * np.exp(1j * (phases - 0.5 * pi))
     return np.fft.irfft(spectrum, samples) * samples / 2
 
 
-def _finished(values: Array, lines: NDArray[np.int64], sample_rate: float) -> Multisine:
+def _finished(values: Array, lines: Integers, sample_rate: float) -> Multisine:
     values = values / np.abs(values).max()
     return Multisine(
         values=values,
@@ -245,11 +215,7 @@ def predicted_response_errors(
 
 
 def resonance_warnings(drive: Drive, torque: Array, sample_rate: float) -> tuple[str, ...]:
-    """Lines of a torque that would make the spans grow through the 1:2 resonance.
-
-    ``torque``, shape (samples,): at the motor [N m]; ``sample_rate`` [Hz].
-    Returns empty where no line is near the pulley mode or above its threshold.
-    """
+    """Lines of a torque (samples,) [N m] that would make the spans grow through the 1:2 resonance."""
     try:
         model = autoparametric_model(drive)
     except InputRefused as refusal:

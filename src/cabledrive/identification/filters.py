@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array, Complex, Integers
 
 DIFFERENCES = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 """Weights of the central difference of order 8, by distance."""
@@ -51,12 +50,9 @@ def causal_filter(values: Array, interval: float, natural_frequency: float, damp
 
 
 def ideal_low_pass(values: Array, interval: float, cutoff: float) -> Array:
-    """Every frequency above the cutoff removed, every other left as it is, without phase.
+    """Every frequency above the cutoff [Hz] removed, every other left as it is, without phase, (samples,).
 
     The straight line through both ends is set aside and the rest continued oddly, so that nothing jumps.
-
-    ``values``, shape (samples,); ``interval`` [s]; ``cutoff`` [Hz].
-    Returns shape (samples,).
     """
     line = np.linspace(values[0], values[-1], values.size)
     rest = values - line
@@ -67,12 +63,7 @@ def ideal_low_pass(values: Array, interval: float, cutoff: float) -> Array:
 
 
 def butterworth(interval: float, cutoff: float, order: int = 4) -> Any:
-    """Sections of a Butterworth low-pass.
-
-    ``interval`` [s]; ``cutoff`` [Hz].
-    Returns shape (sections, 6).
-    Raises `InputRefused` if the cutoff is not below half the sample rate.
-    """
+    """Sections (sections, 6) of a Butterworth low-pass; the cutoff [Hz] lies below half the sample rate."""
     nyquist = 0.5 / interval
     if not 0.0 < cutoff < nyquist:
         raise InputRefused(
@@ -82,11 +73,7 @@ def butterworth(interval: float, cutoff: float, order: int = 4) -> Any:
 
 
 def zero_phase(values: Array, interval: float, cutoff: float, order: int = 4) -> Array:
-    """Butterworth low-pass forwards and backwards: no phase.
-
-    ``values``, shape (samples, ...); ``interval`` [s]; ``cutoff``: of the single pass, 3 dB [Hz].
-    Raises `InputRefused` if the log is shorter than the filter needs.
-    """
+    """Butterworth low-pass forwards and backwards, of (samples, ...); the cutoff [Hz] is that of one pass."""
     pad = min(values.shape[0] - 2, int(2.0 / (cutoff * interval)) + 12)
     if pad < 12:
         raise InputRefused(
@@ -96,11 +83,7 @@ def zero_phase(values: Array, interval: float, cutoff: float, order: int = 4) ->
 
 
 def difference(values: Array, interval: float) -> Array:
-    """Derivative by central differences of order 8; one-sided of order 1 at both ends.
-
-    ``values``, shape (samples,); ``interval`` [s].
-    Returns shape (samples,).
-    """
+    """Derivative (samples,) by central differences of order 8; one-sided of order 1 at both ends."""
     found = np.gradient(values, interval)
     reach = len(DIFFERENCES)
     inner = np.zeros(values.size - 2 * reach)
@@ -112,15 +95,11 @@ def difference(values: Array, interval: float) -> Array:
 
 
 def chosen_bandwidth(position: Array, interval: float) -> float:
-    """Bandwidth of the motion: up to where it stands out of the noise of its measurement.
+    """Bandwidth [Hz] of a motion (samples,): up to where it stands out of the noise of its measurement.
 
-    The noise of a position is nearly white (an encoder's rounding); its level is the median of the upper
-    half of the spectrum. The bandwidth is the highest frequency, in bands of a sixth of an octave, whose mean
+    The noise of a position is nearly white (an encoder's rounding); its level is the median of the upper half
+    of the spectrum. The bandwidth is the highest frequency, in bands of a sixth of an octave, whose mean
     power is ten times that, and not more than a tenth of the sample rate.
-
-    ``position``, shape (samples,); ``interval`` [s].
-    Returns [Hz].
-    Raises `InputRefused` if there are too few samples to separate motion from noise.
     """
     if position.size < FEWEST_SAMPLES:
         raise InputRefused(
@@ -139,10 +118,7 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
 
 
 def noise_level(position: Array, interval: float) -> float:
-    """Level of a channel's white noise by the upper half of its spectrum, one-sided [its unit^2 / Hz].
-
-    ``position``, shape (samples,); ``interval`` [s].
-    """
+    """Level of a channel's white noise by the upper half of its spectrum, one-sided [its unit^2 / Hz]."""
     return _spectrum(position, interval)[2]
 
 
@@ -155,8 +131,6 @@ def _spectrum(position: Array, interval: float) -> tuple[Array, Array, float]:
         power = power / (2 - 2 * np.cos(2 * pi * frequency * interval))
     return frequency, power, float(np.median(power[frequency > 0.25 / interval]))
 
-
-ComplexArray = NDArray[np.complex128]
 
 ORDER = 10
 SAMPLES_PER_PERIOD = 8.0
@@ -181,14 +155,11 @@ class LeftOut:
 
 
 def explained_records(
-    input_: Array, output: Array, starts: NDArray[np.int64], length: int
+    input_: Array, output: Array, starts: Integers, length: int
 ) -> tuple[NDArray[np.bool_], Array]:
-    """Records whose innovations are like those of the others.
+    """Which records have innovations like the others' (records,), and their power in medians (records,).
 
-    ``input_``, ``output``, shape (samples,); ``starts``, shape (records,): first sample of each; ``length``:
-    samples of each.
-    Returns ``keep``, shape (records,); ``excess``, shape (records,): power of the innovations in medians over
-    the records.
+    ``starts``, (records,), ``length``: first sample and samples of each.
     """
     step = min(_step(output), max(1, length // (2 * ORDER)))
     u, y = (_thinned(values, step) for values in (input_, output))
@@ -212,13 +183,8 @@ def explained_records(
     return keep, excess
 
 
-def ordinary_records(spectra: ComplexArray) -> NDArray[np.bool_]:
-    """Repetitions whose power is not an outlier among the others.
-
-    ``spectra``, shape (records, frequencies).
-    Returns shape (records,): false where the logarithm of the mean power is farther than 5 scaled median
-    deviations from the median.
-    """
+def ordinary_records(spectra: Complex) -> NDArray[np.bool_]:
+    """Which repetitions (records, frequencies) have a power within 5 scaled median deviations."""
     power = np.log(np.maximum((np.abs(spectra) ** 2).mean(axis=1), 1e-300))
     off = np.abs(power - np.median(power))
     spread = 1.4826 * np.median(off)

@@ -11,14 +11,11 @@ spectral matrix, both channels scaled to equal noise) under both. H1 is what MAT
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
 from cabledrive.identification.filters import LeftOut, explained_records, ordinary_records
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from cabledrive.parameters.arrays import Array, Complex, Integers
 
 ESTIMATORS = ("H1", "H2", "Hv")
 
@@ -28,7 +25,7 @@ class FrequencyResponse:
     """Response at discrete frequencies."""
 
     frequency: Array  # (m,): [Hz]
-    response: ComplexArray  # (m,): output per input
+    response: Complex  # (m,): output per input
     deviation: Array  # (m,): standard deviation of the response, of real and imaginary part together
     coherence: Array  # (m,): between 0 and 1; 1 where it is not estimated (one record)
     averages: float  # independent averages behind each value
@@ -50,10 +47,7 @@ class FrequencyResponse:
         return np.degrees(np.angle(self.response))
 
     def between(self, low: float, high: float) -> "FrequencyResponse":
-        """The part in a band.
-
-        ``low``, ``high`` [Hz].
-        """
+        """The part in a band [Hz]."""
         keep = (self.frequency >= low) & (self.frequency <= high)
         return replace(
             self,
@@ -78,11 +72,9 @@ def response_by_segments(
 ) -> FrequencyResponse:
     """Response by windowed segments, what `tfestimate` does, Eq. (4.15).
 
-    ``input_``, ``output``, shape (samples,); ``interval`` [s]; ``segment``: length of the Hann windows [s];
-    ``overlap``: of neighbouring windows [s]; ``estimator``, {"H1", "H2", "Hv"}; ``robust``: leave out records
-    in which the output does what neither its past nor the input explains.
-    Raises `InputRefused` if windows do not advance, the log is shorter than two of them, or the input stands
-    still.
+    ``segment``, ``overlap``: of the Hann windows [s]; ``estimator``, {"H1", "H2", "Hv"}; ``robust``: leave
+    out records in which the output does what neither its past nor the input explains. Refused if windows do
+    not advance, the log is shorter than two of them, or the input stands still.
     """
     if estimator not in ESTIMATORS:
         raise InputRefused(f'estimator "{estimator}" is unknown: take one of {", ".join(ESTIMATORS)}')
@@ -124,14 +116,12 @@ def response_by_segments(
 
 
 def response_by_periods(
-    input_: Array, output: Array, interval: float, period: int, lines: NDArray[np.int64], skipped: int = 1
+    input_: Array, output: Array, interval: float, period: int, lines: Integers, skipped: int = 1
 ) -> FrequencyResponse:
     """Response to a periodic multisine: means over periods, no leakage, noise and distortion distinguished.
 
-    ``input_``, ``output``, shape (samples,); ``interval`` [s]; ``period``: samples of one period; ``lines``:
-    excited lines; ``skipped``: periods left out at the start, in which the motion settles.
-    Returns distortion from lines in the excited band that are not excited; none where all are.
-    Raises `InputRefused` if fewer than two periods are left.
+    ``period``: samples of one period; ``lines``: excited lines; ``skipped``: periods in which the motion
+    settles. Distortion is that at lines in the excited band that are not excited.
     """
     count = input_.size // period - skipped
     if count < 2:
@@ -174,7 +164,7 @@ def _independent(records: int, length: int, hop: int, window: Array) -> float:
     return records / (1 + 2 * shared)
 
 
-def _spectra(u: ComplexArray, y: ComplexArray) -> tuple[Array, Array, ComplexArray]:
+def _spectra(u: Complex, y: Complex) -> tuple[Array, Array, Complex]:
     return (np.abs(u) ** 2).mean(axis=0), (np.abs(y) ** 2).mean(axis=0), (np.conj(u) * y).mean(axis=0)
 
 
@@ -182,14 +172,14 @@ def _estimated(
     frequency: Array,
     uu: Array,
     yy: Array,
-    uy: ComplexArray,
+    uy: Complex,
     averages: float,
     estimator: str,
     left_out: int,
 ) -> FrequencyResponse:
     tiny = 1e-300
     coherence = np.clip(np.abs(uy) ** 2 / np.maximum(uu * yy, tiny), 0.0, 1.0)
-    h1: ComplexArray = uy / np.maximum(uu, tiny)
+    h1: Complex = uy / np.maximum(uu, tiny)
     if estimator == "H2":
         h = np.asarray(yy / np.where(np.abs(uy) > 0, np.conj(uy), tiny), dtype=complex)
     else:
@@ -205,7 +195,7 @@ def _estimated(
     )
 
 
-def _total_least_squares(uu: Array, yy: Array, uy: ComplexArray) -> ComplexArray:
+def _total_least_squares(uu: Array, yy: Array, uy: Complex) -> Complex:
     """Hv: noise in both channels, alike once each is scaled by its mean spectrum."""
     scale = np.sqrt(yy / np.maximum(uu, 1e-300))
     scaled, power = yy / np.maximum(scale, 1e-300) ** 2, uu
@@ -214,7 +204,7 @@ def _total_least_squares(uu: Array, yy: Array, uy: ComplexArray) -> ComplexArray
     return gain * scale * np.exp(1j * np.angle(uy))
 
 
-def _distortion(mean: ComplexArray, noise: Array, lines: NDArray[np.int64], periods: int) -> Array | None:
+def _distortion(mean: Complex, noise: Array, lines: Integers, periods: int) -> Array | None:
     """Power at lines that are not excited, beyond the noise, carried over to the excited ones."""
     silent = np.setdiff1d(np.arange(lines.min(), lines.max() + 1), lines)
     if silent.size < 3:

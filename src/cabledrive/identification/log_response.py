@@ -15,34 +15,24 @@ from cabledrive.identification.logs.opening import open_table
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.identification.logs.table import Table
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.units import to_si
-
-Array = NDArray[np.float64]
 
 
 def compensated_torque(
     torque: Array, speed: Array, coulomb: float, offset: float, slope: float = 0.0
 ) -> Array:
-    r"""Torque without Coulomb friction and offset, the input of the transfer functions.
+    r"""Torque (samples,) without Coulomb friction and offset, :math:`\tau - c_1 S(\dot\theta) + d_1`.
 
-    .. math:: \tau_c = \tau - c_1 S(\dot\theta) + d_1
-
-    ``torque``, ``speed``, shape (samples,) [N m], [rad/s]; ``coulomb``, ``offset`` [N m]; ``slope``: K of a
-    smooth friction tanh(K w) [s/rad]; 0: its sign.
-    Returns shape (samples,).
+    ``slope``: K of a smooth friction tanh(K w) [s/rad]; 0: its sign.
     """
     level = np.tanh(slope * speed) if slope > 0.0 else np.sign(speed)
     return torque - coulomb * level + offset
 
 
 def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
-    """Speed from a channel: as it is, or from the difference of an angle or position.
-
-    ``bandwidth``: of a filter without phase [Hz]; default: none.
-    Returns shape (samples,).
-    Raises `InputRefused` if the channel is neither a speed nor an angle or position.
-    """
+    """Speed (samples,) from a channel: as it is, or the difference of an angle or position, filtered [Hz]."""
     values, quantity = log.channel(channel), channel.rpartition("_")[2]
     if quantity not in ("angle", "position", "velocity"):
         raise InputRefused(
@@ -54,12 +44,9 @@ def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
 
 
 def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) -> tuple[Log, str, str]:
-    """Read a log for a response; input and output may be channels or plain columns of the file.
+    """Read a log for a response; input and output may be channels, heads or any columns of the file.
 
-    ``input_``, ``output``: channel ("torque"), head ("torque [N m]"), or any column; the last is taken in the
-    unit of the file.
-    Returns ``input_, output``: channels of the log.
-    Raises `InputRefused` if input and output are one column.
+    Returns the channels that they are; a plain column is taken in the unit of the file.
     """
     wanted = {"input_": input_, "output": output}
     chosen: dict[str, Column] = dict(columns.columns)
@@ -175,10 +162,7 @@ HANN_LINES = 2
 
 
 def selected(measured: FrequencyResponse, keep: NDArray[np.bool_]) -> FrequencyResponse:
-    """Some lines of a response.
-
-    ``keep``, shape (m,).
-    """
+    """Some lines of a response, (m,)."""
     return FrequencyResponse(
         frequency=measured.frequency[keep],
         response=measured.response[keep],
@@ -202,10 +186,7 @@ TAIL = 0.025
 
 
 def driven_band(input_: Array, interval: float) -> tuple[float, float]:
-    """Band that holds all of a signal's power but its tails [Hz]; its mean counts for nothing.
-
-    ``input_``, shape (samples,); ``interval`` [s].
-    """
+    """Band that holds all of a signal's power but its tails [Hz]; its mean counts for nothing."""
     power = np.abs(np.fft.rfft((input_ - input_.mean()) * np.hanning(input_.size))) ** 2
     total = np.cumsum(power)
     ends = np.searchsorted(total, [TAIL * total[-1], (1.0 - TAIL) * total[-1]])
@@ -214,10 +195,7 @@ def driven_band(input_: Array, interval: float) -> tuple[float, float]:
 
 
 def coherence_words(found: FrequencyResponse, input_: Array, interval: float) -> tuple[str, list[str]]:
-    """The coherence in the band that the input drives, and a warning where it is low.
-
-    ``input_``, shape (samples,); ``interval`` [s].
-    """
+    """The coherence in the band that the input drives, and a warning where it is low."""
     low, high = driven_band(input_, interval)
     inside = (found.frequency >= low) & (found.frequency <= high)
     if not inside.any():
@@ -257,11 +235,8 @@ MOST_ROWS = 5_000_000
 def read_response(path: str | Path) -> FrequencyResponse:
     """Read a response from a table; repeats at one frequency are averaged without their outliers.
 
-    ``path``: with columns omega [rad/s] or frequency [Hz], magnitude (or "magnitude [dB]") and phase [rad] or
-    [deg], of any format that logs may have.
-    Returns ``deviation`` from the spread of the repeats, NaN where there is one; ``coherence`` 1, since it
-    cannot be determined; ``left_out`` the number of outliers.
-    Raises `InputRefused` if a column is missing, or a number is missing or impossible.
+    Columns are omega [rad/s] or frequency [Hz], magnitude (or "magnitude [dB]") and phase [rad] or [deg]. The
+    deviation is that of the repeats, NaN where there is one; the coherence, not known, 1.
     """
     table = open_table(path)
     heads = {name.lower().strip(): name for name in table.names}
@@ -305,7 +280,7 @@ def _size(table: Table, name: str, values: Array) -> Array:
     return values
 
 
-def _averaged(hertz: Array, response: NDArray[np.complex128]) -> FrequencyResponse:
+def _averaged(hertz: Array, response: Complex) -> FrequencyResponse:
     """Mean of the repeats near their median, for every frequency."""
     order = np.argsort(hertz, kind="stable")
     hertz, response = hertz[order], response[order]

@@ -23,10 +23,9 @@ from cabledrive.identification.regression import Factors, factor, joined, merged
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST, nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
-
-Array = NDArray[np.float64]
 
 SEGMENTS_PER_BLOCK = 20
 MOST_FACTORS = 960
@@ -186,11 +185,7 @@ class IdentifyOptions:
 
 
 def load_options(path: str | Path) -> IdentifyOptions:
-    """Read a configuration: a table ``[identify]`` and a table ``[log]``.
-
-    ``path``: TOML file.
-    Raises `InputRefused` if it is not understood.
-    """
+    """Read a TOML file with tables ``[identify]`` and ``[log]``."""
     path = Path(path)
     content = read_toml(path, "write TOML with tables [identify] and [log]")
     try:
@@ -204,11 +199,7 @@ def load_options(path: str | Path) -> IdentifyOptions:
 
 
 def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
-    """Options with another model.
-
-    ``model``: none: as it is.
-    Raises `InputRefused` if there is no such model.
-    """
+    """Options with another model, or as they are; refused if there is no such model."""
     name = options.model if model is None else model
     name = "rigid-axis-coulomb" if name == "rigid-axis" else name
     if name == TWO_INERTIA:

@@ -18,14 +18,12 @@ from dataclasses import dataclass, field
 from math import isfinite, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.axis.equation import AxisEquation
 from cabledrive.identification.filters import butterworth, difference
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
-
-Array = NDArray[np.float64]
 
 NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
 
@@ -60,11 +58,7 @@ class Instruments:
 def predicted_errors(
     speed: Array, interval: float, guess: AxisGuess, instruments: Instruments
 ) -> dict[str, float]:
-    """Standard error of each parameter of an axis that moves with a known speed.
-
-    ``speed``, shape (samples,) [rad/s]; ``interval`` [s].
-    Returns by the names of `NAMES`, in their units.
-    """
+    """Standard error of each parameter of an axis that moves with a known speed (samples,) [rad/s]."""
     equation = AxisEquation(linear=False, bandwidth=min(instruments.bandwidth, 0.2 / interval))
     columns = [difference(speed, interval), speed, np.sign(speed)]
     smooth = [equation.filtered(column, interval) for column in columns]
@@ -133,10 +127,7 @@ class PlannedMotion:
 
 
 def planned_motion(torque: Array, interval: float, guess: AxisGuess) -> PlannedMotion:
-    """Move the guessed axis under the planned torque.
-
-    ``torque``, shape (samples,) [N m]; ``interval`` [s].
-    """
+    """Move the guessed axis under the planned torque (samples,) [N m]."""
     values = np.array([guess.inertia, guess.viscous, guess.coulomb, guess.offset])
     speed, _ = integrate_rigid_axis(values, np.asarray(torque, dtype=float), interval)
     steps = 0.5 * (speed[1:] + speed[:-1]) * interval
@@ -207,10 +198,7 @@ def plan_test(
 
 
 def peaks_of(torque: Array, motion: PlannedMotion) -> dict[str, float]:
-    """What a test asks of the machine.
-
-    ``torque``, shape (samples,).
-    """
+    """What a test asks of the machine."""
     return {
         "torque": float(np.abs(torque).max()),
         "speed": float(np.abs(motion.speed).max()),
@@ -219,10 +207,7 @@ def peaks_of(torque: Array, motion: PlannedMotion) -> dict[str, float]:
 
 
 def checked_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
-    """Limits that are known and positive.
-
-    Raises `InputRefused` if one is neither torque, speed nor stroke, or not positive.
-    """
+    """Limits that are known and positive."""
     for name, limit in (limits or {}).items():
         if name not in LIMITS or not limit > 0.0:
             raise InputRefused(f"limit {name} = {limit:g}: give {', '.join(LIMITS)}, each positive")
@@ -230,11 +215,7 @@ def checked_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
 
 
 def largest_amplitude(torque: Array, interval: float, guess: AxisGuess, limits: Mapping[str, float]) -> float:
-    """Factor by which a torque can be multiplied without passing a limit.
-
-    ``torque``, shape (samples,) [N m]; ``interval`` [s]; ``limits``: as in `plan_test`.
-    Returns the largest below the first that passes a limit; found to 1e-4 of itself.
-    """
+    """Factor, found to 1e-4 of itself, by which a torque can be multiplied without passing a limit."""
     limits = checked_limits(limits)
 
     def within(scale: float) -> bool:

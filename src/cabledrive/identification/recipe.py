@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -123,11 +121,7 @@ def recipe_rows(
     dropped: int = 49,
     factor: int = 10,
 ) -> tuple[Array, Array]:
-    """Decimated regressor and force, as `published_recipe` takes them.
-
-    ``position``, ``force``, shape (samples,); ``interval`` [s]; ``cutoff`` [Hz].
-    Returns ``regressor``, shape (rows, p); ``force``, shape (rows,).
-    """
+    """Decimated regressor (rows, p) and force (rows,), as `published_recipe` takes them."""
     columns = recipe_regressor(position, interval, asymmetric=asymmetric, cutoff=cutoff)
     return _decimated(columns[dropped:], factor), _decimated(force[dropped:], factor)
 

@@ -15,12 +15,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 RANK_TOLERANCE = 1e-9
 FEWEST_SEGMENTS = 12
@@ -54,29 +52,17 @@ class Fit:
     rows: int
 
     def half_width(self, level: float = 0.95) -> Array:
-        """Half of each interval.
-
-        Returns shape (p,).
-        """
+        """Half of each interval, shape (p,)."""
         return float(stats.t.ppf(0.5 + level / 2, self.freedom)) * np.sqrt(np.diag(self.covariance))
 
 
 def triangle(rows: Array) -> Array:
-    """R of the QR decomposition, of a stack of matrices too.
-
-    ``rows``, shape (..., rows, columns).
-    Returns shape (..., min(rows, columns), columns).
-    """
+    """R of the QR decomposition, of a stack of matrices (..., rows, columns) too."""
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
 def factor(regressors: Array, left: Array, names: tuple[str, ...], segments: int) -> Factors:
-    """Reduce rows to one triangle per segment, Eqs. (4.3), (4.6).
-
-    ``regressors``, shape (rows, p); ``left``, shape (rows,); ``segments``: equal parts in time; a remainder
-    goes to the last.
-    Raises `InputRefused` if there are fewer rows than a segment needs.
-    """
+    """Reduce rows (rows, p) to one triangle per segment of equal time, Eqs. (4.3), (4.6)."""
     rows, p = regressors.shape
     length = rows // segments
     if length < p + 1:
@@ -91,19 +77,13 @@ def factor(regressors: Array, left: Array, names: tuple[str, ...], segments: int
 
 
 def joined(parts: list[Factors]) -> Factors:
-    """Put segments of several blocks or logs together.
-
-    ``parts``: of the same parameters.
-    """
+    """Put segments of several blocks or logs together, of the same parameters."""
     triangles = np.concatenate([part.triangles for part in parts])
     return Factors(names=parts[0].names, triangles=triangles, rows=sum(part.rows for part in parts))
 
 
 def merged(factors: Factors, group: int) -> Factors:
-    """Join neighbouring segments into longer ones.
-
-    ``group``: how many become one; a remainder goes to the last.
-    """
+    """Join groups of neighbouring segments into longer ones; a remainder goes to the last."""
     count = max(1, factors.triangles.shape[0] // group)
     edges = [*range(0, count * group, group), factors.triangles.shape[0]]
     size = factors.triangles.shape[2]
@@ -159,10 +139,8 @@ def _robust(triangles: Array, values: Array, inverse: Array) -> tuple[Array, int
 def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
     """Segments long enough to forget one another, at most `MOST_SEGMENTS` and not under `FEWEST_SEGMENTS`.
 
-    Neighbours are joined until the scores of neighbouring segments correlate by less than 0.2.
-
-    ``factors``: in short segments; ``each``: whether those of each parameter must, not their mean alone; a
-    log needs length for that.
+    Neighbours are joined until the scores of neighbouring segments correlate by less than 0.2; ``each``:
+    those of each parameter, not their mean alone; a log needs length for that.
     """
     group = max(1, -(-factors.triangles.shape[0] // MOST_SEGMENTS))
     while True:
@@ -204,8 +182,8 @@ def unidentifiable_parameters(fit: Fit) -> set[str]:
 def weak_parameters(fit: Fit, sizes: Array, level: float = 0.95) -> tuple[str, ...]:
     """Parameters whose interval is wider than their value, and whose uncertainty matters for the torque.
 
-    ``sizes``, shape (p,): root mean square of each regressor.
-    Returns a small parameter that the log bounds well (friction that is not there) is not among them.
+    ``sizes``, (p,): root mean square of each regressor. A small parameter that the log bounds well (friction
+    that is not there) is not among them.
     """
     half = fit.half_width(level)
     weak = (half > np.abs(fit.values)) & (half * sizes > WEAK_SHARE * fit.scale)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.axis.equation import direction_of
@@ -11,8 +10,7 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 FILTER = 20.0
 """Natural frequency of the causal filter [Hz], as section 4.2.1 has it; damping 1."""
@@ -45,15 +43,10 @@ class RegressorCurves:
 def regressor_curves(
     log: Log, found: Identification, options: AxisOptions | None = None, *, slope: float = 0.5
 ) -> RegressorCurves:
-    r"""Regressors and modelling error of an identified axis.
+    r"""Regressors and modelling error of an identified axis with one Coulomb friction.
 
-    .. math:: \tilde d = [\ddot\theta,\ \dot\theta,\ S(\dot\theta),\ -1]\,P - \tau
-
-    with the filter of `cabledrive.identification.filters.causal_filter`.
-
-    ``found``: of "rigid-axis-tanh", or with the sign of the speed; ``slope``: K of tanh(K w), where that is
-    the regressor [s/rad].
-    Raises `InputRefused` if the axis has another friction, or a parameter without a number.
+    :math:`\tilde d = [\ddot\theta,\ \dot\theta,\ S(\dot\theta),\ -1]\,P - \tau`; ``slope``: K of tanh(K w),
+    where that is the regressor [s/rad].
     """
     kind = found.model.removeprefix("rigid-axis-")
     if kind not in ("coulomb", "tanh") or not found.identifiable:

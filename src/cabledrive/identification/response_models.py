@@ -14,15 +14,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from cabledrive.identification.frequency_response import FrequencyResponse
 from cabledrive.identification.log_response import selected
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
-
-Array = NDArray[np.float64]
 
 LINKS = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
 PARAMETERS = {
@@ -75,20 +73,14 @@ class ResponseFit:
         return float(self.values[self.names.index(name)]) if name in self.names else self.fixed[name]
 
     def bounds(self, name: str, level: float) -> tuple[float, float]:
-        """Interval of one parameter at another level.
-
-        ``level``: as 0.999.
-        """
+        """Interval of one parameter at another level, as 0.999."""
         k = self.names.index(name)
         width = float(stats.t.ppf(0.5 + level / 2, self.freedom) * self.errors[k] / self.values[k])
         return float(self.values[k] * np.exp(-width)), float(self.values[k] * np.exp(width))
 
 
 def chain_for(model: int, values: Mapping[str, float], radius: float) -> LumpedChain:
-    """The lumped chain of a model, both radii alike, two spans as in (6.11), (6.13).
-
-    ``model``, {1, 2, 3, 4}; ``values``: the parameters of `PARAMETERS`; ``radius`` [m].
-    """
+    """The lumped chain of a model, both radii [m] alike, two spans as in (6.11), (6.13)."""
     inertias = [values[name] for name in PARAMETERS[model] if name.endswith("inertia")]
     links = {
         "joint": lambda: (values["joint_stiffness"], values["joint_damping"]),
@@ -117,13 +109,11 @@ def fit_response(
     fixed: Mapping[str, float] | None = None,
     lowpass: float | None = None,
 ) -> ResponseFit:
-    """Fit one of the Models 1 to 4 to a response from torque to motor speed.
+    """Fit one of the Models 1 to 4 to a response from torque to motor speed [rad/(N m s)].
 
-    ``measured`` [rad/(N m s)]; ``model``, {1, 2, 3, 4}; ``start``: rough values of the parameters of
-    `PARAMETERS`, within a factor of a few; ``radius``: of both pulleys [m]; ``fixed``: parameters known
-    already, as inertias from bench tests; ``lowpass``: half a sample of delay or a filter between the
-    channels [s]: the response carries exp(-i w lowpass).
-    Raises `InputRefused` if the response holds fewer lines than parameters.
+    ``start``: rough values of `PARAMETERS`, within a factor of a few; ``radius``: of both pulleys [m];
+    ``fixed``: parameters known already, as inertias from bench tests; ``lowpass``: half a sample of delay or
+    a filter between the channels [s].
     """
     fixed = dict(fixed or {})
     names = tuple(name for name in PARAMETERS[model] if name not in fixed)
@@ -241,10 +231,7 @@ def choose_model(
 
 
 def lumped_start(start: Mapping[str, float], model: int) -> dict[str, float]:
-    """Start values of a model from those of Model 4.
-
-    ``model``, {1, 2, 3, 4}.
-    """
+    """Start values of a model from those of Model 4."""
     motor, drive, load = (start[f"{name}_inertia"] for name in ("motor", "drive", "load"))
     values = dict(start)
     if model == 1:

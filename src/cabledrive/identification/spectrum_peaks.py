@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from scipy import optimize, signal, stats
 
 from cabledrive.identification.printer_spectrum import KAISER, LOWEST, PrinterSpectrum
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array, Integers
 
 SMALLEST, LARGEST = 2e-3, 0.5
 """Damping ratios that are searched."""
@@ -78,7 +77,7 @@ def _alike() -> float:
 class SpectrumFit:
     """Partial fractions through the window, on the lines of a spectrum that are used."""
 
-    def __init__(self, spectrum: PrinterSpectrum, used: NDArray[np.int64], *, windowed: bool = True) -> None:
+    def __init__(self, spectrum: PrinterSpectrum, used: Integers, *, windowed: bool = True) -> None:
         measured = spectrum.measured
         self.target = measured[used] / measured[used].max()
         self.scale = 1.0 / (self.target + FLOOR)
@@ -141,10 +140,7 @@ class SpectrumFit:
         return np.maximum(np.diag(robust), np.diag(plain)), free
 
     def modes(self, seen: Array, reach: Array) -> ModeFit:
-        """Fit a mode near each of some frequencies.
-
-        ``seen`` [Hz]; ``reach``: how far each may move [Hz].
-        """
+        """Fit a mode near each of some frequencies [Hz], which may move so far [Hz]."""
         count = seen.size
         low = np.concatenate([seen - reach, np.full(count, np.log(SMALLEST))])
         high = np.concatenate([seen + reach, np.full(count, np.log(LARGEST))])
@@ -259,7 +255,7 @@ def _smoothed(spectrum: PrinterSpectrum) -> Array:
     return np.asarray(np.convolve(spectrum.density, weights / weights.sum(), "same"))
 
 
-def _best_fit(spectrum: PrinterSpectrum, used: NDArray[np.int64], seen: Array) -> ModeFit:
+def _best_fit(spectrum: PrinterSpectrum, used: Integers, seen: Array) -> ModeFit:
     """A mode for each peak; where that explains too little, without the window, or with one mode more."""
     reach = np.full(seen.size, MOVED * max(spectrum.interval, 0.5))
     fit = SpectrumFit(spectrum, used)

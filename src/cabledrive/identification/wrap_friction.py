@@ -27,8 +27,7 @@ from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 BANDWIDTH = 20.0
 """Of the filter on torque and angle [Hz]: below the modes of a cable-driven joint."""
@@ -61,11 +60,7 @@ class FrictionSplit:
 def split_friction(
     logs: Sequence[Log], tensions: Sequence[float], *, bandwidth: float = BANDWIDTH
 ) -> FrictionSplit:
-    """Friction of bearings and of wraps from logs at given pretensions.
-
-    ``tensions``: of each log [N]; ``bandwidth`` [Hz].
-    Raises `InputRefused` if a tension is missing or not positive, or a log has too few strokes.
-    """
+    """Friction of bearings and of wraps from logs at given pretensions [N]."""
     if len(tensions) != len(logs) or any(not 0.0 < tension < np.inf for tension in tensions):
         raise InputRefused(
             f"--tension: {len(tensions)} given for {len(logs)} logs: give a positive tension for each log"
@@ -229,11 +224,9 @@ def _findings(free: _Fit, levels: Sequence[float], constant: Estimate, slope: Es
 def inertias_of_the_rigs(
     motor: Identification, with_drive_pulley: Identification, with_load_pulley: Identification
 ) -> dict[str, Estimate]:
-    """Inertias of motor, drive pulley and load pulley, as in Table 4.2.
+    """Inertias of motor, drive pulley and load pulley, as in Table 4.2, from rigs with more and more on.
 
-    ``motor``, ``with_drive_pulley``, ``with_load_pulley``: the motor alone, with the drive pulley, and with
-    the load pulley on its shaft.
-    Returns "J1", "J11", "J12", "J2", intervals propagated from those of the rigs, which are independent.
+    "J1", "J11", "J12", "J2", intervals propagated from those of the rigs, which are independent.
     """
     return {
         "J1": with_drive_pulley.parameters["inertia"],
@@ -244,10 +237,7 @@ def inertias_of_the_rigs(
 
 
 def difference_of(larger: Identification, smaller: Identification, name: str = "inertia") -> Estimate:
-    """Difference of one parameter of two independent identifications.
-
-    Returns with Welch's degrees of freedom.
-    """
+    """Difference of one parameter of two independent identifications, with Welch's degrees of freedom."""
     a, b = larger.parameters[name], smaller.parameters[name]
     error = hypot(a.standard_error, b.standard_error)
     parts = a.standard_error**4 / larger.freedom + b.standard_error**4 / smaller.freedom

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from cabledrive.identification.printer_files import Belts, Printer, similar_words, spectrogram
-from cabledrive.identification.printer_shaper import PrinterShaper
+from cabledrive.identification.printer import Belts, Printer, PrinterShaper, similar_words, spectrogram
 from cabledrive.identification.printer_spectrum import PrinterSpectrum
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.modal import modes

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.identification.printer_shaper import PrinterShaper
+from cabledrive.identification.printer import PrinterShaper
 from cabledrive.report.mode_figure import file_style
 from cabledrive.report.picture import BLUE, FAINT, GREEN, INK, OCHRE, ORANGE, PURPLE, QUIET, TEXT, label
 from cabledrive.trajectories.input_shaping import TOLERANCE, residual_vibration

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from cabledrive.identification.printer_files import belt_of, is_printer_file
+from cabledrive.identification.printer import belt_of, is_printer_file
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studio.library import slug

@@ -69,10 +69,10 @@ def command(
     logs of one axis are several places of the head; the worst counts.
     """
     from cabledrive.app.shaper_answer import printer_data, printer_text, shaper_data, shaper_text
-    from cabledrive.identification.printer_shaper import shaper
+    from cabledrive.identification.printer import shaper
 
     if page is not None:
-        from cabledrive.identification.printer_files import printer
+        from cabledrive.identification.printer import printer
         from cabledrive.report.printer_page import printer_html
 
         if axis is not None or plot is not None:

@@ -52,19 +52,13 @@ class Recognised:
 
 
 def name_and_unit(head: str) -> tuple[str, str]:
-    """Part a column head such as "torque [N m]" or "angle (deg)".
-
-    Returns ``name, unit``: the unit is empty where the head states none.
-    """
+    """Part a column head such as "torque [N m]" or "angle (deg)"; an empty unit where it states none."""
     match = _UNIT.match(head)
     return (match[1], match[2]) if match and match[1] else (head.strip(), "")
 
 
 def recognise(head: str) -> Recognised | None:
-    """Channel that a column head names.
-
-    ``head``: with or without a unit: "torque [N m]", "load angle (deg)", "motor.speed".
-    """
+    """Channel that a column head names, with or without a unit: "load angle (deg)", "motor.speed"."""
     words = [word for word in re.split(r"[^a-z0-9]+", name_and_unit(head)[0].lower()) if word]
     if not words:
         return None
@@ -75,11 +69,10 @@ def recognise(head: str) -> Recognised | None:
 
 
 def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[float, str]:
-    """Factor that turns a column into SI, and the SI unit.
+    """Factor that turns a column into SI, and the SI unit; an empty unit is SI.
 
-    ``quantity``: key of `UNITS`; ``unit``: unit of the column; empty: it is in SI; ``counts``: counts per
-    revolution of an encoder whose channel is in counts.
-    Raises `InputRefused` if the unit measures something else, or counts cannot be turned into an angle.
+    ``counts``: per revolution, of an encoder whose channel is in counts. Refused if the unit measures
+    something else.
     """
     options = UNITS[quantity]
     if not unit:
@@ -100,11 +93,7 @@ def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[f
 
 
 def quantity_with(unit: str, asked: str) -> str | None:
-    """Quantity that a unit measures where it does not measure the one asked for.
-
-    ``unit``: of the column; ``asked``: key of `UNITS`.
-    Returns key of `UNITS`; None: nothing that a log holds.
-    """
+    """Quantity that a unit measures where it does not measure the one asked for; None: none of a log."""
     for quantity in UNITS:
         try:
             if quantity != asked and factor_to_si(quantity, unit):
@@ -143,10 +132,7 @@ class ColumnMap:
 
 
 def column_map(table: Mapping[str, Any]) -> ColumnMap:
-    """Read how a log is to be read from a table of TOML.
-
-    Raises `InputRefused` if a key is unknown.
-    """
+    """Read how a log is to be read from a table of TOML."""
     return ColumnMap(**_fields(table))
 
 
@@ -190,12 +176,7 @@ def _known(name: str) -> None:
 def with_choices(
     base: ColumnMap, choices: Sequence[str], *, skip_rows: int | None = None, resample: bool = False
 ) -> ColumnMap:
-    """Add choices of the command line, ``torque=tau:N mm``.
-
-    ``choices``: ``CHANNEL=COLUMN[:UNIT[*SCALE]]``; ``skip_rows``: lines at the top that are not part of the
-    log; default: as the base has it; ``resample``: true: allowed whatever the base has.
-    Raises `InputRefused` if a choice has another form.
-    """
+    """Add choices of the command line, ``CHANNEL=COLUMN[:UNIT[*SCALE]]``, as ``torque=tau:N mm``."""
     columns = dict(base.columns)
     for choice in choices:
         channel, equals, rest = choice.partition("=")
@@ -226,10 +207,7 @@ def _scale(text: str) -> float | str:
 
 
 def recognised_columns(table: Table) -> dict[str, Column]:
-    """Channels that the heads of a file name.
-
-    Raises `InputRefused` if two columns name one channel.
-    """
+    """Channels that the heads of a file name; refused if two columns name one."""
     found: dict[str, Column] = {}
     for name in table.names:
         seen = recognise(name)
@@ -245,12 +223,7 @@ def recognised_columns(table: Table) -> dict[str, Column]:
 
 
 def other_channel(channel: str, quantity: str, unit: str, chosen: dict[str, Column]) -> InputRefused | None:
-    """How to map a column whose unit is of another quantity than its head says, such as a position in deg.
-
-    ``channel``: as the head or the map has it; ``quantity``: key of `UNITS`, of that channel; ``unit``: of
-    the column; ``chosen``: all channels.
-    Returns none: no other channel fits.
-    """
+    """How to map a column whose unit is of another quantity than its head says, such as a position in deg."""
     fitting = quantity_with(unit, quantity)
     renamed = channel.removesuffix(quantity) + (fitting or "")
     if fitting is None or renamed in chosen:

@@ -19,8 +19,9 @@ from cabledrive.identification.logs.lines import (
     too_long,
     zone_of,
 )
-from cabledrive.identification.logs.table import Array, Blocks, Reading, Table, seconds_of
+from cabledrive.identification.logs.table import Blocks, Reading, Table, seconds_of
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
 DELIMITERS = (",", "\t", ";", " ")
 _SIGNS = (b"#", b"EOF", b"\n\n", b"\n ", b"\n\t", b"\n\f", b"\n\v")
@@ -44,11 +45,7 @@ class Dialect:
 
 
 def dialect_of(path: Path, skip_rows: int = 0) -> Dialect:
-    """Recognise how a text log is written.
-
-    ``skip_rows``: lines at the top that are not part of the log.
-    Raises `InputRefused` if it is empty, no text, has no row of numbers, or one column only.
-    """
+    """Recognise how a text log is written; refused if it is none, or has one column only."""
     encoding, lines, size = first_lines(path)
     delimiter, decimal, first = _first_numbers(lines, path.name, skip_rows)
     row = split_line(lines[first], delimiter)

@@ -14,7 +14,6 @@ import numpy as np
 from cabledrive.identification.logs.table import (
     BLOCK_ROWS,
     LARGEST_CHUNK,
-    Array,
     Blocks,
     Reading,
     Table,
@@ -24,6 +23,7 @@ from cabledrive.identification.logs.table import (
     unpacked_matlab,
 )
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
 SECONDS = 3.0
 BYTES_PER_SECOND = 50e6
@@ -34,10 +34,8 @@ LONGEST_WAIT = 15.0
 def require_readable(path: Path, read: Callable[[], object]) -> None:
     """Refuse a file over which the process that reads it dies, or takes more time than its size explains.
 
-    Where a process cannot be forked safely (anywhere but on Linux) nothing is tried.
-
-    ``read``: reads what is to be read later; what it raises does not count here.
-    Raises `InputRefused` if it crashes or does not end.
+    Where a process cannot be forked safely (anywhere but on Linux) nothing is tried; what ``read`` raises
+    does not count here.
     """
     if sys.platform != "linux":
         return
@@ -108,9 +106,6 @@ def open_hdf5(path: Path) -> Table:
     """Open an HDF5 log: a column is a dataset ``a.b``, or a row of one, ``a.b[0]``.
 
     It is opened, and its first block read, in a process of its own before.
-
-    Raises `InputRefused` if it holds no vector, keeps numbers outside itself, has chunks larger than
-    `LARGEST_CHUNK`, or the library crashes over it.
     """
     require_readable(
         path, lambda: [next(table.read((n,))) for table in (_opened(path),) for n in table.names[:TRIED]]
@@ -163,10 +158,7 @@ def _require_inside(name: str, entry: Any, source: str) -> None:
 
 
 def open_classic_netcdf(path: Path) -> Table:
-    """Open a NetCDF 3 log.
-
-    Raises `InputRefused` if it is larger than `LARGEST_IN_MEMORY`, as it is read whole.
-    """
+    """Open a NetCDF 3 log, which is read whole."""
     from scipy.io import netcdf_file
 
     require_fitting(path, path.stat().st_size)
@@ -240,10 +232,7 @@ def _text(value: Any) -> str:
 
 
 def open_matlab(path: Path, reading: Reading | None = None) -> Table:
-    """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``.
-
-    Raises `InputRefused` if it cannot be read or would unpack to more than `LARGEST_IN_MEMORY`.
-    """
+    """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``."""
     if is_hdf5(path):
         return open_hdf5(path)
     columns: dict[str, Array] = {}

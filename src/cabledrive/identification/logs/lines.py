@@ -20,12 +20,9 @@ LONGEST_LINE = 1 << 17
 
 
 def first_lines(path: Path) -> tuple[str, list[str], int]:
-    """Encoding and first lines of a text.
+    """Encoding of a text, its first whole lines without their ends, and their bytes in the file.
 
-    Returns ``encoding``: unicode where the bytes are valid, else Windows-1252, as many a logger writes "°"
-    and "µ"; ``lines``: without their ends; a line that is cut off by the end of the sample is left out;
-    ``size``: bytes of these lines in the file.
-    Raises `InputRefused` if the file is empty, no text, or has a line longer than `LONGEST_LINE`.
+    Unicode where the bytes are valid, else Windows-1252, as many a logger writes "°" and "µ".
     """
     with path.open("rb") as file:
         sample = file.read(SAMPLE_BYTES)
@@ -46,22 +43,16 @@ def first_lines(path: Path) -> tuple[str, list[str], int]:
 
 
 def too_long(source: str, number: int) -> InputRefused:
-    """Refusal of a line that is longer than a row of a log can be.
-
-    ``number``: of the line, from 1.
-    """
+    """Refusal of a line, numbered from 1, that is longer than a row of a log can be."""
     return InputRefused(
         f"{source}: line {number} is longer than {LONGEST_LINE} bytes: write one row of numbers per line"
     )
 
 
 def line_blocks(path: Path, encoding: str, size: int | None = None) -> Iterator[tuple[int, bytes]]:
-    r"""Whole lines of a text, block by block.
+    r"""Whole lines of a text block by block, with the number of the first from 1; all end with ``\n``.
 
-    ``encoding``: as `first_lines` found it; ``size``: bytes read at a time; default: `BLOCK_BYTES`.
-    Returns ``number``: of the first line of the block, from 1; ``block``: ASCII or UTF-8 (Windows-1252 as it
-    is); every line ends with ``\n``.
-    Raises `InputRefused` if a line is longer than `LONGEST_LINE`, or UTF-16 ends within a character.
+    ASCII or UTF-8, Windows-1252 as it is; ``size``: bytes read at a time, default: `BLOCK_BYTES`.
     """
     decoder = codecs.getincrementaldecoder("utf-16")() if encoding == "utf-16" else None
     rest, number, first = b"", 1, True
@@ -117,20 +108,14 @@ _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,9})?(Z|[+-]\d\d
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
-    """Cells of one line, quotes taken off.
-
-    ``delimiter``: a space stands for any white space.
-    """
+    """Cells of one line, quotes taken off; the delimiter " " stands for any white space."""
     if delimiter == " ":
         return line.split()
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is one number.
-
-    ``decimal``, {".", ","}.
-    """
+    """Whether a cell is one number, with the decimal mark "." or ","."""
     if (decimal == "," and "." in cell) or "_" in cell or not cell.isascii():
         return False
     try:
@@ -141,10 +126,7 @@ def is_number(cell: str, decimal: str) -> bool:
 
 
 def zone_of(cell: str) -> str | None:
-    """Time zone of an ISO 8601 time such as ``2026-01-02T03:04:05.678Z``.
-
-    Returns "UTC" where it states its distance from it, else empty; None: the cell is no such time.
-    """
+    """Time zone of an ISO 8601 time: "UTC" where it states its distance, else ""; None: it is no time."""
     match = _STAMP.fullmatch(cell)
     return None if match is None else "UTC" if match[1] else ""
 
@@ -165,11 +147,8 @@ class Heads:
 def heads_of(lines: Sequence[str], delimiter: str, decimal: str, row: Sequence[str]) -> Heads:
     """Find the heads among the lines above the first row of numbers; other lines there are metadata.
 
-    The line that names most channels is the line of heads, also behind a comment sign; where none names
-    any, the first of the last two lines that have as many cells as the numbers. A line of units may follow.
-
-    ``lines``: above the first row of numbers; ``row``: cells of the first row of numbers.
-    Raises `InputRefused` if two columns have one name.
+    The line that names most channels is the line of heads, also behind a comment sign; where none names any,
+    the first of the last two lines that have as many cells as the numbers. A line of units may follow.
     """
     width = len(row)
     plain = [(k, cells) for k, line in enumerate(lines) if (cells := _cells(line, delimiter, row, sign=""))]

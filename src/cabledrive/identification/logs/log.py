@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,21 +64,13 @@ class Log:
         return self.time.size
 
     def channel(self, name: str) -> Array:
-        """One channel.
-
-        Returns shape (samples,).
-        Raises `InputRefused` if the log has no such channel.
-        """
+        """One channel, shape (samples,); refused if the log has none of that name."""
         if name not in self.channels:
             raise InputRefused(f'{self.source}: no channel "{name}"{nearest(name, self.channels)}')
         return self.channels[name]
 
     def part(self, start: float | None = None, end: float | None = None) -> "Log":
-        """The log between two times.
-
-        ``start``, ``end`` [s]; the end is not part of it.
-        Raises `InputRefused` if nothing is left.
-        """
+        """The log from one time [s] to before another; refused if nothing is left."""
         keep = np.ones(self.time.size, dtype=bool)
         if start is not None:
             keep &= self.time >= start - 0.5 * self.interval

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.table import (
-    Array,
     Blocks,
     Reading,
     Table,
@@ -19,6 +18,7 @@ from cabledrive.identification.logs.table import (
     unpacked_mcap,
 )
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 
 MOST_MESSAGES = 5_000_000
 MOST_FIELDS = 256
@@ -41,11 +41,7 @@ class Topics:
     numbers: int = 0
 
     def add(self, topic: str, log_time: int, message: Any) -> None:
-        """Add one message.
-
-        ``log_time`` [ns]; ``message``: a mapping, or an object with slots or fields.
-        Raises `InputRefused` if the file holds more than memory should.
-        """
+        """Add one message, a mapping or an object with slots or fields; ``log_time`` [ns]."""
         topic = topic.strip("/").replace("/", "_")
         fields: dict[str, float] = {}
         flatten("", message, fields)
@@ -81,10 +77,7 @@ class Topics:
 
 
 def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
-    """Numbers of a message by their path, arrays element by element.
-
-    ``into``: grows, up to `MOST_FIELDS`.
-    """
+    """Numbers of a message by their path, arrays element by element, into what grows up to `MOST_FIELDS`."""
     if len(into) >= MOST_FIELDS or isinstance(value, (str, bytes)) or value is None:
         return
     if isinstance(value, (bool, int, float, np.number)):
@@ -101,10 +94,7 @@ def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
 
 
 def stamp_of(message: Any) -> int | None:
-    """``header.stamp`` of a message, the time at which its sensor was read.
-
-    Returns [ns]; None: it has none.
-    """
+    """``header.stamp`` of a message, the time at which its sensor was read [ns]; None: it has none."""
     stamp = _part(_part(message, "header"), "stamp")
     seconds = _part(stamp, "sec", "secs")
     rest = _part(stamp, "nanosec", "nsec", "nsecs")
@@ -174,8 +164,7 @@ def _joined(
 def open_mcap(path: Path, reading: Reading | None = None) -> Table:
     """Open an MCAP log: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
 
-    Returns times in seconds from the first of their kind in the file.
-    Raises `InputRefused` if the extra is not installed, or the file is damaged or holds no numbers.
+    Times are in seconds from the first of their kind in the file.
     """
     try:
         from mcap.reader import make_reader
@@ -222,12 +211,10 @@ def _decoded(schema: Any, channel: Any, message: Any, factories: list[Any]) -> A
 
 
 def open_rosbag(path: Path, reading: Reading | None = None) -> Table:
-    """Open a ROS 2 bag: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
+    """Open a ROS 2 bag, with columns as of an MCAP log.
 
     Message types come from the bag where it holds them (ROS 2 Iron and later), else from those of ROS 2
     Humble; topics of other types are left out.
-
-    Raises `InputRefused` if the extra is not installed, or the bag holds no numbers.
     """
     try:
         from rosbags.rosbag2 import Reader

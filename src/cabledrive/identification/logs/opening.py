@@ -27,10 +27,7 @@ from cabledrive.parameters.files import require_regular
 
 
 def open_parquet(path: Path, reading: Reading | None = None) -> Table:
-    """Open a Parquet log.
-
-    Raises `InputRefused` if two columns have one name, or it would unpack to more than `LARGEST_UNPACKED`.
-    """
+    """Open a Parquet log."""
     from pyarrow import parquet
 
     file = parquet.ParquetFile(path)
@@ -101,10 +98,8 @@ LONGEST_CAUSE = 110
 def open_table(path: str | Path, reading: Reading | None = None, *, text: bool = False) -> Table:
     """Open a log file of any format; only its head is read, or all of it where its format asks for that.
 
-    ``text``: take the file for a text table whatever its ending is.
-    Returns whatever its library raises, while opening or reading, is an `InputRefused`.
-    Raises `InputRefused` if it is no regular file, is empty, has an ending of no log, is damaged, or cannot
-    be read.
+    ``text``: take the file for a text table whatever its ending is. Whatever a library raises while opening
+    or reading is an `InputRefused`.
     """
     path, reading = Path(path), reading or Reading()
     require_regular(path, "give the path of a log")
@@ -136,11 +131,7 @@ def open_table(path: str | Path, reading: Reading | None = None, *, text: bool =
 
 @contextmanager
 def readable(source: str) -> Iterator[None]:
-    """Turn whatever a library raises over a file into one refusal.
-
-    ``source``: name of the file.
-    Raises `InputRefused` if anything is raised but an interrupt.
-    """
+    """Turn whatever a library raises over a file into one refusal; an interrupt comes through."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of the libraries, about files that they read all the same

@@ -21,8 +21,7 @@ from cabledrive.identification.logs.opening import open_table
 from cabledrive.identification.logs.table import Reading, Table
 from cabledrive.identification.logs.time_check import TimeCheck, check_time
 from cabledrive.parameters import InputRefused
-
-Array = NDArray[np.float64]
+from cabledrive.parameters.arrays import Array
 
 MOST_VALUES = 60_000_000
 """Numbers that a log may hold in memory; longer ones are read in blocks, see `Recording`."""
@@ -53,10 +52,7 @@ class Recording:
     findings: tuple[str, ...] = ()
 
     def blocks(self, channels: tuple[str, ...] = ()) -> Iterator[dict[str, Array]]:
-        """Channels in SI, block by block, unchecked.
-
-        ``channels``: default: all.
-        """
+        """Channels in SI, all unless named, block by block, unchecked."""
         wanted = channels or tuple(self.columns)
         names = tuple(dict.fromkeys(self.columns[channel].column for channel in wanted))
         for block in self.table.read(names):
@@ -66,12 +62,7 @@ class Recording:
 
 
 def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
-    """Open a log and choose its channels; nothing but the head is read.
-
-    ``path``: ending in .csv, .tsv, .txt, .dat, .parquet, .mat, .nc, .h5, .mcap or .db3; ``columns``: default:
-    every column whose head names a channel.
-    Raises `InputRefused` if the file, its format or a column is not understood.
-    """
+    """Open a log and choose its channels, by default all that heads name; nothing but the head is read."""
     path = Path(path)
     columns = columns or ColumnMap()
     table = open_table(path, Reading(skip_rows=columns.skip_rows, resample=columns.resample))
@@ -148,9 +139,8 @@ def _too_long(recording: Recording) -> InputRefused:
 def checked_log(recording: Recording, channels: dict[str, Array], before: int = 0) -> Log:
     """Check channels in SI and put them onto their even grid.
 
-    ``channels``: "time" among them, unless the map gives a sample rate; ``before``: rows of the file before
-    these, where time is counted from the sample rate.
-    Raises `InputRefused` if a fault is found that is not repaired.
+    ``before``: rows of the file before these, where time is counted from the sample rate. Refused if a fault
+    is found that is not repaired.
     """
     source = recording.table.source
     time = channels.pop("time", None)

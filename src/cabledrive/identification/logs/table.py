@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 
-Array = NDArray[np.float64]
 Blocks = Iterator[dict[str, Array]]
 
 BLOCK_ROWS = 1 << 20
@@ -48,32 +47,21 @@ class Table:
     notes: tuple[str, ...] = ()  # what a reader of the log has to know about the file, in words
 
     def require(self, name: str) -> str:
-        """Refuse a column that is not there.
-
-        Returns the name itself.
-        Raises `InputRefused` with the nearest column that is there.
-        """
+        """A column's name; refused, with the nearest, if it is not there."""
         if name not in self.names:
             raise InputRefused(f'{self.source}: no column "{name}"{nearest(name, self.names)}')
         return name
 
 
 def check_lengths(lengths: Mapping[str, int], source: str) -> None:
-    """Refuse columns of different lengths.
-
-    ``lengths``: by column; ``source``: name of the file.
-    Raises `InputRefused` if they differ.
-    """
+    """Refuse columns of different lengths."""
     if len(set(lengths.values())) > 1:
         found = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise InputRefused(f"{source}: channels differ in length ({found}): choose channels of one length")
 
 
 def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
-    """Columns in memory as blocks.
-
-    ``columns``: equally long; ``rows``: rows per block.
-    """
+    """Equally long columns in memory as blocks."""
     length = len(next(iter(columns.values()), ()))
     for start in range(0, length, rows):
         yield {
@@ -84,9 +72,7 @@ def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
 def seconds_of(column: Any, name: str, starts: dict[str, int]) -> Array:
     """Times of a calendar in seconds from the first of the file, subtracted before a double rounds them.
 
-    ``column``: of time stamps or durations; ``starts``: first of each column, in ticks; kept from block to
-    block.
-    Returns NaN where a value is missing.
+    ``starts``: first of each column, in ticks, kept from block to block; a missing value is NaN.
     """
     import pyarrow as pa
 
@@ -117,11 +103,7 @@ LZ4_RATIO = 255
 
 
 def require_fitting(path: Path, size: int) -> None:
-    """Refuse a container that its library reads whole and that holds too much for that.
-
-    ``size``: bytes of its numbers in memory, counted up to above the limit.
-    Raises `InputRefused` if it is above `LARGEST_IN_MEMORY`.
-    """
+    """Refuse a container that its library reads whole and that holds too much for that [bytes]."""
     if size > LARGEST_IN_MEMORY:
         most = LARGEST_IN_MEMORY / 2**30
         raise InputRefused(f"{path.name}: unpacks to more than {most:.0f} GiB: cut it into parts")
@@ -132,8 +114,6 @@ def unpacked_matlab(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
 
     A number counts as a double, however short it is stored: MATLAB 5 to 7 store a matrix of small whole
     numbers in bytes and call it double.
-
-    ``limit``: counting ends above it.
     """
     with path.open("rb") as file:
         head = file.read(128)
@@ -143,10 +123,7 @@ def unpacked_matlab(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
 
 
 def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
-    """Bytes of the chunks of an MCAP file unpacked, as their heads state them and as LZ4 allows.
-
-    ``limit``: counting ends above it.
-    """
+    """Bytes of the chunks of an MCAP file unpacked, as heads state them and LZ4 allows, to a limit."""
     total, end = 0, path.stat().st_size
     with path.open("rb") as file:
         file.seek(8)

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 
-Array = NDArray[np.float64]
 LONGEST_HOLE = 5
 MOST_HOLES = 0.02
 FEW_LEVELS, MANY_LEVELS = 8, 20
@@ -19,14 +19,7 @@ UNROUNDED = 0.3
 
 
 def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Array:
-    """Replace few missing values by straight lines.
-
-    ``values``, shape (samples,); ``name``, ``source``: for words and refusals; ``repaired``: grows by what
-    was done.
-    Returns shape (samples,).
-    Raises `InputRefused` if more is missing than `LONGEST_HOLE` in a row or `MOST_HOLES` of all, or a value
-    is infinite.
-    """
+    """Replace few missing values by straight lines; refused if many are missing, or one is infinite."""
     if np.isinf(values).any():
         row = int(np.argmax(np.isinf(values)))
         raise InputRefused(f"{source}: {name} is infinite at row {row + 1}: correct it")
@@ -45,11 +38,7 @@ def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Ar
 
 
 def require_size(values: Array, name: str, unit: str, source: str) -> None:
-    """Refuse values that no machine has: a wrong unit or factor, or a file read the wrong way.
-
-    ``values``, shape (samples,); ``name``, ``unit``, ``source``: for the refusal.
-    Raises `InputRefused` if the largest of them is above `LARGEST`, or below `SMALLEST` and not zero.
-    """
+    """Refuse values that no machine has: a wrong unit or factor, or a file read the wrong way."""
     largest = float(np.abs(values).max(initial=0.0))
     if largest > LARGEST or 0.0 < largest < SMALLEST:
         raise InputRefused(
@@ -59,11 +48,7 @@ def require_size(values: Array, name: str, unit: str, source: str) -> None:
 
 
 def quantum_of(values: Array) -> float:
-    """Step of which all values are multiples, up to a common offset; 0 where there is none.
-
-    ``values``, shape (samples,).
-    Returns in the channel's unit.
-    """
+    """Step of which all values are multiples, up to a common offset; 0 where there is none."""
     levels = np.unique(values[:: max(1, values.size // 200_000)])
     if levels.size < 3:
         return 0.0
@@ -79,12 +64,7 @@ def quantum_of(values: Array) -> float:
 
 
 def unwrap(values: Array, name: str, quantum: float, repaired: list[str]) -> Array:
-    """Undo the wraps of an encoder: jumps by one and the same large amount, forth and back.
-
-    ``values``, shape (samples,): angle [rad]; ``quantum``: step of the encoder [rad]; 0: none; ``repaired``:
-    grows by what was done.
-    Returns shape (samples,).
-    """
+    """Undo the wraps of an encoder [rad]: jumps by one and the same large amount, forth and back."""
     steps = np.diff(values)
     span = np.ptp(values)
     far = np.abs(steps) > 0.6 * span
@@ -102,8 +82,6 @@ def lost_counts(values: Array, quantum: float) -> int:
     """Number of samples at which a position jumps, as an encoder does that loses counts.
 
     A jump shows as two neighbouring second differences, equal and opposite, far outside the others.
-
-    ``values``, shape (samples,).
     """
     bend = np.diff(values, 2)
     if bend.size < 10:
@@ -116,15 +94,12 @@ def lost_counts(values: Array, quantum: float) -> int:
 
 
 def saturated(values: Array) -> NDArray[np.bool_]:
-    """Samples that stand at an end of the channel's range for three or more in a row.
+    """Samples (samples,) that stand at an end of the channel's range for three or more in a row.
 
     A smooth torque that is rounded stands at its largest level too, at most about twice as long as at the
     levels beside it; one that is cut stands there longer. Where levels of plateaus lie beside an end, as of
     steps, only others count, and only if fewer samples stand within the range. Of a channel that is not
     rounded every such stand counts; one of few levels, like a square wave, does not saturate.
-
-    ``values``, shape (samples,).
-    Returns shape (samples,).
     """
     first = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1))
     length, level = np.diff(np.append(first, values.size)), values[first]
@@ -142,7 +117,7 @@ def saturated(values: Array) -> NDArray[np.bool_]:
     return np.repeat(end & long, length)
 
 
-def _beside(length: NDArray[np.int64]) -> NDArray[np.int64]:
+def _beside(length: Integers) -> Integers:
     """Samples of the runs before and after each, shape (runs,)."""
     return np.append(length[1:], 0) + np.insert(length[:-1], 0, 0)
 
@@ -178,8 +153,8 @@ class TimeCheck:
     # start, interval: [s]
     start: float
     interval: float
-    keep: NDArray[np.int64]  # rows of the file that are used
-    place: NDArray[np.int64]  # place of each of them on the grid
+    keep: Integers  # rows of the file that are used
+    place: Integers  # place of each of them on the grid
     stamps: Array  # their time stamps [s]
     jitter: float  # standard deviation about the grid, in intervals
     uneven: bool  # whether the stamps deviate more than `LARGEST_JITTER`
@@ -195,13 +170,10 @@ class TimeCheck:
 
 
 def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck:
-    """Find the even grid behind time stamps.
+    """Find the even grid behind time stamps (rows,) [s].
 
-    ``time``, shape (rows,) [s]; ``source``: name of the file, for refusals; ``resample``: whether samples may
-    be put onto an even grid wherever they lie: rows are then missing only where a step is longer than the
-    jitter explains.
-    Raises `InputRefused` if time is missing, runs backwards or is no time of a test, or too much of it is
-    missing.
+    ``resample``: whether samples may be put onto an even grid wherever they lie: rows are then missing only
+    where a step is longer than the jitter explains.
     """
     repaired: list[str] = []
     findings: list[str] = []
@@ -231,7 +203,7 @@ def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck
     )
 
 
-def _without_doubles(time: Array, source: str, repaired: list[str]) -> NDArray[np.int64]:
+def _without_doubles(time: Array, source: str, repaired: list[str]) -> Integers:
     if time.size < 3:
         raise InputRefused(
             f"{source}: only {time.size} row{'s' * (time.size > 1)} of numbers: a log needs more than 2"
@@ -260,7 +232,7 @@ def _without_doubles(time: Array, source: str, repaired: list[str]) -> NDArray[n
     return np.delete(np.arange(time.size), doubled + 1)
 
 
-def _places(stamps: Array, interval: float, resample: bool) -> NDArray[np.int64]:
+def _places(stamps: Array, interval: float, resample: bool) -> Integers:
     """Each stamp's number on the grid; where rows are missing, steps are counted one by one."""
     if resample:
         steps = np.diff(stamps) / interval
@@ -276,15 +248,13 @@ def _places(stamps: Array, interval: float, resample: bool) -> NDArray[np.int64]
     )
 
 
-def _fitted_interval(stamps: Array, place: NDArray[np.int64], interval: float) -> float:
+def _fitted_interval(stamps: Array, place: Integers, interval: float) -> float:
     centred = place - place.mean()
     fitted = float(centred @ (stamps - stamps[0]) / (centred @ centred))
     return fitted if abs(fitted / interval - 1.0) > 1e-12 else interval
 
 
-def _check_gaps(
-    stamps: Array, place: NDArray[np.int64], interval: float, source: str, repaired: list[str]
-) -> None:
+def _check_gaps(stamps: Array, place: Integers, interval: float, source: str, repaired: list[str]) -> None:
     missing = np.diff(place) - 1
     total, longest = int(missing.sum()), int(missing.max(initial=0))
     if longest > LONGEST_GAP or total > MOST_MISSING * place[-1]:
