@@ -70,7 +70,7 @@ __getattr__ = on_demand(
         "response": "identification.log_response",
         "run_study": "studies.study",
         "run_sweep": "campaign",
-        "shaper": "identification.printer_shaper",
+        "shaper": "identification.printer",
         "simulate": "simulation",
         "track": "rig",
         "write_report": "report",

@@ -143,28 +143,10 @@ def identify_amplifier(
     held: bool = True,
     averaged: bool = True,
 ) -> AmplifierFit:
-    """Gain and bandwidth from a log with command and torque.
+    """Gain and bandwidth from a log with channels of command and torque.
 
-    Parameters
-    ----------
-    log : Log
-    command, torque : str
-        Channels.
-    segment : float, default 0.5
-        Length of the Hann windows [s].
-    held : bool, default True
-        Whether the command stands from sample to sample.
-    averaged : bool, default True
-        Whether the torque is logged as its mean over a sample's interval.
-
-    Returns
-    -------
-    AmplifierFit
-
-    Raises
-    ------
-    InputRefused
-        If a channel is missing, or the log is too short.
+    ``segment``: length of the Hann windows [s]; ``held``: whether the command stands from sample to sample;
+    ``averaged``: whether the torque is logged as its mean over a sample's interval.
     """
     found = response_by_segments(
         log.channel(command), log.channel(torque), log.interval, segment=segment, overlap=0.5 * segment

@@ -143,25 +143,8 @@ def plan_test(
 ) -> TestPlan:
     """Predict the standard error of each parameter, and what the test asks of the machine.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-        [N m].
-    interval : float
-        [s].
-    guess : AxisGuess
-    instruments : Instruments, optional
-    limits : mapping of str to float, optional
-        Largest "torque", "speed", "stroke" that the machine bears.
-
-    Returns
-    -------
-    TestPlan
-
-    Raises
-    ------
-    InputRefused
-        If a limit is unknown, or the torque does not move the axis.
+    ``torque`` (samples,) [N m]; ``limits``: largest "torque", "speed", "stroke" that the machine bears.
+    Refused if a limit is unknown, or the torque does not move the axis.
     """
     instruments = instruments or Instruments()
     motion = planned_motion(torque, interval, guess)

@@ -6,21 +6,26 @@ Files are sorted by their names: those of Klipper (``resonances_x_*``, ``calibra
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 
 import numpy as np
+from scipy import signal
 
 from cabledrive.identification.estimates import Finding
 from cabledrive.identification.printer_spectrum import (
+    HIGHEST,
     HIGHEST_FREQUENCY,
+    KAISER,
     PrinterSpectrum,
     ShaperFit,
+    even_samples,
     fit_shapers,
     read_printer_spectrum,
     remaining_vibration,
+    window_length,
 )
 from cabledrive.identification.spectrum_peaks import SpectrumPeak, spectrum_peaks
 from cabledrive.parameters import InputRefused
@@ -134,8 +139,7 @@ def shaper(
     paths = [logs] if isinstance(logs, str | Path) else list(logs)
     _check(paths, axis, damping, corner_speed, max_smoothing)
     spectra = tuple(read_printer_spectrum(path) for path in paths)
-    findings: list[Finding] = []
-    axis = _axis(spectra, axis, findings)
+    axis, findings = _axis(spectra, axis)
     peaks = tuple(peak for spectrum in spectra for peak in spectrum_peaks(spectrum))
     fits, best = fit_shapers(spectra, damping=damping, corner_speed=corner_speed, max_smoothing=max_smoothing)
     ratios = np.array([peak.damping for peak in peaks if peak.damping is not None])
@@ -143,6 +147,12 @@ def shaper(
     if ratios.size:
         unit = input_shaper(best.type, 1.0, damping)
         left = float(remaining_vibration(unit, np.array([best.frequency]), spectra, ratios)[0])
+    notes = [f"{spectrum.source}: {note}" for spectrum in spectra for note in spectrum.notes]
+    if len(spectra) == 1:
+        notes.append("one log, one place on the bed: peaks move with the head; give logs of several places")
+    missing = [t for t in ("ei", "2hump_ei", "3hump_ei") if t not in {fit.type for fit in fits}]
+    if missing:
+        notes.append(f"left out: {', '.join(missing)} (damping ratio or smoothing out of range)")
     found = PrinterShaper(
         axis=axis,
         spectra=spectra,
@@ -153,9 +163,9 @@ def shaper(
         damping=damping,
         corner_speed=corner_speed,
         findings=(),
-        notes=tuple(f"{spectrum.source}: {note}" for spectrum in spectra for note in spectrum.notes),
+        notes=tuple(notes),
     )
-    return _judged(found, findings)
+    return replace(found, findings=(*findings, *(Finding(*one) for one in _doubts_of(found))))
 
 
 def _check(
@@ -173,76 +183,74 @@ def _check(
         raise InputRefused(f"max-smoothing = {smooth:.4g} m must be above 0: 0.2 mm is usual")
 
 
-def _axis(spectra: Sequence[PrinterSpectrum], given: str | None, findings: list[Finding]) -> str | None:
-    """The axis of all logs, given or after their names."""
+def _axis(spectra: Sequence[PrinterSpectrum], given: str | None) -> tuple[str | None, list[Finding]]:
+    """The axis of all logs, given or after their names, and what contradicts it."""
     named = {spectrum.axis for spectrum in spectra if spectrum.axis is not None}
     if given is not None:
-        for spectrum in spectra:
-            if spectrum.axis not in (None, given):
-                message = (
-                    f"{spectrum.source} is named after axis {spectrum.axis}, and is taken for axis {given}"
-                )
-                findings.append(Finding("axis-contradicts", message))
-        return given
+        words = "{0.source} is named after axis {0.axis}, and is taken for axis {1}"
+        others = [spectrum for spectrum in spectra if spectrum.axis not in (None, given)]
+        return given, [Finding("axis-contradicts", words.format(other, given)) for other in others]
     if len(named) > 1:
         raise InputRefused(
             f"logs of the axes {', '.join(sorted(named))}: give those of one axis, or name it by --axis"
         )
-    if not named:
-        message = "the name of the log does not say which axis was excited: give --axis x or --axis y"
-        findings.append(Finding("axis-unknown", message))
-    return named.pop() if named else None
+    if named:
+        return named.pop(), []
+    words = "the name of the log does not say which axis was excited: give --axis x or --axis y"
+    return None, [Finding("axis-unknown", words)]
 
 
-def _judged(found: PrinterShaper, findings: list[Finding]) -> PrinterShaper:
-    """The result with what a user must act on."""
+def _doubts_of(found: PrinterShaper) -> Iterator[tuple[str, str]]:
+    """What a user must act on: code and sentence of each finding."""
     best = found.recommended
     for spectrum in found.spectra:
         if spectrum.duration is not None and spectrum.duration < SHORTEST_TEST:
-            message = (
-                f"{spectrum.source}: {spectrum.duration:.3g} s of samples are no whole test, which takes "
-                f"{SHORTEST_TEST:g} s or more: record it to its end"
+            yield (
+                "test-broken-off",
+                (
+                    f"{spectrum.source}: {spectrum.duration:.3g} s of samples are no whole test, which takes "
+                    f"{SHORTEST_TEST:g} s or more: record it to its end"
+                ),
             )
-            findings.append(Finding("test-broken-off", message))
         largest = float(spectrum.frequency[np.argmax(spectrum.measured)])
         if largest < LOWEST_PEAK:
-            message = (
-                f"{spectrum.source}: the largest vibration is at {largest:.3g} Hz, where a test only begins: "
-                "record it to its end, or look for a frame that rocks"
+            yield (
+                "test-broken-off",
+                (
+                    f"{spectrum.source}: the largest vibration is at {largest:.3g} Hz, where a test only "
+                    "begins: record it to its end, or look for a frame that rocks"
+                ),
             )
-            findings.append(Finding("test-broken-off", message))
     for peak in found.peaks:
         if peak.frequency > HIGHEST_FREQUENCY:
-            message = (
-                f"{peak.source}: the peak at {peak.frequency:.1f} Hz is above {HIGHEST_FREQUENCY:g} Hz, the "
-                "highest frequency of a shaper in the firmware"
+            yield (
+                "peak-above-shapers",
+                (
+                    f"{peak.source}: the peak at {peak.frequency:.1f} Hz is above {HIGHEST_FREQUENCY:g} Hz, "
+                    "the highest frequency of a shaper in the firmware"
+                ),
             )
-            findings.append(Finding("peak-above-shapers", message))
     if not found.peaks:
-        message = "no peak stands out of the spectrum: check that the axis was excited"
-        findings.append(Finding("no-peak", message))
+        yield "no-peak", "no peak stands out of the spectrum: check that the axis was excited"
     for peak in found.peaks:
         kept = found.kept(peak)
         if kept * peak.height > TOO_MUCH:
-            message = (
-                f"{peak.source}: the peak at {peak.frequency:.1f} Hz ({100 * peak.height:.0f} % of the "
-                f"largest) keeps {100 * kept:.0f} % of it behind {best.type} {best.frequency:.1f} Hz"
+            yield (
+                "peak-remains",
+                (
+                    f"{peak.source}: the peak at {peak.frequency:.1f} Hz ({100 * peak.height:.0f} % of the "
+                    f"largest) keeps {100 * kept:.0f} % of it behind {best.type} {best.frequency:.1f} Hz"
+                ),
             )
-            findings.append(Finding("peak-remains", message))
     worst = max(best.vibration, found.measured_vibration or 0.0)
     if worst > TOO_MUCH:
-        message = (
-            f"the recommended shaper leaves {100 * worst:.0f} % of the vibration: look for loose belts, worn "
-            "bearings or a soft frame first"
+        yield (
+            "much-remains",
+            (
+                f"the recommended shaper leaves {100 * worst:.0f} % of the vibration: look for loose belts, "
+                "worn bearings or a soft frame first"
+            ),
         )
-        findings.append(Finding("much-remains", message))
-    notes = list(found.notes)
-    if len(found.spectra) == 1:
-        notes.append("one log, one place on the bed: peaks move with the head; give logs of several places")
-    missing = [t for t in ("ei", "2hump_ei", "3hump_ei") if t not in {fit.type for fit in found.shapers}]
-    if missing:
-        notes.append(f"left out: {', '.join(missing)} (damping ratio or smoothing out of range)")
-    return replace(found, findings=tuple(findings), notes=tuple(notes))
 
 
 _BELT = re.compile(r"(?:^|[_-])belts?[_-](?:.*[_-])?([ab])$|(?:^|[_-])belt([ab])(?=[_-]|$)", re.IGNORECASE)
@@ -338,22 +346,15 @@ def similar_words(belts: Belts) -> str:
 
 def spectrogram(path: Path) -> tuple[Array, Array, Array] | None:
     """Time (m,) [s], frequency (n,) [Hz], level (n, m) [dB of the largest]; None of a spectrum."""
-    from scipy import signal
-
-    from cabledrive.identification.printer_spectrum import HIGHEST, KAISER, even_samples
-
     found = even_samples(path)
     if found is None:
         return None
     rate, values = found
-    length = 1 << int(rate * 0.5 - 1.0).bit_length()
-    total: Array | None = None
-    for column in values:
-        frequency, time, power = signal.spectrogram(
-            column, rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
-        )
-        total = power if total is None else total + power
-    assert total is not None
+    length = window_length(rate)
+    frequency, time, power = signal.spectrogram(
+        np.array(values), rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
+    )
+    total = power.sum(axis=0)
     used = frequency <= HIGHEST
     level = 10.0 * np.log10(np.maximum(total[used] / total[used].max(), 1e-6))
     return np.asarray(time), np.asarray(frequency[used]), np.asarray(level)

@@ -177,6 +177,11 @@ def _put_back(frequency: Array, source: str) -> tuple[Array, bool]:
     return frequency, False
 
 
+def window_length(rate: float) -> int:
+    """Samples of a window of a spectrum, a power of 2; ``rate`` [Hz]."""
+    return 1 << int(rate * WINDOW - 1.0).bit_length()
+
+
 def even_samples(path: str | Path) -> tuple[float, list[Array]] | None:
     """Samples per second and the acceleration of each direction (samples,); None of a file of a spectrum."""
     table = open_table(path)
@@ -197,7 +202,7 @@ def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list
             f"{table.source}: {rate:.4g} samples per second are below {LOWEST_RATE:g}: check the time, in s"
         )
     grid = check.grid
-    length = 1 << int(rate * WINDOW - 1.0).bit_length()
+    length = window_length(rate)
     if grid.size <= length:
         raise InputRefused(
             f"{table.source}: {grid.size / rate:.3g} s are shorter than a window of {length / rate:.3g} s: "
@@ -221,19 +226,12 @@ def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list
 def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, float, tuple[str, ...]]:
     """Frequency, normalised density, duration [s], notes, by Welch's method."""
     rate, parts, notes = _even(table, heads)
-    length = 1 << int(rate * WINDOW - 1.0).bit_length()
-    total = np.zeros(length // 2 + 1)
-    for even in parts:
-        frequency, density = signal.welch(
-            even, rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
-        )
-        total += density
-    return (
-        np.asarray(frequency, dtype=float),
-        normalized(frequency, total),
-        parts[0].size / rate,
-        tuple(notes),
+    length = window_length(rate)
+    frequency, density = signal.welch(
+        np.array(parts), rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
     )
+    total = normalized(frequency, density.sum(axis=0))
+    return np.asarray(frequency, dtype=float), total, parts[0].size / rate, tuple(notes)
 
 
 HIGHEST_FREQUENCY = 150.0

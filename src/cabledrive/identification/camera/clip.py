@@ -49,20 +49,8 @@ def clip_of(frames: Sequence[Any], frame_rate: float, source: str = "frames") ->
 def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
     """Open a video, or a folder of numbered pictures.
 
-    Parameters
-    ----------
-    path : path-like
-    frame_rate : float, optional
-        Of the recording [Hz]: a high-speed camera writes files that play slowly. Default: what the file says.
-
-    Returns
-    -------
-    Clip
-
-    Raises
-    ------
-    InputRefused
-        If it is neither, or cannot be read, or no rate is known.
+    ``frame_rate``: of the recording [Hz], as a high-speed camera writes files that play slowly; default: what
+    the file says.
     """
     path = Path(path)
     if frame_rate is not None:

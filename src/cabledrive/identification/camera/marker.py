@@ -47,29 +47,12 @@ class MarkerTrack:
 def track_marker(
     clip: Clip, *, markers: int = 1, region: tuple[int, int, int, int] | None = None
 ) -> MarkerTrack:
-    """Follow a white marker on a dark background, or several.
+    """Follow a white marker on a dark background, or several; refused if none is found, or more move.
 
     Spots that stand still are clutter, whatever their size. Where the marker moves enough to show what is
     behind it, that is taken off the picture and the clip gone through once more. Clutter that touches a
-    marker which never clears its place is not separated from it.
-
-    Parameters
-    ----------
-    clip : Clip
-    markers : int, default 1
-        How many move.
-    region : (int, int, int, int), optional
-        First and last row, first and last column to look at [pixel].
-
-    Returns
-    -------
-    MarkerTrack
-        Markers from above to below.
-
-    Raises
-    ------
-    InputRefused
-        If no marker is found, or more move than were asked for.
+    marker which never clears its place is not separated from it. ``region``: first and last row, first and
+    last column to look at [pixel].
     """
     if region is not None:
         a, b, c, d = region
@@ -255,24 +238,10 @@ def scale_from(length: float, first: tuple[float, float], second: tuple[float, f
 
 
 def marker_log(track: MarkerTrack, scale: float) -> Log:
-    """A marker's track as a log: upwards is positive, dropped frames are filled with NaN.
+    """A marker's track as a log: upwards is positive, dropped frames are NaN; ``scale`` [m/pixel].
 
-    Parameters
-    ----------
-    track : MarkerTrack
-    scale : float
-        [m/pixel].
-
-    Returns
-    -------
-    Log
-        "position" across the picture upwards and "along_position" to the right, from their means; with two
-        markers "upper_position" and "lower_position".
-
-    Raises
-    ------
-    InputRefused
-        If the scale is not positive, or there are more than two markers.
+    "position" across the picture upwards and "along_position" to the right, from their means; with two
+    markers "upper_position" and "lower_position".
     """
     if not (np.isfinite(scale) and scale > 0.0):
         raise InputRefused(f"scale = {scale:g} m/pixel must be positive and finite: measure a known length")

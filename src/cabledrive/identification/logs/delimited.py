@@ -19,9 +19,8 @@ from cabledrive.identification.logs.lines import (
     too_long,
     zone_of,
 )
-from cabledrive.identification.logs.table import Blocks, Reading, Table, seconds_of
+from cabledrive.identification.logs.table import Blocks, Reading, Table, floats_of
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array
 
 DELIMITERS = (",", "\t", ";", " ")
 _SIGNS = (b"#", b"EOF", b"\n\n", b"\n ", b"\n\t", b"\n\f", b"\n\v")
@@ -72,19 +71,15 @@ def dialect_of(path: Path, skip_rows: int = 0) -> Dialect:
     )
 
 
-def open_delimited(path: Path, reading: Reading | None = None) -> Table:
+def open_delimited(path: Path, reading: Reading) -> Table:
     """Open a CSV or TSV log."""
-    dialect = dialect_of(path, reading.skip_rows if reading else 0)
-
-    def read(names: tuple[str, ...]) -> Blocks:
-        return _read(path, dialect, names)
-
+    dialect = dialect_of(path, reading.skip_rows)
     return Table(
         source=path.name,
         names=dialect.names,
         units=dialect.units,
         rows=dialect.rows,
-        read=read,
+        read=lambda names: _read(path, dialect, names),
         notes=dialect.notes,
     )
 
@@ -132,7 +127,7 @@ def _read(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Blocks:
         if found is None:
             found = _by_cells(block, number + above, dialect, names, path.name)
         if len(next(iter(found.values()))):
-            yield {name: _floats(found[name], name, starts) for name in names}
+            yield {name: floats_of(found[name], name, starts) for name in names}
 
 
 def _rows(block: bytes, dialect: Dialect, names: tuple[str, ...]) -> dict[str, Any] | None:
@@ -215,14 +210,3 @@ def _kind(zone: str) -> Any:
     import pyarrow as pa
 
     return pa.timestamp("ns", tz=zone or None)
-
-
-def _floats(values: Any, name: str, starts: dict[str, int]) -> Array:
-    import pyarrow as pa
-
-    kind = getattr(values, "type", None)
-    if kind is None:
-        return np.asarray(values, dtype=float)
-    if pa.types.is_timestamp(kind):
-        return seconds_of(values, name, starts)
-    return np.asarray(values.to_numpy(zero_copy_only=False), dtype=float)

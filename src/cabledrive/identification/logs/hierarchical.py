@@ -39,59 +39,43 @@ def require_readable(path: Path, read: Callable[[], object]) -> None:
     """
     if sys.platform != "linux":
         return
+    import resource
+
     seconds = SECONDS + path.stat().st_size / BYTES_PER_SECOND
     sys.stdout.flush()
     sys.stderr.flush()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of threads: the child calls one library and ends
         child = os.fork()
-    if child == 0:
-        _try(read, seconds)
+    if child == 0:  # reads, and never returns
+        try:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
+            resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 2))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, 1)
+            os.dup2(nowhere, 2)
+            read()
+        finally:
+            os._exit(0)
+    began, pause, done, status = time.monotonic(), 1e-4, 0, 0
     try:
-        status = _ended(child, LONGEST_WAIT * seconds)
-    except BaseException:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-        raise
-    if status is None or os.WIFSIGNALED(status):
-        number = None if status is None else os.WTERMSIG(status)
-        endless = number in (None, signal.SIGXCPU)
-        what = "reading it does not end" if endless else f"its library ends by signal {number}"
+        while not done and time.monotonic() - began < LONGEST_WAIT * seconds:
+            time.sleep(pause)
+            pause = min(2.0 * pause, 0.02)
+            done, status = os.waitpid(child, os.WNOHANG)
+    finally:
+        if not done:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+    if not done or os.WIFSIGNALED(status):
+        endless = not done or os.WTERMSIG(status) == signal.SIGXCPU
+        what = "reading it does not end" if endless else f"its library ends by signal {os.WTERMSIG(status)}"
         raise InputRefused(f"{path.name}: is damaged ({what}): write it again")
 
 
-def _try(read: Callable[[], object], seconds: float) -> None:
-    """The child: reads, and never returns."""
-    import resource
-
-    try:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
-        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 2))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
-        read()
-    finally:
-        os._exit(0)
-
-
-def _ended(child: int, longest: float) -> int | None:
-    """Status of a process; None where it had to be killed."""
-    began, pause = time.monotonic(), 1e-4
-    while time.monotonic() - began < longest:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return status
-        time.sleep(pause)
-        pause = min(2.0 * pause, 0.02)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return None
-
-
-TRIED = 64
-"""Columns of which the first block is read on trial."""
+TRIED, MOST_ROWS = 64, 64
+"""Columns of which the first block is read on trial; rows of a matrix that are columns of a log."""
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -121,10 +105,22 @@ def _opened(path: Path) -> Table:
     scalars: dict[str, float] = {}
 
     def visit(name: str, entry: Any) -> None:
-        if isinstance(entry, h5py.Dataset) and entry.shape is not None and not name.startswith("#"):
-            _require_inside(name, entry, path.name)
-            if entry.dtype.kind in "fiu":
-                _collect(name, entry, columns, units, scalars)
+        if not isinstance(entry, h5py.Dataset) or entry.shape is None or name.startswith("#"):
+            return
+        _require_inside(name, entry, path.name)
+        if entry.dtype.kind not in "fiu":
+            return
+        column, shape = name.replace("/", "."), tuple(k for k in entry.shape if k != 1)
+        found: dict[str, tuple[str, int | None]] = {}
+        if not shape and entry.size == 1:
+            scalars[column] = float(np.ravel(entry[()])[0])
+        elif len(shape) == 1:
+            found = {column: (name, None)}
+        elif len(shape) == 2 and min(shape) <= MOST_ROWS:
+            found = {f"{column}[{k}]": (name, k) for k in range(min(shape))}
+        columns.update(found)
+        if unit := _text(entry.attrs.get("units", "")):
+            units.update(dict.fromkeys(found, unit))
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
@@ -133,12 +129,13 @@ def _opened(path: Path) -> Table:
         raise InputRefused(
             f"{path.name}: holds no vector of numbers (objects cannot be read): save plain vectors"
         )
-
-    def read(names: tuple[str, ...]) -> Blocks:
-        return _read(path, columns, names)
-
     return Table(
-        source=path.name, names=tuple(columns), units=units, rows=max(sizes), read=read, scalars=scalars
+        source=path.name,
+        names=tuple(columns),
+        units=units,
+        rows=max(sizes),
+        read=lambda names: _read(path, columns, names),
+        scalars=scalars,
     )
 
 
@@ -175,26 +172,9 @@ def open_classic_netcdf(path: Path) -> Table:
     return Table(source=path.name, names=tuple(vectors), units=units, rows=rows, read=read)
 
 
-def open_netcdf(path: Path, reading: Reading | None = None) -> Table:
+def open_netcdf(path: Path, reading: Reading) -> Table:
     """Open a NetCDF log of either kind."""
     return open_hdf5(path) if is_hdf5(path) else open_classic_netcdf(path)
-
-
-def _collect(
-    name: str, entry: Any, columns: dict[str, Any], units: dict[str, str], scalars: dict[str, float]
-) -> None:
-    path = name.replace("/", ".")
-    unit = _text(entry.attrs.get("units", ""))
-    shape = tuple(k for k in entry.shape if k != 1)
-    if not shape and entry.size == 1:
-        scalars[path] = float(np.ravel(entry[()])[0])
-    elif len(shape) == 1:
-        columns[path] = (name, None)
-    elif len(shape) == 2 and min(shape) <= 64:
-        columns |= {f"{path}[{k}]": (name, k) for k in range(min(shape))}
-    for column in (path, *(f"{path}[{k}]" for k in range(64))):
-        if unit and column in columns:
-            units[column] = unit
 
 
 def _read(path: Path, columns: dict[str, tuple[str, int | None]], names: tuple[str, ...]) -> Blocks:
@@ -204,15 +184,13 @@ def _read(path: Path, columns: dict[str, tuple[str, int | None]], names: tuple[s
         lengths = {name: max(file[columns[name][0]].shape) for name in names}
         check_lengths(lengths, path.name)
         for start in range(0, max(lengths.values()), BLOCK_ROWS):
-            part = slice(start, start + BLOCK_ROWS)
-            yield {name: _slice(file[columns[name][0]], columns[name][1], part) for name in names}
-
-
-def _slice(dataset: Any, row: int | None, part: slice) -> Array:
-    shape = dataset.shape
-    along = int(np.argmax(shape))
-    index = tuple(part if k == along else (row or 0 if shape[k] > 1 else 0) for k in range(len(shape)))
-    return _scaled(dataset[index], dataset.attrs)
+            block = {}
+            for name in names:
+                dataset, row = file[columns[name][0]], columns[name][1]
+                index: list[Any] = [row or 0 if size > 1 else 0 for size in dataset.shape]
+                index[int(np.argmax(dataset.shape))] = slice(start, start + BLOCK_ROWS)
+                block[name] = _scaled(dataset[tuple(index)], dataset.attrs)
+            yield block
 
 
 def _scaled(values: Any, attributes: Any) -> Array:
@@ -231,26 +209,10 @@ def _text(value: Any) -> str:
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
-def open_matlab(path: Path, reading: Reading | None = None) -> Table:
+def open_matlab(path: Path, reading: Reading) -> Table:
     """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``."""
     if is_hdf5(path):
         return open_hdf5(path)
-    columns: dict[str, Array] = {}
-    scalars: dict[str, float] = {}
-    for name, value in _variables(path).items():
-        _collect_arrays(name, value, columns, scalars)
-    if not columns:
-        raise InputRefused(f"{path.name}: holds no vector of numbers: save the channels as vectors (-v7)")
-
-    def read(names: tuple[str, ...]) -> Any:
-        check_lengths({name: len(columns[name]) for name in names}, path.name)
-        return sliced({name: columns[name] for name in names})
-
-    rows = max(len(values) for values in columns.values())
-    return Table(source=path.name, names=tuple(columns), units={}, rows=rows, read=read, scalars=scalars)
-
-
-def _variables(path: Path) -> dict[str, Any]:
     from scipy import io
 
     require_fitting(path, unpacked_matlab(path))
@@ -261,7 +223,20 @@ def _variables(path: Path) -> dict[str, Any]:
         raise InputRefused(
             f"{path.name}: is no readable MATLAB file ({error}): save it again with -v7"
         ) from None
-    return {name: value for name, value in found.items() if name and not name.startswith("__")}
+    columns: dict[str, Array] = {}
+    scalars: dict[str, float] = {}
+    for name, value in found.items():
+        if name and not name.startswith("__"):
+            _collect_arrays(name, value, columns, scalars)
+    if not columns:
+        raise InputRefused(f"{path.name}: holds no vector of numbers: save the channels as vectors (-v7)")
+
+    def read(names: tuple[str, ...]) -> Blocks:
+        check_lengths({name: len(columns[name]) for name in names}, path.name)
+        return sliced({name: columns[name] for name in names})
+
+    rows = max(len(values) for values in columns.values())
+    return Table(source=path.name, names=tuple(columns), units={}, rows=rows, read=read, scalars=scalars)
 
 
 def _collect_arrays(
@@ -279,7 +254,7 @@ def _collect_arrays(
         scalars[name] = float(array)
     elif array.ndim == 1 and array.size > 1:
         columns[name] = array  # as it is: a block at a time becomes doubles
-    elif array.ndim == 2 and min(array.shape) <= 64:
+    elif array.ndim == 2 and min(array.shape) <= MOST_ROWS:
         across = array if array.shape[0] <= array.shape[1] else array.T
         for k, row in enumerate(across):
             columns[f"{name}[{k}]"] = row

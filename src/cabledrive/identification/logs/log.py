@@ -92,25 +92,7 @@ class Log:
 
 
 def log_of(time: Array, channels: Mapping[str, Array], units: Mapping[str, str], source: str = "log") -> Log:
-    """Put channels that are in memory, and known to be even, together.
-
-    Parameters
-    ----------
-    time : ndarray, shape (samples,)
-        [s], even.
-    channels : mapping of str to ndarray
-    units : mapping of str to str
-    source : str
-
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    InputRefused
-        If the channels differ in length.
-    """
+    """Put channels (samples,) that are in memory, and known to be even over time [s], together."""
     if any(np.shape(values) != np.shape(time) for values in channels.values()) or time.size < 3:
         raise InputRefused(f"{source}: needs at least 3 samples and channels as long as the time")
     interval = float(time[-1] - time[0]) / (time.size - 1)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.table import (
-    Blocks,
     Reading,
     Table,
     require_fitting,
@@ -61,19 +60,49 @@ class Topics:
             column.append(value)
         self.rows[topic] = row + 1
 
-    def table(self, reading: Reading | None) -> Table:
+    def table(self, reading: Reading) -> Table:
         """All topics as one table."""
         arrays = {
             name: _filled(np.frombuffer(column), self.rows[_topic(name, self.rows)])
             for name, column in self.columns.items()
         }
         units = {name: "s" for name in arrays if name.endswith((f".{LOG_TIME}", f".{STAMP}"))}
+        return Table(
+            source=self.source,
+            names=tuple(arrays),
+            units=units,
+            rows=max(self.rows.values(), default=0),
+            read=lambda names: sliced(self._joined(arrays, names, reading)),
+        )
 
-        def read(names: tuple[str, ...]) -> Blocks:
-            return sliced(_joined(arrays, self.rows, names, self.source, reading or Reading()))
-
-        rows = max(self.rows.values(), default=0)
-        return Table(source=self.source, names=tuple(arrays), units=units, rows=rows, read=read)
+    def _joined(self, arrays: dict[str, Array], names: tuple[str, ...], reading: Reading) -> dict[str, Array]:
+        """Columns of one topic; those of others at the times of the topic of the time, if asked."""
+        topics = list(dict.fromkeys(_topic(name, self.rows) for name in names))
+        if len(topics) == 1:
+            return {name: arrays[name] for name in names}
+        times = [name for name in names if name.endswith((f".{LOG_TIME}", f".{STAMP}"))]
+        if not reading.resample or len(times) != 1:
+            raise InputRefused(
+                f"{self.source}: columns of several topics ({', '.join(topics)}) are sampled at different "
+                "times: take all from one topic, or say --resample, with the time of one of them"
+            )
+        kind, time = STAMP if times[0].endswith(STAMP) else LOG_TIME, arrays[times[0]]
+        others = {topic: arrays.get(f"{topic}.{kind}", np.empty(0)) for topic in topics}
+        for topic, own in others.items():
+            if not own.size or not np.isfinite(own).all() or (np.diff(own) <= 0.0).any():
+                raise InputRefused(
+                    f"{self.source}: the topic {topic} has no {kind} that ascends: take the other time, or "
+                    "one topic"
+                )
+        first, last = (max(own[0] for own in others.values()), min(own[-1] for own in others.values()))
+        both = time[(time >= first) & (time <= last)]
+        if both.size < 3:
+            raise InputRefused(
+                f"{self.source}: {' and '.join(topics)} do not overlap in {kind}: take one topic"
+            )
+        return {
+            name: np.asarray(np.interp(both, others[_topic(name, self.rows)], arrays[name])) for name in names
+        }
 
 
 def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
@@ -129,39 +158,7 @@ def _filled(values: Array, rows: int) -> Array:
     return values if values.size == rows else np.append(values, np.full(rows - values.size, np.nan))
 
 
-def _joined(
-    arrays: dict[str, Array], rows: dict[str, int], names: tuple[str, ...], source: str, reading: Reading
-) -> dict[str, Array]:
-    """Columns of one topic as they are; those of others at the times of the topic of the time, if asked."""
-    topics = list(dict.fromkeys(_topic(name, rows) for name in names))
-    if len(topics) == 1:
-        return {name: arrays[name] for name in names}
-    times = [name for name in names if name.endswith((f".{LOG_TIME}", f".{STAMP}"))]
-    if not reading.resample or len(times) != 1:
-        raise InputRefused(
-            f"{source}: columns of several topics ({', '.join(topics)}) are sampled at different times: take "
-            "all from one topic, or say --resample, with the time of one of them"
-        )
-    kind = STAMP if times[0].endswith(STAMP) else LOG_TIME
-    time = arrays[times[0]]
-    empty = np.empty(0)
-    others = {topic: arrays.get(f"{topic}.{kind}", empty) for topic in topics}
-    for topic, own in others.items():
-        if not own.size or not np.isfinite(own).all() or (np.diff(own) <= 0.0).any():
-            raise InputRefused(
-                f"{source}: the topic {topic} has no {kind} that ascends: take the other time, or one topic"
-            )
-    first, last = (max(own[0] for own in others.values()), min(own[-1] for own in others.values()))
-    both = (time >= first) & (time <= last)
-    if both.sum() < 3:
-        raise InputRefused(f"{source}: {' and '.join(topics)} do not overlap in {kind}: take one topic")
-    found: dict[str, Array] = {}
-    for name in names:
-        found[name] = np.asarray(np.interp(time[both], others[_topic(name, rows)], arrays[name]))
-    return found
-
-
-def open_mcap(path: Path, reading: Reading | None = None) -> Table:
+def open_mcap(path: Path, reading: Reading) -> Table:
     """Open an MCAP log: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
 
     Times are in seconds from the first of their kind in the file.
@@ -210,7 +207,7 @@ def _decoded(schema: Any, channel: Any, message: Any, factories: list[Any]) -> A
     return None
 
 
-def open_rosbag(path: Path, reading: Reading | None = None) -> Table:
+def open_rosbag(path: Path, reading: Reading) -> Table:
     """Open a ROS 2 bag, with columns as of an MCAP log.
 
     Message types come from the bag where it holds them (ROS 2 Iron and later), else from those of ROS 2

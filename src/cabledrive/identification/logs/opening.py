@@ -8,8 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from cabledrive.identification.logs.column_map import name_and_unit
 from cabledrive.identification.logs.delimited import open_delimited
 from cabledrive.identification.logs.hierarchical import open_matlab, open_netcdf
@@ -20,15 +18,15 @@ from cabledrive.identification.logs.table import (
     Blocks,
     Reading,
     Table,
-    seconds_of,
+    floats_of,
 )
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import require_regular
 
 
-def open_parquet(path: Path, reading: Reading | None = None) -> Table:
+def open_parquet(path: Path, reading: Reading) -> Table:
     """Open a Parquet log."""
-    from pyarrow import parquet
+    from pyarrow import parquet, types
 
     file = parquet.ParquetFile(path)
     meta = file.metadata
@@ -44,39 +42,28 @@ def open_parquet(path: Path, reading: Reading | None = None) -> Table:
         if name in heads:
             raise InputRefused(f'{path.name}: two columns are called "{name}": rename one')
         heads[name] = entry
-    units = {name: _unit(entry) for name, entry in heads.items() if _unit(entry)}
 
     def read(names: tuple[str, ...]) -> Blocks:
-        return _read(file, heads, names, path.name)
+        starts: dict[str, int] = {}
+        rows, kinds = 0, ("floating", "integer", "timestamp", "duration")
+        for name in names:
+            if not any(getattr(types, f"is_{kind}")(heads[name].type) for kind in kinds):
+                held = f'column "{name}" holds {heads[name].type}'
+                raise InputRefused(f"{path.name}: {held}, not numbers: choose another column")
+        wanted = [heads[name].name for name in names]
+        for batch in file.iter_batches(batch_size=BLOCK_ROWS, columns=wanted, use_threads=False):
+            rows += batch.num_rows
+            yield {name: floats_of(batch.column(heads[name].name), name, starts) for name in names}
+        if rows != meta.num_rows:
+            raise InputRefused(f"{path.name}: is damaged ({rows} of {meta.num_rows} rows): write it again")
 
+    units = {name: unit for name, entry in heads.items() if (unit := _unit(entry))}
     return Table(source=path.name, names=tuple(heads), units=units, rows=meta.num_rows, read=read)
-
-
-def _read(file: Any, heads: dict[str, Any], names: tuple[str, ...], source: str) -> Blocks:
-    wanted = [heads[name].name for name in names]
-    starts: dict[str, int] = {}
-    rows = 0
-    for batch in file.iter_batches(batch_size=BLOCK_ROWS, columns=wanted, use_threads=False):
-        rows += batch.num_rows
-        yield {name: _floats(batch.column(heads[name].name), name, source, starts) for name in names}
-    if rows != file.metadata.num_rows:
-        raise InputRefused(f"{source}: is damaged ({rows} of {file.metadata.num_rows} rows): write it again")
 
 
 def _unit(entry: Any) -> str:
     stated = (entry.metadata or {}).get(b"unit") or (entry.metadata or {}).get(b"units")
     return stated.decode(errors="replace") if stated else name_and_unit(entry.name)[1]
-
-
-def _floats(column: Any, name: str, source: str, starts: dict[str, int]) -> Any:
-    import pyarrow as pa
-
-    kind = column.type
-    if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
-        return seconds_of(column, name, starts)
-    if not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
-        raise InputRefused(f'{source}: column "{name}" holds {kind}, not numbers: choose another column')
-    return column.to_numpy(zero_copy_only=False).astype(np.float64, copy=False)
 
 
 FORMATS: dict[str, Callable[[Path, Reading], Table]] = {

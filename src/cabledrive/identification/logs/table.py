@@ -69,13 +69,18 @@ def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
         }
 
 
-def seconds_of(column: Any, name: str, starts: dict[str, int]) -> Array:
-    """Times of a calendar in seconds from the first of the file, subtracted before a double rounds them.
+def floats_of(column: Any, name: str, starts: dict[str, int]) -> Array:
+    """A column of Arrow or NumPy as doubles; times of a calendar in seconds from the first of the file.
 
-    ``starts``: first of each column, in ticks, kept from block to block; a missing value is NaN.
+    That is subtracted before a double rounds them. ``starts``: first of each column, in ticks, kept from
+    block to block; a missing value is NaN.
     """
+    if isinstance(column, np.ndarray):
+        return np.asarray(column, dtype=float)
     import pyarrow as pa
 
+    if not (pa.types.is_timestamp(column.type) or pa.types.is_duration(column.type)):
+        return np.asarray(column.to_numpy(zero_copy_only=False), dtype=float)
     ticks = column.cast(pa.int64())
     missing = np.asarray(ticks.is_null().to_numpy(zero_copy_only=False), dtype=bool)
     whole = np.asarray(ticks.fill_null(0).to_numpy(zero_copy_only=False), dtype=np.int64)

@@ -230,18 +230,7 @@ LARGEST_SOUND = 512 * 2**20
 
 
 def read_ping(path: str | Path, columns: ColumnMap | None = None) -> Log:
-    """Read a recording of a ping: a WAV file, or a log of any format that `identify` reads.
-
-    Parameters
-    ----------
-    path : path-like
-    columns : ColumnMap, optional
-        For logs.
-
-    Returns
-    -------
-    Log
-    """
+    """Read a recording of a ping: a WAV file, or a log of any format that `identify` reads."""
     path = Path(path)
     return read_wav(path) if path.suffix.lower() == ".wav" else read_log(path, columns)
 

@@ -186,36 +186,17 @@ def tension_from_ping(
     length_error: float = 0.0,
     density_error: float = 0.0,
 ) -> PingTension:
-    """Tension of each span from a recording of its ping.
+    """Tension of each span of a loop or a line from a recording of its ping.
 
     A camera or a microphone hears the span itself; an encoder, a torque or a load cell feels its stretch,
-    which has twice the frequency. Frequencies are taken at vanishing amplitude where the ping decays.
-
-    Parameters
-    ----------
-    log : Log
-        From `read_ping`, or any other.
-    drive : Drive
-        Its pretension serves as a first guess, good to a factor of four.
-    span : {"upper", "lower"}, optional
-        Default: as the channels are called ("upper position"), else the upper one.
-    channel : str, optional
-        Default: every position, velocity, acceleration or sound; else the load angle or angle.
-    section : int, default 0
-        Which section of the span was plucked, where guided carriages part it.
-    length_error, density_error : float, default 0.0
-        Relative standard errors of the file's length and mass per length; the interval grows by them.
-
-    Returns
-    -------
-    PingTension
-
-    Raises
-    ------
-    InputRefused
-        If channel, span or section are not there.
-    NotComputed
-        If no tone is found, or the recording has no onset and decay as a ping has.
+    which has twice the frequency. Frequencies are taken at vanishing amplitude where the ping decays. The
+    pretension of ``drive`` serves as a first guess, good to a factor of four. ``span``: default: as the
+    channels are called ("upper position"), else the upper one; ``channel``: default: every position,
+    velocity, acceleration or sound, else the load angle or angle; ``section``: which was plucked, where
+    guided carriages part the span; ``length_error``, ``density_error``: relative standard errors of the
+    file's length and mass per length, by which the interval grows. Raises `InputRefused` if channel, span or
+    section are not there, `NotComputed` if no tone is found, or the recording has no onset and decay as a
+    ping has.
     """
     found: dict[str, SpanTension] = {}
     for name in [channel] if channel is not None else channels_of(log):
