@@ -83,7 +83,7 @@ def schroeder_phases(count: int) -> Array:
 def random_multisine(
     samples: int, sample_rate: float, lines: Integers, trials: int, rng: np.random.Generator
 ) -> Multisine:
-    """The lowest crest of some draws of random phases, largest value 1: `idinput` 'sine', (4.13), (4.14)."""
+    """The lowest crest of some draws of random phases, `idinput` 'sine', Eqs. (4.13), (4.14) (largest: 1)."""
     best: Array | None = None
     for _ in range(trials):
         values = _summed(samples, lines, rng.uniform(0.0, 2 * pi, lines.size))
