@@ -11,6 +11,7 @@ from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know, usable_log
 from cabledrive.studies.study.log_replay import TUNING, innovations
+from study_drives import drive_of, log_with
 from true_plants import log_text, truth_of
 
 DRIVE = load_drive("dissertation-3")
@@ -88,3 +89,10 @@ def test_friction_of_the_load_and_backlash_are_identified(tmp_path, measured):
     assert load.low <= 0.005 <= load.high, load
     assert load.high - load.low < 0.001
     assert play.low <= np.radians(0.2) <= play.high, play
+
+
+def test_the_angle_of_a_load_behind_a_gear_is_compared_at_the_motor():
+    """A turntable of 1 to 3: its own log is replayed without a finding."""
+    drive = drive_of("turntable")
+    found = know(drive, [log_with(("torque", "angle", "load_angle"))], SPREADS)
+    assert found.replays[0].ratio < found.replays[0].limit

@@ -274,6 +274,7 @@ def test_belt_and_motor_stiffness_are_found_from_two_peaks():
     belt, motors = fit.figures
     assert belt.value == pytest.approx(16e3, rel=1e-7)
     assert motors.value == pytest.approx(23.0, rel=1e-7)
+    assert belt.low * belt.high == pytest.approx(belt.value**2)  # as far to either side, in the logarithm
     assert motors.high / motors.low > belt.high / belt.low > 1.1  # the motors' stiffness is hardly seen
     assert fit.after["head.x"] == pytest.approx(fit.measured["head.x"], rel=1e-9)
 

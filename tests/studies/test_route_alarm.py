@@ -441,3 +441,18 @@ def test_no_motion_of_a_heavy_rope_is_missed_among_twenty(measured):
 @pytest.mark.verify
 def test_no_motion_of_a_heavy_rope_is_missed_among_two_hundred(measured):
     judged(ALL, measured)
+
+
+def test_two_ropes_side_by_side_have_the_threshold_of_one_of_twice_the_section():
+    """Both of a mode between held ends, of which one moves, and of one with a body, which moves both."""
+    one = cd.load_drive("serpentine")
+    cable = one.cable
+    half = {"mass_per_length": cable.mass_per_length / 2, "pretension": cable.pretension / 2}
+    thin = replace(cable, given_rigidity=cable.axial_rigidity / 2, youngs_modulus=None, area=None, **half)
+    thin = replace(thin, axial_damping=cable.axial_damping / 2)
+    two = replace(one, cable=thin, route=tuple(replace(route, ropes=2) for route in one.route))
+    found = [
+        sorted(p.threshold_torque for p in route_resonance(m).pairs if p.threshold_torque) for m in (one, two)
+    ]
+    assert found[0]
+    np.testing.assert_allclose(found[1][: len(found[0])], found[0], rtol=1e-6)

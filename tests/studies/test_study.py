@@ -32,6 +32,7 @@ from cabledrive.studies.study.sampled_plants import (
     rig_options,
     root_of,
     sampled_plant,
+    with_values,
 )
 from cabledrive.studies.study.stage_cache import as_plain, revived
 from cabledrive.studies.study.verdict_stage import judge
@@ -135,8 +136,10 @@ def test_a_log_moves_the_numbers_from_the_datasheet_to_the_truth(studies):
         assert abs(known.value - truth[name]) < 0.3 * abs(sheet[name] - truth[name]), name
 
 
-def test_a_result_survives_its_plain_data(studies):
+def test_a_result_survives_its_plain_data_and_its_file_has_its_quantiles(studies):
     found = studies(CASES[0])
+    said, peaks = results_of(found)["stages"]["acceptance"]["lumped"], found.runs.peaks
+    assert said["quantile_95_error"] == peaks[int(np.ceil(0.95 * found.runs.draws - 1e-9)) - 1]
     again = revived(StudyResult, as_plain(replace(found, goals=Goals())))
     assert again == replace(found, goals=Goals())
 
@@ -431,3 +434,12 @@ def test_a_friction_that_the_log_finds_replaces_the_guess_and_decides_nothing():
     assert (friction.source, friction.low <= truth <= friction.high) == (LOG, True)
     assert [(one.id, one.decides) for one in found.findings] == [("coulomb_friction", False)]
     assert found.open_names == ()
+
+
+def test_ripple_of_a_drawn_motor_goes_with_the_wanted_angle_from_its_own_phase():
+    drive, motion = drive_of("turntable"), goals(30, 0.3).motion
+    law = make_law(drive, motion, by_datasheet(drive, dict.fromkeys(SPREADS, 0.0)), 3, 40.0)
+    loop = joined_loop(drive, drive, law, motion, None)
+    ripple = {"ripple_torque": 0.1, "ripple_order": 3.0, "ripple_phase": 1.0}
+    more = with_values(loop, drive, ripple, None).rig.forces - loop.rig.forces
+    np.testing.assert_allclose(more[:, 0], 0.1 * np.sin(3.0 * loop.target[: len(more)] + 1.0), atol=1e-12)

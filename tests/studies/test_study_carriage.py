@@ -16,11 +16,11 @@ from cabledrive.report.study.controller import controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.candidates import score
-from cabledrive.studies.study.carriage_case import carriage_model, case_of
+from cabledrive.studies.study.carriage_case import carriage_model, case_of, loop_at
 from cabledrive.studies.study.carriage_machine import (
     missing_for_carriage,
 )
-from cabledrive.studies.study.check_stage import goals_for
+from cabledrive.studies.study.check_stage import _half_of_the_way, _rounded_up, goals_for
 from cabledrive.studies.study.findings import Findings, rounded_up
 from cabledrive.studies.study.goals import goals_of
 from cabledrive.studies.study.verdict_stage import judge
@@ -164,3 +164,12 @@ def test_goals_of_a_carriage_are_read_with_their_units():
         Goals(hanging_mass=0.25)
     with pytest.raises(InputRefused, match="line_length is given without hanging_mass"):
         Goals(line_length=0.25)
+
+
+def test_what_is_proposed_is_rounded_to_two_digits_and_lies_on_the_free_span():
+    assert [rounded_up(value) for value in (0.0123, 0.02, 1.001)] == [0.013, 0.02, 1.1]
+    assert [_rounded_up(value) for value in (0.15, 0.151, 3.1)] == [0.15, 0.2, 4.0]
+    left = 0.98 * BELT.span_length - BELT.carriage[0].position
+    assert 0.45 * left < _half_of_the_way(BELT) <= 0.5 * left
+    case = case_of(BELT, goals_for(BELT, ASKED))
+    assert loop_at(case, 5.0).law.grid[0] == pytest.approx(case.ends[0] - 0.02 * BELT.span_length)
