@@ -69,7 +69,7 @@ CASES = (
         goals=goals(45, 0.3, error=0.5 * DEGREE),
         log=ONE_WAY,
         verdict="unknown",
-        reason="all of 20 lumped plants keep within 0.5 deg under lqg, but so few runs prove only",
+        reason="but so few runs prove only",
     ),
 )
 
