@@ -100,95 +100,68 @@ def test_only_the_load_equation_is_unmatched():
 # --- the steps of the law ---------------------------------------------------------------------------------
 
 
-def test_robust_terms_enter_undivided():
-    """`erratum-6-76-robust-term`: p1^ alpha_2r in (6.78); `erratum-6-90-robust-term`: beta_n p7^ alpha_4r.
-
-    `erratum-6-92-sign`: z4' holds with d4~ = d~ - (d alpha_3/dx2) d2~, as (6.84b) has it for z3.
-    """
-    alpha2_r, alpha4_r = -K.k2r * Z2 / P[0], -K.k4r * Z4 / (BETA_N * P[6])
-    rest = rate(Z2) - (TRUTH[0] * Z3 - K.k2g2 * Z2 - K.k2g1 * Z1 - dot(LAW.phi2, P_ERROR) + D2)
-    assert is_zero(rest - P[0] * alpha2_r)
-    assert not is_zero(rest - alpha2_r)
-    feedback = -K.k4g4 * Z4 - K.k4g3 * Z3 - K.k4g2 * Z2 - dot(PHI_4, P_ERROR) - adaptation(A3)
-    rest, load = rate(Z4) - feedback - D, LAW.alpha3_partials[2] * D2
-    assert is_zero(rest + load - BETA_N * P[6] * alpha4_r)
-    assert not is_zero(rest + load - alpha4_r)
-    assert not is_zero(rest - load - BETA_N * P[6] * alpha4_r)
-
-
 def test_regressor_phi_2_is_alpha_2_and_one():
     """`erratum-6-77-phi-2`: z2' depends on the estimation errors through -(alpha_2, 1, 0, 0, 0, 0, 0)."""
     remaining = sp.expand(rate(Z2) - TRUTH[0] * Z3)  # p1 z3 keeps the true p1 in (6.78)
     assert all(is_zero(sp.diff(remaining, e) + phi) for e, phi in zip(P_ERROR, LAW.phi2, strict=True))
 
 
-def test_rate_of_alpha_2_needs_its_own_derivative():
-    """`erratum-6-80-alpha-2`: d alpha_2/dx1 in (6.80), where d alpha_1/dx1 is printed."""
-    rest = rate(A2) - partial_t(A2) - sp.diff(A2, X[1]) * rate(X[1]) - adaptation(A2)
-    assert is_zero(rest - sp.diff(A2, X[0]) * X[1])
-    assert not is_zero(rest - sp.diff(A1, X[0]) * X[1])
+def test_the_corrected_forms_leave_nothing_and_the_printed_ones_do():
+    """`erratum-6-76-robust-term`, `erratum-6-90-robust-term`: undivided; `erratum-6-92-sign`.
+
+    `erratum-6-80-alpha-2`: d alpha_2/dx1. `erratum-6-89a-derivatives`: the fourth derivative first, the second
+    last. `erratum-6-89d-speed-derivative`: -k_2g1/p1^ and -k_3g2 are missing.
+    """
+    _, y1, y2, y3, y4, _ = Y
+    alpha2_r, alpha4_r = -K.k2r * Z2 / P[0], -K.k4r * Z4 / (BETA_N * P[6])
+    step_2 = rate(Z2) - (TRUTH[0] * Z3 - K.k2g2 * Z2 - K.k2g1 * Z1 - dot(LAW.phi2, P_ERROR) + D2)
+    feedback = -K.k4g4 * Z4 - K.k4g3 * Z3 - K.k4g2 * Z2 - dot(PHI_4, P_ERROR) - adaptation(A3)
+    step_4, load = rate(Z4) - feedback - D, LAW.alpha3_partials[2] * D2
+    alpha2 = rate(A2) - partial_t(A2) - sp.diff(A2, X[1]) * rate(X[1]) - adaptation(A2)
+    speed = sp.diff(A3, X[1]) - K3 * A2_X2
+
+    def alpha3(first, last):
+        second = (first + K.k1 * y3 + K2 * (y3 + K.k1 * y2) + K.k2g1 * last) / P[0]
+        return partial_t(A3) - second - K3 * A2_T - K.k3g2 * (y2 + K.k1 * y1)
+
+    for equation, right, *printed in (
+        ("6.76", step_2 - P[0] * alpha2_r, step_2 - alpha2_r),
+        ("6.80", alpha2 - sp.diff(A2, X[0]) * X[1], alpha2 - sp.diff(A1, X[0]) * X[1]),
+        ("6.89a", alpha3(y4, y2), alpha3(y3, y1), alpha3(y4, y1)),
+        ("6.89d", speed - A2_X1 + K.k3g2, speed + K2 * K.k1 / P[0]),
+        ("6.90c", step_4 + load - BETA_N * P[6] * alpha4_r, step_4 + load - alpha4_r),
+        ("6.92", step_4 + load + K.k4r * Z4, step_4 - load + K.k4r * Z4),
+    ):
+        assert is_zero(right), equation
+        assert not any(map(is_zero, printed)), equation
 
 
-def test_6_81_and_6_89_hold_for_constant_robust_gains_only():
-    """`erratum-6-81-nonlinear-gains`: with k_2r = kappa z2^2 it misses 2 kappa z2^2/p1^ of (6.81c)."""
+def test_derivatives_6_81_to_6_89_are_right_for_constant_robust_gains():
+    """`confirmed-6-81-6-85`: derivatives of alpha_2, phi_3, d3~ and z3'; so are (6.89c), (6.89e).
+
+    `erratum-6-81-nonlinear-gains`: with k_2r = kappa z2^2 the term 2 kappa z2^2/p1^ of (6.81c) is missing.
+    """
+    true = (partial_t(A2), sp.diff(A2, X[0]), sp.diff(A3, X[0]))
+    assert all(is_zero(a - b) for a, b in zip(true, (A2_T, A2_X1, K3 * A2_X1 - K.k3g2 * K.k1), strict=True))
+    printed = Z4 - K3 * Z3 - K.k3g2 * Z2 - dot(LAW.phi3, P_ERROR) - A2_X2 * D2 - adaptation(A2)
+    assert is_zero(rate(Z3) - printed)
     kappa = sp.Symbol("kappa")
     for alpha, x, printed, gain, z, scale in (
         (A2, X[1], A2_X2, K.k2r, Z2, P[0]),
-        (A3, X[2], LAW.alpha3_partials[3], K.k3r, Z3, 1),  # (6.89e)
+        (A3, X[2], LAW.alpha3_partials[3], K.k3r, Z3, 1),
     ):
         assert is_zero(sp.diff(alpha, x) - printed)
         missed = sp.diff(alpha.subs(gain, kappa * z**2), x) - printed.subs(gain, kappa * z**2)
         assert is_zero(missed + 2 * kappa * z**2 / scale)
 
 
-def test_derivatives_6_81_6_84_and_6_85_are_right():
-    """`confirmed-6-81-6-85`: partial derivatives of alpha_2, phi_3, d3~ and z3', for constant gains."""
-    true = (partial_t(A2), sp.diff(A2, X[0]), sp.diff(A2, X[1]))
-    assert all(is_zero(a - b) for a, b in zip(true, LAW.alpha2_partials, strict=True))
-    printed = Z4 - K3 * Z3 - K.k3g2 * Z2 - dot(LAW.phi3, P_ERROR) - A2_X2 * D2 - adaptation(A2)
-    assert is_zero(rate(Z3) - printed)
-
-
-def test_time_derivative_of_alpha_3_begins_with_the_fourth_derivative():
-    """`erratum-6-89a-derivatives`: y_d'''' first, and k_2g1 y_d''/p1^, where y_d''' and y_d' are printed."""
-    _, y1, y2, y3, y4, _ = Y
-
-    def missing(first, last):
-        second = (first + K.k1 * y3 + K2 * (y3 + K.k1 * y2) + K.k2g1 * last) / P[0]
-        return partial_t(A3) - second - K3 * A2_T - K.k3g2 * (y2 + K.k1 * y1)
-
-    assert is_zero(missing(y4, y2))
-    assert not is_zero(missing(y3, y1)), "as scanned"
-    assert not is_zero(missing(y4, y1)), "with the dots of the first term restored"
-
-
-def test_speed_derivative_of_alpha_3_lacks_two_terms():
-    """`erratum-6-89d-speed-derivative`: -k_2g1/p1^ and -k_3g2 are missing; (6.89c), (6.89e) are right."""
-    printed = -K2 * K.k1 / P[0] + K3 * A2_X2
-    assert is_zero(sp.diff(A3, X[1]) - (A2_X1 + K3 * A2_X2 - K.k3g2))
-    assert is_zero(sp.diff(A3, X[1]) - printed + K.k2g1 / P[0] + K.k3g2)
-    assert is_zero(sp.diff(A3, X[0]) - (K3 * A2_X1 - K.k3g2 * K.k1))
-    assert is_zero(sp.diff(A3, X[2]) + K.k1 + K2 + K3)
-
-
-# --- the whole loop ---------------------------------------------------------------------------------------
-
-
 def test_error_dynamics_need_a_coupling_of_one_and_four_rows():
     """`erratum-6-103-coupling`: z' = A_z z + B dp^/dt - [0; Phi^T p~ - d~], with A_z(3,4) = 1."""
     disturbances = (0, D2, -A2_X2 * D2, D - LAW.alpha3_partials[2] * D2)
     errors = (0, *(dot(phi, P_ERROR) for phi in (LAW.phi2, LAW.phi3, PHI_4)))
-    rest = [
-        rate(z) - dot(row, LAW.z) + lost + error - disturbance
-        for z, row, lost, error, disturbance in zip(
-            LAW.z,
-            error_matrix(K, TRUTH[0]),
-            (0, 0, adaptation(A2), adaptation(A3)),
-            errors,
-            disturbances,
-            strict=True,
-        )
-    ]
+    lost = (0, 0, adaptation(A2), adaptation(A3))
+    linear = [dot(row, LAW.z) for row in error_matrix(K, TRUTH[0])]
+    rest = [rate(z) - linear[i] + lost[i] + errors[i] - disturbances[i] for i, z in enumerate(LAW.z)]
     assert all(map(is_zero, rest))
     assert not is_zero(rest[2] + Z4), "printed: A_z(3,4) = 0"
 
@@ -251,8 +224,8 @@ def adaptation_norms(x, k, Gamma):
 def smallest_eigenvalue(x, k, Gamma):
     """Smallest eigenvalue of D_z over the signs of z_i z_j."""
     a2, a3 = adaptation_norms(x, k, Gamma)
-    matrices = (np.array(matrix_6_100(k, 1.0, a2, a3, *s), float) for s in product((-1, 1), repeat=3))
-    return min(np.linalg.eigvalsh(matrix)[0] for matrix in matrices)
+    signs = product((-1, 1), repeat=3)
+    return min(np.linalg.eigvalsh(np.array(matrix_6_100(k, 1.0, a2, a3, *s), float))[0] for s in signs)
 
 
 @pytest.mark.parametrize("factor", [1, 10, 100])
