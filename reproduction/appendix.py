@@ -27,19 +27,16 @@ def table_a_1(quick: bool) -> Outcome:
     constant = TORQUE_CONSTANT
     slope = RESISTANCE / constant**2 / RPM * 1e-3
     free = (VOLTAGE - RESISTANCE * NO_LOAD_CURRENT) / constant / RPM
-    found = {
-        "power": NOMINAL_TORQUE * NOMINAL_SPEED * RPM,
-        "no_load_speed": free,
-        "nominal_speed": free - slope * 1e3 * NOMINAL_TORQUE,
+    found = {"power": NOMINAL_TORQUE * NOMINAL_SPEED * RPM, "no_load_speed": free, "gradient": slope}
+    found |= {"nominal_speed": free - slope * 1e3 * NOMINAL_TORQUE, "speed_constant": 1.0 / constant / RPM}
+    found |= {
         "nominal_torque": 1e3 * constant * (10.8 - NO_LOAD_CURRENT),
-        "stall_torque": 1e3 * constant * STARTING_CURRENT,
         "starting_current": VOLTAGE / RESISTANCE,
-        "efficiency": 100 * (1 - sqrt(NO_LOAD_CURRENT / STARTING_CURRENT)) ** 2,
-        "gradient": slope,
-        "time_constant": 1e3 * ROTOR * RESISTANCE / constant**2,
-        "speed_constant": 1.0 / constant / RPM,
-        "rotor": BENCH_TESTS[0].inertia / gear_and_counts()[0] ** 2 * 1e7,
     }
+    found |= {"stall_torque": 1e3 * constant * STARTING_CURRENT}
+    found |= {"efficiency": 100 * (1 - sqrt(NO_LOAD_CURRENT / STARTING_CURRENT)) ** 2}
+    found |= {"time_constant": 1e3 * ROTOR * RESISTANCE / constant**2}
+    found |= {"rotor": BENCH_TESTS[0].inertia / gear_and_counts()[0] ** 2 * 1e7}
     return {f"table_a_1_{key}": value for key, value in found.items()}, []
 
 

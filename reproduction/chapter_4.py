@@ -22,14 +22,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 from cabledrive.rig.bench import virtual_rig
 from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, run_rig
-from reproduction.appendix import (
-    NOMINAL_SPEED,
-    NOMINAL_TORQUE,
-    RPM,
-    TORQUE_CONSTANT,
-    VOLTAGE,
-    gear_and_counts,
-)
+from reproduction import appendix
 from reproduction.items import Found, Outcome
 from reproduction.panel import panel
 
@@ -55,20 +48,12 @@ CLOSE = 0.25  # median difference that an eye calls a good agreement on logarith
 
 def section_4_1(quick: bool) -> Outcome:
     """Every number of the description of the rig."""
-    sensors, (gear, counts) = load_drive("dissertation-3").sensors, gear_and_counts()
+    sensors, (gear, counts) = load_drive("dissertation-3").sensors, appendix.gear_and_counts()
     assert sensors is not None
-    found = {
-        "power": NOMINAL_TORQUE * NOMINAL_SPEED * RPM,
-        "speed": NOMINAL_SPEED,
-        "voltage": VOLTAGE,
-        "torque": NOMINAL_TORQUE,
-        "gear": gear,
-        "output_torque": gear * NOMINAL_TORQUE,
-        "output_speed": NOMINAL_SPEED / gear,
-        "counts": counts,
-        "output_counts": counts * gear,
-        "pulley_counts": sensors.load_encoder,
-    }
+    torque, speed = appendix.NOMINAL_TORQUE, appendix.NOMINAL_SPEED
+    found = {"power": torque * speed * appendix.RPM, "speed": speed, "torque": torque, "gear": gear}
+    found |= {"output_torque": gear * torque, "output_speed": speed / gear, "output_counts": counts * gear}
+    found |= {"voltage": appendix.VOLTAGE, "counts": counts, "pulley_counts": sensors.load_encoder}
     return {f"section_4_1_{key}": value for key, value in found.items()}, []
 
 
@@ -116,15 +101,10 @@ def figure_4_21(quick: bool) -> Outcome:
     hertz = np.geomspace(1.0, 500.0, 200)
     bandwidth = load_drive("dissertation-3").motor.current_bandwidth or np.inf  # type: ignore[union-attr]
     size = 20 * np.log10(TORQUE_PER_VOLT / np.hypot(1.0, hertz / bandwidth))
-    found = {
-        "section_4_4_gain": 20 * np.log10(1.6218),
-        "section_4_4_torque": TORQUE_PER_VOLT,
-        "section_4_4_voltage": 1.0 / TORQUE_PER_VOLT,
-        "section_4_4_current": 20 * np.log10(TORQUE_PER_VOLT / (TORQUE_CONSTANT * gear_and_counts()[0])),
-        "fall": size[0] - size[-1],
-        "bandwidth": bandwidth,
-        "figure_4_21": size[0] - size[-1] < 3.0,
-    }
+    current = TORQUE_PER_VOLT / (appendix.TORQUE_CONSTANT * appendix.gear_and_counts()[0])
+    found = {"section_4_4_gain": 20 * np.log10(1.6218), "section_4_4_torque": TORQUE_PER_VOLT}
+    found |= {"section_4_4_voltage": 1.0 / TORQUE_PER_VOLT, "section_4_4_current": 20 * np.log10(current)}
+    found |= {"fall": size[0] - size[-1], "bandwidth": bandwidth, "figure_4_21": size[0] - size[-1] < 3.0}
     title = "Torque over voltage command; first-order torque loop chosen"
     curve = ("amplifier", hertz, size)
     return found, [panel("Fig. 4.21", title, "frequency [Hz] | gain [dB]", curve, log="x")]
@@ -181,16 +161,15 @@ def experiment(regressors: str, quick: bool) -> Outcome:
     }
     found |= {f"figure_4_{regressors}": noise[0] > noise[1], f"figure_4_{error}": share < 0.25}
     first, middle = time < 2.0, (time > 10.0) & (time < 12.0)
-    panels = [
-        panel(
-            f"Fig. 4.{regressors}",
-            f"{name}, unfiltered and filtered",
-            f"time [s] | {name}",
-            ("unfiltered", time[first], raw[first, k]),
-            ("filtered", time[first], filtered[first, k]),
+    panels = []
+    for k, name in enumerate(("acceleration [rad/s^2]", "speed [rad/s]")):
+        curves = (
+            (words, time[first], one[first, k])
+            for words, one in (("unfiltered", raw), ("filtered", filtered))
         )
-        for k, name in enumerate(("acceleration [rad/s^2]", "speed [rad/s]"))
-    ]
+        panels.append(
+            panel(f"Fig. 4.{regressors}", f"{name}, unfiltered and filtered", f"time [s] | {name}", *curves)
+        )
     both = ("torque", time[middle], torque[middle]), ("error", time[middle], left[middle])
     title = "Modelling error beside the torque"
     return found, [*panels, panel(f"Fig. 4.{error}", title, "time [s] | torque [N m]", *both)]

@@ -12,10 +12,7 @@ Array = np.ndarray[Any, Any]
 EA, AREA, DENSITY, LENGTH, RADIUS, PRETENSION = 2.6e9 * 4.26e-7, 4.26e-7, 4.9e-4, 1.0, 0.03, 5.0  # Table 3.1
 LOAD, DRIVES = 7.316e-6, {1: 7.316e-6, 2: 0.0011}  # J2, and J1 by configuration
 
-J1, J11, J12, J2 = 0.001742, 0.0011, 0.000642, 0.00235  # Table 4.2
-KK, BB = 2 * 850.0 * 0.04**2, 2 * 0.18 * 0.04  # Table 6.2: both spans as one rotational spring and damper
-JOINT, JOINT_DAMPING, VISCOUS, COULOMB = 135.0, 0.075, 0.0031, 0.0376
-BETA = KK / J2
+BETA = 2 * 850.0 * 0.04**2 / 0.00235  # Tables 4.2, 6.2
 
 
 def stretched(pretension: float = PRETENSION) -> tuple[float, float, float, float]:
@@ -48,10 +45,3 @@ def state_matrix(inertias: Sequence[float], springs: Array, dampers: Array) -> A
     """State matrix of a chain: angles, then speeds."""
     n, inverse = len(inertias), np.diag(1 / np.array(inertias))
     return np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ springs, -inverse @ dampers]])
-
-
-def pairs_of(matrix: Array) -> tuple[Array, Array]:
-    """Frequencies [Hz] and damping ratios of the oscillatory modes of a state matrix, ascending."""
-    poles = np.linalg.eigvals(matrix)
-    above = np.array(sorted(poles[poles.imag > 1e-3], key=abs))
-    return np.abs(above) / (2 * pi), -above.real / np.abs(above)

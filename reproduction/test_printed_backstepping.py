@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 
 from oracles.printed_backstepping import Gains, corrected_backstepping, plant
-from reproduction import oracles
+from reproduction.oracles import BETA
 
 X = sp.symbols("x1 x2 x3bar x4bar")
 Y = sp.symbols("y0:6")
@@ -107,10 +107,10 @@ def test_regressor_phi_2_is_alpha_2_and_one():
 
 
 def test_the_corrected_forms_leave_nothing_and_the_printed_ones_do():
-    """`erratum-6-76-robust-term`, `erratum-6-90-robust-term`: undivided; `erratum-6-92-sign`.
+    """`erratum-6-76-robust-term`, `erratum-6-90-robust-term`: undivided. `erratum-6-92-sign`.
 
-    `erratum-6-80-alpha-2`: d alpha_2/dx1. `erratum-6-89a-derivatives`: the fourth derivative first, the second
-    last. `erratum-6-89d-speed-derivative`: -k_2g1/p1^ and -k_3g2 are missing.
+    `erratum-6-80-alpha-2`: d alpha_2/dx1. `erratum-6-89a-derivatives`: the fourth and the second derivative.
+    `erratum-6-89d-speed-derivative`: -k_2g1/p1^ and -k_3g2 are missing.
     """
     _, y1, y2, y3, y4, _ = Y
     alpha2_r, alpha4_r = -K.k2r * Z2 / P[0], -K.k4r * Z4 / (BETA_N * P[6])
@@ -214,8 +214,8 @@ def sensitivities():
 
 def adaptation_norms(x, k, Gamma):
     """|d alpha_j/d p^| |Gamma phi_i| for j = 2, 3 and i = 2, 3, 4, at rest in the reference."""
-    friction = np.tanh(0.5 * (x[1] + x[3] / oracles.BETA))
-    at = corrected_backstepping(x, np.zeros(5), PARAMETERS, k, oracles.BETA, friction)
+    friction = np.tanh(0.5 * (x[1] + x[3] / BETA))
+    at = corrected_backstepping(x, np.zeros(5), PARAMETERS, k, BETA, friction)
     gradients = sensitivities()(x, np.zeros(5), PARAMETERS, list(vars(k).values()))
     weights = [np.linalg.norm(Gamma * np.array(phi)) for phi in (at.phi2, at.phi3, at.phi4)]
     return np.outer(np.linalg.norm(gradients, axis=1), weights)
@@ -256,10 +256,10 @@ def test_d_z_depends_on_the_unit_of_time():
 def test_neither_v_n_nor_the_error_need_vanish():
     """`erratum-6-110-convergence`: at rest wrong p3, p4, p5, p7 stay; under a disturbance z1 stays."""
     error = SPREAD * np.array([0, 0, 0.3, -0.4, 0.2, 0, 0.25])
-    at_rest = corrected_backstepping(np.zeros(4), np.zeros(5), PARAMETERS + error, GAINS, oracles.BETA, 0.0)
+    at_rest = corrected_backstepping(np.zeros(4), np.zeros(5), PARAMETERS + error, GAINS, BETA, 0.0)
     tau = dot([np.array(phi, float) for phi in (at_rest.phi2, at_rest.phi3, at_rest.phi4)], at_rest.z[1:])
     assert not any(at_rest.z), "V = 0"
-    assert not any(plant(np.zeros(4), at_rest.u, PARAMETERS, 0.0, 0.0, oracles.BETA, 0.0)), "the state stays"
+    assert not any(plant(np.zeros(4), at_rest.u, PARAMETERS, 0.0, 0.0, BETA, 0.0)), "the state stays"
     assert not any(tau), "so do the estimates, and V_n keeps its value for ever"
     A = np.array(error_matrix(GAINS, 1.0), float)
     assert np.linalg.eigvals(A).real.max() < 0
