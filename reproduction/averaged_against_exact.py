@@ -6,7 +6,7 @@ amplitudes and swap them back.
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -57,23 +57,17 @@ class SeenMotion:
 
 def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) -> SeenMotion:
     """The motion of the nonlinear loop itself; ``segments`` per span, ``rate`` of the records [Hz]."""
-    shapes = [
-        Pluck(height=height, span=span, shape=case.shape)
-        for height, span in zip(case.plucks, ("upper", "lower"), strict=True)
-        if height != 0.0
-    ]
-    result = whole(
-        simulate(
-            case.drive,
-            case.duration,
-            torque=Sine(amplitude=case.torque, frequency=case.omega / (2 * np.pi)),
-            start=Start(plucks=tuple(shapes)),
-            scheme=Scheme(segments=segments),
-            recording=Recording(rate=rate),
-        )
-    )
-    seen = result.channel("load_angle"), result.midpoint("upper")[:, 2]
-    return SeenMotion(time=result.time, load_angle=seen[0], midpoint=seen[1])
+    heights = (pair for pair in zip(case.plucks, ("upper", "lower"), strict=True) if pair[0] != 0.0)
+    start = Start(plucks=tuple(Pluck(height=height, span=span, shape=case.shape) for height, span in heights))
+    torque = Sine(amplitude=case.torque, frequency=case.omega / (2 * np.pi))
+    options: dict[str, Any] = {
+        "start": start,
+        "scheme": Scheme(segments=segments),
+        "recording": Recording(rate=rate),
+    }
+    result = whole(simulate(case.drive, case.duration, torque=torque, **options))
+    angle, midpoint = result.channel("load_angle"), result.midpoint("upper")[:, 2]
+    return SeenMotion(time=result.time, load_angle=angle, midpoint=midpoint)
 
 
 def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> SeenMotion:

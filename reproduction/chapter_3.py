@@ -1,7 +1,6 @@
 """Chapter 3: the rig and its frequencies, determinants, shapes, the measured spectrum, the transporter."""
 
 from dataclasses import replace
-from math import sqrt
 
 import numpy as np
 from scipy.optimize import brentq
@@ -57,17 +56,17 @@ def table_3_2(quick: bool) -> Outcome:
     found: Found = {}
     for number in (1, 2):
         drive = load_drive(f"dissertation-{number}")
-        cable, twice = drive.cable, 2.0 * drive.span_length
+        cable, across = drive.cable, modes(drive, count=1).transverse[0].frequency
         stretched = replace(drive, layout=Layout(span_length=drive.pulley_distance))
-        right = *natural_frequencies(drive, count=3), modes(drive, count=1).transverse[0].frequency
-        mixed = (
-            *natural_frequencies(stretched, count=3),
-            sqrt(cable.pretension / cable.mass_per_length) / twice,
-        )
-        rigid = rigid_support_longitudinal(drive), sqrt(cable.axial_rigidity / cable.mass_per_length) / twice
-        names = ("fundamental", "in_phase", "second", "transverse", "rigid")
-        found |= dict(zip((f"table_3_2_{number}_{name}" for name in names), (*right, rigid[0]), strict=True))
-        found |= dict(zip((f"mixed_{number}_{name}" for name in names), (*mixed, rigid[1]), strict=True))
+        right = *natural_frequencies(drive, count=3), across, rigid_support_longitudinal(drive)
+        forces = np.array([cable.pretension, cable.axial_rigidity])
+        fixed = np.sqrt(forces / cable.mass_per_length) / (2.0 * drive.span_length)
+        for head, values in (
+            ("table_3_2", right),
+            ("mixed", (*natural_frequencies(stretched, count=3), *fixed)),
+        ):
+            names = ("fundamental", "in_phase", "second", "transverse", "rigid")
+            found |= {f"{head}_{number}_{name}": one for name, one in zip(names, values, strict=True)}
     gap = found["table_3_2_1_in_phase"] / found["table_3_2_1_fundamental"]
     return found | {"gap": gap, "section_3_2_gap": gap > 2.0}, []
 
@@ -159,9 +158,8 @@ def with_carriage(drive: Drive, ratio: float, position: float) -> Drive:
     mass = ratio * len(drive.spans) * drive.span_length * drive.cable.mass_per_length
     if position in (0.0, drive.span_length):
         end = int(position > 0.0)
-        pulleys = list(drive.pulley)
-        loaded = pulleys[end].inertia + mass * pulleys[end].radius ** 2
-        pulleys[end] = replace(pulleys[end], inertia=loaded)
+        pulleys, added = list(drive.pulley), mass * drive.pulley[end].radius ** 2
+        pulleys[end] = replace(pulleys[end], inertia=pulleys[end].inertia + added)
         return replace(drive, pulley=(pulleys[0], pulleys[1]))
     return replace(drive, carriage=(Carriage(mass=mass, position=position),)) if mass else drive
 
@@ -175,8 +173,7 @@ def midspan_crossing(drive: Drive) -> float:
     """
     fundamental = natural_frequencies(drive, count=1)[0]
 
-    def above(ratio: float) -> float:
-        """How far the mode that carries the mass is above the other, which is the fundamental itself."""
+    def above(ratio: float) -> float:  # how far the mode that carries the mass is above the other
         pair = natural_frequencies(with_carriage(drive, ratio, drive.span_length / 2), count=2)
         return float(pair[:2].sum() - 2.0 * fundamental)
 

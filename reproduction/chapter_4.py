@@ -51,7 +51,7 @@ def section_4_1(quick: bool) -> Outcome:
     sensors, (gear, counts) = load_drive("dissertation-3").sensors, appendix.gear_and_counts()
     assert sensors is not None
     torque, speed = appendix.NOMINAL_TORQUE, appendix.NOMINAL_SPEED
-    found = {"power": torque * speed * appendix.RPM, "speed": speed, "torque": torque, "gear": gear}
+    found: Found = {"power": torque * speed * appendix.RPM, "speed": speed, "torque": torque, "gear": gear}
     found |= {"output_torque": gear * torque, "output_speed": speed / gear, "output_counts": counts * gear}
     found |= {"voltage": appendix.VOLTAGE, "counts": counts, "pulley_counts": sensors.load_encoder}
     return {f"section_4_1_{key}": value for key, value in found.items()}, []

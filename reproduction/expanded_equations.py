@@ -20,7 +20,7 @@ def longitudinal_acceleration(first: Components, second: Components, c_u2: float
               + \frac{c_u^2 u'' \lambda}{\lambda + 1}
               - \frac{(1 + u') D (c_w^2 + c_u^2 \lambda)}{(\lambda + 1)^3}
     """
-    return _exact(1.0 + first[0], second[0], first, second, c_u2, c_w2)
+    return _exact(0, first, second, c_u2, c_w2)
 
 
 def transverse_accelerations(
@@ -31,22 +31,18 @@ def transverse_accelerations(
     As `longitudinal_acceleration`, with :math:`v', v''` (:math:`w', w''`) in the places of
     :math:`1 + u', u''` outside of :math:`D`.
     """
-    v, w = (_exact(first[k], second[k], first, second, c_u2, c_w2) for k in (1, 2))
-    return v, w
+    return _exact(1, first, second, c_u2, c_w2), _exact(2, first, second, c_u2, c_w2)
 
 
-def _exact(
-    slope: Array, curvature: Array, first: Components, second: Components, c_u2: float, c_w2: float
-) -> Array:
+def _exact(axis: int, first: Components, second: Components, c_u2: float, c_w2: float) -> Array:
     along = (1.0 + first[0], first[1], first[2])
+    slope, curvature = along[axis], second[axis]
     stretch = np.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)  # lambda + 1
-    strain = stretch - 1.0
     d = along[0] * second[0] + along[1] * second[1] + along[2] * second[2]
-    return (
-        (curvature * c_w2 + c_u2 * slope * d / stretch) / stretch
-        + c_u2 * curvature * strain / stretch
-        - slope * d * (c_w2 + c_u2 * strain) / stretch**3
-    )
+    total = (curvature * c_w2 + c_u2 * slope * d / stretch) / stretch + c_u2 * curvature * (
+        stretch - 1
+    ) / stretch
+    return total - slope * d * (c_w2 + c_u2 * (stretch - 1)) / stretch**3
 
 
 def weak_accelerations(first: Components, second: Components, c_u2: float, c_w2: float) -> Components:

@@ -63,11 +63,11 @@ def frequency_ratio(chi1: ArrayLike, chi2: ArrayLike, prestrain: ArrayLike) -> A
 
     with the strain under the pretension, T0 / EA; one half at the 1:2 resonance of chapter 5.
     """
-    return np.asarray(pi * wave_speed_ratio(prestrain) / pulley_phase(chi1, chi2))
+    return np.asarray(pi * _wave_speeds(prestrain) / pulley_phase(chi1, chi2))
 
 
-def wave_speed_ratio(prestrain: ArrayLike) -> Array:
-    """Transverse over longitudinal wave speed, c_w / c_u, at a strain under the pretension."""
+def _wave_speeds(prestrain: ArrayLike) -> Array:
+    """Transverse over longitudinal wave speed, c_w / c_u."""
     strain = np.asarray(prestrain, dtype=float)
     return np.asarray(np.sqrt(strain / (1.0 + strain)))
 
@@ -82,8 +82,7 @@ def resonant_load_ratio(chi1: ArrayLike, prestrain: ArrayLike) -> Array:
 
     Returns the mass ratio of the load pulley; NaN where none makes this ratio.
     """
-    x = np.asarray(2 * pi * wave_speed_ratio(prestrain))
-    chi1 = np.asarray(chi1, dtype=float)
+    x, chi1 = np.asarray(2 * pi * _wave_speeds(prestrain)), np.asarray(chi1, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         chi2 = 1.0 / (x * np.tan(x - _angle(chi1, x)))
     return np.where((x < pi) & (x - _angle(chi1, x) > 0.0) & (chi2 >= 0.0), chi2, np.nan)

@@ -1,18 +1,15 @@
 """The dissertation beside what is computed, on one page: verdicts first, then chapter by chapter."""
 
-import platform
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
 
 from markupsafe import Markup, escape
 
-from cabledrive.parameters.version import __version__
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
-from cabledrive.report.context import Provenance
+from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
 from cabledrive.report.typesetting import number
 from cabledrive.report.wording import texts
@@ -20,7 +17,6 @@ from reproduction.items import DIFFERS, Entry, Item
 from reproduction.panel import Panel, panels_figure
 from reproduction.run import Reproduction, call_of
 
-PACKAGES = ("numpy", "scipy", "numba", "matplotlib", "Jinja2")
 TITLES = {
     "2": "Chapter 2: dynamics",
     "3": "Chapter 3: modal analysis",
@@ -36,8 +32,8 @@ _ERRATUM = re.compile(r"^\(([\w-]+)\)=\n#+ (.+)\n+((?:(?!^\(|^#).*\n?)*)", re.M)
 say = texts("page", "reproduction")
 
 
-def reproduction_html(found: Reproduction, written_at: datetime | None = None) -> str:
-    """The reproduction as HTML that needs no other file; ``written_at``: the time it states, or now."""
+def reproduction_html(found: Reproduction) -> str:
+    """The reproduction as HTML that needs no other file."""
     counts = found.counts()
     return render(
         Page(
@@ -45,12 +41,8 @@ def reproduction_html(found: Reproduction, written_at: datetime | None = None) -
             subtitle=say("subtitle", items=len(found.items), counts=counts),
             chapters=(_summary(found, counts), *_chapters(found), *_errata(found)),
             provenance=Provenance(
-                written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
-                versions=(
-                    ("cabledrive", __version__),
-                    ("Python", platform.python_version()),
-                    *((name, version(name)) for name in PACKAGES),
-                ),
+                written_at=datetime.now(UTC),
+                versions=versions(),
                 hashes=(("sources of the package", found.source),),
                 methods=(say("method", quick=found.quick),),
             ),

@@ -79,24 +79,20 @@ def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
 
 def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
     for number, one in enumerate(panel.curves):
-        style = _STYLES[number % len(_STYLES)] if len(panel.curves) > 2 else "-"
-        marks = "o" if len(one["x"]) < 12 else ""
-        look: dict[str, Any] = {
-            "linestyle": "" if marks else style,
-            "marker": marks,
-            "markersize": 4,
-            "linewidth": 1.2,
-        }
+        few, style = len(one["x"]) < 12, _STYLES[number % len(_STYLES)] if len(panel.curves) > 2 else "-"
         x, y = (np.array(one[axis], dtype=float) for axis in "xy")
-        axes.plot(x, y, color=_COLOURS[number % len(_COLOURS)], label=one["name"], **look)
-    axes.set_xlabel(panel.x)
-    axes.set_ylabel(panel.y)
-    if panel.log_x:
-        axes.set_xlim(*_limits(panel, "x"))
-        log_axis(axes, "x", 250.0 if narrow else 600.0)
-    if panel.log_y:
-        axes.set_ylim(*_limits(panel, "y"))
-        log_axis(axes, "y", HEIGHT - 60.0)
+        look: dict[str, Any] = (
+            {"marker": "o", "linestyle": "", "markersize": 4} if few else {"linestyle": style}
+        )
+        axes.plot(x, y, color=_COLOURS[number % len(_COLOURS)], label=one["name"], linewidth=1.2, **look)
+    axes.set(xlabel=panel.x, ylabel=panel.y)
+    for axis, asked, size in (
+        ("x", panel.log_x, 250.0 if narrow else 600.0),
+        ("y", panel.log_y, HEIGHT - 60.0),
+    ):
+        if asked:
+            axes.set(**{f"{axis}lim": _limits(panel, axis)})
+            log_axis(axes, axis, size)
     if len(panel.curves) > 1:
         axes.legend(fontsize=SMALL - 1.0, frameon=False, ncols=1 if narrow else 2, loc="best")
 

@@ -50,7 +50,6 @@ RANGES = {"6_5_1": {"p2": (0.00165, 0.00185)} | COMMON, "6_6_1": COMMON}
 
 PULSE, LONG = Motion(order=9), Motion(dwell=1.0, order=9)
 MOTION = "pulse of 45 deg in 0.5 s with 0.5 s dwell chosen, the print's is lost"
-INSIDE = "within their bounds in every run"
 ENCODER = 0.036  # deg
 SEEDS, QUICK_SEEDS = 32, 4
 RISES = (0.6, 0.7, 0.8, 0.9, 1.0)  # s
@@ -59,20 +58,11 @@ BANDWIDTHS = (5.0, 6.0, 7.0, 8.0)  # Hz
 
 
 @cache
-def run(
-    law: str, bandwidth: float | None = None, feedback: str = "motor", seed: int = 0, plant: str | None = None
-) -> Tracking:
+def run(law: str, bandwidth: float | None = None, feedback: str = "motor", **more: Any) -> Tracking:
     """One run on the rig of configuration 3; bandwidth [Hz] as printed, plant Model 4 unless given."""
-    return track(
-        load_drive("dissertation-3"),
-        controller=law,
-        bandwidth=bandwidth,
-        motion=LONG if law in ("darc-1", "darc-2") else PULSE,
-        options=RigOptions(feedback=feedback),
-        seed=seed,
-        plant=plant,
-        gains="dissertation",
-    )
+    motion = LONG if law in ("darc-1", "darc-2") else replace(PULSE, rise=more.pop("rise", PULSE.rise))
+    given = {"controller": law, "bandwidth": bandwidth, "options": RigOptions(feedback=feedback), **more}
+    return track(load_drive("dissertation-3"), motion=motion, gains="dissertation", **given)
 
 
 @cache
@@ -159,17 +149,17 @@ def followed(name: str, quick: bool) -> Outcome:
     load = ("load", first.time, np.degrees(first.load_angle))
     both = ("reference", first.time, np.degrees(first.reference)), load
     panels = [panel(f"Fig. 6.{output}", f"reference and load; {MOTION}", "time [s] | angle [deg]", *both)]
+    title = f"error of the true load angle, {law.words}"
     signals = [
-        (error, "error", "error [deg]", np.degrees(first.error)),
+        (error, title, "error [deg]", np.degrees(first.error)),
         (torques, "torque", "torque [N m]", first.torque),
     ]
     if surface:
-        signals.append((surface, "sigma", "sigma", first.sigma))
+        signals.append((surface, "sliding surface", "sigma", first.sigma))
         found["sigma"] = float(np.max(np.abs(first.sigma)))
-    titles = {"error": f"error of the true load angle, {law.words}", "sigma": "sliding surface"}
-    for figure, words, axis, signal in signals:
-        curve = (words, first.time, signal)
-        panels.append(panel(f"Fig. 6.{figure}", titles.get(words, words), f"time [s] | {axis}", curve))
+    for figure, title, axis, signal in signals:
+        curve = (axis.partition(" ")[0], first.time, signal)
+        panels.append(panel(f"Fig. 6.{figure}", title, f"time [s] | {axis}", curve))
     for number, figure in enumerate(law.estimates):
         words = f"p{number + (2 if surface else 1)}"
         curve = ("estimate", first.time, first.estimates[:, number])
@@ -186,12 +176,9 @@ def _judged(name: str, law: Law, peaks: Array, runs: list[dict[str, Any]]) -> Fo
         all(one["estimates_within_bounds"] for one in runs),
     )
     found: Found = {"largest": 100 * worst / 45, "worst": worst, "phases": len(peaks), "torque": torque}
-    found |= {
-        "slower": slower_rise(name, law.accuracy),
-        "inside": INSIDE if bounded else "outside their bounds",
-    }
-    found |= {f"figure_6_{output}": worst < 0.45, f"figure_6_{error}_accuracy": median}
-    found |= {f"figure_6_{torques}": torque < law.limit}
+    found |= {"slower": slower_rise(name, law.accuracy), f"figure_6_{error}_accuracy": median}
+    found["inside"] = "within their bounds in every run" if bounded else "outside their bounds"
+    found |= {f"figure_6_{output}": worst < 0.45, f"figure_6_{torques}": torque < law.limit}
     found |= {f"figure_6_{figure}": bounded for figure in law.estimates}
     counts, (low, high) = median / ENCODER, law.counts
     found |= {"counts": counts, "printed_counts": law.accuracy / ENCODER}
@@ -210,12 +197,8 @@ def _origin(law: Law, runs: list[dict[str, Any]], rigid: list[dict[str, Any]]) -
 def slower_rise(law: str, wanted: float) -> str:
     """The shortest of some rises at which an error [deg] is reached, as the encoder of the load shows it."""
     for rise in RISES:
-        motion, drive = replace(PULSE, rise=rise), load_drive("dissertation-3")
-        runs = [
-            track(drive, controller=law, motion=motion, seed=seed, gains="dissertation")
-            for seed in range(QUICK_SEEDS)
-        ]
-        if (median := float(np.median([one.summary["encoder_error_deg"] for one in runs]))) <= wanted:
+        runs = [run(law, seed=seed, rise=rise).summary for seed in range(QUICK_SEEDS)]
+        if (median := float(np.median([one["encoder_error_deg"] for one in runs]))) <= wanted:
             return (
                 f"45 deg in {rise:g} s: {median:.3f} deg on the load's encoder, median of {QUICK_SEEDS} "
                 "phases. The dampings that the law drops cost the rest: #erratum-6-39-damping"

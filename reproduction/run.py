@@ -3,7 +3,6 @@
 import hashlib
 import json
 import re
-import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -18,8 +17,7 @@ from cabledrive.parameters.version import __version__
 from reproduction.items import AGREES, INPUT, VERDICTS, Entry, Item, entries
 from reproduction.panel import Panel
 
-BEYOND = ("report", "app")
-"""Rooms that no number depends on."""
+BEYOND = ("report", "app")  # rooms that no number depends on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -113,10 +111,8 @@ def reproduce(
         kept = None if place is None else intact_object(place)
         if kept is None or kept.get("key") != key:
             note(f"{number}/{len(chosen)} {', '.join(entry.covers)}")
-            began = time.perf_counter()
             items, panels = entry.judged(quick)
             kept = {"items": [*map(asdict, items)], "panels": [*map(asdict, panels)], "key": key}
-            kept["seconds"] = round(time.perf_counter() - began, 3)
             if place is not None:
                 place.parent.mkdir(parents=True, exist_ok=True)
                 for stale in place.parent.glob(f"{entry.name}-{'[0-9a-f]' * 24}.json"):

@@ -145,22 +145,11 @@ def test_state_forms_drop_the_joint_and_cable_damping(model):
     `confirmed-6-39-6-45`, `confirmed-6-57-6-65`: without damping they are right; `erratum-6-47d`: for the
     scaled state only.
     """
-    printed, (_, x4, _, x6) = printed_state_form(model), X
-    for true, line in zip(state_form(model, models(b_m=0, bb=0)[model]), printed, strict=True):
-        assert is_zero(true - line)
-    lost = [true - line for true, line in zip(state_form(model, models()[model]), printed, strict=True)]
-    load, drive = bb * x4 / J2, (b_m * x6 - bb * x4) / J12
-    if model == 2:
-        load = b_m * x4 / (J2 + J12)
-    ends = {
-        2: [-b_m * x4 / J11 - load],
-        3: [-bb * x4 / J1 - load],
-        4: [drive - load, -b_m * x6 / J11 - drive],
-    }
-    for found, expected in zip(lost, [load, *(BETAS[model] * end for end in ends[model])], strict=True):
-        assert is_zero(found - expected)
-    if model == 3:
-        assert not is_zero(state_form(3, models(bb=0)[3])[1] / BETAS[3] - printed[1])
+    printed = printed_state_form(model)
+    right, whole = (state_form(model, some[model]) for some in (models(b_m=0, bb=0), models()))
+    assert all(is_zero(true - line) for true, line in zip(right, printed, strict=True))
+    assert not any(is_zero(true - line) for true, line in zip(whole, printed, strict=True))
+    assert model != 3 or not is_zero(right[1] / BETAS[3] - printed[1])
 
 
 def test_backstepping_plant_6_66_is_model_3_not_model_1():
