@@ -6,7 +6,7 @@ amplitudes and swap them back.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -60,12 +60,9 @@ def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) ->
     heights = (pair for pair in zip(case.plucks, ("upper", "lower"), strict=True) if pair[0] != 0.0)
     start = Start(plucks=tuple(Pluck(height=height, span=span, shape=case.shape) for height, span in heights))
     torque = Sine(amplitude=case.torque, frequency=case.omega / (2 * np.pi))
-    options: dict[str, Any] = {
-        "start": start,
-        "scheme": Scheme(segments=segments),
-        "recording": Recording(rate=rate),
-    }
-    result = whole(simulate(case.drive, case.duration, torque=torque, **options))
+    scheme, recorded = Scheme(segments=segments), Recording(rate=rate)
+    run = simulate(case.drive, case.duration, torque=torque, start=start, scheme=scheme, recording=recorded)
+    result = whole(run)
     angle, midpoint = result.channel("load_angle"), result.midpoint("upper")[:, 2]
     return SeenMotion(time=result.time, load_angle=angle, midpoint=midpoint)
 

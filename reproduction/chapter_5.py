@@ -90,10 +90,9 @@ def _motion(drive: Drive, torque: float, plucks: tuple[float, float], **more: ob
 
 
 def _panels(figure: str, run: SeenMotion, load: tuple[str, Array], middle: str) -> tuple[Panel, Panel]:
-    names = (load[0].partition(";")[0], middle.partition(";")[0])
     return (
-        panel(figure, load[0], "time [s] | load angle [deg]", (names[0], run.time, np.degrees(load[1]))),
-        panel(figure, middle, "time [s] | w [mm]", (names[1], run.time, 1e3 * run.midpoint)),
+        panel(figure, load[0], "time [s] | load angle [deg]", ("load pulley", run.time, np.degrees(load[1]))),
+        panel(figure, middle, "time [s] | w [mm]", ("midpoint", run.time, 1e3 * run.midpoint)),
     )
 
 

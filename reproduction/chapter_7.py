@@ -1,6 +1,7 @@
 """The conclusions of chapter 7: each statement that a computation can judge."""
 
 from dataclasses import replace
+from itertools import takewhile
 from math import pi
 
 import numpy as np
@@ -48,9 +49,4 @@ def conclusions(quick: bool) -> Outcome:
 
 def highest(law: str) -> float:
     """Highest bandwidth up to which all runs of a law end as planned [Hz]; 0 where the first does not."""
-    reached = 0.0
-    for hertz in BANDWIDTHS:
-        if run(law, hertz).incomplete is not None:
-            break
-        reached = hertz
-    return reached
+    return max(takewhile(lambda hertz: run(law, hertz).incomplete is None, BANDWIDTHS), default=0.0)

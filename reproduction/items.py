@@ -36,7 +36,6 @@ REASONS = {
     "price": "a price of 2015: nothing in the print gives it again",
     "setting": "a dimension or setting of the rig: nothing in the print gives it again",
 }
-SHEETS = Path(__file__).with_name("sheets")
 CHAPTERS = ("chapter_2", "chapter_3", "chapter_4", "chapter_5", "chapter_6", "rig", "chapter_7", "appendix")
 
 Found = dict[str, Any]
@@ -155,9 +154,8 @@ def entries() -> tuple[Entry, ...]:
 def entries_of(chapter: str) -> tuple[Entry, ...]:
     """Entries of one chapter's sheet."""
     home = vars(import_module(f"{__package__}.{chapter}"))
-    constants, *blocks = re.split(
-        r"^## ", (SHEETS / f"{chapter}.txt").read_text(encoding="utf-8"), flags=re.M
-    )
+    sheet = Path(__file__).with_name("sheets") / f"{chapter}.txt"
+    constants, *blocks = re.split(r"^## ", sheet.read_text(encoding="utf-8"), flags=re.M)
     names = {key: value for key, value in home.items() if key.isupper()}
     names |= dict(re.findall(r"^([A-Z_]+) = (.+)$", constants, re.M))
     found = []

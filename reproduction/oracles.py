@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 Array = np.ndarray[Any, Any]
 
-EA, AREA, DENSITY, LENGTH, RADIUS, PRETENSION = 2.6e9 * 4.26e-7, 4.26e-7, 4.9e-4, 1.0, 0.03, 5.0  # Table 3.1
+EA, DENSITY, LENGTH, RADIUS, PRETENSION = 2.6e9 * 4.26e-7, 4.9e-4, 1.0, 0.03, 5.0  # Table 3.1
 LOAD, DRIVES = 7.316e-6, {1: 7.316e-6, 2: 0.0011}  # J2, and J1 by configuration
 
 BETA = 2 * 850.0 * 0.04**2 / 0.00235  # Tables 4.2, 6.2

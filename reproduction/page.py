@@ -103,7 +103,7 @@ def _section(entry: Entry, items: tuple[Item, ...], panels: tuple[Panel, ...], q
 
 def _items(caption: str, items: Sequence[Item]) -> Table:
     heads = "Item | Verdict | Printed | Computed | Deviation: % | Reason"
-    return _table(caption, heads, [_row(item) for item in items])
+    return _table(caption, heads, [*map(_row, items)])
 
 
 def _row(item: Item) -> tuple[Cell, ...]:

@@ -47,7 +47,6 @@ NOMINAL = {"p2": TABLE.inertia, "p3": TABLE.viscous, "p4": TABLE.coulomb, "p5": 
 COMMON = {"p3": (0.0029, 0.0033), "p4": (0.035, 0.04), "p5": (-0.01, 0.01)}
 RANGES = {"6_5_1": {"p2": (0.00165, 0.00185)} | COMMON, "6_6_1": COMMON}
 
-
 PULSE, LONG = Motion(order=9), Motion(dwell=1.0, order=9)
 MOTION = "pulse of 45 deg in 0.5 s with 0.5 s dwell chosen, the print's is lost"
 ENCODER = 0.036  # deg

@@ -46,16 +46,13 @@ class Reproduction:
 
     def plain(self) -> dict[str, Any]:
         """What results.json holds."""
+        calls = ((call_of(entry, self.quick), made) for entry, _, made in self.outcomes)
         return {
             "items": [asdict(item) for item in self.items],
             "counts": self.counts(),
             "inputs": self.inputs,
             "cannot_fail": self.counts(untested=True),
-            "figures": [
-                asdict(one) | {"call": call_of(entry, self.quick)}
-                for entry, _, made in self.outcomes
-                for one in made
-            ],
+            "figures": [asdict(one) | {"call": call} for call, made in calls for one in made],
             "quick": self.quick,
             "only": self.only,
             "provenance": {"cabledrive": __version__, "source_hash": self.source},

@@ -6,7 +6,7 @@ sweep began.
 """
 
 from dataclasses import dataclass
-from math import log, sqrt
+from math import asin, log, sqrt
 
 import numpy as np
 from scipy.optimize import brentq
@@ -59,21 +59,16 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
     """
     mu, half = sweep.pumping, sweep.half_width
 
-    def _grown(inner: float) -> float:
-        fast = sqrt(mu**2 - inner**2)
-        area = 0.5 * (inner * fast + mu**2 * np.arcsin(inner / mu)) - 0.5 * sweep.damping * inner
-        turned = 0.5 * log(2 * fast / sweep.damping) if sweep.damping > 0.0 else 0.0
-        return float(area - sweep.rate * turned)
+    def area(x: float) -> float:
+        return 0.5 * (x * sqrt(mu**2 - x**2) + mu**2 * asin(x / mu) - sweep.damping * x)
 
-    needed = sweep.rate * log(sweep.level / sweep.floor)
-    place = np.linspace(-half, half, 401)
-    grown = np.array([_grown(x) - _grown(-half) for x in place])
-    reached = np.flatnonzero(grown >= needed)
-    if reached.size == 0:
+    def left(x: float) -> float:  # what the logarithm of the amplitude still has to grow by, times the rate
+        turned = 0.5 * log(2 * sqrt(mu**2 - x**2) / sweep.damping) if sweep.damping > 0.0 else 0.0
+        return sweep.rate * (log(sweep.level / sweep.floor) + turned) + area(-half) - area(x)
+
+    if left(half) > 0.0:
         raise NotComputed(f"the sweep ends before the amplitude reaches {sweep.level:.4g} m")
-    low, high = place[reached[0] - 1], place[reached[0]]
-    inner = brentq(lambda x: _grown(x) - _grown(-half) - needed, low, high, xtol=1e-12)
-    return float(inner - mu**2 / (4 * sweep.half_forcing))
+    return float(brentq(left, -half, half, xtol=1e-12)) - mu**2 / (4 * sweep.half_forcing)
 
 
 def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:

@@ -93,10 +93,8 @@ def test_spacing_and_second_differences():
 
 def test_start_of_the_drive_pulley_keeps_its_angle():
     """`erratum-2-39-initial-angle`: (2.39a), second line, lacks theta_1(0): its error stays."""
-    t, dt, angle, rate, torque, inertia, friction = sp.symbols(
-        "t dt theta_0 omega_0 K_1 J_1 b_1", positive=True
-    )
-    theta = sp.Function("theta")
+    theta, (t, dt, angle, rate) = sp.Function("theta"), sp.symbols("t dt theta_0 omega_0", positive=True)
+    torque, inertia, friction = sp.symbols("K_1 J_1 b_1", positive=True)
     equation = sp.Eq(inertia * theta(t).diff(t, 2), torque - friction * theta(t).diff(t))
     start = {theta(0): angle, theta(t).diff(t).subs(t, 0): rate}
     exact = sp.dsolve(equation, theta(t), ics=start).rhs.subs(t, dt)

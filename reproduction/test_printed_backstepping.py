@@ -72,9 +72,7 @@ def is_zero(expression):
 
 def test_disturbances_of_6_69_are_divided_by_the_inertias():
     """`erratum-6-69-disturbances`: d2~/J2 in (6.69b), d~ = beta_n (d1~/J1 - d2~/J2) in (6.69d)."""
-    J1, J2, kk, b1, c1, d1, d2, w1, w2 = sp.symbols(
-        "J1 J2 kk b1 c1 d1 d2 w1 w2", positive=True
-    )  # w: d1~, d2~
+    J1, J2, kk, b1, c1, d1, d2, w1, w2 = sp.symbols("J1 J2 kk b1 c1 d1 d2 w1 w2", positive=True)  # w: d~
     x2, x3, speed = X[1], X[2] / BETA_N, X[1] + X[3] / BETA_N
     load = (kk * x3 + d2 + w2) / J2  # (6.67)
     motor = (U - kk * x3 - b1 * speed - c1 * S + d1 + w1) / J1  # (6.66)
@@ -205,18 +203,15 @@ PARAMETERS = np.array([1.0, 0.0, 2718.9, 2059.8, 24982.0, 0.0, 574.05])
 SPREAD = np.array([0.1, 4.0, 163.0, 123.0, 1500.0, 13288.0, 35.0])
 
 
-@cache
-def sensitivities():
-    """Gradients of alpha_2 and alpha_3 with respect to the estimates, as a function of (x, y, p, k)."""
-    gradients = [[sp.diff(alpha, p) for p in P] for alpha in (A2, A3)]
-    return sp.lambdify([X, Y[:5], P, list(vars(K).values())], gradients)
+GRADIENTS = [[sp.diff(alpha, p) for p in P] for alpha in (A2, A3)]
+SENSITIVITIES = sp.lambdify([X, Y[:5], P, list(vars(K).values())], GRADIENTS)
 
 
 def adaptation_norms(x, k, Gamma):
     """|d alpha_j/d p^| |Gamma phi_i| for j = 2, 3 and i = 2, 3, 4, at rest in the reference."""
     friction = np.tanh(0.5 * (x[1] + x[3] / BETA))
     at = corrected_backstepping(x, np.zeros(5), PARAMETERS, k, BETA, friction)
-    gradients = sensitivities()(x, np.zeros(5), PARAMETERS, list(vars(k).values()))
+    gradients = SENSITIVITIES(x, np.zeros(5), PARAMETERS, list(vars(k).values()))
     weights = [np.linalg.norm(Gamma * np.array(phi)) for phi in (at.phi2, at.phi3, at.phi4)]
     return np.outer(np.linalg.norm(gradients, axis=1), weights)
 
