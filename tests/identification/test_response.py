@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.amplifier import amplifier_response, fit_amplifier, identify_amplifier
 from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.excitation import (
     crest_factor,
@@ -21,7 +20,14 @@ from cabledrive.identification.frequency_response import (
     response_by_segments,
 )
 from cabledrive.identification.planning import AxisGuess, Instruments, largest_amplitude, plan_test
-from cabledrive.identification.response_models import chain_for, choose_model, fit_response
+from cabledrive.identification.response_models import (
+    amplifier_response,
+    chain_for,
+    choose_model,
+    fit_amplifier,
+    fit_response,
+    identify_amplifier,
+)
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.rig.bench.experiment import (

@@ -6,18 +6,50 @@ With the cross and auto spectra of Welch's method over segments with windows,
 
 H1 is unbiased under noise of the output, H2 under noise of the input, Hv (the eigenvector of the 2 by 2
 spectral matrix, both channels scaled to equal noise) under both. H1 is what MATLAB's ``tfestimate`` computes.
+
+An output of large power is no fault: a sweep passes a resonance. Each record is judged by its innovations,
+the part of the output that the past of input and output does not predict,
+
+.. math:: e_k = y_k - \sum_{i=1}^{n} a_i y_{k-i} - \sum_{i=0}^{n} b_i u_{k-i},
+
+with one set of coefficients for the whole log, at some samples per period of its fastest motion.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import signal
 
-from cabledrive.identification.filters import LeftOut, explained_records, ordinary_records
+from cabledrive.identification.filters import zero_phase
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex, Integers
 
 ESTIMATORS = ("H1", "H2", "Hv")
+ROWS = ("frequency", "response", "deviation", "coherence", "nonlinear", "noise")
+HANN_LINES = 2
+"""Neighbouring lines under a Hann window share their noise; lines this far apart hardly do."""
+ORDER = 10
+SAMPLES_PER_PERIOD = 8.0
+POWER = 0.999
+"""Share of the power of the output below the frequency that counts as its fastest motion."""
+ROUNDS = 5
+FACTOR = 10.0
+"""Power of the innovations, in medians over the records, below which no record is left out."""
+DEVIATIONS = 5.0
+LEAST_SHARE = 1e-9
+"""Power of the innovations in that of the output that counts as none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """A record that was left out."""
+
+    # start, end: [s], from the first sample of the log
+    start: float
+    end: float
+    reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,18 +78,19 @@ class FrequencyResponse:
         """Phase [deg], between -180 and 180."""
         return np.degrees(np.angle(self.response))
 
+    def kept(self, keep: NDArray[np.bool_]) -> "FrequencyResponse":
+        """Some of its lines, (m,)."""
+        rows: dict[str, Any] = {name: row[keep] for name in ROWS if (row := getattr(self, name)) is not None}
+        return replace(self, **rows)
+
     def between(self, low: float, high: float) -> "FrequencyResponse":
         """The part in a band [Hz]."""
-        keep = (self.frequency >= low) & (self.frequency <= high)
-        return replace(
-            self,
-            frequency=self.frequency[keep],
-            response=self.response[keep],
-            deviation=self.deviation[keep],
-            coherence=self.coherence[keep],
-            nonlinear=None if self.nonlinear is None else self.nonlinear[keep],
-            noise=None if self.noise is None else self.noise[keep],
-        )
+        return self.kept((self.frequency >= low) & (self.frequency <= high))
+
+    def independent(self, least_coherence: float = 0.0) -> "FrequencyResponse":
+        """Lines that hardly share their noise under Hann windows, so that a fit counts each once."""
+        lines = np.arange(self.frequency.size) % HANN_LINES == 0
+        return self.kept(lines & (self.coherence > least_coherence))
 
 
 def response_by_segments(
@@ -95,14 +128,15 @@ def response_by_segments(
         raise InputRefused("the input is constant: a response needs an excitation")
     window = signal.get_window("hann", length)
     rows = starts[:, None] + np.arange(length)
-    u = np.fft.rfft(_centred(input_[rows]) * window, axis=1)[:, 1:]
-    y = np.fft.rfft(_centred(output[rows]) * window, axis=1)[:, 1:]
+    u, y = (
+        np.fft.rfft(signal.detrend(values[rows], axis=1) * window, axis=1)[:, 1:]
+        for values in (input_, output)
+    )
     keep, excess = explained_records(input_, output, starts, length)
     keep = keep | (not robust)
     averages = _independent(int(keep.sum()), length, hop, window)
     frequency = np.asarray(np.fft.rfftfreq(length, interval)[1:], dtype=float)
-    spectra = _spectra(u[keep], y[keep])
-    found = _estimated(frequency, *spectra, averages, estimator, int((~keep).sum()))
+    found = replace(_estimated(frequency, u[keep], y[keep], averages, estimator), left_out=int((~keep).sum()))
     reason = "the output moves as neither the input nor its own past explains, {:.3g} times as much as usual"
     blows = tuple(
         LeftOut(
@@ -149,10 +183,6 @@ def response_by_periods(
     )
 
 
-def _centred(rows: Array) -> Array:
-    return signal.detrend(rows, axis=1, type="linear")
-
-
 def _independent(records: int, length: int, hop: int, window: Array) -> float:
     """Number of independent averages behind overlapping windows."""
     shared = 0.0
@@ -164,19 +194,12 @@ def _independent(records: int, length: int, hop: int, window: Array) -> float:
     return records / (1 + 2 * shared)
 
 
-def _spectra(u: Complex, y: Complex) -> tuple[Array, Array, Complex]:
-    return (np.abs(u) ** 2).mean(axis=0), (np.abs(y) ** 2).mean(axis=0), (np.conj(u) * y).mean(axis=0)
-
-
 def _estimated(
-    frequency: Array,
-    uu: Array,
-    yy: Array,
-    uy: Complex,
-    averages: float,
-    estimator: str,
-    left_out: int,
+    frequency: Array, u: Complex, y: Complex, averages: float, estimator: str
 ) -> FrequencyResponse:
+    """From the spectra of records, each (records, m)."""
+    uu, yy = (np.abs(u) ** 2).mean(axis=0), (np.abs(y) ** 2).mean(axis=0)
+    uy = (np.conj(u) * y).mean(axis=0)
     tiny = 1e-300
     coherence = np.clip(np.abs(uy) ** 2 / np.maximum(uu * yy, tiny), 0.0, 1.0)
     h1: Complex = uy / np.maximum(uu, tiny)
@@ -191,7 +214,6 @@ def _estimated(
         deviation=np.abs(h) * relative,
         coherence=coherence,
         averages=averages,
-        left_out=left_out,
     )
 
 
@@ -215,3 +237,63 @@ def _distortion(mean: Complex, noise: Array, lines: Integers, periods: int) -> A
         np.ones_like(power), np.ones(width), "same"
     )
     return np.sqrt(np.interp(lines, silent, smooth))
+
+
+def explained_records(
+    input_: Array, output: Array, starts: Integers, length: int
+) -> tuple[NDArray[np.bool_], Array]:
+    """Which records have innovations like the others' (records,), and their power in medians (records,).
+
+    ``starts``, (records,), ``length``: first sample and samples of each.
+    """
+    step = min(_step(output), max(1, length // (2 * ORDER)))
+    u, y = (_thinned(values, step) for values in (input_, output))
+    if y.size < 6 * ORDER:
+        return np.ones(starts.size, dtype=bool), np.ones(starts.size)
+    keep = np.ones(starts.size, dtype=bool)
+    excess = np.ones(starts.size)
+    for _ in range(ROUNDS):
+        used = np.zeros(y.size, dtype=bool)
+        for start in starts[keep]:
+            used[start // step : (start + length) // step] = True
+        innovations = _innovations(u, y, used)
+        power = np.array([np.mean(innovations[s // step : (s + length) // step] ** 2) for s in starts])
+        power = np.maximum(power, LEAST_SHARE * float(np.var(y)))
+        excess = power / np.median(power)
+        spread = 1.4826 * float(np.median(np.abs(np.log(excess))))
+        ordinary = np.log(excess) <= max(DEVIATIONS * spread, np.log(FACTOR))
+        if (ordinary == keep).all() or ordinary.sum() < 2:
+            break
+        keep = ordinary
+    return keep, excess
+
+
+def ordinary_records(spectra: Complex) -> NDArray[np.bool_]:
+    """Which repetitions (records, frequencies) have a power within 5 scaled median deviations."""
+    power = np.log(np.maximum((np.abs(spectra) ** 2).mean(axis=1), 1e-300))
+    off = np.abs(power - np.median(power))
+    spread = 1.4826 * np.median(off)
+    return off <= np.maximum(5.0 * spread, 0.5)
+
+
+def _step(output: Array) -> int:
+    """Samples between those that show the fastest motion of the output."""
+    power = np.cumsum(np.abs(np.fft.rfft(output - output.mean())) ** 2)
+    fastest = int(np.searchsorted(power, POWER * power[-1])) / output.size
+    return max(1, int(1.0 / (SAMPLES_PER_PERIOD * max(fastest, 1.0 / output.size))))
+
+
+def _thinned(values: Array, step: int) -> Array:
+    """Every ``step``-th sample of what the thinner grid can show."""
+    values = values - values.mean()
+    return values if step == 1 else zero_phase(values, 1.0, 0.4 / step)[::step]
+
+
+def _innovations(u: Array, y: Array, used: NDArray[np.bool_]) -> Array:
+    """What one set of coefficients, fitted where it is used, leaves over everywhere."""
+    rows = np.arange(ORDER, y.size)
+    columns = [y[rows - k] for k in range(1, ORDER + 1)] + [u[rows - k] for k in range(ORDER + 1)]
+    table = np.column_stack([*columns, np.ones(rows.size)])
+    fitted = used[rows]
+    coefficients = np.linalg.lstsq(table[fitted], y[rows[fitted]], rcond=1e-10)[0]
+    return np.concatenate([np.zeros(ORDER), y[rows] - table @ coefficients])

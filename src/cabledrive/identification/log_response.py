@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
@@ -155,28 +154,6 @@ def response(
         estimator=estimator,
         robust=robust,
     )
-
-
-HANN_LINES = 2
-"""Neighbouring lines under a Hann window share their noise; lines this far apart hardly do."""
-
-
-def selected(measured: FrequencyResponse, keep: NDArray[np.bool_]) -> FrequencyResponse:
-    """Some lines of a response, (m,)."""
-    return FrequencyResponse(
-        frequency=measured.frequency[keep],
-        response=measured.response[keep],
-        deviation=measured.deviation[keep],
-        coherence=measured.coherence[keep],
-        averages=measured.averages,
-        left_out=measured.left_out,
-    )
-
-
-def independent_lines(measured: FrequencyResponse, least_coherence: float = 0.0) -> FrequencyResponse:
-    """Lines of a response by Hann windows that hardly share their noise, so that a fit counts each once."""
-    keep = np.arange(measured.frequency.size) % HANN_LINES == 0
-    return selected(measured, keep & (measured.coherence > least_coherence))
 
 
 LOW = 0.8

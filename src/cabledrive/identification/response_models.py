@@ -1,4 +1,4 @@
-r"""Models 1 to 4 fitted to a measured response, and the choice among them.
+r"""Models fitted to a measured response: Models 1 to 4 with the choice among them, and a current amplifier.
 
 The chain's response from torque to motor speed is matched in the complex plane, weighted by the measured
 deviation,
@@ -8,18 +8,29 @@ deviation,
 by bounded nonlinear least squares in the logarithms of the parameters. Since Models 1 to 3 are limits of
 Model 4, they are compared by Akaike's criterion on the same data and by cross-validation over interleaved
 lines.
+
+The amplifier with its current loop, section 4.4, is a gain with a first-order lag and a dead time,
+
+.. math:: \frac{\tau}{V}(s) = \frac{g\,e^{-sD}}{1 + s/(2\pi f_b)},
+
+seen through a command that stands from sample to sample (and, where the torque is logged as its mean over an
+interval, through that mean): the responses of both are summed over all aliases of a line. "Essentially a
+constant gain", (4.20), is what is left where the lag lies far above the measured band.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import log10, pi
 
 import numpy as np
 from scipy import optimize, stats
 
-from cabledrive.identification.frequency_response import FrequencyResponse
-from cabledrive.identification.log_response import selected
+from cabledrive.identification.estimates import Estimate
+from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import FEWEST_SEGMENTS, factor, solve
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 
 LINKS = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
@@ -37,13 +48,6 @@ PARAMETERS = {
         "cable_stiffness",
         "cable_damping",
     ),
-}
-UNITS = {
-    "viscous_friction": "N m s/rad",
-    "joint_stiffness": "N m/rad",
-    "joint_damping": "N m s/rad",
-    "cable_stiffness": "N/m",
-    "cable_damping": "N s/rad",
 }
 MOST_EVALUATIONS = 60
 MOST_AKAIKE = 30.0
@@ -82,11 +86,11 @@ class ResponseFit:
 def chain_for(model: int, values: Mapping[str, float], radius: float) -> LumpedChain:
     """The lumped chain of a model, both radii [m] alike, two spans as in (6.11), (6.13)."""
     inertias = [values[name] for name in PARAMETERS[model] if name.endswith("inertia")]
-    links = {
-        "joint": lambda: (values["joint_stiffness"], values["joint_damping"]),
-        "cable": lambda: (2 * values["cable_stiffness"] * radius**2, 2 * values["cable_damping"] * radius),
-    }
-    pairs = [links[name]() for name in LINKS[model]]
+    pairs = []
+    if "joint" in LINKS[model]:
+        pairs.append((values["joint_stiffness"], values["joint_damping"]))
+    if "cable" in LINKS[model]:
+        pairs.append((2 * values["cable_stiffness"] * radius**2, 2 * values["cable_damping"] * radius))
     n = len(inertias)
     return LumpedChain(
         names=tuple(f"inertia {k}" for k in range(n)),
@@ -132,36 +136,22 @@ def fit_response(
         return np.concatenate([off.real, off.imag])
 
     begin = np.log([start[name] for name in names])
-    found = optimize.least_squares(
-        residual,
-        begin,
-        bounds=(begin - np.log(SPREAD), begin + np.log(SPREAD)),
-        x_scale="jac",
-        max_nfev=MOST_EVALUATIONS,
-    )
-    return _fit(model, names, found, fixed)
-
-
-def _fit(
-    model: int, names: tuple[str, ...], found: optimize.OptimizeResult, fixed: dict[str, float]
-) -> ResponseFit:
+    limits = (begin - np.log(SPREAD), begin + np.log(SPREAD))
+    found = optimize.least_squares(residual, begin, bounds=limits, x_scale="jac", max_nfev=MOST_EVALUATIONS)
     rows, p = found.jac.shape
     freedom = max(1, rows - p)
     # Weights are deviations of the complex response: each of its parts carries half the variance.
     squares = 2.0 * float(found.fun @ found.fun)
-    scale = max(1.0, squares / freedom)
-    upper = np.linalg.qr(found.jac, mode="r")
-    inverse = np.linalg.pinv(upper, rcond=1e-12)
-    errors = np.sqrt(0.5 * scale * (inverse**2).sum(axis=1))
-    width = stats.t.ppf(0.975, freedom) * errors
-    values = np.exp(found.x)
+    inverse = np.linalg.pinv(np.linalg.qr(found.jac, mode="r"), rcond=1e-12)
+    errors = np.sqrt(0.5 * max(1.0, squares / freedom) * (inverse**2).sum(axis=1))
+    width, values = np.minimum(stats.t.ppf(0.975, freedom) * errors, 500.0), np.exp(found.x)
     return ResponseFit(
         model=model,
         names=names,
         values=values,
         errors=values * errors,
-        low=values * np.exp(-np.minimum(width, 500.0)),
-        high=values * np.exp(np.minimum(width, 500.0)),
+        low=values * np.exp(-width),
+        high=values * np.exp(width),
         fixed=fixed,
         misfit=float(np.sqrt(squares / freedom)),
         criterion=float(rows * np.log(squares / rows) + 2 * p),
@@ -244,15 +234,166 @@ def lumped_start(start: Mapping[str, float], model: int) -> dict[str, float]:
 
 
 def _cross_validated(measured: FrequencyResponse, fit: ResponseFit, radius: float, folds: int) -> float:
-    squares, count = 0.0, 0
+    squares = 0.0
     start = dict(zip(fit.names, fit.values, strict=True))
     for fold in range(folds):
         out = np.arange(measured.frequency.size) % folds == fold
-        kept, left = selected(measured, ~out), selected(measured, out)
-        part = fit_response(kept, fit.model, start, radius=radius, fixed=fit.fixed)
+        left = measured.kept(out)
+        part = fit_response(measured.kept(~out), fit.model, start, radius=radius, fixed=fit.fixed)
         values = fit.fixed | dict(zip(part.names, part.values, strict=True))
-        chain = chain_for(fit.model, values, radius)
-        off = (speed_response(chain, 2 * np.pi * left.frequency) - left.response) / left.deviation
-        squares += float(np.sum(np.abs(off) ** 2))
-        count += off.size
-    return float(np.sqrt(squares / count))
+        response = speed_response(chain_for(fit.model, values, radius), 2 * np.pi * left.frequency)
+        squares += float(np.sum(np.abs((response - left.response) / left.deviation) ** 2))
+    return float(np.sqrt(squares / measured.frequency.size))
+
+
+ALIASES, FEWEST_LINES = 60, 6
+"""Of a line, either way; lines of an amplifier's response at least."""
+HIGHEST_SHARE = 0.4
+"""Of the sample rate: the highest line that is fitted."""
+LEAST_COHERENCE = 0.5
+T_SQUARED = 4.0
+"""Rise of the weighted squares, per part of the response, at the end of a 95 % interval."""
+GROUP, MOST_GROUPS = 4, 30
+"""Lines at least whose scores are summed, as a line shares its noise with its neighbours; groups at most."""
+FARTHEST = 300.0
+"""Bandwidth over the highest line above which it is not identifiable."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AmplifierFit:
+    """An amplifier as its response shows it."""
+
+    gain: Estimate  # [N m/V]
+    bandwidth: Estimate  # [Hz]; without a value where the lag lies too far above the band
+    delay: Estimate  # [s]
+    misfit: float  # root mean square of the weighted residual; 1 where the model explains all but the noise
+    findings: tuple[str, ...] = ()
+
+    @property
+    def decibels(self) -> float:
+        """The gain in dB, as (4.20) states it."""
+        return 20.0 * log10(self.gain.value)
+
+
+def amplifier_response(
+    frequency: Array,
+    gain: float,
+    bandwidth: float,
+    delay: float,
+    *,
+    held: float = 0.0,
+    averaged: float = 0.0,
+) -> Complex:
+    """Response (m,) from command to logged torque at frequencies [Hz]; a bandwidth [Hz] may be infinite.
+
+    ``held``: time for which each command stands [s], 0: it is continuous; ``averaged``: interval, centred on
+    the time stamp, over which a torque is the mean [s], 0: an instant; ``gain`` [N m/V], ``delay`` [s].
+    """
+    shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / held if held > 0.0 else np.zeros(1)
+    f = frequency[:, None] + shifts
+    lag = 1.0 / (1.0 + 1j * f / bandwidth)
+    hold = np.sinc(f * held) * np.exp(-1j * pi * f * held)
+    return gain * np.sum(lag * hold * np.sinc(f * averaged) * np.exp(-2j * pi * f * delay), axis=1)
+
+
+def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: float = 0.0) -> AmplifierFit:
+    """Gain, bandwidth and dead time by weighted complex least squares, from a response [N m/V]."""
+    count = measured.frequency.size
+    if count < FEWEST_LINES:
+        raise InputRefused(f"{count} lines are too few for an amplifier: give at least {FEWEST_LINES}")
+    weight = 1.0 / np.maximum(measured.deviation, 1e-6 * np.abs(measured.response))
+    top = float(measured.frequency[-1])
+
+    def residual(x: Array) -> Array:
+        model = amplifier_response(
+            measured.frequency, np.exp(x[0]), np.exp(x[1]), x[2] / top, held=held, averaged=averaged
+        )
+        off = (model - measured.response) * weight
+        return np.concatenate([off.real, off.imag])
+
+    begin = np.array(
+        [np.log(np.abs(measured.response[: max(3, count // 10)]).mean()), np.log(3.0 * top), 0.0]
+    )
+    limits = [begin[0] - 3, np.log(0.01 * top), -3.0], [begin[0] + 3, np.log(FARTHEST * top), 3.0]
+    found = optimize.least_squares(residual, begin, bounds=limits, x_scale="jac", max_nfev=100)
+    freedom = 2 * count - 3
+    squares = 2.0 * float(found.fun @ found.fun)  # each part of the response carries half the variance
+    scale = max(1.0, squares / freedom)
+    errors, freedom_of_errors = _errors(found.jac, found.fun, scale)
+    least = _least_bandwidth(residual, found.x, found.cost + 0.25 * T_SQUARED * scale, top)
+    return _fit(found.x, errors, freedom_of_errors, (top, least), float(np.sqrt(squares / freedom)))
+
+
+def _errors(slopes: Array, residual: Array, scale: float) -> tuple[Array, int]:
+    """Standard errors with their degrees of freedom, from the scores of groups of neighbouring lines.
+
+    Lines share noise through their window, and their weights are estimates: the squares alone show neither.
+    With too few lines for `FEWEST_SEGMENTS` groups the errors are those that the weights claim.
+    """
+    count = residual.size // 2
+    groups = min(MOST_GROUPS, count // GROUP)
+    if groups < FEWEST_SEGMENTS:
+        inverse = np.linalg.pinv(np.linalg.qr(slopes, mode="r"), rcond=1e-12)
+        return np.sqrt(0.5 * scale * (inverse**2).sum(axis=1)), 2 * count - slopes.shape[1]
+    by_line = np.arange(2 * count).reshape(2, count).T.ravel()
+    fit = solve(factor(slopes[by_line], -residual[by_line], ("gain", "bandwidth", "delay"), groups))
+    return np.sqrt(np.diag(fit.covariance)), fit.freedom
+
+
+def _least_bandwidth(residual: Callable[[Array], Array], x: Array, cost: float, top: float) -> float:
+    """Lowest bandwidth at which gain and delay still make up for it: where the cost passes its bound."""
+    lowest = float(np.exp(x[1]))
+    for trial in np.geomspace(lowest, 0.1 * top, 80)[1:]:
+        start = [x[0], x[2]]
+
+        def held(pair: Array, log_trial: float = float(np.log(trial))) -> Array:
+            return residual(np.array([pair[0], log_trial, pair[1]]))
+
+        if optimize.least_squares(held, start, x_scale="jac", max_nfev=15).cost > cost:
+            break
+        lowest = float(trial)
+    return lowest
+
+
+def identify_amplifier(
+    log: Log,
+    *,
+    command: str = "command_voltage",
+    torque: str = "torque",
+    segment: float = 0.5,
+    held: bool = True,
+    averaged: bool = True,
+) -> AmplifierFit:
+    """Gain and bandwidth from a log with channels of command and torque.
+
+    ``segment``: length of the Hann windows [s]; ``held``: whether the command stands from sample to sample;
+    ``averaged``: whether the torque is logged as its mean over a sample's interval.
+    """
+    found = response_by_segments(
+        log.channel(command), log.channel(torque), log.interval, segment=segment, overlap=0.5 * segment
+    )
+    kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate).independent(LEAST_COHERENCE)
+    interval = log.interval
+    return fit_amplifier(kept, held=interval if held else 0.0, averaged=interval if averaged else 0.0)
+
+
+def _fit(x: Array, errors: Array, freedom: int, band: tuple[float, float], misfit: float) -> AmplifierFit:
+    t, (top, least), findings = float(stats.t.ppf(0.975, freedom)), band, []
+    bandwidth = _exponential(x[1], errors[1], t, "Hz")
+    if t * errors[1] > 1.0 or x[1] > np.log(0.9 * FARTHEST * top):
+        findings = [f"a constant gain up to {top:.4g} Hz: its bandwidth lies above {least:.4g} Hz"]
+        bandwidth = replace(Estimate.unknown("Hz", findings[0]), low=least)
+    return AmplifierFit(
+        gain=_exponential(x[0], errors[0], t, "N m/V"),
+        bandwidth=bandwidth,
+        delay=Estimate.of(x[2] / top, "s", errors[2] / top, t * float(errors[2]) / top),
+        misfit=misfit,
+        findings=tuple(findings),
+    )
+
+
+def _exponential(log_value: float, log_error: float, t: float, unit: str) -> Estimate:
+    """An estimate whose logarithm was fitted."""
+    value, factor = float(np.exp(log_value)), float(np.exp(min(t * log_error, 50.0)))
+    error = value * float(log_error)
+    return Estimate(value=value, unit=unit, standard_error=error, low=value / factor, high=value * factor)

@@ -4,16 +4,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.identification.amplifier import AmplifierFit, identify_amplifier
 from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.axis.equation import FrictionModel
 from cabledrive.identification.axis.simulated import refine_rigid_axis
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
-from cabledrive.identification.log_response import compensated_torque, independent_lines, speed_of
+from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regressor_curves import RegressorCurves, regressor_curves
-from cabledrive.identification.response_models import ResponseFit, fit_response
+from cabledrive.identification.response_models import (
+    AmplifierFit,
+    ResponseFit,
+    fit_response,
+    identify_amplifier,
+)
 from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.bench.virtual_rig import (
@@ -160,5 +164,5 @@ def _response(log: Log, chain: LumpedChain, model: int) -> ResponseExperiment:
             "joint_damping": 0.05,
         }
     inertias = {name: value for name, value in start.items() if model == 2 and name.endswith("inertia")}
-    fit = fit_response(independent_lines(measured.between(5.0, 300.0)), model, start, fixed=inertias)
+    fit = fit_response(measured.between(5.0, 300.0).independent(), model, start, fixed=inertias)
     return ResponseExperiment(measured=measured, chain=chain, fit=fit)

@@ -224,7 +224,7 @@ def _of_a_file(path: str, file: NewFile | None) -> Answer:
 
 def _amplifier(log: Any, command_: str, torque: str, segment: float) -> tuple[dict[str, Any], str]:
     """Gain, bandwidth and dead time, as JSON and in a line."""
-    from cabledrive.identification.amplifier import identify_amplifier
+    from cabledrive.identification.response_models import identify_amplifier
 
     fit = identify_amplifier(log, command=command_, torque=torque, segment=segment)
     parts = {"gain": fit.gain, "bandwidth": fit.bandwidth, "delay": fit.delay}
