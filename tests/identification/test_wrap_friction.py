@@ -58,18 +58,18 @@ def test_logs_at_two_tensions_tell_wraps_from_bearings_and_one_tension_does_not(
         f"bearings {constant.low:.5f} to {constant.high:.5f} N m, true {bearings:.5f}; "
         f"wraps {1e3 * slope.low:.4f} to {1e3 * slope.high:.4f} mm, true {1e3 * wraps:.4f}"
     )
-    assert found.separated
+    assert not found.reason
     assert constant.low <= bearings <= constant.high
     assert slope.low <= wraps <= slope.high
     assert slope.high - slope.low < 0.2 * wraps
     assert "assumed, not checked" in found.findings[0]
 
     alike = split_friction([logs[0], logs[0]], (60.0, 60.0))
-    assert not alike.separated
+    assert alike.reason
     assert np.isnan(alike.constant.value)
     assert "at another pretension" in alike.reason
     close = split_friction(logs, (150.0, 150.5))
-    assert not close.separated
+    assert close.reason
     with pytest.raises(InputRefused, match="a positive tension for each log"):
         split_friction(logs, (60.0,))
     with pytest.raises(InputRefused, match="strokes"):

@@ -16,7 +16,7 @@ def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: Column
     """Both frictions from logs at their tensions [N]; not complete where they are not told apart."""
     found = split_friction([read_log(log, columns) for log in logs], tensions)
     data = {
-        "separated": found.separated,
+        "separated": not found.reason,
         "bearings": _estimate(found.constant),
         "wraps_per_tension": _estimate(found.per_tension),
         "total": [
@@ -30,7 +30,7 @@ def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: Column
         data=data,
         text=_text(found),
         provenance=provenance(method=METHOD),
-        incomplete=None if found.separated else found.findings[0],
+        incomplete=None if not found.reason else found.findings[0],
     )
 
 
@@ -46,7 +46,7 @@ def _text(found: FrictionSplit) -> str:
         f"All friction at {tension:.4g} N: {_interval(own)}"
         for tension, own in zip(sorted(set(found.tensions)), found.total, strict=True)
     ]
-    if found.separated:
+    if not found.reason:
         lines += [
             f"Motor and bearings, at the motor: {_interval(found.constant)}",
             f"Wraps, over the tension: {_interval(found.per_tension)}",

@@ -16,7 +16,6 @@ and what the terms in :math:`\delta, \varepsilon` change is added to them as an 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,9 +46,8 @@ LEVEL = 0.01
 class FrictionSplit:
     """Friction of bearings and of wraps."""
 
-    separated: bool
-    reason: str  # why not, else empty
-    constant: Estimate  # of motor and bearings at the motor [N m]; without a number unless separated
+    reason: str  # why they are not told apart, else empty
+    constant: Estimate  # of motor and bearings at the motor [N m]; without a number where there is a reason
     per_tension: Estimate  # of the wraps over the pretension [N m/N], that is [m]
     total: tuple[Estimate, ...]  # all friction at each tension [N m]
     tensions: tuple[float, ...]  # [N]
@@ -57,45 +55,39 @@ class FrictionSplit:
     findings: tuple[str, ...]
 
 
-def split_friction(
-    logs: Sequence[Log], tensions: Sequence[float], *, bandwidth: float = BANDWIDTH
-) -> FrictionSplit:
+def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSplit:
     """Friction of bearings and of wraps from logs at given pretensions [N]."""
     if len(tensions) != len(logs) or any(not 0.0 < tension < np.inf for tension in tensions):
         raise InputRefused(
             f"--tension: {len(tensions)} given for {len(logs)} logs: give a positive tension for each log"
         )
-    rows = [_rows(log, bandwidth) for log in logs]
-    levels = sorted(set(map(float, tensions)))
-    signs = [own.sign for own in rows]
-    each = [
-        [sign * (tension == level) for level in levels] for sign, tension in zip(signs, tensions, strict=True)
-    ]
-    free = _fit(rows, each)
-    total = tuple(free.estimate(k, "N m") for k in range(len(levels)))
-    nothing = "the logs do not tell it"
+    rows = [_rows(log) for log in logs]
+    levels = np.array(sorted(set(map(float, tensions))))
+    free = _fit(rows, [levels == tension for tension in tensions])
+    split = _fit(rows, [np.array([1.0, tension]) for tension in tensions])
+    constant, slope = split.estimate(0, "N m"), split.estimate(1, "m")
+    mean, reason = float(np.mean(tensions)), ""
+    half, whole = 0.5 * (slope.high - slope.low) * mean, abs(constant.value + slope.value * mean)
     if levels[-1] - levels[0] < ALIKE * levels[-1]:
         reason = f"all logs are at {levels[-1]:.4g} N: take one at another pretension"
-        return _open(reason, nothing, total, tensions, free)
-    split = _fit(rows, [[sign, tension * sign] for sign, tension in zip(signs, tensions, strict=True)])
-    constant, slope = split.estimate(0, "N m"), split.estimate(1, "m")
-    mean = float(np.mean(tensions))
-    half, whole = 0.5 * (slope.high - slope.low) * mean, abs(constant.value + slope.value * mean)
-    if half > WIDE * whole:
+    elif half > WIDE * whole:
         reason = (
             f"the wraps' part at {mean:.4g} N is known to {half:.3g} N m only, all friction is {whole:.3g} "
             "N m: spread the tensions further, or record more strokes"
         )
-        return _open(reason, nothing, total, tensions, free)
+    if reason:
+        findings = [f"friction of wraps and of bearings not told apart: {reason}"]
+        constant, slope = (Estimate.unknown(unit, "the logs do not tell it") for unit in ("N m", "m"))
+    else:
+        findings = _findings(free, levels, constant, slope)
     return FrictionSplit(
-        separated=True,
-        reason="",
+        reason=reason,
         constant=constant,
         per_tension=slope,
-        total=total,
+        total=tuple(free.estimate(k, "N m") for k in range(levels.size)),
         tensions=tuple(map(float, tensions)),
-        strokes=split.strokes,
-        findings=_findings(free, levels, constant, slope),
+        strokes=free.strokes,
+        findings=tuple(findings),
     )
 
 
@@ -104,35 +96,33 @@ class _Rows:
     """Filtered samples of one log away from reversals, each with the number of its stroke."""
 
     torque: Array
-    speed: Array
     sign: Array
-    acceleration: Array
-    torque_rates: Array
+    motion: Array  # (rows, 2): acceleration and speed
+    torque_rates: Array  # (rows, 2): first and second
     stroke: NDArray[np.intp]
 
 
-def _rows(log: Log, bandwidth: float) -> _Rows:
+def _rows(log: Log) -> _Rows:
     torque_name, angle_name = channels_of(log, AxisOptions())
     step = log.interval
-    torque = zero_phase(log.channel(torque_name), step, bandwidth)
-    speed = difference(zero_phase(log.channel(angle_name), step, bandwidth), step)
-    acceleration = difference(speed, step)
-    fast = np.abs(speed) > SLOW * np.abs(speed).max()
-    away = int(np.ceil(AWAY / bandwidth / step))
+    torque = zero_phase(log.channel(torque_name), step, BANDWIDTH)
+    speed = difference(zero_phase(log.channel(angle_name), step, BANDWIDTH), step)
+    away = int(np.ceil(AWAY / BANDWIDTH / step))
     turns = np.flatnonzero(np.diff(np.sign(speed)) != 0.0)
-    keep = fast.copy()
+    keep = np.abs(speed) > SLOW * np.abs(speed).max()
     for turn in [0, *turns, len(speed)]:
         keep[max(turn - away, 0) : turn + away + 1] = False
     stroke = np.searchsorted(turns, np.arange(len(speed)))[keep]
     if len(set(stroke)) < LEAST_STROKES:
         raise InputRefused(
-            f"{log.source}: {len(set(stroke))} strokes longer than {2.0 * AWAY / bandwidth:.3g} s, at least "
+            f"{log.source}: {len(set(stroke))} strokes longer than {2.0 * AWAY / BANDWIDTH:.3g} s, at least "
             f"{LEAST_STROKES} are needed: record longer or slower ones, back and forth"
         )
-    sign = zero_phase(np.sign(speed), step, bandwidth)  # as the filter shows a friction that turns round
+    sign = zero_phase(np.sign(speed), step, BANDWIDTH)  # as the filter shows a friction that turns round
     rate = difference(torque, step)
+    motion = np.column_stack([difference(speed, step), speed])
     rates = np.column_stack([rate, difference(rate, step)])
-    return _Rows(torque[keep], speed[keep], sign[keep], acceleration[keep], rates[keep], stroke)
+    return _Rows(torque[keep], sign[keep], motion[keep], rates[keep], stroke)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,21 +137,21 @@ class _Fit:
 
     def estimate(self, k: int, unit: str) -> Estimate:
         """One friction with its 95 % interval."""
-        from scipy.stats import t
-
         error = float(np.sqrt(self.covariance[k, k]))
-        half = float(t.ppf(0.975, self.freedom)) * error + float(self.doubt[k])
-        value = float(self.value[k])
-        return Estimate(value=value, unit=unit, standard_error=error, low=value - half, high=value + half)
+        half = float(stats.t.ppf(0.975, self.freedom)) * error + float(self.doubt[k])
+        return Estimate.of(self.value[k], unit, error, half)
 
 
-def _fit(rows: Sequence[_Rows], frictions: Sequence[Sequence[Array]]) -> _Fit:
-    """Inertia and viscous friction of all logs, an offset of each, and the frictions that come first."""
+def _fit(rows: Sequence[_Rows], frictions: Sequence[Array]) -> _Fit:
+    """Inertia and viscous friction of all logs, an offset of each, and the frictions that come first.
+
+    ``frictions``: of each log, by what the direction makes each of them, shape (frictions,).
+    """
     blocks, strokes, number = [], [], 0
-    for log, (own, friction) in enumerate(zip(rows, frictions, strict=True)):
+    for log, (own, share) in enumerate(zip(rows, frictions, strict=True)):
         offsets = np.zeros((own.torque.size, len(rows)))
         offsets[:, log] = 1.0
-        blocks.append(np.column_stack([*friction, own.acceleration, own.speed, offsets, own.torque_rates]))
+        blocks.append(np.hstack([np.outer(own.sign, share), own.motion, offsets, own.torque_rates]))
         strokes.append(own.stroke + number)
         number += int(own.stroke.max()) + 1
     matrix, torque = np.vstack(blocks), np.concatenate([own.torque for own in rows])
@@ -185,40 +175,20 @@ def _solved(matrix: Array, torque: Array, stroke: NDArray[np.intp]) -> tuple[Arr
     return value, scores
 
 
-def _open(
-    reason: str, why: str, total: tuple[Estimate, ...], tensions: Sequence[float], fit: _Fit
-) -> FrictionSplit:
-    """The answer where the two frictions are not told apart."""
-    none: dict[str, Any] = {"value": np.nan, "standard_error": np.inf, "low": -np.inf, "high": np.inf}
-    return FrictionSplit(
-        separated=False,
-        reason=reason,
-        constant=Estimate(unit="N m", reason=why, **none),
-        per_tension=Estimate(unit="m", reason=why, **none),
-        total=total,
-        tensions=tuple(map(float, tensions)),
-        strokes=fit.strokes,
-        findings=(f"friction of wraps and of bearings not told apart: {reason}",),
-    )
-
-
-def _findings(free: _Fit, levels: Sequence[float], constant: Estimate, slope: Estimate) -> tuple[str, ...]:
+def _findings(free: _Fit, levels: Array, constant: Estimate, slope: Estimate) -> list[str]:
     """Where the friction does not grow as that of wraps does, and what two tensions cannot show."""
-    from scipy.stats import f
-
     found = []
-    if len(levels) == 2:
+    if levels.size == 2:
         found.append("two tensions: that friction grows in proportion to them is assumed, not checked")
     else:
-        line = np.column_stack([np.ones(len(levels)), levels])
-        away = np.linalg.svd(line)[0][:, 2:].T
+        away = np.linalg.svd(np.column_stack([np.ones(levels.size), levels]))[0][:, 2:].T
         gap = away @ free.value
         size = float(gap @ np.linalg.solve(away @ free.covariance @ away.T, gap)) / gap.size
-        if f.sf(size, gap.size, free.freedom) < LEVEL:
+        if stats.f.sf(size, gap.size, free.freedom) < LEVEL:
             found.append("friction does not lie on a line over the tension: it is not that of wraps alone")
     if slope.high < 0.0 or constant.high < 0.0:
         found.append("one of the two frictions is negative: a tension, a sign or the model is wrong")
-    return tuple(found)
+    return found
 
 
 def inertias_of_the_rigs(
@@ -242,5 +212,4 @@ def difference_of(larger: Identification, smaller: Identification, name: str = "
     error = hypot(a.standard_error, b.standard_error)
     parts = a.standard_error**4 / larger.freedom + b.standard_error**4 / smaller.freedom
     half = float(stats.t.ppf(0.975, error**4 / parts)) * error if parts > 0 else float("inf")
-    value = a.value - b.value
-    return Estimate(value=value, unit=a.unit, standard_error=error, low=value - half, high=value + half)
+    return Estimate.of(a.value - b.value, a.unit, error, half)
