@@ -11,8 +11,8 @@ import pyarrow as pa
 from harness import duration, side_by_side, table
 from pyarrow import parquet
 
-from cabledrive.identification.excitation import sum_of_sines
 from cabledrive.identification.one_log import identify
+from cabledrive.identification.planning import sum_of_sines
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
 from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, bench_command, bench_rig, run_rig
 

@@ -4,7 +4,7 @@ from math import pi, radians
 
 import numpy as np
 
-from cabledrive.identification.excitation import chirp
+from cabledrive.identification.planning import chirp
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.bench.virtual_rig import (
     BENCH_TESTS,

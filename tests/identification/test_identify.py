@@ -15,9 +15,9 @@ from cabledrive.identification.axis.check import moved_back
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
 from cabledrive.identification.axis.simulated import whitened, whitener
 from cabledrive.identification.axis.timing import given_timing
-from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import IdentifyOptions, identify
+from cabledrive.identification.planning import low_crest_multisine, multisine_lines, sum_of_sines
 from cabledrive.identification.regression import (
     factor,
     joined,
@@ -77,7 +77,7 @@ def wide_command(rng, duration=60.0, rate=1000.0):
     """Section 4.2's three sines, and a multisine up to 120 Hz that shows what is not rigid."""
     base = sum_of_sines(duration, rate, (1.0, 3.0, 5.0), (0.1, 0.1, 0.1), rng.uniform(0, 2 * np.pi, 3))
     lines = multisine_lines(round(2 * rate), rate, 8.0, 120.0, odd=True)
-    wave = np.roll(low_crest_multisine(round(2 * rate), rate, lines).values, rng.integers(round(2 * rate)))
+    wave = np.roll(low_crest_multisine(round(2 * rate), lines), rng.integers(round(2 * rate)))
     return base + 0.12 * np.tile(wave, round(duration / 2))
 
 

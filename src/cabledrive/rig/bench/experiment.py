@@ -9,19 +9,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.excitation import (
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.planning import (
+    WEAK,
+    AxisGuess,
+    Instruments,
     chirp,
+    largest_amplitude,
     low_crest_multisine,
     multisine_lines,
+    plan_test,
     predicted_response_errors,
     random_multisine,
     resonance_warnings,
     steps,
     sum_of_sines,
 )
-from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.logs.log import Log
-from cabledrive.identification.planning import WEAK, AxisGuess, Instruments, largest_amplitude, plan_test
 from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
@@ -169,10 +173,10 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
         raise InputRefused(f"period = {e.period:.4g} s holds {period} samples: lengthen it")
     lines = multisine_lines(period, sample_rate, *e.band, count=e.lines, odd=e.odd)
     if e.kind == "idinput":
-        wave = random_multisine(period, sample_rate, lines, e.trials, rng)
+        wave = random_multisine(period, lines, e.trials, rng)
     else:
-        wave = low_crest_multisine(period, sample_rate, lines)
-    return e.bias + e.amplitude * np.tile(wave.values, -(-samples // period))[:samples]
+        wave = low_crest_multisine(period, lines)
+    return e.bias + e.amplitude * np.tile(wave, -(-samples // period))[:samples]
 
 
 def random_from(seed: int) -> np.random.Generator:
@@ -315,15 +319,11 @@ def _of_response(
     lines = np.flatnonzero(spectrum[1:] > 0.1 * spectrum[1:].max()) + 1
     try:
         errors = predicted_response_errors(
-            4,
             values,
-            lines * rig.sample_rate / period,
-            spectrum[lines],
-            radius=radius,
-            quantum=_quantum(rig),
-            sample_rate=rig.sample_rate,
-            duration=max(excitation.duration - excitation.period, excitation.period),
-            torque_noise=rig.imperfections.torque_noise,
+            radius,
+            (lines * rig.sample_rate / period, spectrum[lines]),
+            rig.sample_rate * max(excitation.duration - excitation.period, excitation.period),
+            Instruments(torque_noise=rig.imperfections.torque_noise, quantum=_quantum(rig)),
         )
     except InputRefused as refusal:
         return {}, [str(refusal)]

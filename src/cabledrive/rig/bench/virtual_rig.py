@@ -6,8 +6,8 @@ from math import exp, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.excitation import multisine_lines, random_multisine, sum_of_sines
 from cabledrive.identification.logs.log import DataReport, Log
+from cabledrive.identification.planning import multisine_lines, random_multisine, sum_of_sines
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.friction_integration import FrictionLaw, integrate_chain, integrate_rigid_axis
@@ -282,4 +282,4 @@ def response_command(
     """
     samples = round(duration * sample_rate)
     lines = multisine_lines(samples, sample_rate, 1.0, 500.0, count=1000)
-    return amplitude * random_multisine(samples, sample_rate, lines, 10, rng).values
+    return amplitude * random_multisine(samples, lines, 10, rng)
