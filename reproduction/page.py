@@ -38,7 +38,7 @@ def reproduction_html(found: Reproduction) -> str:
     return render(
         Page(
             title="The dissertation, item by item",
-            subtitle=say("subtitle", items=len(found.items), counts=counts),
+            subtitle=say("subtitle", items=len(found.items)),
             chapters=(_summary(found, counts), *_chapters(found), *_errata(found)),
             provenance=Provenance(
                 written_at=datetime.now(UTC),
@@ -50,25 +50,18 @@ def reproduction_html(found: Reproduction) -> str:
     )
 
 
-def _table(caption: str, columns: str, rows: Sequence[tuple[Cell, ...]], note: str = "") -> Table:
-    """A table; of its columns, divided by ``|``, those with a colon are numbers, their unit behind it."""
-    heads = (title.partition(":") for title in columns.split(" | "))
-    made = tuple(Column(title=title, numeric=bool(colon), unit=unit.strip()) for title, colon, unit in heads)
-    return Table(caption=caption, columns=made, groups=(RowGroup(rows=tuple(rows)),), note=note)
-
-
 def _summary(found: Reproduction, counts: dict[str, int]) -> Chapter:
     fixed = found.counts(untested=True)
-    rows = [(one, str(count), str(fixed[one]), say("verdict", name=one)) for one, count in counts.items()]
-    heads = "Verdict | Items: | of these cannot fail: | Meaning"
-    blocks: list[Block] = [_table("Verdicts.", heads, rows, say("untested_note", inputs=found.inputs))]
+    words = tuple(say("verdict", name=one, count=n, fixed=fixed[one]) for one, n in counts.items())
+    blocks: list[Block] = [Paragraph(text=say("intro"))]
+    blocks.append(Paragraph(text=say("untested_note", inputs=found.inputs), items=words))
     if differs := [item for item in found.items if item.verdict == DIFFERS]:
         blocks.append(_items("What differs, and why.", differs))
     return Chapter(
         title="Verdict",
         anchor="verdict",
         headline=say("headline", items=len(found.items), counts=counts, untested=fixed),
-        blocks=(Paragraph(text=say("intro")), *blocks),
+        blocks=tuple(blocks),
     )
 
 
@@ -102,8 +95,9 @@ def _section(entry: Entry, items: tuple[Item, ...], panels: tuple[Panel, ...], q
 
 
 def _items(caption: str, items: Sequence[Item]) -> Table:
-    heads = "Item | Verdict | Printed | Computed | Deviation: % | Reason"
-    return _table(caption, heads, [*map(_row, items)])
+    words = (Column(title=title) for title in ("Item", "Verdict", "Printed", "Computed"))
+    columns = (*words, Column(title="Deviation", unit="%", numeric=True), Column(title="Reason"))
+    return Table(caption=caption, columns=columns, groups=(RowGroup(rows=tuple(map(_row, items))),))
 
 
 def _row(item: Item) -> tuple[Cell, ...]:
