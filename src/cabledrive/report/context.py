@@ -35,44 +35,23 @@ class ReportContext:
         return (*self.drives, *self.routes)
 
     @cached_property
-    def _anchors(self) -> tuple[str, ...]:
+    def anchors(self) -> tuple[str, ...]:
         """A name for each machine that is unique on the page and fit for a link, routes last."""
         return anchors([machine.name for machine in self.machines])
 
-    @property
-    def anchors(self) -> tuple[str, ...]:
-        """Name of each loop or line in links."""
-        return self._anchors[: len(self.drives)]
-
-    @property
-    def route_anchors(self) -> tuple[str, ...]:
-        """Name of each machine with routes in links."""
-        return self._anchors[len(self.drives) :]
-
-    @cached_property
-    def hashes(self) -> tuple[str, ...]:
-        """Content hash of each loop or line."""
-        return tuple(content_hash(drive) for drive in self.drives)
-
-    @cached_property
-    def route_modes(self) -> tuple[Modes, ...]:
-        """The first modes of each kind of each machine with routes, certified."""
-        return tuple(self._first_modes(drive) for drive in self.routes)
-
-    def _first_modes(self, drive: RoutedDrive) -> Modes:
-        self.progress(f"natural modes: {drive.name}")
-        return modes(drive, count=ROUTE_MODES)
-
     @cached_property
     def modes(self) -> tuple[Modes, ...]:
-        """Certified modes of each drive, both kinds, a little beyond its fifth longitudinal one.
+        """Certified modes of each machine, routes last.
 
-        Where that would list more than ten thousand transverse modes, the first five of each kind instead.
+        Of loops and lines both kinds, a little beyond the fifth longitudinal one; where that would list more
+        than ten thousand transverse modes, and of routes, the first few of each kind instead.
         """
-        return tuple(self._modes(drive) for drive in self.drives)
+        return tuple(self._modes(machine) for machine in self.machines)
 
-    def _modes(self, drive: Drive) -> Modes:
+    def _modes(self, drive: Drive | RoutedDrive) -> Modes:
         self.progress(f"natural modes: {drive.name}")
+        if isinstance(drive, RoutedDrive):
+            return modes(drive, count=ROUTE_MODES)
         below = _round_up(_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1])
         if Spectrum(network_of_drive(drive)).count(2 * pi * below) > MOST_LISTED:
             return modes(drive, count=SHOWN_MODES)

@@ -16,7 +16,7 @@ from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph
 from cabledrive.report.context import ReportContext, make_context, provenance
 from cabledrive.report.figures.followed import followed_picture, overview_picture
-from cabledrive.report.machine.page import machine_view, route_view
+from cabledrive.report.machine.page import machine_view
 from cabledrive.report.page import TOPICS, Card, Page, View, render
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.studies import frequency_against
@@ -25,7 +25,7 @@ from cabledrive.studies import frequency_against
 def overview_figure(context: ReportContext) -> Figure:
     """The lowest mode of each kind of every machine on one logarithmic axis."""
     names = [machine.name for machine in context.machines]
-    picture = overview_picture("overview-modes", names, (*context.modes, *context.route_modes))
+    picture = overview_picture("overview-modes", names, context.modes)
     return picture.figure(
         name="overview-modes",
         alt="Lowest longitudinal and transverse frequency of each machine on a logarithmic axis; the "
@@ -62,7 +62,7 @@ def effect_of_parameters(context: ReportContext) -> Chapter | None:
 def _packaged(context: ReportContext, name: str) -> Drive | None:
     """A packaged drive, if it is among those of the report."""
     digest = content_hash(load_drive(name))
-    return context.drives[context.hashes.index(digest)] if digest in context.hashes else None
+    return next((drive for drive in context.drives if content_hash(drive) == digest), None)
 
 
 def _of_one(drive: Drive) -> Iterator[Block]:
@@ -229,12 +229,12 @@ def report_html(
         If the modes of a drive could not be computed.
     """
     context = make_context(drives, progress)
-    machines = tuple(machine_view(context, place) for place in range(len(context.drives)))
-    routes = tuple(route_view(context, place) for place in range(len(context.routes)))
-    views = (*routes, *machines, *_effects(context))
+    first = len(context.drives)  # routes, which people bring, come before loops and lines
+    order = (*range(first, len(context.machines)), *range(first))
+    views = (*(machine_view(context, place) for place in order), *_effects(context))
     about_all = "Natural frequencies, internal resonance, tensions and tracking errors"
     one = len(drives) == 1
-    methods = tuple(method for view in views for method in view.methods)
+    methods = tuple(dict.fromkeys(method for view in views for method in view.methods))
     return render(
         Page(
             title=drives[0].name if one else f"{len(drives)} cable drives",

@@ -1,6 +1,6 @@
 """The card of a machine, its modes, and whether they excite one another."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
@@ -16,7 +16,7 @@ from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import shapes_picture
 from cabledrive.report.mode_figure import draw_map
 from cabledrive.report.page import Badge, Card
-from cabledrive.report.picture import picture
+from cabledrive.report.picture import picture, short_family
 from cabledrive.report.typesetting import decimals_for, fixed, number, quantity
 from cabledrive.studies.excitation_orders import travels
 from cabledrive.studies.mode_map import map_modes
@@ -82,9 +82,6 @@ def resonance_verdict(drive: Drive) -> ResonanceVerdict:
     )
 
 
-Fact = tuple[str, str]
-
-
 class MachineContent(Protocol):
     """What a card needs of the page behind it."""
 
@@ -105,13 +102,13 @@ class MachineContent(Protocol):
         """What its user should know."""
 
 
-def machine_card(page: MachineContent, sketch: Any, fact: Callable[[str, tuple[Mode, ...]], Fact]) -> Card:
-    """The card that leads to a page; ``fact``: the lowest of some modes in words."""
+def machine_card(page: MachineContent, sketch: Any) -> Card:
+    """The card that leads to a page."""
     certificate = page.modes.certificate
     below = f"{number(certificate.below, 4)} Hz"
     complete = Badge(text=f"Modes complete up to {below}", tone="good")
     doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
-    facts = [fact("Longitudinal", page.modes.longitudinal), fact("Transverse", page.modes.transverse)]
+    facts = [_fact("Longitudinal", page.modes.longitudinal), _fact("Transverse", page.modes.transverse)]
     if page.warnings:
         facts.append(("Warnings", f"{len(page.warnings)}"))
     return Card(
@@ -120,6 +117,15 @@ def machine_card(page: MachineContent, sketch: Any, fact: Callable[[str, tuple[M
         badges=(complete if page.modes.certified and certificate.count else doubtful, page.resonance.badge),
         facts=tuple(facts),
     )
+
+
+def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
+    """The lowest of some modes in words."""
+    if not modes:
+        return what, "none found"
+    where = modes[0].span or short_family(modes[0].family)
+    where += {"upper": " span", "lower": " span", "both": " spans"}.get(where, "")
+    return what, f"{number(modes[0].frequency, 4)} Hz, {where}"
 
 
 SHOWN_SHAPES, SHOWN_ACROSS = 4, 6

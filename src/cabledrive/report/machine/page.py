@@ -2,18 +2,19 @@
 
 from dataclasses import dataclass
 from math import degrees
+from typing import Any
 
 from markupsafe import Markup
 
 from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
-from cabledrive.modal import Mode, Modes
+from cabledrive.modal import Modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import Block, Column, Figure, Plot, RowGroup, Table
+from cabledrive.report.blocks import Block, Column, Figure, RowGroup, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.machine import machine_sketch
 from cabledrive.report.figures.moving_machine import moving_machine, route_sketch
@@ -33,10 +34,17 @@ from cabledrive.report.machine.card import (
 from cabledrive.report.machine.data import data_table, derived_table, drawing, source_paragraphs
 from cabledrive.report.machine.rest import rest_plot, rest_table
 from cabledrive.report.page import MACHINES, View
-from cabledrive.report.picture import short_family
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.words import certificate_words
 
+HANGING = (
+    "Weights change the tension along the cable, and with it the transverse frequencies; each stretch "
+    "vibrates under the tension it has here."
+)
+ROUTE_METHODS = (
+    "Machines with routes: exact dynamic stiffness of every span, count of the network by the signs of that "
+    "stiffness, roots enclosed between two counts; tensions from the balance of forces.",
+)
 METHODS = (
     "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
     "counts and refined by inverse iteration, each enclosed between two counts. Transverse modes "
@@ -48,102 +56,22 @@ METHODS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """A part of the page of a machine; ``folded``: opened by whoever wants it."""
+
+    anchor: str
+    title: str
+    blocks: tuple[Block | None, ...]
+    text: str = ""
+    folded: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MachinePage:
     """What the template of a machine is given."""
 
     name: str  # part of every anchor of the page
-    drive: Drive
-    digest: str  # content hash
-    modes: Modes
-    certificate: str  # what it says of the modes
-    held: str  # how the motor was held
-    resonance: ResonanceVerdict
-    warnings: tuple[str, ...]
-    sources: tuple[str, ...]
-    drawing: Figure
-    along: Table | None
-    across: Table
-    shapes: Figure
-    ladder: Figure | None
-    rest: Plot | None
-    tensions: Table | None
-    data: Table
-    derived: Table
-    simple: Table
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """Figures and tables in the order of the page."""
-        parts = (
-            self.drawing, self.along, self.across, self.shapes, self.rest, self.tensions, self.ladder,
-            self.simple, self.data, self.derived,
-        )  # fmt: skip
-        return tuple(part for part in parts if part is not None)
-
-
-def machine_view(context: ReportContext, place: int) -> View:
-    """Page and card of one machine of a report; ``place``: its number."""
-    page = _page(context, place)
-    return View(
-        anchor=f"machine-{page.name}",
-        title=page.drive.name,
-        group=MACHINES,
-        card=machine_card(page, machine_sketch(page.drive), _fact),
-        template="machine.html",
-        content=page,
-        blocks=page.blocks,
-        methods=METHODS if place == 0 else (),
-    )
-
-
-def _page(context: ReportContext, place: int) -> MachinePage:
-    drive, name, modes = context.drives[place], context.anchors[place], context.modes[place]
-    warnings = (*drive_warnings(drive), *(line for line in modes.warnings))
-    return MachinePage(
-        name=name,
-        drive=drive,
-        digest=context.hashes[place],
-        modes=modes,
-        certificate=certificate_words(modes),
-        held=f"{lowest_frequencies(drive).line} {how_held(modes)}",
-        resonance=resonance_verdict(drive),
-        warnings=tuple(dict.fromkeys(line.rstrip(".") for line in warnings)),
-        sources=source_paragraphs(drive.source),
-        drawing=drawing(drive, name),
-        along=along_table(modes) if modes.longitudinal else None,
-        across=across_table(modes),
-        shapes=shapes(drive, name, modes),
-        ladder=ladder(drive, name, modes),
-        rest=rest_plot(drive, name),
-        tensions=rest_table(drive),
-        data=data_table(drive),
-        derived=derived_table(drive),
-        simple=simple_models_table(drive),
-    )
-
-
-def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
-    if not modes:
-        return what, "none found"
-    first = modes[0]
-    words = short_family(first.family) if first.span is None else f"{first.span} span"
-    words = words.replace("both span", "both spans")
-    return what, f"{number(first.frequency, 4)} Hz, {words}"
-
-
-SHOWN_MODES = 3
-ROUTE_METHODS = (
-    "Machines with routes: exact dynamic stiffness of every span, count of the network by the signs of that "
-    "stiffness, roots enclosed between two counts; tensions from the balance of forces.",
-)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RoutePage:
-    """What the template of a machine with routes is given."""
-
-    name: str  # part of every anchor of the page
-    drive: RoutedDrive
+    drive: Drive | RoutedDrive
     digest: str  # content hash
     modes: Modes
     certificate: str  # what it says of the modes
@@ -152,69 +80,110 @@ class RoutePage:
     warnings: tuple[str, ...]
     sources: tuple[str, ...]
     drawing: Figure
-    shapes: Figure
     along: Table | None
     across: Table | None
-    pairs: Table | None
-    spans: Table
-    pulleys: Table | None
-    travels: tuple[Figure, ...]
+    shapes: Figure
+    ladder: Figure | None
+    sections: tuple[Section, ...]  # those that stand open first
 
     @property
     def blocks(self) -> tuple[Block, ...]:
         """Figures and tables in the order of the page."""
-        parts = (
-            self.drawing, self.along, self.across, self.shapes, *self.travels, self.pairs, self.spans,
-            self.pulleys,
-        )  # fmt: skip
+        open_, folded = (
+            [block for one in self.sections if one.folded is side for block in one.blocks]
+            for side in (False, True)
+        )
+        parts = (self.drawing, self.along, self.across, self.shapes, *open_, self.ladder, *folded)
         return tuple(part for part in parts if part is not None)
 
 
-def route_view(context: ReportContext, place: int) -> View:
-    """Page and card of one machine with routes of a report; ``place``: its number among them."""
-    page = _route_page(context, place)
-    return View(
-        anchor=f"machine-{page.name}",
-        title=page.drive.name,
-        group=MACHINES,
-        card=machine_card(page, route_sketch(page.drive), _route_fact),
-        template="route.html",
-        content=page,
-        blocks=page.blocks,
-        methods=ROUTE_METHODS if place == 0 else (),
-    )
-
-
-def _route_page(context: ReportContext, place: int) -> RoutePage:
-    drive, name, modes = context.routes[place], context.route_anchors[place], context.route_modes[place]
-    context.progress(f"pairs and travel: {drive.name}")
-    verdict, pairs = pairs_of_route(drive)
-    warnings = (*route_warnings(drive), *modes.warnings)
-    return RoutePage(
+def machine_view(context: ReportContext, place: int) -> View:
+    """Page and card of one machine of a report; ``place``: its number, loops and lines first."""
+    drive, name, modes = context.machines[place], context.anchors[place], context.modes[place]
+    context.progress(f"resonance and travel: {drive.name}")
+    methods: tuple[str, ...] = METHODS
+    if isinstance(drive, RoutedDrive):
+        own, sketch, methods = _of_routes(drive, name, modes), route_sketch(drive), ROUTE_METHODS
+        warnings = route_warnings(drive)
+    else:
+        own, sketch, warnings = _of_a_loop(drive, name, modes), machine_sketch(drive), drive_warnings(drive)
+    page = MachinePage(
         name=name,
         drive=drive,
         digest=content_hash(drive),
         modes=modes,
         certificate=certificate_words(modes),
         held=f"{lowest_frequencies(drive).line} {how_held(modes)}",
-        resonance=verdict,
-        warnings=tuple(dict.fromkeys(line.rstrip(".") for line in warnings)),
+        warnings=tuple(dict.fromkeys(line.rstrip(".") for line in (*warnings, *modes.warnings))),
         sources=source_paragraphs(drive.source),
-        drawing=_drawing(drive, name),
-        shapes=_shapes(drive, name, modes),
-        along=_along(modes) if modes.longitudinal else None,
         across=across_table(modes) if modes.transverse else None,
-        pairs=pairs,
-        spans=_spans(drive),
-        pulleys=_pulleys(drive),
-        travels=tuple(travel_figures(drive, name)),
+        **own,
+    )
+    return View(
+        anchor=f"machine-{name}",
+        title=drive.name,
+        group=MACHINES,
+        card=machine_card(page, sketch),
+        template="machine.html",
+        content=page,
+        blocks=page.blocks,
+        methods=methods,
     )
 
 
-def _route_fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
-    if not modes:
-        return what, "none found"
-    return what, f"{number(modes[0].frequency, 4)} Hz, {modes[0].span or modes[0].family}"
+def _of_a_loop(drive: Drive, name: str, modes: Modes) -> dict[str, Any]:
+    """What the page of a loop or a line has of its own."""
+    rest = rest_plot(drive, name)
+    hanging = Section(
+        anchor="rest", title="At rest, under gravity", text=HANGING, blocks=(rest, rest_table(drive))
+    )
+    return {
+        "resonance": resonance_verdict(drive),
+        "drawing": drawing(drive, name),
+        "along": along_table(modes) if modes.longitudinal else None,
+        "shapes": shapes(drive, name, modes),
+        "ladder": ladder(drive, name, modes),
+        "sections": (
+            *(() if rest is None else (hanging,)),
+            Section(
+                anchor="simple",
+                title="What simpler formulas give",
+                blocks=(simple_models_table(drive),),
+                folded=True,
+            ),
+            Section(
+                anchor="data",
+                title="Data and derived quantities",
+                text="Lengths, densities and positions are of the unstretched cable unless stated otherwise.",
+                blocks=(data_table(drive), derived_table(drive)),
+                folded=True,
+            ),
+        ),
+    }
+
+
+def _of_routes(drive: RoutedDrive, name: str, modes: Modes) -> dict[str, Any]:
+    """What the page of a machine with routes has of its own."""
+    verdict, pairs = pairs_of_route(drive)
+    travels = tuple(travel_figures(drive, name))
+    sections = (
+        Section(anchor="travel", title="Over the travel", blocks=travels),
+        Section(
+            anchor="pairs", title="Pairs near internal resonance", blocks=() if pairs is None else (pairs,)
+        ),
+        Section(anchor="spans", title="Spans and pulleys", blocks=(_spans(drive), _pulleys(drive))),
+    )
+    return {
+        "resonance": verdict,
+        "drawing": _drawing(drive, name),
+        "along": _along(modes) if modes.longitudinal else None,
+        "shapes": _shapes(drive, name, modes),
+        "ladder": None,
+        "sections": tuple(one for one in sections if one.blocks),
+    }
+
+
+SHOWN_MODES = 3
 
 
 def _drawing(drive: RoutedDrive, name: str) -> Figure:
