@@ -3,13 +3,12 @@
 import json
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
@@ -20,8 +19,9 @@ from cabledrive.campaign.tolerance import FEWEST_ROWS, Tolerance, tolerance
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.parameters.toml_values import toml_of
-from cabledrive.report.picture import theme_css
-from cabledrive.report.typesetting import typeset
+from cabledrive.report.blocks import Block, Chapter, Column, Figure, Paragraph, RowGroup, Table
+from cabledrive.report.context import Provenance, versions
+from cabledrive.report.page import Page, render
 
 MOST_POINTS = 4000
 """Drawn; of more rows a sample at random, those that are not done first."""
@@ -33,13 +33,19 @@ QUANTILES = (0.0, 0.01, 0.5, 0.99, 1.0)
 STATUS_WORDS = {0: "done", 1: "defect", 2: "refused", 3: "not completed"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Machine:
-    """One of the worst rows."""
-
-    row: int
-    words: tuple[str, ...]  # values of the keys, then of the outputs
-    link: str  # its drive file, as a link that holds it; empty where its values make none
+METHOD = (
+    "rows by their number alone; yield by Clopper and Pearson; tolerances of one key, the others as they are"
+)
+CHOICE = Markup(
+    '<div class="choice"><label>across <select id="x"></select></label> '
+    '<label>up <select id="y"></select></label></div>'
+    '<p class="readout" id="readout" aria-live="polite">Point at a row to read it.</p>'
+)
+INTERVALS = Markup(
+    METHOD="rows by their number alone; yield by Clopper and Pearson; a key with the others as they are"
+    'to read it.</p><p class="choice"><span id="chosen" aria-live="polite"></span> '
+    '<button type="button" id="all">all rows</button></p>'
+)
 
 
 def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
@@ -47,35 +53,122 @@ def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
 
     Refused if the store is none, or a goal is not understood.
     """
-    from cabledrive.parameters.version import __version__
-
     results = open_results(store)
     judged = tolerance(store, list(goals), target=0.99) if goals else None
-    columns = _columns(results)
-    counts = results.counts
+    columns, counts = _columns(results), results.counts
+    identity = results.attributes["campaign"]
+    chapters = (
+        Chapter(title="Yield", anchor="yield", blocks=(*_yield(judged, counts), *_reasons(results))),
+        Chapter(title="Rows", anchor="rows", blocks=_charts(results, columns, judged)),
+        Chapter(title="Outputs", anchor="outputs", blocks=(_quantiles(results, columns),)),
+        Chapter(title="Worst machines", anchor="worst", blocks=(_machines(results, columns, judged),)),
+        Chapter(
+            title="The campaign",
+            anchor="campaign",
+            blocks=(_table("What was varied and computed.", ("key", "value"), _about(identity), text=2),),
+        ),
+    )
+    hashes = tuple((k.partition(".")[2], str(v)) for k, v in identity.items() if k.startswith("drive."))
+    done = f"{counts['done']} of {counts['rows']} rows computed: {counts['refused']} refused"
+    return render(
+        Page(
+            title=f"Campaign {Path(store).name}",
+            subtitle=f"{done}, {counts['failed']} not completed.",
+            chapters=chapters,
+            provenance=Provenance(
+                written_at=datetime.now(UTC), versions=versions(), hashes=hashes, methods=(METHOD,)
+            ),
+        )
+    )
+
+
+def _about(identity: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What makes the campaign, but for its drives, whose hashes stand at the end of the page."""
+    said = {key: str(value) for key, value in identity.items() if not key.startswith("drive.")}
+    return [(key, f"{text[:77]}..." if len(text) > 80 else text) for key, text in said.items()]
+
+
+def _table(caption: str, heads: Sequence[str], rows: Sequence[tuple[Any, ...]], *, text: int = 1) -> Table:
+    """A table whose first columns are text."""
+    columns = tuple(Column(title=head, numeric=place >= text) for place, head in enumerate(heads))
+    return Table(caption=caption, columns=columns, groups=(RowGroup(rows=tuple(rows)),))
+
+
+def _yield(judged: Tolerance | None, counts: Mapping[str, int]) -> Iterator[Block]:
+    """The share of the rows that hold the goals, and what each key does to it."""
+    if judged is None:
+        few = f" A yield needs at least {FEWEST_ROWS} rows." if counts["done"] < FEWEST_ROWS else ""
+        yield Paragraph(
+            text=Markup(
+                "No goal is given: add <code>--goal &quot;peak_error_deg &lt; 0.05 deg&quot;</code>, with an "
+                "output of this store."
+            )
+            + few
+        )
+        return
+    goals = Markup(" and ").join(Markup("<code>{}</code>").format(goal.text) for goal in judged.goals)
+    yield Paragraph(
+        text=Markup(
+            "{:.2f} % of {} rows hold {} (95 % interval {:.2f} to {:.2f} %). Rows that were refused or not "
+            "completed count as misses."
+        ).format(100 * judged.share, judged.rows, goals, 100 * judged.share_low, 100 * judged.share_high)
+    )
+    rows = [
+        (
+            key + (f" [{one.unit}]" if one.unit != "1" else ""),
+            "none"
+            if one.tightened is None
+            else f"{_short(one.tightened.low)} to {_short(one.tightened.high)}",
+            _short(one.low),
+            _short(one.high),
+            f"{100 * one.share_at_low:.1f} %",
+            f"{100 * one.share_at_high:.1f} %",
+        )
+        for key, one in judged.keys.items()
+    ]
+    yield _table(
+        "What limits the rest: yield of the twentieth of the rows at each end of a key, and the widest "
+        f"interval of that key alone in which {100 * judged.target:.4g} % hold.",
+        ("key", "interval that is enough", "from", "to", "yield at the low end", "yield at the high end"),
+        rows,
+        text=2,
+    )
+
+
+def _charts(
+    results: Results, columns: dict[str, NDArray[np.float64]], judged: Tolerance | None
+) -> tuple[Block, ...]:
+    """Points of two columns, lines across all, and the script that draws them."""
     folder = resources.files("cabledrive.campaign") / "templates"
-    css = (resources.files("cabledrive.report") / "templates" / "report.css").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    text = {
+        name: (folder / name).read_text(encoding="utf-8")
+        for name in ("charts.css", "charts.js", "parallel.js")
+    }
+    hold = " and hold every goal" if judged else ""
+    data = _data(results, columns, judged).replace("<", "\\u003c")
+    return (
+        Figure(
+            name="scatter",
+            alt="Rows of the campaign as points over two columns that are chosen above.",
+            caption=f"Blue: rows that are done{hold}; red: the others. At most {MOST_POINTS} rows are drawn, "
+            "a sample of more.",
+            switch=Markup("<style>{}</style>").format(Markup(text["charts.css"])) + CHOICE,
+            wide=Markup('<div class="chart" id="chart"></div>'),
+        ),
+        Figure(
+            name="lines",
+            alt="Each row as a line across its keys and outputs.",
+            caption="Colours as above, columns with one value left out; rows outside a chosen interval are "
+            "grey. A click on an axis lets its interval go.",
+            switch=INTERVALS,
+            wide=Markup('<div class="parallel" id="parallel"></div>'),
+        ),
+        Paragraph(
+            text=Markup('<script type="application/json" id="data">{}</script><script>{}{}</script>').format(
+                Markup(data), Markup(text["charts.js"]), Markup(text["parallel.js"])
+            )
+        ),
     )
-    environment.filters["short"] = _short
-    html = environment.from_string((folder / "campaign.html").read_text(encoding="utf-8")).render(
-        name=Path(store).name,
-        counts=counts,
-        identity=results.attributes["campaign"],
-        judged=judged,
-        reasons=_reasons(results),
-        quantiles=_quantiles(results, columns),
-        machines=_machines(results, columns, judged),
-        headings=[*results.keys, *(name for name in columns if name not in results.keys)],
-        units={name: results.unit(name) for name in columns},
-        css=Markup(theme_css() + css),
-        data=Markup(_data(results, columns, judged).replace("<", "\\u003c")),
-        parallel=Markup((folder / "parallel.js").read_text(encoding="utf-8")),
-        version=__version__,
-        few=counts["done"] < FEWEST_ROWS,
-    )
-    return typeset(html)
 
 
 def _columns(results: Results) -> dict[str, NDArray[np.float64]]:
@@ -89,11 +182,11 @@ def _columns(results: Results) -> dict[str, NDArray[np.float64]]:
     return found
 
 
-def _reasons(results: Results) -> list[tuple[str, int, str]]:
+def _reasons(results: Results) -> Iterator[Table]:
     """What ended rows, most frequent first: status, rows, an example of the line."""
     bad = np.flatnonzero(results.code > 0)
     if not bad.size:
-        return []
+        return
     lines = results.group["reason"][:]
     kinds: Counter[tuple[int, str]] = Counter()
     examples: dict[tuple[int, str], str] = {}
@@ -102,42 +195,57 @@ def _reasons(results: Results) -> list[tuple[str, int, str]]:
         kind = (int(results.code[row]), "".join(c for c in line if not (c.isdigit() or c in ".e-+")))
         kinds[kind] += 1
         examples.setdefault(kind, line)
-    common = kinds.most_common(MOST_REASONS)
-    return [(STATUS_WORDS[kind[0]], count, examples[kind]) for kind, count in common]
+    rows = [
+        (STATUS_WORDS[kind[0]], examples[kind], str(count)) for kind, count in kinds.most_common(MOST_REASONS)
+    ]
+    yield _table(
+        "Why rows have no result, with an example of each kind.", ("status", "example", "rows"), rows, text=2
+    )
 
 
-def _quantiles(results: Results, columns: dict[str, NDArray[np.float64]]) -> list[tuple[str, str, list[str]]]:
-    """Name, unit and quantiles of each output over the rows that have it."""
+def _quantiles(results: Results, columns: dict[str, NDArray[np.float64]]) -> Table:
+    """Quantiles of each output over the rows that have it."""
     rows = []
     for name, values in columns.items():
         kept = values[np.isfinite(values) & (results.code == 0)]
         if name not in results.keys and kept.size:
-            rows.append((name, results.unit(name), [_short(v) for v in np.quantile(kept, QUANTILES)]))
-    return rows
+            rows.append((_headed(results, name), *(_short(v) for v in np.quantile(kept, QUANTILES))))
+    return _table(
+        "Over the rows that are done.", ("output", "smallest", "1 %", "median", "99 %", "largest"), rows
+    )
 
 
-def _machines(
-    results: Results, columns: dict[str, NDArray[np.float64]], judged: Tolerance | None
-) -> list[Machine]:
+def _headed(results: Results, name: str) -> str:
+    unit = results.unit(name)
+    return f"{name} [{unit}]" if unit not in ("1", "") else name
+
+
+def _machines(results: Results, columns: dict[str, NDArray[np.float64]], judged: Tolerance | None) -> Table:
     """Rows that miss a goal by most; without a goal those farthest from the median of the first output."""
     outputs = [name for name in columns if name not in results.keys]
+    distance = np.full(results.code.size, np.nan)
     if judged is not None:
         distance = np.max([_excess(results, goal) for goal in judged.goals], axis=0)
-    elif outputs:
-        values = columns[outputs[0]]
-        distance = np.abs(values - np.nanmedian(values)) if np.isfinite(values).any() else values
-    else:
-        return []
+    elif outputs and np.isfinite(columns[outputs[0]]).any():
+        distance = np.abs(columns[outputs[0]] - np.nanmedian(columns[outputs[0]]))
     known = np.flatnonzero(np.isfinite(distance) & (results.code == 0))
     worst = known[np.argsort(-distance[known], kind="stable")][:WORST]
-    return [
-        Machine(
-            row=int(row),
-            words=tuple(_short(columns[name][row]) for name in [*results.keys, *outputs]),
-            link=_file_of(results, int(row)),
-        )
-        for row in worst
+    names = [*results.keys, *outputs]
+    rows = [
+        (str(row), _link(results, int(row)), *(_short(columns[name][row]) for name in names)) for row in worst
     ]
+    far = "Farthest beyond a goal" if judged else "Farthest from the median of the first output"
+    return _table(f"{far}; each with its drive file.", ("row", "file", *names), rows, text=2)
+
+
+def _link(results: Results, row: int) -> Markup:
+    """The drive file of a row as a link that holds it; empty where its values make none."""
+    file = _file_of(results, row)
+    return (
+        Markup('<a download="row-{0}.toml" href="{1}">row-{0}.toml</a>').format(row, file)
+        if file
+        else Markup("")
+    )
 
 
 def _excess(results: Results, goal: Any) -> NDArray[np.float64]:
