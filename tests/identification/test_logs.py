@@ -450,7 +450,7 @@ def test_blocks_give_the_parameters_of_the_whole_log(path, monkeypatch):
     """Apart from filter ends and the bandwidth of the first block: within half a standard error."""
     whole = identify(path, IdentifyOptions(check=False))
     monkeypatch.setattr("cabledrive.identification.one_log.BLOCK_ROWS", 17_000)
-    monkeypatch.setattr("cabledrive.identification.logs.opening.BLOCK_ROWS", 5_000)
+    monkeypatch.setattr("cabledrive.identification.logs.reading.BLOCK_ROWS", 5_000)
     blocks = identify_long_log(open_log(path))
     assert blocks.method["blocks"] == 4
     assert blocks.reports[0].rows == 70_000

@@ -10,8 +10,7 @@ from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
 from cabledrive.identification.logs.column_map import Column, ColumnMap, recognise
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.logs.opening import open_table
-from cabledrive.identification.logs.reading import open_log, read_log
+from cabledrive.identification.logs.reading import open_log, open_table, read_log
 from cabledrive.identification.logs.table import Table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex

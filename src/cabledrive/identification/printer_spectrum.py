@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
-from cabledrive.identification.logs.opening import open_table
+from cabledrive.identification.logs.reading import open_table
 from cabledrive.identification.logs.table import Table
 from cabledrive.identification.logs.time_check import check_time
 from cabledrive.parameters import InputRefused

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from cabledrive.identification.regressor_curves import RegressorCurves
+from cabledrive.identification.axis.against import RegressorCurves
 from cabledrive.parameters.arrays import Array
 
 

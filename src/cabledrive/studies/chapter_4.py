@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cabledrive.identification.axis.against import RegressorCurves, regressor_curves
 from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.axis.equation import FrictionModel
 from cabledrive.identification.axis.simulated import refine_rigid_axis
@@ -11,7 +12,6 @@ from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
 from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regressor_curves import RegressorCurves, regressor_curves
 from cabledrive.identification.response_models import (
     AmplifierFit,
     ResponseFit,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.logs.opening import open_table
+from cabledrive.identification.logs.reading import open_table
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import require_regular

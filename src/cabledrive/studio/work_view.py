@@ -9,7 +9,7 @@ from urllib.parse import parse_qsl
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response, StreamingResponse
 
-from cabledrive.identification.logs.opening import FORMATS as FORMATS_OF_LOGS
+from cabledrive.identification.logs.reading import FORMATS as FORMATS_OF_LOGS
 from cabledrive.parameters import InputRefused
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import FORMATS, asked

@@ -14,10 +14,9 @@ from cabledrive.identification.axis.check import (
     unexplained,
 )
 from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of
-from cabledrive.identification.axis.own_error import with_own_error
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
-from cabledrive.identification.axis.simulated import NOT_FOLLOWED, refined
+from cabledrive.identification.axis.simulated import NOT_FOLLOWED, refined, with_own_error
 from cabledrive.identification.axis.timing import (
     TorqueTiming,
     clock_drift,

@@ -23,7 +23,7 @@ from cabledrive.identification.axis.observer import (
     observed,
     whitened_power,
 )
-from cabledrive.identification.axis.own_error import unseen
+from cabledrive.identification.axis.simulated import unseen
 from cabledrive.identification.axis.timing import CONVENTIONS, FARTHEST, NEAR, SETTLED, TorqueTiming
 from cabledrive.identification.estimates import Identification, code_of
 from cabledrive.identification.regression import Fit, triangle

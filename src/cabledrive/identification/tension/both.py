@@ -8,12 +8,13 @@ import numpy as np
 
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.tension.answers import PingTension, SpanTension
 from cabledrive.identification.tension.families import Family, Proposal, proposals
 from cabledrive.identification.tension.family_fit import (
     LOUDER,
     MISSING_PRICE,
     SPANS,
+    PingTension,
+    SpanTension,
     apart,
     criterion,
     excess,

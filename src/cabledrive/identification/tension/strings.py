@@ -9,10 +9,11 @@ from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.tension.answers import PingTension, SpanTension
 from cabledrive.identification.tension.families import proposals
 from cabledrive.identification.tension.family_fit import (
     MISSING_PRICE,
+    PingTension,
+    SpanTension,
     criterion,
     family_tension,
     fit_families,
