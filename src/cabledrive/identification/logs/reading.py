@@ -33,7 +33,7 @@ from cabledrive.identification.logs.table import (
     Table,
     floats_of,
 )
-from cabledrive.identification.logs.time_check import TimeCheck, check_time
+from cabledrive.identification.logs.time_check import check_time
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
@@ -157,25 +157,12 @@ MOST_VALUES = 60_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """A log file with its channels chosen, not read yet.
-
-    Attributes
-    ----------
-    table : Table
-    columns : dict of str to Column
-        By channel.
-    factors : dict of str to float
-        To SI.
-    units : dict of str to str
-        SI.
-    map : ColumnMap
-    findings : tuple of str
-    """
+    """A log file with its channels chosen, not read yet."""
 
     table: Table
-    columns: dict[str, Column]
-    factors: dict[str, float]
-    units: dict[str, str]
+    columns: dict[str, Column]  # by channel
+    factors: dict[str, float]  # to SI
+    units: dict[str, str]  # SI
     map: ColumnMap
     findings: tuple[str, ...] = ()
 
@@ -194,7 +181,11 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     path = Path(path)
     columns = columns or ColumnMap()
     table = open_table(path, Reading(skip_rows=columns.skip_rows, resample=columns.resample))
-    chosen = _with_time(dict(columns.columns), columns, table) or recognised_columns(table)
+    chosen = dict(columns.columns)
+    times = [name for name in table.names if (seen := recognise(name)) and seen.channel == "time"]
+    if chosen and "time" not in chosen and columns.sample_rate is None and len(times) == 1:
+        chosen["time"] = Column(column=times[0])
+    chosen = chosen or recognised_columns(table)
     if not columns.columns and len(set(chosen) - {"time"}) < 1:
         raise InputRefused(
             f"{path.name}: no column head names a channel (found: {', '.join(table.names)[:90]}): "
@@ -211,13 +202,15 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
         if not unit and channel not in columns.columns:
             findings.append(f'column "{column.column}" states no unit: taken as SI')
         try:
-            factors[channel], units[channel] = factor_to_si(
-                seen.quantity, unit, columns.counts_per_revolution
-            )
+            factor, units[channel] = factor_to_si(seen.quantity, unit, columns.counts_per_revolution)
         except InputRefused as refusal:
             other = other_channel(channel, seen.quantity, unit, chosen)
             raise (other or refusal).at(f'{path.name}: column "{column.column}"') from None
-        factors[channel] *= _scale(column, table)
+        scale = table.scalars.get(column.scale) if isinstance(column.scale, str) else column.scale
+        if scale is None:
+            missing = f'no single number "{column.scale}" to scale "{column.column}" by'
+            raise InputRefused(f"{table.source}: {missing}")
+        factors[channel] = factor * scale
     return Recording(
         table=table, columns=chosen, factors=factors, units=units, map=columns, findings=tuple(findings)
     )
@@ -242,26 +235,22 @@ def read_log(path: str | Path, columns: ColumnMap | None = None) -> Log:
     """
     recording = open_log(path, columns)
     parts: dict[str, list[Array]] = {channel: [] for channel in recording.columns}
-    size = 0
-    if (recording.table.rows or 0) * len(recording.columns) > 2 * MOST_VALUES:
-        raise _too_long(recording)
+    size, rows = 0, recording.table.rows or 0
+    too_long = InputRefused(
+        f"{recording.table.source}: more than {MOST_VALUES} numbers, which are not held in memory: choose "
+        "fewer channels with --column, or cut the log"
+    )
+    if rows * len(recording.columns) > 2 * MOST_VALUES:
+        raise too_long
     for block in recording.blocks():
         size += sum(values.size for values in block.values())
         if size > MOST_VALUES:
-            raise _too_long(recording)
+            raise too_long
         for channel, values in block.items():
             parts[channel].append(values)
     if size == 0:
         raise InputRefused(f"{recording.table.source}: holds no row of numbers: record it again")
-    channels = {channel: np.concatenate(values) for channel, values in parts.items()}
-    return checked_log(recording, channels)
-
-
-def _too_long(recording: Recording) -> InputRefused:
-    return InputRefused(
-        f"{recording.table.source}: more than {MOST_VALUES} numbers, which are not held in memory: choose "
-        "fewer channels with --column, or cut the log"
-    )
+    return checked_log(recording, {channel: np.concatenate(values) for channel, values in parts.items()})
 
 
 def checked_log(recording: Recording, channels: dict[str, Array], before: int = 0) -> Log:
@@ -270,21 +259,19 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
     ``before``: rows of the file before these, where time is counted from the sample rate. Refused if a fault
     is found that is not repaired.
     """
-    source = recording.table.source
+    source, wanted = recording.table.source, recording.map
     time = channels.pop("time", None)
-    rate = recording.map.sample_rate
-    if rate is not None:
+    if wanted.sample_rate is not None:
         rows = next(iter(channels.values())).size
-        time = np.arange(before, before + rows) / rate
+        time = np.arange(before, before + rows) / wanted.sample_rate
     assert time is not None
-    check = check_time(time, source, resample=recording.map.resample)
-    if check.uneven and not recording.map.resample:
+    check = check_time(time, source, resample=wanted.resample)
+    if check.uneven and not wanted.resample:
         raise InputRefused(
             f"{source}: time stamps are uneven (jitter {check.jitter:.2g} of {check.interval:.4g} s): "
             "add --resample, or give sample_rate in a table [log] if the stamps are wrong"
         )
-    findings = [*recording.findings, *check.findings]
-    repaired = check.repaired
+    findings, repaired = [*recording.findings, *check.findings], check.repaired
     even: dict[str, Array] = {}
     quanta: dict[str, float] = {}
     flat: dict[str, NDArray[np.bool_]] = {}
@@ -294,8 +281,21 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
         quantum = channel_check.quantum_of(values)
         if name.endswith("angle"):
             values = channel_check.unwrap(values, name, quantum, repaired)
-        even[name] = _on_grid(values[check.keep], check)
-        _inspect(name, even[name], quantum, quanta, flat, findings)
+        values = even[name] = check.on_grid(values[check.keep])
+        if quantum > 0.0:
+            quanta[name] = quantum
+        quantity = name.rpartition("_")[2]
+        if np.ptp(values) == 0.0:
+            findings.append(f"{name} is constant")
+        elif quantity in ("angle", "position"):
+            if jumps := channel_check.lost_counts(values, quantum):
+                findings.append(f"{name} jumps at {jumps} samples, as an encoder does that loses counts")
+        elif quantity in ("torque", "force", "current", "voltage"):
+            stands = channel_check.saturated(values)
+            if stands.any():
+                flat[name] = stands
+                share = 100 * stands.mean()
+                findings.append(f"{name} stands at the end of its range for {share:.2g} % of the samples")
     if check.uneven:
         repaired.append("uneven samples put onto an even grid by straight lines, as asked")
     grid = check.grid
@@ -310,57 +310,4 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
     )
     units = {name: recording.units[name] for name in even}
     log = Log(source=source, time=grid, channels=even, units=units, report=report, saturated=flat)
-    wanted = recording.map
     return log if wanted.start is None and wanted.end is None else log.part(wanted.start, wanted.end)
-
-
-def _inspect(
-    name: str,
-    values: Array,
-    quantum: float,
-    quanta: dict[str, float],
-    flat: dict[str, NDArray[np.bool_]],
-    findings: list[str],
-) -> None:
-    if quantum > 0.0:
-        quanta[name] = quantum
-    if np.ptp(values) == 0.0:
-        findings.append(f"{name} is constant")
-        return
-    quantity = name.rpartition("_")[2]
-    if quantity in ("angle", "position"):
-        jumps = channel_check.lost_counts(values, quantum)
-        if jumps:
-            findings.append(f"{name} jumps at {jumps} samples, as an encoder does that loses counts")
-        return
-    if quantity in ("torque", "force", "current", "voltage"):
-        stands = channel_check.saturated(values)
-        if stands.any():
-            flat[name] = stands
-            findings.append(
-                f"{name} stands at the end of its range for {100 * stands.mean():.2g} % of the samples"
-            )
-
-
-def _on_grid(values: Array, check: TimeCheck) -> Array:
-    if check.uneven:
-        return np.interp(check.grid, check.stamps, values)
-    if check.place.size == check.place[-1] + 1:
-        return values
-    return np.interp(np.arange(check.place[-1] + 1, dtype=float), check.place.astype(float), values)
-
-
-def _with_time(chosen: dict[str, Column], columns: ColumnMap, table: Table) -> dict[str, Column]:
-    """The mapped channels, with the time where the map does not name it and one head does."""
-    times = [name for name in table.names if (seen := recognise(name)) and seen.channel == "time"]
-    if chosen and "time" not in chosen and columns.sample_rate is None and len(times) == 1:
-        chosen["time"] = Column(column=times[0])
-    return chosen
-
-
-def _scale(column: Column, table: Table) -> float:
-    if not isinstance(column.scale, str):
-        return float(column.scale)
-    if column.scale not in table.scalars:
-        raise InputRefused(f'{table.source}: no single number "{column.scale}" to scale "{column.column}" by')
-    return table.scalars[column.scale]

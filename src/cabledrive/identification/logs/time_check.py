@@ -26,7 +26,8 @@ def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Ar
     hole = np.isnan(values)
     if not hole.any():
         return values
-    longest = _longest_run(hole)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], hole.astype(np.int8), [0]))))
+    longest = int((edges[1::2] - edges[::2]).max())
     if longest > LONGEST_HOLE or hole.mean() > MOST_HOLES:
         raise InputRefused(
             f"{source}: {name} has {hole.sum()} missing values ({100 * hole.mean():.3g} %, {longest} in a "
@@ -73,7 +74,10 @@ def unwrap(values: Array, name: str, quantum: float, repaired: list[str]) -> Arr
     usual = np.abs(steps[~far]).max(initial=0.0)
     if span < 8.0 * usual:
         return values
-    turn = _whole_turn(span + max(quantum, usual / 2))
+    turn = span + max(quantum, usual / 2)
+    turns = turn / (2 * np.pi)  # a whole turn where it is near one, else what was seen
+    if round(turns) >= 1 and abs(turns - round(turns)) < 0.05 * turns:
+        turn = 2 * np.pi * round(turns)
     repaired.append(f"{int(far.sum())} wraps of {name} by {turn:.5g} rad undone")
     return values - np.concatenate(([0.0], np.cumsum(np.where(far, np.sign(steps) * turn, 0.0))))
 
@@ -122,19 +126,6 @@ def _beside(length: Integers) -> Integers:
     return np.append(length[1:], 0) + np.insert(length[:-1], 0, 0)
 
 
-def _whole_turn(jump: float) -> float:
-    """The amount of a wrap: a whole turn where it is near one, else what was seen."""
-    turns = jump / (2 * np.pi)
-    return (
-        2 * np.pi * round(turns) if round(turns) >= 1 and abs(turns - round(turns)) < 0.05 * turns else jump
-    )
-
-
-def _longest_run(flags: NDArray[np.bool_]) -> int:
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
-
-
 LONGEST_GAP = 5
 """Missing rows in a row that are filled by straight lines."""
 MOST_MISSING = 0.02
@@ -168,6 +159,14 @@ class TimeCheck:
         count = whole if self.uneven else int(self.place[-1])
         return np.asarray(self.start + self.interval * np.arange(count + 1), dtype=float)
 
+    def on_grid(self, values: Array) -> Array:
+        """A channel of the rows that are used at the times of the grid."""
+        if self.uneven:
+            return np.interp(self.grid, self.stamps, values)
+        if self.place.size == self.place[-1] + 1:
+            return values
+        return np.interp(np.arange(self.place[-1] + 1, dtype=float), self.place.astype(float), values)
+
 
 def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck:
     """Find the even grid behind time stamps (rows,) [s].
@@ -182,7 +181,9 @@ def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck
     steps = np.diff(stamps)
     interval = float(np.median(steps))
     place = _places(stamps, interval, resample)
-    interval = _fitted_interval(stamps, place, interval)
+    centred = place - place.mean()
+    fitted = float(centred @ (stamps - stamps[0]) / (centred @ centred))
+    interval = fitted if abs(fitted / interval - 1.0) > 1e-12 else interval
     _check_gaps(stamps, place, interval, source, repaired)
     off = (stamps - stamps[0]) / interval - place
     off -= np.median(off)
@@ -246,12 +247,6 @@ def _places(stamps: Array, interval: float, resample: bool) -> Integers:
     return np.concatenate(
         ([0], np.cumsum(np.maximum(1, np.rint(np.diff(stamps) / interval)).astype(np.int64)))
     )
-
-
-def _fitted_interval(stamps: Array, place: Integers, interval: float) -> float:
-    centred = place - place.mean()
-    fitted = float(centred @ (stamps - stamps[0]) / (centred @ centred))
-    return fitted if abs(fitted / interval - 1.0) > 1e-12 else interval
 
 
 def _check_gaps(stamps: Array, place: Integers, interval: float, source: str, repaired: list[str]) -> None:
