@@ -478,7 +478,7 @@ def test_a_text_log_is_read_in_blocks_with_progress(path, tmp_path, monkeypatch)
     whole = identify(text, IdentifyOptions(check=False))
     monkeypatch.setattr("cabledrive.identification.one_log.MOST_VALUES", 100_000)
     monkeypatch.setattr("cabledrive.identification.one_log.BLOCK_ROWS", 17_000)
-    monkeypatch.setattr("cabledrive.identification.logs.lines.BLOCK_BYTES", 100_000)
+    monkeypatch.setattr("cabledrive.identification.logs.text.BLOCK_BYTES", 100_000)
     lines = []
     blocks = identify(text, progress=lines.append)
     assert (blocks.method["blocks"], blocks.reports[0].rows) == (4, 70_000)

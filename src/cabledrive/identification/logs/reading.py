@@ -21,7 +21,6 @@ from cabledrive.identification.logs.column_map import (
     recognise,
     recognised_columns,
 )
-from cabledrive.identification.logs.delimited import open_delimited
 from cabledrive.identification.logs.hierarchical import open_matlab, open_netcdf
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.identification.logs.messages import open_mcap, open_rosbag
@@ -33,6 +32,7 @@ from cabledrive.identification.logs.table import (
     Table,
     floats_of,
 )
+from cabledrive.identification.logs.text import open_delimited
 from cabledrive.identification.logs.time_check import check_time
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
