@@ -33,17 +33,15 @@ QUANTILES = (0.0, 0.01, 0.5, 0.99, 1.0)
 STATUS_WORDS = {0: "done", 1: "defect", 2: "refused", 3: "not completed"}
 
 
-METHOD = (
-    "rows by their number alone; yield by Clopper and Pearson; tolerances of one key, the others as they are"
-)
+METHOD = "rows by their number alone; yield by Clopper and Pearson; a key with the others as they are"
 CHOICE = Markup(
     '<div class="choice"><label>across <select id="x"></select></label> '
     '<label>up <select id="y"></select></label></div>'
     '<p class="readout" id="readout" aria-live="polite">Point at a row to read it.</p>'
 )
 INTERVALS = Markup(
-    METHOD="rows by their number alone; yield by Clopper and Pearson; a key with the others as they are"
-    'to read it.</p><p class="choice"><span id="chosen" aria-live="polite"></span> '
+    '<p class="readout" id="line" aria-live="polite">Drag along an axis to choose an interval; point at a '
+    'line to read it.</p><p class="choice"><span id="chosen" aria-live="polite"></span> '
     '<button type="button" id="all">all rows</button></p>'
 )
 
