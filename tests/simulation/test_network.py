@@ -11,7 +11,7 @@ import cabledrive as cd
 from cabledrive.parameters import InputRefused
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
-from cabledrive.simulation.network import NetworkStart, simulate_network
+from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.network.case import forces_of, network_case, put_ends
 from cabledrive.simulation.network.result import left_out
 from network_samples import as_route, without_gravity
@@ -86,7 +86,7 @@ def test_steps_that_meet_slack_do_not_depend_on_how_many_are_taken_at_once():
     step = 5e-7
     scheme = Scheme(segments=4, slack="tension-only", step=step)
     fine, coarse = (
-        simulate_network(
+        cd.simulate(
             PRINTER, 240 * step, torque=200.0, scheme=scheme, recording=Recording(rate=1.0 / (every * step))
         )
         for every in (1, 120)
@@ -111,7 +111,7 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
         "scheme": Scheme(segments=6, model=model, step=step),
         "recording": Recording(rate=1.0 / step),
     }
-    found = simulate_network(PRINTER, count * step, **given)
+    found = cd.simulate(PRINTER, count * step, **given)
     case = network_case(PRINTER, count * step, **given)
     mesh, state = case.mesh, case.first_state()
     mass = np.repeat(mesh.density * mesh.spacing, mesh.nodes[:, 1] - mesh.nodes[:, 0] + 1)
@@ -152,7 +152,7 @@ def printer_lumps(parts):
 def test_two_idlers_move_as_lumps_on_springs():
     """The linear law, from the head's displacement: exact motion of the lumps by their eigenvectors."""
     parts, distance = 6, 1e-5
-    found = simulate_network(
+    found = cd.simulate(
         PRINTER,
         0.02,
         scheme=Scheme(segments=parts, model="linear", step=2e-7),
@@ -213,7 +213,7 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(tmp_path, measured):
     r"""Pulled slowly by the drum, T_1 = T_2 e^{\mu\varphi} over a quarter turn; the budget closes."""
     (tmp_path / "guide.toml").write_text(GUIDE)
     drive = cd.load_drive(tmp_path / "guide.toml")
-    found = simulate_network(
+    found = cd.simulate(
         drive,
         0.4,
         torque=lambda t: 0.15 * np.minimum(t / 0.3, 1.0),  # the drum pulls the rope in
@@ -230,10 +230,10 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(tmp_path, measured):
 
 
 def test_a_span_that_goes_slack_stops_the_run_and_says_where():
-    found = simulate_network(PRINTER, 0.05, torque=2.0, scheme=Scheme(segments=6))
+    found = cd.simulate(PRINTER, 0.05, torque=2.0, scheme=Scheme(segments=6))
     assert "goes slack" in found.stopped
     assert found.slack_events[0]["span"] in found.spans
-    on = simulate_network(PRINTER, 0.01, torque=2.0, scheme=Scheme(segments=6, slack="tension-only"))
+    on = cd.simulate(PRINTER, 0.01, torque=2.0, scheme=Scheme(segments=6, slack="tension-only"))
     assert on.stopped is None
     assert len(on.slack_events) > 0
     assert min(span["least_tension"] for span in on.summary()["spans"]) == 0.0
@@ -285,7 +285,7 @@ def test_the_printer_moves_as_in_mujoco(measured):
             motor.append(data.qpos[starts[1]] / 6.366e-3)
             head.append(-data.qpos[0])
         mujoco.mj_step(model, data)
-    found = simulate_network(
+    found = cd.simulate(
         PRINTER,
         0.01,
         torque=torque,
@@ -371,7 +371,7 @@ def printer_in_exudyn(elements, torque, steps, duration=0.01):
 def test_the_printer_moves_as_in_exudyn(measured):
     """Cubic elements (ANCF) and the trapezoidal rule: neither elements nor time scheme are shared."""
     torque, radius = 0.05, 6.366e-3
-    found = simulate_network(
+    found = cd.simulate(
         PRINTER,
         0.01,
         torque=torque,
@@ -394,7 +394,7 @@ def test_the_printer_moves_as_in_exudyn(measured):
 
 def test_a_torque_that_ends_says_when_and_a_run_says_how_fine_it_is():
     """The last number of a torque is at 3.1 ms; what is left out is named where it is there."""
-    found = simulate_network(
+    found = cd.simulate(
         PRINTER, 0.01, torque=lambda t: np.where(t > 3.1e-3, np.nan, 0.01), recording=Recording(rate=1e3)
     )
     assert float(found.stopped.split("t = ")[1].split()[0]) == pytest.approx(3.1e-3, abs=2.0 * found.step)

@@ -13,7 +13,7 @@ from cabledrive.parameters.route import moved
 from cabledrive.simulation import Recording, Scheme, SimulationInterrupted, run
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.records import RecordsInFolder
-from cabledrive.simulation.travel import PlannedMove, simulate_travel
+from cabledrive.simulation.travel import PlannedMove
 from oracles.hoists import Hoist, Traction
 
 PRINTER = Path(__file__).parent.parent / "parameters" / "routes" / "printer.toml"
@@ -97,10 +97,10 @@ def test_a_traction_sheave_moves_as_scipy_integrates_it(machine, measured):
 
     The rope's own mass, 3 g, is all that differs.
     """
-    found = simulate_travel(
+    found = cd.simulate(
         machine(TRACTION),
         2.0,
-        move=PlannedMove(moves={"car.y": 5.0}, rise=1.5),
+        travel=PlannedMove(moves={"car.y": 5.0}, rise=1.5),
         scheme=Scheme(segments=2),
         recording=Recording(rate=200.0),
     )
@@ -125,10 +125,10 @@ def test_a_traction_sheave_moves_as_scipy_integrates_it(machine, measured):
 def hoist_errors(drive, segments, points):
     """Largest difference of the load's place from scipy's material points, and its elastic motion [m]."""
     duration, lift, time = 2.5, 20.0, 1.8
-    found = simulate_travel(
+    found = cd.simulate(
         drive,
         duration,
-        move=PlannedMove(moves={"load.y": lift}, rise=time),
+        travel=PlannedMove(moves={"load.y": lift}, rise=time),
         scheme=Scheme(segments=segments),
         recording=Recording(rate=100.0),
     )
@@ -158,10 +158,10 @@ def test_the_load_swings_at_its_modes_wherever_it_is(machine, measured):
     """Slowly wound up with a first push: frequency of its place against `modes` there, brake on."""
     drive = machine(HOIST)
     time = 40.0
-    found = simulate_travel(
+    found = cd.simulate(
         drive,
         time,
-        move=PlannedMove(moves={"load.y": 20.0}, rise=time),
+        travel=PlannedMove(moves={"load.y": 20.0}, rise=time),
         start=NetworkStart(speeds={"load.y": 0.02}),
         recording=Recording(rate=2000.0),
     )
@@ -184,9 +184,10 @@ def test_the_load_swings_at_its_modes_wherever_it_is(machine, measured):
 
 def test_rope_runs_from_drum_to_drum_with_its_momentum(machine):
     """Nothing pulls: both drums keep their rim speed while 6 m of rope change sides; no energy is lost."""
-    found = simulate_travel(
+    found = cd.simulate(
         machine(DRUMS),
         2.0,
+        travel=True,
         start=NetworkStart(speeds={"left": -15.0, "right": -10.0}),
         scheme=Scheme(segments=4),
         recording=Recording(rate=100.0),
@@ -245,10 +246,10 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_file(kind, machine, tmp_p
 @pytest.mark.parametrize(
     ("change", "options", "words"),
     [
-        ({}, {"move": PlannedMove(moves={"hook.y": 1.0}, rise=1.0)}, "slides no body"),
-        ({}, {"move": PlannedMove(moves={"load.y": 30.5}, rise=1.0)}, "move: "),
-        ({}, {"move": PlannedMove(moves={"load.y": 1.0}, rise=0.0)}, "must be above 0"),
-        ({}, {"move": PlannedMove(moves={"load.y": 0.0}, rise=1.0)}, "no body moves"),
+        ({}, {"travel": PlannedMove(moves={"hook.y": 1.0}, rise=1.0)}, "slides no body"),
+        ({}, {"travel": PlannedMove(moves={"load.y": 30.5}, rise=1.0)}, "move: "),
+        ({}, {"travel": PlannedMove(moves={"load.y": 1.0}, rise=0.0)}, "must be above 0"),
+        ({}, {"travel": PlannedMove(moves={"load.y": 0.0}, rise=1.0)}, "no body moves"),
         ({}, {"scheme": Scheme(model="weak")}, "exact law"),
         ({}, {"scheme": Scheme(slack="tension-only")}, "leave --tension-only out"),
         ({"inertia": 0.0}, {}, "has no mass"),
@@ -258,7 +259,7 @@ def test_what_cannot_travel_is_refused_in_one_line(machine, change, options, wor
     drive = machine(HOIST if "inertia" not in change else HOIST.split("motor = ")[0])
     drive = replace(drive, pulley=tuple(replace(one, **change) for one in drive.pulley))
     with pytest.raises(InputRefused, match=words) as refused:
-        simulate_travel(drive, 0.1, **options)
+        cd.simulate(drive, 0.1, **({"travel": True} | options))
     assert "\n" not in str(refused.value)
 
 
@@ -273,9 +274,10 @@ def test_machines_that_do_not_travel_say_why(name, words):
 
 def test_a_drum_carries_the_rope_that_it_winds(machine, measured):
     """Speed from the balance of energy of a rope that does not stretch, all of which moves with the load."""
-    found = simulate_travel(
+    found = cd.simulate(
         machine(HOIST),
         6.0,
+        travel=True,
         torque=lambda t: 150.0 * np.minimum(t / 0.5, 1.0),
         recording=Recording(rate=500.0),
     )
@@ -298,9 +300,11 @@ def test_a_drum_carries_the_rope_that_it_winds(machine, measured):
 def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balance(machine):
     """cabledrive.simulation.travel: the weight of a slanting rope pulls its load aside and down."""
     beside = HOIST.replace('["0.25 m", "-30 m"]', '["9 m", "-30 m"]')
-    found = simulate_travel(machine(beside), 0.1, scheme=Scheme(segments=4), recording=Recording(rate=1e3))
+    found = cd.simulate(
+        machine(beside), 0.1, travel=True, scheme=Scheme(segments=4), recording=Recording(rate=1e3)
+    )
     assert np.ptp(found.channel("load.y")) < 1e-6
     damped = TRACTION.replace("mass_per_length", 'axial_damping = "2 kN s", mass_per_length')
     moving = NetworkStart(speeds={"sheave": 2.0})
-    found = simulate_travel(machine(damped), 0.02, start=moving, scheme=Scheme(segments=4))
+    found = cd.simulate(machine(damped), 0.02, travel=True, start=moving, scheme=Scheme(segments=4))
     assert found.energy_budget_error < 1e-6

@@ -1,6 +1,5 @@
 """What `simulate` answers of a machine with routes."""
 
-from functools import partial
 from typing import Any
 
 import click
@@ -13,9 +12,9 @@ from cabledrive.app.two_motor_answer import move_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
-from cabledrive.simulation import Pluck, Recording, Scheme, Signal
-from cabledrive.simulation.network import NetworkResult, NetworkStart, simulate_network
-from cabledrive.simulation.travel import PlannedMove, simulate_travel
+from cabledrive.simulation import Pluck, Recording, Scheme, Signal, simulate
+from cabledrive.simulation.network import NetworkResult, NetworkStart
+from cabledrive.simulation.travel import PlannedMove
 from cabledrive.simulation.travel.prepare import SEGMENTS
 
 _OF_LOOPS = (
@@ -40,12 +39,12 @@ def simulated_route(
     names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
     on = options["torque_on"] or (names[0] if names else None)
     travels = bool(options["moves"]) or options["travel"]
-    run = partial(simulate_travel, move=_planned(options)) if travels else simulate_network
     if not travels:
         refuse_given("rise", why="is that of a move: add --move NAME=M, or leave it out")
-    result = run(
+    found: Any = simulate(
         drive,
         options["duration"],
+        travel=(_planned(options) or True) if travels else False,
         torque={} if on is None else {on: torque},
         start=NetworkStart(plucks=plucks_of(options["pluck"], options["pluck_shape"])),
         scheme=Scheme(
@@ -61,6 +60,7 @@ def simulated_route(
         resume=options["resume"],
         progress=False if click.get_current_context().meta.get(QUIET) else None,
     )
+    result: NetworkResult = found
     if result.path is not None:
         note(f"written to {result.path}")
     missing = undrawn(drive, result, plot)

@@ -14,13 +14,16 @@ from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.simulation.case import CarriageForce, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
 from cabledrive.simulation.netcdf import content_of
-from cabledrive.simulation.network import NetworkStart, simulate_network
+from cabledrive.simulation.network.case import NetworkStart, network_case
 from cabledrive.simulation.network.door import refuse_of_routes
+from cabledrive.simulation.network.result import network_content, network_result
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.run import SimulationInterrupted, how_to_go_on, keep_again, keep_run, result_of
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Scheme, Start
-from cabledrive.simulation.travel import PlannedMove, simulate_travel
+from cabledrive.simulation.travel.case import PlannedMove
+from cabledrive.simulation.travel.door import travel_result
+from cabledrive.simulation.travel.prepare import travel_case
 
 
 def simulate(
@@ -63,8 +66,9 @@ def simulate(
     model : str or subclass of CableLaw, optional
         Cable law, in place of that of `scheme`, see `Scheme`.
     travel : PlannedMove or bool, default False
-        Of a machine with routes: bodies go far, lengths and directions of spans follow, drums wind, see
-        `cabledrive.simulation.travel.simulate_travel`; a planned move, or True for given torques.
+        Of a machine with routes: bodies go far, with elastic ropes that run over pulleys and onto drums, so
+        that lengths and directions of spans follow; a planned move, whose turns the motors make, or True for
+        given torques. The run begins in the pose of the file; `Scheme.segments` is 16 by default.
     error_estimate : bool, default False
         Whether to estimate the discretisation error from a second run with half as many segments.
     output : path-like, optional
@@ -92,22 +96,20 @@ def simulate(
     """
     if model is not None:
         scheme = replace(scheme or Scheme(), model=model)
+    keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}
     if isinstance(drive, RoutedDrive):
         refuse_of_routes(start, forces=bool(forces), error_estimate=error_estimate)
-        move = travel if isinstance(travel, PlannedMove) else None
-        found = (partial(simulate_travel, move=move) if travel else simulate_network)(
-            drive,
-            duration,
-            torque=torque,
-            start=start if isinstance(start, NetworkStart) else None,
-            scheme=scheme,
-            recording=recording,
-            output=output,
-            force=force,
-            resume=resume,
-            progress=progress,
-        )
-        return cast(Any, found)  # with its own channels: a caller knows what drive it gave
+        asked: Any = {"torque": torque, "start": start, "scheme": scheme, "recording": recording}
+        if travel:
+            move = travel if isinstance(travel, PlannedMove) else None
+            moving = travel_case(drive, duration, move=move, **asked)
+            routed, outcome = keep_run(moving, partial(travel_result, moving), network_content, **keeping)
+        else:
+            case = network_case(drive, duration, **asked)
+            routed, outcome = keep_run(case, partial(network_result, case), network_content, **keeping)
+        if outcome.interrupted:
+            raise SimulationInterrupted(how_to_go_on(routed.steps * routed.step, output), routed)
+        return cast(Any, routed)  # with its own channels: a caller knows what drive it gave
     require_own_spans(drive, "`simulate`")
     scheme = scheme or Scheme()
     if travel:
@@ -119,16 +121,8 @@ def simulate(
     prepare = partial(
         case_of, drive, duration, torque=torque, forces=forces, start=start, recording=recording
     )
-    case = prepare(scheme=scheme)
-    result, outcome = keep_run(
-        case,
-        partial(result_of, case),
-        content_of,
-        output=output,
-        force=force,
-        resume=resume,
-        progress=progress,
-    )
+    loop = prepare(scheme=scheme)
+    result, outcome = keep_run(loop, partial(result_of, loop), content_of, **keeping)
     if error_estimate and result.stopped is None:
         try:
             estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)

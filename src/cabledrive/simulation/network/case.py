@@ -232,7 +232,7 @@ def network_case(
     scheme: Scheme | None = None,
     recording: Recording | None = None,
 ) -> NetworkCase:
-    """Check and prepare a run; arguments as of `simulate_network`."""
+    """Check and prepare a run; arguments as of `simulate`."""
     start, scheme, recording = start or NetworkStart(), scheme or Scheme(), recording or Recording()
     _check(drive, scheme, recording)
     network = network_of(drive)

@@ -1,88 +1,12 @@
 """One run of a machine with routes, chunk by chunk."""
 
-from collections.abc import Mapping
-from functools import partial
-from pathlib import Path
-
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import RoutedDrive
-from cabledrive.simulation.case import Recording
-from cabledrive.simulation.network.case import NetworkCase, NetworkStart, network_case
+from cabledrive.simulation.network.case import NetworkCase, NetworkStart
 from cabledrive.simulation.network.plan import EVENTS, MOST_EVENTS, STEPS, NetworkState, new_network_workspace
-from cabledrive.simulation.network.result import NetworkResult, network_content, network_result
 from cabledrive.simulation.plan import NOT_FINITE, SLACK, copy_state
-from cabledrive.simulation.run import SimulationInterrupted, how_to_go_on, keep_run
-from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import Scheme
-
-
-def simulate_network(
-    drive: RoutedDrive,
-    duration: float,
-    *,
-    torque: Mapping[str, Signal | float | Function] | Signal | float | Function = 0.0,
-    start: NetworkStart | None = None,
-    scheme: Scheme | None = None,
-    recording: Recording | None = None,
-    output: str | Path | None = None,
-    force: bool = False,
-    resume: bool = False,
-    progress: bool | None = False,
-) -> NetworkResult:
-    """Nonlinear motion of a machine with routes in time, about its state of rest.
-
-    Parameters
-    ----------
-    drive : RoutedDrive
-    duration : float
-        Length of the run [s].
-    torque : Signal, float, callable or dict of them by motor, default 0.0
-        Torque of the first motor, or of each by the name of its pulley, beyond what holds the machine at rest
-        [N m].
-    start : NetworkStart, optional
-        Plucks of spans, places and speeds of coordinates; default: at rest.
-    scheme : Scheme, optional
-        Cable law, resolution, what slack means.
-    recording : Recording, optional
-        How often it is recorded.
-    output : path-like, optional
-        NetCDF file to write; it appears whole or not at all. While the run lasts its records lie beside it,
-        in a folder of that name with ".part" behind it.
-    force : bool, default False
-        Whether an existing file, or what is left of an interrupted run, may be replaced.
-    resume : bool, default False
-        Go on with an interrupted run of the same settings.
-    progress : bool or None, default False
-        Whether to show on standard error how far the run is; None: where that is a terminal.
-
-    Returns
-    -------
-    NetworkResult
-        Also of a run that ended early, with ``stopped``.
-
-    Raises
-    ------
-    InputRefused
-        If anything about the run is not possible; nothing was written.
-    SimulationInterrupted
-        On Ctrl-C. It carries the result so far.
-    """
-    case = network_case(drive, duration, torque=torque, start=start, scheme=scheme, recording=recording)
-    result, outcome = keep_run(
-        case,
-        partial(network_result, case),
-        network_content,
-        output=output,
-        force=force,
-        resume=resume,
-        progress=progress,
-    )
-    if outcome.interrupted:
-        raise SimulationInterrupted(how_to_go_on(result.steps * result.step, output), result)
-    return result
 
 
 def refuse_of_routes(start: object, **given: bool) -> None:

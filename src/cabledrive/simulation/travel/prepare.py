@@ -46,7 +46,7 @@ def travel_case(
     scheme: Scheme | None,
     recording: Recording | None,
 ) -> TravelCase:
-    """Check and prepare a run; arguments as of `cabledrive.simulation.travel.simulate_travel`."""
+    """Check and prepare a run; arguments as of `simulate`."""
     start, recording = start or NetworkStart(), recording or Recording()
     scheme = scheme or Scheme(segments=SEGMENTS)
     _check(drive, scheme, recording, start, move)
