@@ -41,10 +41,7 @@ class Departure:
 def departures(
     loop: Loop, drive: Drive, actual: Drive, motion: Motion, options: RigOptions, done: Run
 ) -> list[Departure]:
-    """In what a run departs from the theorems' assumptions.
-
-    ``drive``, ``actual``: as the law believes it to be, as it is.
-    """
+    """In what a run departs from the theorems' assumptions."""
     found = [
         *(Departure(words=words, definite=True) for words in _beyond_bounds(loop, actual)),
         *(Departure(words=words, definite=True) for words in _announcement(loop, done)),
@@ -130,7 +127,6 @@ def foreign(loop: Loop, drive: Drive) -> bool:
 def true_parameters(loop: Loop, actual: Drive) -> Array:
     """Inertia, viscous and Coulomb friction and offset torque of the first inertia of the law's model.
 
-    ``actual``: as it is.
     Returns shape (4,).
     """
     chain = plant_chain(actual, loop.controller.model)

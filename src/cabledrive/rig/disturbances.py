@@ -14,20 +14,14 @@ from cabledrive.rig.setting import Disturbance, RigOptions
 
 
 def slack_twist(drive: Drive, chain: LumpedChain) -> float:
-    """Twist between the pulleys at which one span carries no tension [rad].
-
-    ``chain``: the plant; without a flexible cable nothing goes slack.
-    """
+    """Twist between the pulleys at which one span carries no tension [rad]."""
     if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
         return float("inf")
     return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
 
 
 def joint_backlash(drive: Drive, chain: LumpedChain) -> float:
-    """Backlash of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant.
-
-    ``chain``: the plant.
-    """
+    """Backlash of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant."""
     flexible = "motor" in chain.names and "drive" in chain.names
     return drive.motor.backlash if drive.motor is not None and flexible else 0.0
 
@@ -61,8 +55,7 @@ def torque_limit(drive: Drive) -> float:
 def late_samples(options: RigOptions, interval: float, samples: int, generator: np.random.Generator) -> Array:
     """How late each sample is taken [s], at most 0.4 of a sample; nothing where there is no jitter.
 
-    ``interval``: sample time [s].
-    Returns shape (samples + 1,).
+    ``interval``: sample time [s]. Returns shape (samples + 1,).
     """
     if options.jitter == 0.0:
         return np.zeros(0)
@@ -71,10 +64,9 @@ def late_samples(options: RigOptions, interval: float, samples: int, generator: 
 
 
 def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Array:
-    """Torque on motor and load from each sample to the next.
+    """Torque on motor and load from each sample to the next, shape (samples, 2) [N m].
 
     ``interval``: sample time [s].
-    Returns shape (samples, 2) [N m].
     """
     return stepped_in(options.disturbances, ("motor", "load"), interval, samples)
 
@@ -82,11 +74,7 @@ def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Ar
 def stepped_in(
     disturbances: Sequence[Disturbance], names: Sequence[str], interval: float, samples: int
 ) -> Array:
-    """Disturbances from each sample to the next, shape (samples, names) [N m] or [N].
-
-    ``names``: what may be disturbed, one for each column.
-    Raises `InputRefused` for a disturbance of anything else.
-    """
+    """Disturbances from each sample to the next, shape (samples, names) [N m] or [N]."""
     found = np.zeros((samples, len(names)))
     for step in disturbances:
         if step.on not in names:
@@ -102,9 +90,7 @@ def stepped_in(
 def encoder_dropout(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
     """Number of the encoder that gives NaN, first and last sample at which it does.
 
-    ``interval``: sample time [s]; ``shown``: numbers of the fitted encoders that are read.
-    Returns shape (3,): first entry -1: none drops out.
-    Raises `InputRefused` if there is no such encoder.
+    ``interval``: sample time [s]. Returns shape (3,): first entry -1: none drops out.
     """
     if options.blind is None:
         return np.array([-1, 0, 0], dtype=np.int64)

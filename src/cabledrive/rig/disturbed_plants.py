@@ -21,11 +21,7 @@ from cabledrive.rig.setting import Motion, Payload, RigOptions
 
 
 def loop_with_loads(loop: Loop, motion: Motion, options: RigOptions) -> Loop:
-    """A loop whose plant's load changes as the options say.
-
-    Raises `InputRefused` if a load is announced to a law that takes none or after the end of the run, changes
-    after it, or the plant is no lumped chain.
-    """
+    """A loop whose plant's load changes as the options say."""
     if motion.payload and loop.controller.schedule is None:
         raise InputRefused(
             f"payload = {motion.payload[0].factor:.4g} is announced, and {loop.controller.name} takes no "
@@ -144,10 +140,7 @@ def standard_disturbances(drive: Drive) -> Disturbances:
 
 
 def load_disturbances(path: str | Path) -> Disturbances:
-    """Read disturbances; a key that the file leaves out does not disturb.
-
-    Raises `InputRefused` if it cannot be read or is not understood.
-    """
+    """Read disturbances; a key that the file leaves out does not disturb."""
     path = Path(path)
     content = read_toml(path, 'write TOML such as load_coulomb = ["0 N m", "0.02 N m"]')
     try:
@@ -157,10 +150,7 @@ def load_disturbances(path: str | Path) -> Disturbances:
 
 
 def disturbances_of(content: Mapping[str, Any]) -> Disturbances:
-    """Disturbances from a table of TOML: a quantity, or [smallest, largest].
-
-    Raises `InputRefused` if a key is unknown or a value has another unit.
-    """
+    """Disturbances from a table of TOML: a quantity, or [smallest, largest]."""
     found: dict[str, Range] = {}
     for key, value in content.items():
         if key not in UNITS:
@@ -182,11 +172,7 @@ STEP = 20e-6
 def disturbed_loop(
     loop: Loop, disturbances: Disturbances, options: RigOptions, generator: np.random.Generator
 ) -> Loop:
-    """The same law and filter on one plant at random with its disturbances.
-
-    ``loop``: nominal, on a lumped chain.
-    Raises `InputRefused` if the delay to add reaches the next sample, or the plant is no lumped chain.
-    """
+    """The same law and filter on one plant at random with its disturbances."""
     if loop.cable is not None or loop.own_plant is not None:
         raise InputRefused("disturbed plants are lumped chains: leave the plant out")
     chain = sampled_chain(loop.chain, generator)

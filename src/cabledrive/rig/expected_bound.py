@@ -52,7 +52,6 @@ class ExpectedBound:
 def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
     """Bound of the load's error over everything uncertain.
 
-    ``loop``: a damping-aware law of the chain on its own nominal plant, encoders with unknown phases;
     ``spreads``: of cable, load and joint; by default those of `cabledrive.rig.plant_samples`.
     """
     linear = linear_loop(loop)
@@ -90,9 +89,8 @@ def rounding_part(loop: Loop, linear: LinearLoop) -> Array:
     """What rounding to counts does to the load, and zeros of encoders half a count off.
 
     While an encoder passes ten counts and more in a period of the bandwidth, its rounding is white noise of
-    which five standard deviations are taken; slower, it is any signal of half a count.
-
-    Returns shape (samples,) [rad].
+    which five standard deviations are taken; slower, it is any signal of half a count. Returns shape
+    (samples,) [rad].
     """
     from scipy.signal import fftconvolve
 
@@ -111,13 +109,10 @@ def rounding_part(loop: Loop, linear: LinearLoop) -> Array:
 def torque_parts(loop: Loop, by_plant: Array, by_filter: Array, speed_noise: float) -> tuple[Array, Array]:
     """Tubes of what is not known of the motor, and of friction that sticks.
 
-    Where the reference is faster than the noise of the motor's speed, friction has the sign it is taken to
-    have; elsewhere plant and filter may each have any friction up to the Coulomb torque, and only what the
-    law feeds forward is known.
-
     ``by_plant``, ``by_filter``, shape (k,): impulse responses of the load to both torques; ``speed_noise``
-    [rad/s].
-    Returns ``matched, friction``, shape (samples,) [rad].
+    [rad/s]. Where the reference is faster than the noise of the motor's speed, friction has the sign it is
+    taken to have; elsewhere plant and filter may each have any friction up to the Coulomb torque, and only
+    what the law feeds forward is known. Returns ``matched, friction``, shape (samples,) [rad].
     """
     made = loop.controller
     learning, slope, reference = made.law.learning, made.law.scalars[2], made.reference
@@ -136,10 +131,9 @@ def torque_parts(loop: Loop, by_plant: Array, by_filter: Array, speed_noise: flo
 
 
 def tube(impulse: Array, height: Array) -> Array:
-    """Largest response to any signal that stays within a height.
+    """Largest response to any signal that stays within a height, shape (samples,).
 
     ``impulse``, shape (k,); ``height``, shape (samples,).
-    Returns shape (samples,).
     """
     from scipy.signal import fftconvolve
 
@@ -182,7 +176,6 @@ def _envelope(loop: Loop, chains: Sequence[LumpedChain]) -> Array:
 def residual_response(loop: Loop, chain: LumpedChain) -> Array:
     """Error of the load along the reference on another row, without friction and counts.
 
-    ``chain``: the plant.
     Returns shape (samples,) [rad].
     """
     made, interval = loop.controller, loop.rig.interval

@@ -138,8 +138,7 @@ def motor_disturbance(chain: LumpedChain, wanted: Array, interval: float) -> Arr
 def parts_of(ideal: IdealLoop, chain: LumpedChain, error: Array, memory: int) -> tuple[Array, Array]:
     """What drove the load's error from sample to sample: a torque of the motor, and the rest.
 
-    They are told apart in the norm of energy: joules of springs and inertias.
-    ``error``, shape (samples, 2n); ``memory``: number of states of the law.
+    ``error``, shape (samples, 2n). They are told apart in the norm of energy: joules of springs and inertias.
     """
     n, count = chain.size, len(error)
     kept = np.zeros((count, memory))

@@ -77,12 +77,7 @@ def run_learning_samples(
     threads: int = 2,
     spreads: Spreads | None = None,
 ) -> LearningSamples:
-    """Draw plants and encoder phases, run one pulse, learn, rebuild, run the rest.
-
-    ``loop``: nominal, with the law of `cabledrive.rig.laws.indirect.indirect` and at least two pulses;
-    ``spreads``: `RUBBING_LOAD` draws friction of the load as well.
-    Raises `NotComputed` if no draw runs to its end.
-    """
+    """Draw plants and encoder phases, run one pulse, learn, rebuild, run the rest."""
 
     def score(one: Loop) -> tuple[Array, Array] | None:
         _, done, found = run_indirect(spec, one, options)

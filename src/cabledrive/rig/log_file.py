@@ -11,19 +11,13 @@ from cabledrive.rig.tracking import Tracking
 
 
 def log_csv(log: Log) -> str:
-    """The log as comma-separated values.
-
-    Returns header such as ``time [s],torque [N m],angle [rad]``.
-    """
+    """The log as comma-separated values, header such as ``time [s],torque [N m],angle [rad]``."""
     heads = ["time [s]", *(f"{name.replace('_', ' ')} [{log.units[name]}]" for name in log.channels)]
     return csv_text(heads, [log.time, *log.channels.values()])
 
 
 def csv_text(heads: Sequence[str], columns: Sequence[Array]) -> str:
-    """Columns as comma-separated values of ten digits.
-
-    ``heads``: with units; ``columns``, shape (rows,).
-    """
+    """Columns as comma-separated values of ten digits; ``heads``: with units; ``columns``, shape (rows,)."""
     table = np.column_stack(columns) + 0.0  # no negative zeros
     lines = [",".join(f"{value:.10g}" for value in row) for row in table]
     return "\n".join([",".join(heads), *lines]) + "\n"
@@ -35,10 +29,7 @@ HEADS = {"motor": "angle", "drive": "drive angle", "load": "load angle"}
 
 
 def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
-    """The log as comma-separated values: time, torque, encoder angles, reference, load cell.
-
-    ``drive``: the drive as it is; its load cell, if it has one, is logged.
-    """
+    """The log as comma-separated values: time, torque, encoder angles, reference, load cell."""
     shafts = [HEADS[shaft] for shaft in tracking.summary["encoders"]]
     head = ["time [s]", "torque [N m]", *(f"{shaft} [rad]" for shaft in shafts), "reference [rad]"]
     columns = [tracking.time, tracking.torque, *tracking.encoder_angles.T, tracking.reference]

@@ -57,11 +57,7 @@ class Sampled:
 
 
 def margins_of(loop: Loop, load: float = 1.0) -> Margins:
-    """Margins of a loop at its motor's torque.
-
-    ``load``: that is announced, as a factor, where the law goes by one.
-    Raises `InputRefused` if there is no Kalman filter, or the law is the user's own.
-    """
+    """Margins of a loop at its motor's torque."""
     controller, plant = sampled_controller(loop, load), sampled_plant(loop)
     closed, by_rounding, torque = closed_loop(controller, plant)
     if float(np.abs(np.linalg.eigvals(closed)).max()) >= 1.0:
@@ -179,7 +175,6 @@ def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
 
     States: of the filter before its readings, torque of its shaft, commands that it still waits for, memory
     of the law, its last command. ``load``: that is announced, as a factor, where the law goes by one.
-    Raises `InputRefused` if there is no Kalman filter, or the law is the user's own.
     """
     seen, law = filter_at(loop.observer, load), law_at(loop.controller.law, load)
     if seen.kind != KALMAN:
@@ -226,7 +221,6 @@ def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
     """Command per angle and speed and per memory, and how the memory goes on.
 
     Returns ``rows``, shape (2n,); ``memory``, shape (k,); ``update``, shape (k, k + 2n + 1).
-    Raises `InputRefused` if the law is the user's own.
     """
     if law.kind in (LINEAR, LEARNING, REFERENCE_MODEL):
         k = law.matrix.shape[0]

@@ -36,10 +36,9 @@ class PlantSamples:
     failed: int  # runs that ended before their time
 
     def degrees(self, name: str) -> Array:
-        """A peak of every run [deg].
+        """A peak of every run [deg], shape (draws,).
 
         ``name``, {"peak", "first_peak", "later_peak", "own_peak"}.
-        Returns shape (draws,).
         """
         return self.scores[:, SUMMARY.index(name)] / DEGREE
 
@@ -47,10 +46,7 @@ class PlantSamples:
 def sampled_chain(
     chain: LumpedChain, generator: np.random.Generator, spreads: Spreads | None = None
 ) -> LumpedChain:
-    """One plant at random: motor within the printed bounds, the rest within its spreads, all uniform.
-
-    ``chain``: the nominal plant, at the first shaft.
-    """
+    """One plant at random: motor within the printed bounds, the rest within its spreads, all uniform."""
     spreads = spreads or Spreads()
     bounds = printed_bounds(chain, flexible_joint="drive" in chain.names[1:])
     inertia, viscous, coulomb, offset = bounds.low + generator.random(4) * bounds.spread
@@ -95,10 +91,7 @@ def sampled_loops(
 
 
 def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> PlantSamples:
-    """Run many plants, in threads.
-
-    ``loop``: nominal, as `cabledrive.rig.closed_loop.loop.close_loop` makes it.
-    """
+    """Run many plants, in threads."""
 
     def score(one: Loop) -> tuple[Array, bool]:
         done = run(one, log=False)

@@ -52,10 +52,7 @@ def scored(
     seed: int,
     draws: range,
 ) -> Scores:
-    """Run a law on plants, the same for every law.
-
-    ``draws``: numbers of the plants; each has a generator of its own.
-    """
+    """Run a law on plants, the same for every law."""
     columns = [SUMMARY.index(name) for name in COLUMNS[:-1]]
 
     def one(draw: int) -> Array:
@@ -78,8 +75,7 @@ def scored(
 def rank(scores: Scores, goal: float, *, learns: bool) -> tuple[float, float]:
     """Smaller is better: share of plants outside the goal, then the largest error.
 
-    ``goal``: largest error allowed [rad]; ``learns``: whether the first pulse is for learning and does not
-    count.
+    ``goal``: largest error allowed [rad].
     """
     errors = counted(scores, learns=learns)
     return float(np.mean([error > goal for error in errors])), max(errors)
@@ -111,10 +107,7 @@ def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
 
 
 def checked_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Names of laws, each once.
-
-    Raises `InputRefused` if one is unknown or given twice, or there is none.
-    """
+    """Names of laws, each once."""
     for place, name in enumerate(names):
         if name not in CONTROLLERS:
             raise InputRefused(
@@ -140,11 +133,7 @@ def goal_of(drive: Drive) -> float:
 
 @lru_cache(maxsize=8)
 def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None], ...]]:
-    """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants.
-
-    ``spec``: with its motion.
-    Raises `NotComputed` if no law can be tuned.
-    """
+    """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
     assert spec.motion is not None
     disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
     several = spec.motion.pulses > 1
@@ -171,10 +160,7 @@ __all__ = ["BEST", "best_controller", "best_words"]
 
 
 def best_controller(spec: DesignSpec) -> Controller:
-    """The law that ranks first, with the bandwidth and the filter that the comparison tuned.
-
-    Raises `InputRefused` if a bandwidth or another feedforward is asked for, or estimates are to keep still.
-    """
+    """The law that ranks first, with the bandwidth and the filter that the comparison tuned."""
     if spec.bandwidth is not None or spec.feedforward != "damped" or not spec.adapt:
         raise InputRefused(
             "controller = best is tuned as a whole: leave bandwidth, feedforward and no-adaptation out, or "

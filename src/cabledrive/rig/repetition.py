@@ -50,10 +50,6 @@ def repeat_motion(loop: Loop, spec: DesignSpec, options: RigOptions, repetitions
 
     Learning goes by the load's encoder, which is all that a machine sees. It stops when the root mean square
     of its error has not fallen by 2 % for two repetitions; the best repetition is kept.
-
-    ``repetitions``: at most, the first without a learnt torque included.
-    Raises `InputRefused` if the law takes no torque along its motion or has no Kalman filter, `NotComputed`
-    if no direction of the torque converges on every plant that is looked at.
     """
     check_repeatable(loop, repetitions)
     done = run(loop)
@@ -91,10 +87,7 @@ def repeat_motion(loop: Loop, spec: DesignSpec, options: RigOptions, repetitions
 
 
 def check_repeatable(loop: Loop, repetitions: int) -> None:
-    """Refuse what cannot be repeated.
-
-    Raises `InputRefused` as `repeat_motion`.
-    """
+    """Refuse what cannot be repeated."""
     made = loop.controller
     if not 2 <= repetitions <= MOST_REPETITIONS:
         raise InputRefused(f"repeat = {repetitions} must be from 2 to {MOST_REPETITIONS}")
@@ -110,11 +103,7 @@ def check_repeatable(loop: Loop, repetitions: int) -> None:
 def design_learning(
     loop: Loop, spec: DesignSpec, options: RigOptions, width: int, nodes: int
 ) -> RepetitionLearning:
-    """What is learnt between repetitions, with its contraction on the nominal plant and at eight corners.
-
-    ``width``: samples from node to node.
-    Raises `NotComputed` if no direction of the torque converges on every plant.
-    """
+    """What is learnt between repetitions, with its contraction on the nominal plant and at eight corners."""
     believed = replace(loop, cable=None)
     chains = [spec.model(loop.controller.model), *corners(spec.model(loop.controller.model))]
     maps = [_lifted(with_plant(believed, chain, options), width, nodes) for chain in chains]

@@ -71,7 +71,6 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
 def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[str, Any]:
     """What was asked of the rig beside its plant.
 
-    ``actual``: as it is.
     Returns jitter [s], disturbances; torque limit [N m], bandwidth of the torque loop and a encoder dropout
     where there are.
     """
@@ -94,7 +93,6 @@ def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[st
 def motor_words(actual: Drive, *, stepper: bool = False) -> dict[str, str]:
     """How the rotor is held in a run: under torque control it turns freely.
 
-    ``actual``: as it is; ``stepper``: it is held by its field.
     Returns with the reason where the drive has a holding stiffness, which is left out.
     """
     if stepper:
@@ -113,8 +111,7 @@ def payload_words(motion: Motion) -> dict[str, Any]:
 def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
     """Bound of the disturbance: friction at rest, and what the actuator makes of the command.
 
-    ``law``: of the chain; ``shaft``, ``command``, shape (samples,): torque at the motor's shaft, and the one
-    asked for [N m].
+    ``shaft``, ``command``, shape (samples,): torque at the motor's shaft, and the one asked for [N m].
     Returns shape (samples,) [N m].
     """
     late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
@@ -152,8 +149,7 @@ LAST_SHARE = 0.5
 def rest_words(loop: Loop, error: Array, motion: Motion) -> dict[str, Any]:
     """Swing of the load at the end of the last dwell; of a plant with backlash only, where a loop may cycle.
 
-    ``error``, shape (samples,): of the load [rad].
-    Returns nothing without backlash.
+    ``error``, shape (samples,): of the load [rad]. Returns nothing without backlash.
     """
     if loop.backlash <= 0.0 or loop.own_plant is not None:
         return {}

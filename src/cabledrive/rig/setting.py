@@ -237,11 +237,7 @@ def _check_pair(options: RigOptions) -> None:
 
 
 def sample_interval(drive: Drive) -> float:
-    """Sample time of a drive.
-
-    Returns [s].
-    Raises `InputRefused` if the drive names no sample rate.
-    """
+    """Sample time of a drive [s]."""
     if drive.sensors is None or drive.sensors.sample_rate is None:
         raise InputRefused('sensors.sample_rate is missing: add it, such as sample_rate = "5 kHz"')
     return 1.0 / drive.sensors.sample_rate
@@ -251,12 +247,7 @@ SHAFTS = ("motor", "drive", "load")
 
 
 def parse_disturbance(words: str) -> Disturbance:
-    """A torque or a force that steps in: shaft or coordinate, size, start and end.
-
-    ``words``: such as ``load:0.05:0.3:0.6``, ``motor:20 mN m:0.1 s:0.2 s`` or ``camera.y:-20 N:1 s``; without
-    an end it stays.
-    Raises `InputRefused` if it is not understood.
-    """
+    """A torque or a force that steps in: shaft or coordinate, size, start and end."""
     parts = words.split(":")
     if len(parts) not in (3, 4):
         raise InputRefused(
@@ -269,12 +260,7 @@ def parse_disturbance(words: str) -> Disturbance:
 
 
 def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
-    """An encoder that gives no number for a while: shaft, start and end.
-
-    ``words``: such as ``load:0.1:0.11``.
-    Returns shaft, start and end [s].
-    Raises `InputRefused` if it is not understood.
-    """
+    """An encoder that gives no number for a while: shaft, start and end [s]."""
     if words is None:
         return None
     parts = words.split(":")
@@ -289,19 +275,13 @@ def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
 
 
 def parse_payload(words: str) -> Payload:
-    """A load from a time on, such as ``3:0.7 s``; without a time from the beginning.
-
-    Raises `InputRefused` if it is not understood.
-    """
+    """A load from a time on, such as ``3:0.7 s``; without a time from the beginning."""
     factor, colon, start = words.partition(":")
     return Payload(factor=to_si(factor, "1"), start=to_si(start, "s") if colon else 0.0)
 
 
 def parse_payload_range(words: str | None) -> tuple[float, float]:
-    """Least and largest load of a design, such as ``0.5:3``; None: that by default.
-
-    Raises `InputRefused` if it is not understood.
-    """
+    """Least and largest load of a design, such as ``0.5:3``; None: that by default."""
     if words is None:
         return PAYLOAD_RANGE
     low, colon, high = words.partition(":")

@@ -86,9 +86,8 @@ def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | Learn
 def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
     """Bound of the theorem along a run; None for laws that have none here.
 
-    What the actuator makes of the command counts as disturbance, and so does friction at rest.
-
-    ``log``, shape (samples, columns).
+    ``log``, shape (samples, columns). What the actuator makes of the command counts as disturbance, and so
+    does friction at rest.
     """
     made, n = loop.controller, loop.chain.size
     if made.law.kind != DARC or made.bandwidth is None or made.flat is None or len(log) < 2:
@@ -111,10 +110,9 @@ def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
 
 
 def law_states(loop: Loop, log: Array) -> Array:
-    """True angles, then speeds, of the inertias that a law takes.
+    """True angles, then speeds, of the inertias that a law takes, shape (samples, 2n).
 
     ``log``, shape (samples, columns).
-    Returns shape (samples, 2n).
     """
     places = [place(loop.chain, shaft) for shaft in loop.controller.shafts]
     return np.ascontiguousarray(log[:, [*places, *(loop.chain.size + i for i in places)]])
@@ -162,8 +160,7 @@ def margin_words(loop: Loop, estimates: Array, states: Array) -> dict[str, Any]:
     """Smallest eigenvalue of D_z of (6.100) over the states and estimates that a run met.
 
     ``estimates``, shape (samples, p); ``states``, shape (samples, 2n): angles and speeds as the law took
-    them.
-    Returns empty for other laws and for runs without a sound sample.
+    them. Returns empty for other laws and for runs without a sound sample.
     """
     law = loop.controller.law
     sound = np.flatnonzero(np.all(np.isfinite(states), axis=1)) if states.size else np.zeros(0, dtype=int)

@@ -147,10 +147,7 @@ class Tracking(ResultCard):
 def summarize(
     loop: Loop, done: Run, drive: Drive, actual: Drive, motion: Motion, options: RigOptions, seed: int
 ) -> Tracking:
-    """Put a run into words and arrays.
-
-    ``drive``, ``actual``: as believed, as it is.
-    """
+    """Put a run into words and arrays; ``drive``, ``actual``: as believed, as it is."""
     n, m, ended = loop.chain.size, len(loop.rig.encoders), done.ended
     log, made = done.log[:ended], loop.controller
     column = 2 * n + 1 + m
@@ -205,10 +202,7 @@ def summarize(
 def summary_of(
     loop: Loop, done: Run, error: Array, motion: Motion, options: RigOptions, seed: int
 ) -> dict[str, Any]:
-    """Peaks of a run and what was run.
-
-    ``error``, shape (samples,): of the load [rad].
-    """
+    """Peaks of a run and what was run; ``error``, shape (samples,): of the load [rad]."""
     score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=True))
     samples = max(len(error), 1)
     several = motion.pulses > 1 and len(error) > loop.rig.first_end

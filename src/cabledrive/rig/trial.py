@@ -35,11 +35,7 @@ from cabledrive.trajectories import move_limits, peak_demand
 
 
 def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Tracking:
-    """A run as `cabledrive.rig.tracking.summarize` puts it, its first part held to the first law's bounds.
-
-    ``found``: of the whole run, by the last law; ``first``, ``last``: of the laws before and after the first
-    pulse with its dwell.
-    """
+    """A run as `cabledrive.rig.tracking.summarize` puts it, its first part held to the first law's bounds."""
     pause = min(first.rig.first_end, done.ended)
     before, after = first.controller, last.controller
     inside = [within(found.estimates[:pause], before), within(found.estimates[pause:], after)]
@@ -192,10 +188,7 @@ def _axis_words(drive: AxisDrive, found: Tracking, actual: Drive) -> dict[str, A
 def over_draws(
     loop: Loop, spec: DesignSpec, motion: Motion, options: RigOptions, draws: int, seed: int
 ) -> dict[str, Any]:
-    """Peaks over many plants, each learnt anew by a law that learns and has a second pulse to do so.
-
-    ``loop``: as it begins.
-    """
+    """Peaks over many plants, each learnt anew by a law that learns and has a second pulse to do so."""
     if loop.controller.name == NAME and loop.controller.own is None and motion.pulses > 1:
         words = run_learning_samples(loop, spec, options, draws, seed).words
         closed: dict[str, Any] = {
@@ -212,10 +205,7 @@ def over_draws(
 
 
 def spec_for(drive: Drive, motion: Motion, **choices: Any) -> DesignSpec:
-    """What a law is designed for, from a drive and a motion.
-
-    ``**choices``: bandwidth, feedback, adapt, best; see `DesignSpec`.
-    """
+    """What a law is designed for, from a drive and a motion."""
     interval = sample_interval(drive)
     trajectory = motion.trajectory
     samples = round(trajectory.duration / interval) + 1
@@ -225,10 +215,7 @@ def spec_for(drive: Drive, motion: Motion, **choices: Any) -> DesignSpec:
 
 
 def controller_name(controller: Any, drive: Drive) -> str:
-    """Name of a law, or of a controller of the user's own.
-
-    Raises `InputRefused` if it is neither, or takes the name of a packaged law.
-    """
+    """Name of a law, or of a controller of the user's own."""
     if controller is None or isinstance(controller, str):
         return known_name(controller, drive)
     name = checked_controller(controller).name
@@ -241,7 +228,6 @@ def plant_number(plant: Any) -> int | None:
     """Number of the model that is the plant.
 
     Returns none: the highest that the drive's data allow, or the distributed cable.
-    Raises `InputRefused` if there is no such plant.
     """
     if plant is None:
         return None
@@ -251,11 +237,7 @@ def plant_number(plant: Any) -> int | None:
 
 
 def check_clock(drive: Drive, actual: Drive) -> None:
-    """Refuse a plant whose sensors are sampled at another rate than the law's.
-
-    ``drive``, ``actual``: as the law believes it to be, as it is.
-    Raises `InputRefused` if their sample rates differ: the controller has one clock.
-    """
+    """Refuse a plant whose sensors are sampled at another rate than the law's."""
     ours, theirs = (1.0 / sample_interval(one) for one in (drive, actual))
     if abs(ours - theirs) > 1e-9 * ours:
         raise InputRefused(
@@ -265,10 +247,7 @@ def check_clock(drive: Drive, actual: Drive) -> None:
 
 
 def check_motion(drive: Drive, motion: Motion) -> None:
-    """Refuse a motion beyond the speed, the torque or the slack torque of a drive.
-
-    Raises `InputRefused` if a peak demand of the motion is above its limit, or the motion is none.
-    """
+    """Refuse a motion beyond the speed, the torque or the slack torque of a drive."""
     _ = motion.trajectory  # refuses what is no motion
     limits = move_limits(drive)
     demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.rise_order)

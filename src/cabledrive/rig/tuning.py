@@ -73,8 +73,6 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
     """Design a control law by name, tuned where ``spec.best`` asks for it and no bandwidth is given.
 
     ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    Raises `InputRefused` if there is no such law, the sample rate is too low for its bandwidth, or that is
-    too low for the law.
     """
     name = known_name(name, spec.drive)
     if spec.feedforward != "damped" and name not in BASELINES:

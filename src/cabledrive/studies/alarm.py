@@ -82,8 +82,6 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
 
     ``floor``: amplitude of every transverse mode that is always there [m]; ``limit``: largest transverse
     displacement from rest that is allowed [m].
-    Raises `InputRefused` if the motion does not fit the drive, or floor and limit are not 0 < floor < limit;
-    `NotComputed` if no state of rest is found.
     """
     check_amplitudes(floor, limit)
     prepared = prepare(drive, motion, floor=floor)
@@ -162,10 +160,7 @@ def _doubts(prepared: PreparedMotion, slack: bool) -> list[str]:
 
 
 def check_amplitudes(floor: float, limit: float) -> None:
-    """Refuse a floor and a limit [m] that leave no room for growth.
-
-    Raises `InputRefused` if 0 < floor < limit does not hold.
-    """
+    """Refuse a floor and a limit [m] that leave no room for growth."""
     if not 0.0 < floor < limit:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
 

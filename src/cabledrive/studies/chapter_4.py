@@ -80,10 +80,7 @@ class Chapter4:
 
 
 def chapter_4(seed: int = SEED) -> Chapter4:
-    """Run and identify the experiments of chapter 4.
-
-    ``seed``: of phases, noise and encoder phases.
-    """
+    """Run and identify the experiments of chapter 4; ``seed``: of phases, noise and encoder phases."""
     two = replace(WITH_DRIVE, amplitudes=(0.1, 0.1))
     plan = (
         ("Motor and drive pulley, 3 and 4 Hz", "4.7 and 4.8", 1.0, replace(two, frequencies=(3.0, 4.0))),

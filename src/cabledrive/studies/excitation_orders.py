@@ -73,10 +73,7 @@ class Campbell:
 
 
 def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
-    """How fast every coordinate moves where one moves with unit speed and nothing is strained.
-
-    Raises `InputRefused` if the coordinate is unknown, or cannot move without strain.
-    """
+    """How fast every coordinate moves where one moves with unit speed and nothing is strained."""
     network = network_of(drive, motor="free")
     names = network.motion.names
     if coordinate not in names:
@@ -94,10 +91,7 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
 
 
 def frequency_per_speed(drive: Drive | RoutedDrive, order: Order, coordinate: str) -> float:
-    """Frequency of an excitation per unit speed of a coordinate [Hz s/m], [Hz s/rad].
-
-    Raises `InputRefused` if it is not tied to that motion.
-    """
+    """Frequency of an excitation per unit speed of a coordinate [Hz s/m], [Hz s/rad]."""
     if not isinstance(drive, RoutedDrive):
         raise InputRefused('orders of excitation need a machine of kind "route", whose parts have names')
     found = rates(drive, coordinate)

@@ -56,10 +56,7 @@ class Follower:
         self._known: dict[float, Station] = {}
 
     def modes_at(self, value: float, count: int) -> Station:
-        """Modes in ascending order of frequency.
-
-        ``count``: at least so many; each as often as its multiplicity.
-        """
+        """Modes in ascending order of frequency."""
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
@@ -69,10 +66,8 @@ class Follower:
     def path(self, values: Array, curves: int) -> list[Station]:
         """Follow the first modes from the first value to the last.
 
-        ``values``, shape (p,): strictly ascending; ``curves``: how many modes, counted from the lowest at the
-        first value.
-        Returns one for each value, and for each substep that was needed.
-        Raises `NotComputed` if the modes cannot be distinguished.
+        ``values``, shape (p,): strictly ascending. Returns one for each value, and for each substep that was
+        needed.
         """
         first = self.modes_at(float(values[0]), curves)
         here = _part(first, np.arange(curves))
@@ -98,10 +93,8 @@ class Follower:
         """Follow from a station to another value, and say whether there is no doubt.
 
         The modes that are not followed, up to a few above the highest that is, are matched as well: a curve
-        must not jump over one of them unnoticed.
-
-        Returns ``there``: in the order of the curves; ``sure``: whether every shape is found again and no two
-        curves changed order on the way.
+        must not jump over one of them unnoticed. Returns ``there``: in the order of the curves; ``sure``:
+        whether every shape is found again and no two curves changed order on the way.
         """
         curves = here.frequency.size
         beside = self._beside(here)
@@ -147,7 +140,6 @@ def _station(value: float, drive: Drive, count: int, cells: int) -> Station:
 def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
     """Shapes as vectors of unit length whose products are those of the kinetic energy.
 
-    ``modes``: its longitudinal modes; ``cells``: cells per span.
     Returns shape (n, shapes): one column for each mode and multiplicity: the joints, then the cable at the
     midpoints of equal cells.
     """
@@ -221,14 +213,11 @@ class Crossing:
 
 
 def crossings(follower: Follower, path: list[Station]) -> list[Crossing]:
-    """All crossings and veerings between the curves of a path.
+    """All crossings and veerings between the curves of a path, in order of the value.
 
     A veering is counted where the relative gap has a least value, doubles on both sides within the path, and
     each shape on the one side is more like the other curve's shape on the other side (squared overlap above
     one half).
-
-    ``follower``: what made the path; it refines the places.
-    Returns in order of the value.
     """
     found = []
     for pair in combinations(range(path[0].frequency.size), 2):

@@ -199,7 +199,6 @@ def fit_to_peaks(
     ``peaks``: frequency and its standard error [Hz] by the coordinate that moves in that mode, such as
     ``{"head.x": (86.2, 0.4)}``; ``keys``: figures that are fitted, of a tuple those that are alike. The
     interval holds the errors of the peaks alone, not those of the other figures of the file.
-    Raises `InputRefused` for unknown names, `NotComputed` where the peaks do not determine the figures.
     """
     groups = [(one,) if isinstance(one, str) else tuple(one) for one in keys]
     names = tuple(peaks)

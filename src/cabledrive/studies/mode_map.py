@@ -109,11 +109,7 @@ def map_modes(
 
 
 class Mode(NamedTuple):
-    """A distinct frequency of one point.
-
-    ``group``: the span of a transverse mode, else one for all; ``name``: what moves most in it; ``share``:
-    that part's share of the kinetic energy.
-    """
+    """A distinct frequency of one point."""
 
     kind: str
     group: str
@@ -141,9 +137,7 @@ def listed_below(
 ) -> tuple[list[Axis], list[Listed]]:
     """Every distinct mode below a frequency [Hz] at each point of a grid of figures.
 
-    ``vary``, ``motor``, ``hold``, ``workers``: as of `map_modes`.
     Returns the axes and the points in the order of `points_of`.
-    Raises `InputRefused` if no point is a machine.
     """
     axes = _checked(drive, vary, 1)
     held = condition(drive, motor) if isinstance(drive, RoutedDrive) else motor_condition(drive, motor)

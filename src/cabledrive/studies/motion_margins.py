@@ -204,7 +204,6 @@ def motion_margins(
     """Margins of ropes, wraps, teeth and motors along a motion.
 
     ``wraps``: by pulley, instead of those of the geometry [rad].
-    Raises `InputRefused` if the motion does not fit the machine.
     """
     found = motion_tensions(drive, motion)
     spans, motors = _spans(drive, found), _motors(drive, found)

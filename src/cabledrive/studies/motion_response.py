@@ -59,10 +59,9 @@ class TensionLines:
 
 
 def amplitudes(values: Array) -> Array:
-    """Amplitudes of the sines in some signals, their means removed.
+    """Amplitudes of the sines in some signals, their means removed, shape (n // 2 + 1, signals).
 
     ``values``, shape (n, signals).
-    Returns shape (n // 2 + 1, signals).
     """
     window = np.hanning(values.shape[0])[:, None]
     spectrum = np.fft.rfft(window * (values - values.mean(axis=0)), axis=0)
@@ -72,12 +71,11 @@ def amplitudes(values: Array) -> Array:
 def excited_modes(drive: Drive, state: StaticState, lines: TensionLines, floor: float) -> list[list[int]]:
     r"""Numbers of the transverse modes of each free stretch, the most endangered first behind the lowest.
 
-    A tension that oscillates by :math:`\eta T` at :math:`\Omega` makes a mode at :math:`w = \Omega/2`, or two
-    whose frequencies add to it, grow by up to :math:`\tfrac18\Omega\eta` per time, within as much in
-    frequency; through a sag of slope :math:`\sigma` it shakes a mode at :math:`w = \Omega` to no more than
-    :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma, \tfrac12 wT)`.
-
-    ``floor``: amplitude below which nothing counts [m].
+    ``floor``: amplitude below which nothing counts [m]. A tension that oscillates by :math:`\eta T` at
+    :math:`\Omega` makes a mode at :math:`w = \Omega/2`, or two whose frequencies add to it, grow by up to
+    :math:`\tfrac18\Omega\eta` per time, within as much in frequency; through a sag of slope :math:`\sigma` it
+    shakes a mode at :math:`w = \Omega` to no more than :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma,
+    \tfrac12 wT)`.
     """
     return [_of_stretch(drive, state, part, lines, floor) for part in free_stretches(drive, state)]
 
@@ -165,9 +163,7 @@ class PreparedMotion:
         """Largest displacements along the motion.
 
         ``floor``: amplitude below which no transverse mode falls [m]; ``phase``: phase at which that
-        amplitude begins [rad]; ``detuned``: relative change of all transverse frequencies; ``torque``: factor
-        on the torque above the holding torque; ``parametric``: whether the tension acts on the transverse
-        motion itself; without, direct excitation alone.
+        amplitude begins [rad].
         """
         stages = [(numbers, torque * part) for numbers, part in _stages(self, detuned)]
         if not parametric:
@@ -179,8 +175,6 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     """Compute the state of rest and the modes that a motion can excite, along the motion where they change.
 
     ``floor``: amplitude below which nothing counts [m].
-    Raises `InputRefused` if the motion is too short or too long to be integrated along; `NotComputed` if no
-    equilibrium is found.
     """
     knots = np.linspace(0.0, motion.time[-1], KNOTS) if motion.changes else np.zeros(1)
     drives = [drive_along(drive, motion, t) for t in knots]

@@ -59,10 +59,7 @@ class MotionTensions:
 
 
 def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions:
-    """Tensions of a machine along a motion, from rest.
-
-    Raises `InputRefused` if the motion does not fit the machine, or its motors cannot make it.
-    """
+    """Tensions of a machine along a motion, from rest."""
     slow = slow_motion(drive, motion)
     modes = [_elastic_modes(network, free) for network, free in zip(slow.networks, slow.free, strict=True)]
     highest = max((float(own.omega.max(initial=0.0)) for own in modes), default=0.0)

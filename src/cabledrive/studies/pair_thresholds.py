@@ -57,9 +57,8 @@ class CoupledPair:
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
     """Pairs of a drive at rest, Eq. (A.33): all 1:2 ones of the pulley mode, others near resonance.
 
-    ``pulley_mode``: frequency of the lowest longitudinal mode in which a pulley turns [rad/s].
-    Returns the lowest threshold first.
-    Raises `NotComputed` if a section hangs slack at rest.
+    ``pulley_mode``: frequency of the lowest longitudinal mode in which a pulley turns [rad/s]. Returns the
+    lowest threshold first.
     """
     state = static_state(drive, segments=_SEGMENTS)
     modes = longitudinal_modes(drive, state, HIGHEST * pulley_mode)
@@ -235,10 +234,7 @@ def motor_turn(network: Network, mode: Mode) -> float:
 
 
 def modal_damping(network: Network, mode: Mode, strains: dict[int, Array]) -> float:
-    """Damping of a longitudinal mode of unit modal mass [1/s]: viscous parts of the file alone.
-
-    ``strains``: slopes along the pieces at the points of quadrature.
-    """
+    """Damping of a longitudinal mode of unit modal mass [1/s]: viscous parts of the file alone."""
     drive, joints = network.drive, mode._motion.joints
     _, weights, _ = quadrature()
     total = 0.0

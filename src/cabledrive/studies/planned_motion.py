@@ -51,10 +51,7 @@ class PlannedMotion:
         return any(values is not None and np.ptp(values) > 0.0 for values in columns)
 
     def of_two_pulleys(self) -> "PlannedMotion":
-        """The motion of a loop or line written as a machine with routes; its torques by pulley.
-
-        Raises `InputRefused` if pretension or carriages change along it.
-        """
+        """The motion of a loop or line written as a machine with routes; its torques by pulley."""
         for name in ("pretension", "carriage"):
             if getattr(self, name) is not None:
                 raise InputRefused(
@@ -66,11 +63,7 @@ class PlannedMotion:
 
 
 def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
-    """The drive with the pretension and the carriage places that a motion has at an instant.
-
-    ``t`` [s].
-    Raises `InputRefused` if the motion moves a carriage that the drive has not.
-    """
+    """The drive with the pretension and the carriage places that a motion has at an instant; ``t`` [s]."""
     if motion.pretension is not None:
         tension = float(np.interp(t, motion.time, motion.pretension))
         drive = replace(drive, cable=replace(drive.cable, pretension=tension))

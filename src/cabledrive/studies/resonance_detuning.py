@@ -56,7 +56,6 @@ class InstabilityMargin:
 def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
     """Pretension at which each span's own mode has half the pulley mode's frequency under the steady load.
 
-    ``model``: of a drive with a load torque.
     Returns mean tension of the spans [N], by span; None where no pretension within a factor of 20 does it.
     """
     from scipy.optimize import brentq
@@ -78,8 +77,7 @@ def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
 def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
     """Detuning of a drive from the instability region of a torque that has acted for `BUILD_UP`.
 
-    ``torque`` [N m].
-    Returns of the transverse mode that is relatively nearest to its instability region.
+    ``torque`` [N m]. Returns of the transverse mode that is relatively nearest to its instability region.
     """
     c, reached, amplitude, distance, width = _against_regions(model, torque)
     mode = int(np.argmin(distance - CLOSE * width))
@@ -103,10 +101,9 @@ def far_from_tuning(model: AutoparametricModel, found: InstabilityMargin) -> str
 
 
 def verdicts(model: AutoparametricModel, torque: ArrayLike) -> NDArray[np.str_]:
-    """Verdict of `instability_margin` on each lane of a model.
+    """Verdict of `instability_margin` on each lane of a model, shape (lanes,).
 
     ``torque``, shape (lanes,): amplitude [N m].
-    Returns shape (lanes,).
     """
     *_, distance, width = _against_regions(model, torque)
     mode = np.argmin(distance - CLOSE * width, axis=0)[None]
@@ -213,7 +210,6 @@ def acting_torque(drive: RoutedDrive, torque: float | None) -> ActingTorque | No
     """The torque of the verdict: as given, else that of the file's [excitation]; None where there is neither.
 
     ``torque``: amplitude [N m], which may act at any frequency.
-    Raises `InputRefused` for one out of range, and for orders that are not tied to the motion.
     """
     if torque is not None:
         if not 0.0 <= torque <= LARGEST:

@@ -57,14 +57,11 @@ def growth_map(
 ) -> GrowthMap:
     """Largest motion over pretension and torque at the pulley mode's frequency, from a small unequal pluck.
 
-    The unstretched lengths are kept while the tension changes. Of more than two sections the two that come
-    nearest to resonance at the drive's own pretension are taken.
-
     ``torque``: the drive's own torque [N m]; the map goes to three times it by default; ``load_torque``:
     steady torque on the load pulley [N m]; ``pretensions``, ``torques``: axes of the map [N], [N m]; 100 each
     unless given; ``duration`` [s]; ``pluck`` [m]; 1e-4 of the span unless given; ``method``, {"oscillators",
-    "averaged"}.
-    Raises `InputRefused` if the drive has no pulley mode, or an axis is empty, negative or not finite.
+    "averaged"}. The unstretched lengths are kept while the tension changes. Of more than two sections the two
+    that come nearest to resonance at the drive's own pretension are taken.
     """
     tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
     tension = _axis(pretensions, _tension_range(drive, tuned), "pretensions", positive=True)
@@ -163,9 +160,8 @@ def spot_checks(
 ) -> tuple[SpotCheck, ...]:
     """Run the exact loop at random taut points of a map, most of them inside the instability region.
 
-    Without weight and Coulomb friction, which the map leaves out as well.
-
-    Returns empty where the drive is not a plain loop whose spans vibrate in their first mode.
+    Without weight and Coulomb friction, which the map leaves out as well. Returns empty where the drive is
+    not a plain loop whose spans vibrate in their first mode.
     """
     model = autoparametric_model(drive)
     plain = drive.kind == "loop" and not drive.carriage and all(mode.number == 1 for mode in model.modes)

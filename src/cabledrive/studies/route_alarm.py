@@ -133,10 +133,8 @@ def route_alarm(
 ) -> RouteAlarm:
     """Whether a motion makes a span of a machine with routes vibrate across beyond a limit.
 
-    ``floor``: amplitude of every transverse mode that is always there [m]; ``limit``: largest displacement
-    of a span from its chord that is allowed [m].
-    Raises `InputRefused` if the motion does not fit the machine, or 0 < floor < limit does not hold;
-    `NotComputed` if it takes too long.
+    ``floor``: amplitude of every transverse mode that is always there [m]; ``limit``: largest displacement of
+    a span from its chord that is allowed [m].
     """
     check_amplitudes(floor, limit)
     path = path_of(drive, motion)

@@ -102,7 +102,6 @@ def route_resonance(
 
     ``torque``: amplitude of the verdict [N m], default: that of [excitation]; ``motor``, {"free", "held",
     "holding"} or None for the file's own.
-    Raises `InputRefused` where a cable runs, the torque is negative, or no longitudinal mode turns a pulley.
     """
     acting = acting_torque(drive, torque)
     for route in drive.route:

@@ -73,11 +73,7 @@ class RoutePath:
 
 
 def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
-    """Snapshots along a motion, and the longitudinal modes under its torque from rest.
-
-    Raises `InputRefused` if a cable runs, the machine has no motor, or cannot be where the motion takes it;
-    `NotComputed` if the motion takes too many steps.
-    """
+    """Snapshots along a motion, and the longitudinal modes under its torque from rest."""
     for route in drive.route:
         if route.speed:
             raise InputRefused(

@@ -109,7 +109,6 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
     """Modes of a machine whose rotors are free, to a frequency of the longitudinal ones.
 
     ``wanted`` [Hz]; None: three times the lowest longitudinal mode that a motor drives.
-    Raises `InputRefused` if no motor drives a longitudinal mode.
     """
     network = network_of(drive, motor=FREE)
     top = wanted or HIGHEST * _lowest_driven(network, drive)
@@ -261,11 +260,7 @@ class _Kind:
 def tracked(
     snapshots: list[Snapshot], between: Callable[[float], Snapshot]
 ) -> tuple[list[Snapshot], list[str]]:
-    """Snapshots whose modes stand in the order of the first, and which of them stay ambiguous.
-
-    ``between``: the snapshot at a place along the poses, such as 0.5 half-way from the first to the second,
-    with as many modes of each kind, the transverse ones with the same names in the same order.
-    """
+    """Snapshots whose modes stand in the order of the first, and which of them stay ambiguous."""
     found, doubts, half_way = list(snapshots), list[str](), cache(between)
     for kind in (_ALONG, _ACROSS):
         order = np.arange(kind.shape(snapshots[0]).shape[1])

@@ -48,10 +48,7 @@ class SlowMotion:
 
 
 def slow_motion(drive: RoutedDrive, motion: PlannedMotion) -> SlowMotion:
-    """The coordinates of a machine along a motion.
-
-    Raises `InputRefused` if a cable runs, the places do not go together, or the machine cannot be there.
-    """
+    """The coordinates of a machine along a motion."""
     for route in drive.route:
         if route.speed:
             raise InputRefused(

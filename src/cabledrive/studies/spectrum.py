@@ -22,9 +22,8 @@ class Spectrum:
     def peak(self, low: float, high: float) -> tuple[float, float]:
         """The largest peak of a band, its place by a parabola through the logarithm.
 
-        ``low``, ``high``: ends of the band [Hz].
-        Returns ``frequency`` [Hz]; ``amplitude``: in the unit of the record.
-        Raises `InputRefused` if the band holds less than three points of the spectrum.
+        ``low``, ``high``: ends of the band [Hz]. Returns ``frequency`` [Hz]; ``amplitude``: in the unit of
+        the record.
         """
         inside = np.flatnonzero((self.frequency > low) & (self.frequency < high))
         inside = inside[(inside > 0) & (inside < self.frequency.size - 1)]
@@ -43,7 +42,6 @@ def amplitude_spectrum(time: Array, signal: Array) -> Spectrum:
     """Amplitude spectrum through a Hann window, without the straight line in the record.
 
     ``time``, shape (n,): equally spaced [s]; ``signal``, shape (n,).
-    Raises `InputRefused` if there are less than 16 samples.
     """
     if signal.size < FEWEST_SAMPLES:
         raise InputRefused(

@@ -57,7 +57,6 @@ def until_rest(way: Branch) -> Branch:
 def birth_force(way: Branch) -> float | None:
     """Force at which the motion vanishes, from its square near there.
 
-    ``way``: of `until_rest`.
     Returns [m/s]; None where the branch ends elsewhere.
     """
     if way.ended != REST:
@@ -70,20 +69,12 @@ def birth_force(way: Branch) -> float | None:
 
 
 def real_state(state: Complex) -> Array:
-    """Real parts, then imaginary parts.
-
-    ``state``, shape (n,).
-    Returns shape (2 n,).
-    """
+    """Real parts, then imaginary parts, shape (2 n,); ``state``, shape (n,)."""
     return np.concatenate((state.real, state.imag))
 
 
 def complex_state(x: Array) -> Complex:
-    """Slow amplitudes from their real and imaginary parts.
-
-    ``x``, shape (2 n,).
-    Returns shape (n,).
-    """
+    """Slow amplitudes from their real and imaginary parts, shape (n,); ``x``, shape (2 n,)."""
     return np.asarray(x[: x.size // 2] + 1j * x[x.size // 2 :])
 
 

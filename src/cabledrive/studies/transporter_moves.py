@@ -31,9 +31,6 @@ def scaled_transporter(drive: Drive) -> Drive:
 
     The span becomes 1.5 m, the pretension 10 N, the carriage 0.5 kg at 0.25 m, the cable's damping over its
     stiffness 0.5 ms (an estimate; none is printed); the motor is that of configuration 3 with a rigid joint.
-
-    ``drive``: a loop with one carriage, such as dissertation-transporter.
-    Raises `InputRefused` if the drive has no carriage, or no encoders.
     """
     if len(drive.carriage) != 1 or drive.sensors is None:
         raise InputRefused(f"drive {drive.name!r} has {len(drive.carriage)} carriages: give one with 1")
@@ -67,8 +64,7 @@ def residual_motion(
 ) -> ResidualMotion:
     """Move the carriage again and again, with encoder phases at random.
 
-    ``drawn``: whether the plant is drawn as well; ``gust``: force of the wind on the payload for half a
-    second [N].
+    ``gust``: force of the wind on the payload for half a second [N].
     """
     move = CarriageMove(gust=(gust, 1.0, 1.5))
     nominal = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
@@ -118,11 +114,7 @@ def along_the_way(
     rigidity: float = 1.0,
     laws: tuple[str, ...] = ("scheduled", "frozen", "pd"),
 ) -> AlongTheWay:
-    """Closed-loop poles of law, observer and frozen plant on a grid of positions.
-
-    ``rigidity``: axial rigidity of the plant over that of the design.
-    Raises `InputRefused` if a law is not known.
-    """
+    """Closed-loop poles of law, observer and frozen plant on a grid of positions."""
     move, interval = CarriageMove(), sample_interval(drive)
     design = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     plant = replace(design, axial_rigidity=rigidity * design.axial_rigidity)

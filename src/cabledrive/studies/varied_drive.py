@@ -17,12 +17,7 @@ Machine = TypeVar("Machine", Drive, RoutedDrive)
 
 
 def varied(drive: Machine, key: str, value: float) -> Machine:
-    """Drive with another value of one quantity; the given one is left as it is.
-
-    ``key``: key of the drive file: "cable.pretension", "pulley.0.inertia", "carriage.2.mass"; of a machine
-    with routes also a part by its name, "body.head.mass", and a move, "head.x"; ``value``: new value, in SI.
-    Raises `InputRefused` if the key names no quantity of this drive, or the value is not allowed.
-    """
+    """Drive with another value of one quantity; the given one is left as it is."""
     return varied_together(drive, {key: value})
 
 
@@ -45,12 +40,7 @@ def varied_together(drive: Machine, values: Mapping[str, float]) -> Machine:
 
 
 def quantity_of(drive: Drive | RoutedDrive, key: str) -> tuple[str, str]:
-    """Unit and meaning of a quantity of the drive.
-
-    ``key``: as of `varied`.
-    Returns ``unit, meaning``: as in the schema of the drive file.
-    Raises `InputRefused` if the key names no quantity of this drive.
-    """
+    """Unit and meaning of a quantity of the drive: ``unit, meaning``: as in the schema of the drive file."""
     if _moves(drive, key):
         name, _, last = key.rpartition(".")
         return POSE[last], f"turn of {name}" if last == "turn" else f"{last} of {name}"
@@ -119,11 +109,7 @@ def _field(table: Any, name: str, key: str) -> Any:
 
 
 def stamped(data: "xr.Dataset", drive: Drive | RoutedDrive, title: str) -> "xr.Dataset":
-    """Add title, drive, hash, version and method to a result.
-
-    ``drive``: the drive it was computed from; ``title``: what it shows.
-    Returns the same data with attributes.
-    """
+    """Add title, drive, hash, version and method to a result as attributes."""
     from cabledrive.parameters.version import __version__
 
     return data.assign_attrs(

@@ -119,10 +119,7 @@ class Excitation:
 
 
 def load_excitation(path: str | Path) -> Excitation:
-    """Read an excitation from a TOML file.
-
-    Raises `InputRefused` if it is not understood.
-    """
+    """Read an excitation from a TOML file."""
     path = Path(path)
     content = read_toml(path, "write TOML")
     try:
@@ -132,10 +129,7 @@ def load_excitation(path: str | Path) -> Excitation:
 
 
 def excitation_of(table: Mapping[str, Any]) -> Excitation:
-    """An excitation from a table of TOML.
-
-    Raises `InputRefused` if a key is unknown or a value has another unit.
-    """
+    """An excitation from a table of TOML."""
     units = {"duration": "s", "period": "s", "amplitude": "V", "bias": "V"}
     lists = {"frequencies": "Hz", "amplitudes": "V", "band": "Hz"}
     found: dict[str, Any] = {}
@@ -154,12 +148,7 @@ def excitation_of(table: Mapping[str, Any]) -> Excitation:
 
 
 def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Generator) -> Array:
-    """The command, sample by sample.
-
-    ``sample_rate`` [Hz]; ``rng``: phases of "sines" and "idinput".
-    Returns shape (samples,) [V].
-    Raises `InputRefused` if the period of a multisine is shorter than three samples.
-    """
+    """The command, sample by sample, shape (samples,) [V]; ``sample_rate`` [Hz]."""
     e, samples = excitation, round(excitation.duration * sample_rate)
     if e.kind == "sines":
         phases = rng.uniform(0.0, 2 * np.pi, len(e.frequencies))
@@ -180,10 +169,7 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
 
 
 def random_from(seed: int) -> np.random.Generator:
-    """A generator for phases and noise.
-
-    Raises `InputRefused` if it is negative.
-    """
+    """A generator for phases and noise."""
     if seed < 0:
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     return np.random.default_rng(seed)
@@ -235,11 +221,9 @@ def plan_experiment(
 ) -> dict[str, Any]:
     """Predict standard errors, peaks and warnings of an experiment.
 
-    ``drive``: its own figures serve as the guess; its motor's limits are held against the peaks; ``model``,
-    {1, 2, 3, 4}; ``stroke``: largest travel from end to end [rad].
-    Returns "relative_standard_error" of each parameter, "peaks" of the axis moved as a whole,
-    "amplitude_factor" by which the torque reaches the first limit (None without limits), "warnings".
-    Raises `InputRefused` if the torque does not move the axis, or the motor has no encoder.
+    ``model``, {1, 2, 3, 4}; ``stroke``: largest travel from end to end [rad]. Returns
+    "relative_standard_error" of each parameter, "peaks" of the axis moved as a whole, "amplitude_factor" by
+    which the torque reaches the first limit (None without limits), "warnings".
     """
     excitation = excitation or Excitation()
     rig = rig_of(drive, model)

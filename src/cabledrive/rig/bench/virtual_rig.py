@@ -56,13 +56,10 @@ def run_rig(
 ) -> Log:
     """Drive a rig by a voltage and log what its instruments say.
 
-    The command stands from sample to sample; the torque that acts follows it through the current loop, with
-    the amplifier's noise, and is logged as its mean over the interval centred on each time stamp, plus the
-    noise of its measurement. Each encoder stands at a random phase within a count.
-
-    ``command``, shape (samples,) [V]; ``oversampling``: even; steps per sample.
-    Returns channels "torque", "command_voltage" and one per encoder.
-    Raises `InputRefused` if the command is empty or not finite.
+    ``command``, shape (samples,) [V]. The command stands from sample to sample; the torque that acts follows
+    it through the current loop, with the amplifier's noise, and is logged as its mean over the interval
+    centred on each time stamp, plus the noise of its measurement. Each encoder stands at a random phase
+    within a count. Returns channels "torque", "command_voltage" and one per encoder.
     """
     if command.size < 3 or not np.all(np.isfinite(command)):
         raise InputRefused(
@@ -110,8 +107,7 @@ def log_from(
 def acting_torque(rig: VirtualRig, command: Array, rng: np.random.Generator, oversampling: int) -> Array:
     """Torque at the motor: limited, through the current loop, with the amplifier's noise.
 
-    ``command``, shape (samples,) [V].
-    Returns shape (samples * oversampling,) [N m].
+    ``command``, shape (samples,) [V]. Returns shape (samples * oversampling,) [N m].
     """
     wanted = rig.torque_per_volt * command
     if rig.torque_limit is not None:
@@ -231,8 +227,7 @@ def bench_rig(test: BenchTest, imperfections: Imperfections | None = None) -> Vi
 def bench_command(test: BenchTest, rng: np.random.Generator, sample_rate: float = 1000.0) -> Array:
     """The command of one bench test, with random phases, which the text does not give.
 
-    ``sample_rate`` [Hz].
-    Returns shape (samples,) [V].
+    ``sample_rate`` [Hz]. Returns shape (samples,) [V].
     """
     phases = rng.uniform(0.0, 2 * pi, len(test.frequencies))
     return sum_of_sines(test.duration, sample_rate, test.frequencies, test.amplitudes, phases)
@@ -243,7 +238,6 @@ def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections 
 
     ``model``, {1, 2, 3, 4}: default: the highest that the drive's data allow; ``imperfections``: default:
     with the drive's current loop and backlash.
-    Raises `InputRefused` if the drive has no encoder of the model's shafts, or no sample rate.
     """
     motor, sensors = drive.motor, drive.sensors
     flaws = imperfections or Imperfections(
@@ -277,8 +271,7 @@ def response_command(
 ) -> Array:
     """The command of section 4.3: 1,000 sines from 1 to 500 Hz, the lowest peak of ten draws.
 
-    ``sample_rate`` [Hz]; ``duration`` [s]; ``amplitude``: largest value [V].
-    Returns shape (samples,) [V].
+    ``sample_rate`` [Hz]; ``duration`` [s]; ``amplitude``: largest value [V]. Returns shape (samples,) [V].
     """
     samples = round(duration * sample_rate)
     lines = multisine_lines(samples, sample_rate, 1.0, 500.0, count=1000)

@@ -151,10 +151,7 @@ class CarriageRun:
 
 
 def check_way(transporter: Transporter, distance: float) -> None:
-    """Refuse a way that leaves the span.
-
-    ``distance`` [m].
-    """
+    """Refuse a way that leaves the span; ``distance`` [m]."""
     end, length = transporter.start + distance, transporter.span_length
     if not MARGIN < min(transporter.start, end) <= max(transporter.start, end) < length - MARGIN:
         raise InputRefused(
@@ -164,10 +161,7 @@ def check_way(transporter: Transporter, distance: float) -> None:
 
 
 def one_count(drive: Drive) -> float:
-    """One count of the pulleys' encoders at the rim [m].
-
-    Raises `InputRefused` if one is missing, or they differ.
-    """
+    """One count of the pulleys' encoders at the rim [m]."""
     sensors = drive.sensors
     found = (sensors.drive_encoder, sensors.load_encoder) if sensors else (None, None)
     if found[0] is None or found[0] != found[1]:
@@ -178,10 +172,7 @@ def one_count(drive: Drive) -> float:
 
 
 def force_limit(drive: Drive) -> float:
-    """Largest force of the motor at the rim [N].
-
-    Returns infinite where the drive names no torque limit.
-    """
+    """Largest force of the motor at the rim [N], infinite where the drive names no torque limit."""
     limit = drive.motor.torque_limit if drive.motor else None
     return inf if limit is None else limit / drive.drive_pulley.radius
 
@@ -285,9 +276,7 @@ def reference_of(
 ) -> tuple[Array, Array]:
     """What is wanted, and what the law follows; a shaped motion is as much shorter as its shaper is long.
 
-    ``interval``: sample time [s].
-    Returns ``wanted``, shape (samples,); ``reference``, shape (samples, 10).
-    Raises `InputRefused` if the shaper takes longer than the motion.
+    ``interval``: sample time [s]. Returns ``wanted``, shape (samples,); ``reference``, shape (samples, 10).
     """
     samples = round((move.duration + move.rest) / interval)
     time = np.asarray(interval * np.arange(samples), dtype=np.float64)
@@ -307,10 +296,7 @@ def reference_of(
 
 
 def way_of(move: CarriageMove, duration: float) -> Trajectory:
-    """A smooth way of the payload.
-
-    ``duration`` [s].
-    """
+    """A smooth way of the payload; ``duration`` [s]."""
     moves = (Move(start=0.0, duration=duration, distance=move.distance),)
     return Trajectory(moves=moves, duration=move.duration + move.rest, order=ORDER)
 
@@ -344,10 +330,7 @@ def made_law(
 
 
 def pd_feedback(transporter: Transporter) -> Array:
-    """PD on the motor at every position: both poles of the rigid whole at 5 Hz.
-
-    Returns shape (positions, 8).
-    """
+    """PD on the motor at every position: both poles of the rigid whole at 5 Hz, shape (positions, 8)."""
     row, rate = np.zeros(STATES), 2.0 * pi * PD_HZ
     row[0], row[4] = transporter.masses.sum() * rate**2, 2.0 * transporter.masses.sum() * rate
     return np.tile(row, (POSITIONS, 1))

@@ -25,12 +25,9 @@ Moves = Callable[[int], int]
 
 
 def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array, tensions: Array) -> int:
-    """Run samples ``first`` to ``last`` - 1 of a loop.
+    """Run samples ``first`` to ``last`` - 1 of a loop; returns the sample at which the run ended.
 
-    ``state``: moved on; ``log``: gets a row per sample, if it has rows; ``tensions``, shape (samples or 0,
-    2): of the spans of the distributed cable [N].
-    Returns sample at which the run ended.
-    Raises `InputRefused` if a part of the user's returns what it must not.
+    ``tensions``, shape (samples or 0, 2): of the spans of the distributed cable [N].
     """
     ends, moves = _plant(loop, state, tensions)
     lumped = loop.cable is None and loop.own_plant is None
@@ -133,9 +130,7 @@ def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:
 def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> int | None:
     """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
 
-    ``state``: moved on; ``log``: gets a row per sample, if it has rows.
     Returns none where numba cannot compile the loop around this controller; nothing has been run then.
-    Raises `InputRefused` if the step cannot be compiled, or returns what it must not.
     """
     from numba.core.errors import NumbaError
 

@@ -36,10 +36,8 @@ def cable_plant(
 ) -> CablePlant:
     """Make the distributed cable of a drive ready; it hangs at rest under gravity.
 
-    ``chain``: its lumped chain, at the first shaft; ``interval``: sample time [s]; ``measured``: EA / L
-    and axial damping are those of ``[lumped]``, unless the options keep the printed ones; else they are the
-    drive's own.
-    Raises `InputRefused` if the plant cannot follow what is asked of the rig.
+    ``interval``: sample time [s]; ``measured``: EA / L and axial damping are those of ``[lumped]``, unless
+    the options keep the printed ones; else they are the drive's own.
     """
     require_own_spans(drive, "the distributed cable as plant")
     _check(drive, options)
@@ -108,12 +106,10 @@ def run_cable(
     log: Array,
     tensions: Array,
 ) -> int:
-    """Run samples ``first`` to ``last`` - 1 on the distributed cable.
+    """Run samples ``first`` to ``last`` - 1 on the distributed cable; returns where the run ended.
 
-    ``reference``: what the law takes at each sample; ``target``, shape (samples,): wanted load angle [rad];
-    ``state``: moved on; behind the shafts' states it holds those of the cable; ``log``: gets a row per
-    sample, if it has rows; ``tensions``, shape (samples or 0, 2): gets the mean tension of each span [N].
-    Returns sample at which the run ended.
+    ``target``, shape (samples,): wanted load angle [rad]; ``tensions``, shape (samples or 0, 2): gets the
+    mean tension of each span [N].
     """
     moving, work, space = cable_parts(cable, state)
     return int(
@@ -155,8 +151,6 @@ def cable_parts(cable: CablePlant, state: LoopState) -> tuple[State, Workspace, 
 def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
     """A drive whose lumped chain is the one given.
 
-    ``drive``: gives radii, lengths, and all that the chain does not say; ``chain``: at the first shaft, with
-    a flexible cable.
     Returns the stiffness and damping of its cable are those of its EA.
     """
     first, second = drive.pulley
@@ -193,7 +187,6 @@ def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
 def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]:
     """What the distributed cable did beside what its lumped chain can.
 
-    ``score``: of a run, as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names it.
     Returns resolution; stiffness and damping of the cable; its own modes; spillover, as how far the middle of
     a span moved along itself against the mean of its ends, in angle of the drive pulley; sway of the spans
     beyond that at rest; how near the 1:2 resonance is.

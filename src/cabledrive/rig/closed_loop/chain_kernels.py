@@ -161,10 +161,7 @@ def move(
     begin: float,
     time: float,
 ) -> None:
-    """Move the chain on under a command that changes by ``turning`` a second.
-
-    ``apart``: half of what the first of two motors gets more.
-    """
+    """Move the chain on under a command that changes by ``turning`` a second."""
     if time <= 0.0:  # jitter may take the next sample before this command acts
         return
     x, n = s.x, p.inertia.size
@@ -194,10 +191,7 @@ def move(
 
 @njit_part
 def move_chain(p: ChainPlant, rig: RigNumbers, k: int, s: LoopState, older: float, newer: float) -> None:
-    """Move the chain to the next sample, the older command first as long as the delay lasts.
-
-    ``older, newer``: half of what the first of two motors gets more.
-    """
+    """Move the chain to the next sample, the older command first as long as the delay lasts."""
     span, commands, late = rig.interval, s.controller.commands, rig.late_part
     if rig.jitter.size > 0:
         span += rig.jitter[k + 1] - rig.jitter[k]

@@ -34,10 +34,7 @@ def chain_numbers(
 ) -> ChainPlant:
     """A chain in links between equal angles.
 
-    ``interval``: sample time [s]; ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none;
-    ``substeps``: least number of internal steps per sample; ``play``: backlash of the first link, from end to
-    end; ``slack``: twist of the last link beyond which one span of two is slack; ``more``: other fields of
-    `ChainPlant`.
+    ``interval``: sample time [s]; ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none.
     """
     links = np.arange(chain.size - 1)
     plays, slacks = np.zeros(len(links)), np.full(len(links), inf)
@@ -135,7 +132,6 @@ def doubled(drive: Drive) -> Drive:
     """The drive with a second motor and gear like its own on the drive pulley.
 
     As long as both flanks are closed the mean of both motors is a motor of twice the size without backlash.
-    Raises `InputRefused` where there is no backlash, no joint, or the motor's encoder is missing.
     """
     motor, sensors = drive.motor, drive.sensors
     if motor is None or motor.backlash <= 0.0:
@@ -172,12 +168,7 @@ def make_pair(
     *,
     other: bool,
 ) -> Pair:
-    """The law of the preload and its sensors.
-
-    ``design``: chain of the filter, its motor that of both; ``drive``: doubled; ``shafts``: whose encoders
-    are read; ``other``: whether plant or controller is the user's own, or the plant the distributed cable.
-    Raises `InputRefused` for a preload that the motors cannot hold, or a law that sees no joint.
-    """
+    """The law of the preload and its sensors."""
     motor = drive.motor
     assert motor is not None
     if other:

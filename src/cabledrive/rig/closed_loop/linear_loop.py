@@ -30,8 +30,7 @@ class LinearLoop:
     def noise(self, counts: Array, samples: int) -> tuple[float, float]:
         """Standard deviations of the motor's speed and of the command by white rounding.
 
-        ``counts``, shape (m,): one count of each encoder [rad]; ``samples``: memory of the loop.
-        Returns ``speed, command`` [rad/s], [N m].
+        ``counts``, shape (m,): one count of each encoder [rad]. Returns ``speed, command`` [rad/s], [N m].
         """
         variance = counts**2 / 12.0
         speed = response(self.matrix, self.rounding, self.motor_speed, samples)
@@ -58,7 +57,6 @@ def feedback_row(law: LawNumbers) -> Array:
     """Command of a law of the chain per angle and speed of its states, estimates as they start.
 
     Returns shape (2n,).
-    Raises `InputRefused` if the law is of another kind.
     """
     if law.kind != DARC:
         raise InputRefused("the linear loop is made of the laws of the chain: take darc-4-damped, or another")
@@ -69,12 +67,7 @@ def feedback_row(law: LawNumbers) -> Array:
 
 
 def linear_loop(loop: Loop, chain: LumpedChain | None = None) -> LinearLoop:
-    """Linear recursion of a loop with the filter's settled gain, the motor slipping.
-
-    ``loop``: a law of the chain behind a Kalman filter, without delay; ``chain``: another plant under the
-    same controller.
-    Raises `InputRefused` if the loop has a delay, or no Kalman filter.
-    """
+    """Linear recursion of a loop with the filter's settled gain, the motor slipping."""
     seen, rig = loop.observer, loop.rig
     if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or loop.cable is not None:
         raise InputRefused(
@@ -136,10 +129,9 @@ def assembled(
 
 
 def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
-    """Output of a recursion after an impulse in each of its inputs.
+    """Output of a recursion after an impulse in each of its inputs, shape (samples, inputs).
 
     ``matrix``, shape (states, states); ``start``, shape (states, inputs); ``output``, shape (states,).
-    Returns shape (samples, inputs).
     """
     found, state = np.zeros((samples, start.shape[1])), start.copy()
     for k in range(samples):
@@ -149,11 +141,10 @@ def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
 
 
 def driven(matrix: Array, forcing: Array, output: Array) -> Array:
-    """Output of a recursion from rest, forced at every sample.
+    """Output of a recursion from rest, forced at every sample, shape (samples,).
 
     ``matrix``, shape (states, states); ``forcing``, shape (samples, k): added to the first k states;
     ``output``, shape (states,).
-    Returns shape (samples,).
     """
     state, found, k = np.zeros(len(matrix)), np.zeros(len(forcing)), forcing.shape[1]
     for i, push in enumerate(forcing):

@@ -76,10 +76,9 @@ class Loop:
         return 2.0 * float(self.plant.play[0]) if len(self.plant.play) else 0.0
 
     def load_error(self, log: Array) -> Array:
-        """Error of the load over a whole run.
+        """Error of the load over a whole run, shape (samples,) [rad], at the load.
 
         ``log``, shape (samples, columns).
-        Returns shape (samples,) [rad], at the load.
         """
         return np.asarray((log[:, self.chain.size - 1] - self.target) / self.gear)
 
@@ -126,12 +125,7 @@ def close_loop(
     cable: bool = False,
     plant: LumpedChain | PlantProtocol | None = None,
 ) -> Loop:
-    """Put a loop together.
-
-    ``design_drive``: as the observer believes it to be; ``plant_drive``: as it is; ``generator``: for encoder
-    phases and jitter; ``plant_model``, {1, 2, 3, 4}; ``cable``: whether the plant is the distributed cable;
-    ``plant``: the user's own, instead of the drive's.
-    """
+    """Put a loop together; ``plant_model``, {1, 2, 3, 4}."""
     interval = sample_interval(plant_drive)
     chain, own_plant, named = plant_chain(plant_drive, plant_model), None, ""
     if plant is not None:
@@ -214,10 +208,7 @@ def lumped_plant(
     slack: float,
     field: tuple[float, float] | None = None,
 ) -> ChainPlant:
-    """The chain with its backlash and its spans that go slack; where that is forbidden they end the run.
-
-    ``field``: of a stepper, see `Controller`.
-    """
+    """The chain with its backlash and its spans that go slack; where that is forbidden they end the run."""
     ends, (torque, periods) = options.forbid_slack, field or (0.0, 0.0)
     return chain_numbers(
         chain,
@@ -253,8 +244,7 @@ def run(
 ) -> Run:
     """Run a loop from rest, or on from where another ended.
 
-    ``log``: whether every sample is kept; ``first``: sample to begin with; ``last``: sample before which to
-    end; default: the whole motion.
+    ``last``: sample before which to end; default: the whole motion.
     """
     controller, samples = loop.controller, len(loop.target)
     state = loop_at_rest(loop) if state is None else state
@@ -305,7 +295,6 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
 
     ``chain``: at the first shaft; ``play``: backlash of the first link [rad]; default: that of the loop. The
     distributed cable has none.
-    Raises `InputRefused` if the plant is the user's own.
     """
     check_drawable(loop)
     interval, rate = loop.rig.interval, loop.plant.current_rate
@@ -321,10 +310,7 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
 
 
 def check_drawable(loop: Loop) -> None:
-    """Refuse to vary a plant whose parameters are not known.
-
-    Raises `InputRefused` if the plant is the user's own, or was drawn with disturbances.
-    """
+    """Refuse to vary a plant whose parameters are not known."""
     if loop.own_plant is not None:
         raise InputRefused(
             f'plant "{loop.own_plant.name}" is your own, and its parameters are not known: draws take the '

@@ -37,9 +37,7 @@ from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, r
 class PairNumbers(NamedTuple):
     """Law and sensors of a pair.
 
-    ``phase``: of the second motor's encoder; ``start``: half the angle between the motors at which both are
-    switched on [rad]; ``joint``: states of the filter whose difference is the twist of the joint; -1: that of
-    the encoders of motor and shaft.
+    ``start``: half the angle between the motors at which both are switched on [rad].
     """
 
     law: FlankLaw
@@ -159,11 +157,7 @@ def after_step(
 
 @lru_cache(maxsize=16)
 def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
-    """The loop for a compiled step; it is compiled when it is first run, in each process.
-
-    ``step``: compiled by numba; ``filtered``: whether it takes the filter's states, or the encoders'
-    readings.
-    """
+    """The loop for a compiled step; it is compiled when it is first run, in each process."""
     import numba
 
     def run_own_loop(  # arrays may be made here: numba counts their references

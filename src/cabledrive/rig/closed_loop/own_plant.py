@@ -87,11 +87,7 @@ class OwnPlant:
 
 
 def checked_plant(given: Any) -> OwnPlant:
-    """The user's plant as frozen data.
-
-    ``given``: an object of `PlantProtocol`; parameters may be absent.
-    Raises `InputRefused` if a part is missing or of the wrong kind.
-    """
+    """The user's plant as frozen data; ``given``: an object of `PlantProtocol`; parameters may be absent."""
     words = " ".join(repr(given).split())
     if not callable(getattr(given, "step", None)) or isinstance(given, type):
         raise InputRefused(
@@ -129,13 +125,10 @@ def moved(
 ) -> tuple[Array, float]:
     """The state after a time under a constant command, behind the torque loop.
 
-    In each piece the plant gets the mean torque of the loop: its momentum is exact.
-
-    ``state``, shape (m,); ``asked``: torque at the motor's shaft, and the one asked for [N m];
-    ``push``: further torque on motor and load [N m]; ``time`` [s]; ``rate``: bandwidth of the torque loop
-    [rad/s]; 0: none; ``pieces``: least number of them; ``place``: when, in words.
-    Returns ``state``, shape (m,); ``shaft``: torque of the loop at the end [N m].
-    Raises `InputRefused` if the plant returns anything but a finite state of that shape.
+    ``state``, shape (m,); ``asked``: torque at the motor's shaft, and the one asked for [N m]; ``push``:
+    further torque on motor and load [N m]; ``time`` [s]; ``rate``: bandwidth of the torque loop [rad/s]; 0:
+    none. In each piece the plant gets the mean torque of the loop: its momentum is exact. Returns ``state``,
+    shape (m,); ``shaft``: torque of the loop at the end [N m].
     """
     count = max(pieces, int(np.ceil(rate * time / PIECE)))
     part, (shaft, command) = time / count, asked
@@ -168,10 +161,7 @@ def models_of(drive: Drive) -> tuple[LumpedChain, ...]:
 
 
 def user_plant(drive: Drive, given: Any, options: RigOptions) -> tuple[LumpedChain, OwnPlant | None, str]:
-    """The lumped chain that names the shafts, the plant where it is no lumped chain, and its name.
-
-    Raises `InputRefused` if the plant does not fit the drive's encoders, gear or the options.
-    """
+    """The lumped chain that names the shafts, the plant where it is no lumped chain, and its name."""
     if isinstance(given, LumpedChain):
         chain = _at_first_shaft(drive, given)
         return chain, None, f"lumped chain of {chain.size} inertias: {', '.join(chain.names)}"

@@ -80,10 +80,7 @@ def finish_sample(
     sigma: float,
     slip: int,
 ) -> None:
-    """Score and log of a sample whose command is known.
-
-    ``shafts``: angles, speeds and shaft torque.
-    """
+    """Score and log of a sample whose command is known; ``shafts``: angles, speeds and shaft torque."""
     own = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
     error = shafts[shafts.size // 2 - 1] - target[k]
     keep_score(s.summary, k < rig.first_end, error, error + own, wanted, command)

@@ -52,9 +52,8 @@ FEEDFORWARDS = {
 def feedforward_table(spec: DesignSpec, chain: LumpedChain, wanted: Array) -> Array:
     """Motion of every inertia and torque of the motor along a reference, as the spec's feedforward has them.
 
-    ``wanted``, shape (2n + 1, samples): wanted load angle with derivatives, at the first shaft.
-    Returns shape (samples, 2n + 1): angles, speeds, torque [N m].
-    Raises `InputRefused` if there is no such feedforward.
+    ``wanted``, shape (2n + 1, samples): wanted load angle with derivatives, at the first shaft. Returns shape
+    (samples, 2n + 1): angles, speeds, torque [N m].
     """
     if spec.feedforward not in FEEDFORWARDS:
         raise InputRefused(

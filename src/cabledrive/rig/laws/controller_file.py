@@ -172,10 +172,7 @@ class ControllerFile:
 
 
 def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any]:
-    """The law and filter of a loop as plain data, which `read_controller` takes back.
-
-    ``drive``: that it was made for.
-    """
+    """The law and filter of a loop as plain data, which `read_controller` takes back."""
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
     along = made.own is not None and made.own.follows == "motion"
     columns = reference_columns(made.law, made.shafts, made.reference.shape[1], motion=along)
@@ -231,10 +228,7 @@ def is_controller_path(given: Any) -> bool:
 
 
 def read_controller(path: Any) -> ControllerFile:
-    """A controller.json, or that of a folder.
-
-    Raises `InputRefused` if it is none, or one that `cabledrive.track` cannot run.
-    """
+    """A controller.json, or that of a folder."""
     place = Path(path) / FILE if Path(path).is_dir() else Path(path)
     place = require_regular(place, REMEDY)
     try:
@@ -249,10 +243,7 @@ def read_controller(path: Any) -> ControllerFile:
 
 
 def controller_from(data: Any, place: str, own: OwnController | None = None) -> ControllerFile:
-    """A controller from the content of its file; ``place``: its path; ``own``: the step that it lacks.
-
-    Raises `InputRefused` as `read_controller`.
-    """
+    """A controller from the content of its file; ``place``: its path; ``own``: the step that it lacks."""
     try:
         if "scheduled" in str(data.get("about")) or "radius" in data:
             raise InputRefused("is the controller of a carriage, and track moves load pulleys: " + REMEDY)

@@ -122,10 +122,7 @@ def motion_numbers(drive: Drive, motion: Motion) -> MotionNumbers:
 
 
 def darc(spec: DesignSpec, number: int) -> Controller:
-    """Direct adaptive robust controller of a model, as printed.
-
-    ``number``, {1, 2, 3, 4}.
-    """
+    """Direct adaptive robust controller of a model, as printed; ``number``, {1, 2, 3, 4}."""
     return chain_law(spec, number, f"darc-{number}", damped=False)
 
 
@@ -191,11 +188,9 @@ def law_for_chain(spec: DesignSpec, chain: LumpedChain, *, tuning: KalmanTuning 
 def own_filter(number: int, feedback: str) -> int | None:
     """Model of the Kalman filter of a law: Model 3 on the motor's encoder has its own.
 
-    On the drive pulley's encoder the joint is seen from its far side, and a filter without joint would hide
-    what the law then does to it.
-
-    ``number``, {1, 2, 3, 4}: Model of the law; ``feedback``, {"motor", "drive"}.
-    Returns none: the highest model, with every encoder.
+    ``number``, {1, 2, 3, 4}: Model of the law; ``feedback``, {"motor", "drive"}. On the drive pulley's
+    encoder the joint is seen from its far side, and a filter without joint would hide what the law then does
+    to it. Returns none: the highest model, with every encoder.
     """
     return 3 if number == 3 and feedback == "motor" else None
 

@@ -33,19 +33,13 @@ def closed_loop_poles(
 ) -> tuple[Pole, ...]:
     """Poles of the linear closed loop with true states, fixed estimates, and no Coulomb friction.
 
-    ``drive``: the plant; ``controller``: a law of the chain, or a linear law without memory; ``plant_model``,
-    {1, 2, 3, 4}.
-    Returns ascending in frequency, one entry for each pair.
-    Raises `InputRefused` if the law is of another kind.
+    ``plant_model``, {1, 2, 3, 4}. Returns ascending in frequency, one entry for each pair.
     """
     return poles_of(plant_chain(drive, plant_model), controller)
 
 
 def pole_words(loop: Loop) -> dict[str, Any]:
-    """Poles of a loop's law on its lumped chain, in words.
-
-    Returns none with a reason for laws of another kind.
-    """
+    """Poles of a loop's law on its lumped chain, in words; none with a reason for laws of another kind."""
     if loop.own_plant is not None:
         reason = f'plant "{loop.own_plant.name}" is your own: its equations are not known'
         return {"closed_loop_poles": None, "closed_loop_poles_reason": reason}
@@ -60,9 +54,7 @@ def pole_words(loop: Loop) -> dict[str, Any]:
 def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     """Poles of a law on a lumped chain, with true states, fixed estimates, and no Coulomb friction.
 
-    ``chain``: the plant, at the first shaft.
     Returns ascending in frequency, one entry for each pair.
-    Raises `InputRefused` if the law is none of the chain, or linear with a memory.
     """
     a, b = state_space(chain)
     n, law = chain.size, controller.law
@@ -101,10 +93,6 @@ def check_least_bandwidth(
 
     Without the dampers in its model the law needs a stiffness of its own to outdo them. Other laws are let
     through: what they excite belongs to what is to be seen.
-
-    ``law``: makes the controller of a spec.
-    Raises `InputRefused` if the linear loop with true states is unstable and a higher bandwidth makes it
-    stable.
     """
     hertz = spec.bandwidth
     one_of_them = made.law.kind == BACKSTEPPING or not (made.damped or made.flat is None)
@@ -137,10 +125,7 @@ def damped_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
 
 
 def filter_chain(spec: DesignSpec, number: int) -> LumpedChain:
-    """The chain that the Kalman filter of a law is made for.
-
-    ``number``, {1, 2, 3, 4}: Model of the law.
-    """
+    """The chain that the Kalman filter of a law is made for; ``number``, {1, 2, 3, 4}: Model of the law."""
     return spec.model(own_filter(number, spec.feedback) or highest_model(spec.drive))
 
 
@@ -158,11 +143,10 @@ def read_encoders(spec: DesignSpec, number: int) -> dict[str, float]:
 def tuning_by_uncertainty(spec: DesignSpec, chain: LumpedChain, counts: Array) -> KalmanTuning:
     """Noise of the filter from what is not known of the drive.
 
-    The load's equation is off by the spreads of stiffness and inertia times the largest acceleration wanted,
-    for a sixteenth of the rise; friction by the Coulomb torque, within a second as a walk and within a
-    millisecond as noise; each encoder's zero by half a count, walking that far within some seconds.
-
-    ``counts``, shape (m,) [rad].
+    ``counts``, shape (m,) [rad]. The load's equation is off by the spreads of stiffness and inertia times the
+    largest acceleration wanted, for a sixteenth of the rise; friction by the Coulomb torque, within a second
+    as a walk and within a millisecond as noise; each encoder's zero by half a count, walking that far within
+    some seconds.
     """
     spreads = Spreads()
     wanted = spec.wanted(2)

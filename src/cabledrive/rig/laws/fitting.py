@@ -23,10 +23,7 @@ SHAFTS = ("motor", "drive", "load")
 
 
 def place(chain: LumpedChain, shaft: str) -> int:
-    """Inertia of a chain that a shaft belongs to.
-
-    ``shaft``: "motor", "drive", "load", or a name of the chain.
-    """
+    """Inertia of a chain that a shaft belongs to."""
     if shaft == "load":
         return chain.size - 1
     return chain.names.index(shaft) if shaft in chain.names else 0
@@ -41,7 +38,6 @@ def fitted_encoders(drive: Drive) -> dict[str, float]:
     """One count of each encoder at the first shaft [rad], by shaft; the load's last.
 
     Without one at the load the filter computes the load's angle from the others, as a servo does.
-    Raises `InputRefused` if there is none at all.
     """
     sensors = drive.sensors
     counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}
@@ -81,13 +77,8 @@ def fit_observer(
 ) -> tuple[ObserverNumbers, Integers, Array]:
     """The observer of a law, what its encoders read of the plant, and their counts.
 
-    ``design``: the chain the filter is designed for; ``plant``: the chain that is read; ``drive``: with the
-    encoders; ``shafts``: shafts that the law takes; ``own``: only the encoders of the law's shafts are read;
-    ``settled``: the Kalman filter goes on from another's states; ``schedule``: loads that it goes by, where
-    they are announced.
     Returns ``encoders``, shape (m,): inertia of the plant that each encoder reads; ``counts``, shape (m,)
     [rad].
-    Raises `InputRefused` if the filtered difference lacks an encoder.
     """
     fitted = fitted_encoders(drive)
     if own:

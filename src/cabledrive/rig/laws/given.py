@@ -28,11 +28,7 @@ from cabledrive.rig.setting import RigOptions
 
 
 def own_law(given: Any, spec: DesignSpec) -> Controller:
-    """The user's controller with its reference along the motion.
-
-    ``given``: an object of `cabledrive.control.ControllerProtocol`.
-    Raises `InputRefused` if it does not fit: its name, shafts, sample time, or settings of packaged laws.
-    """
+    """The user's controller with its reference along the motion."""
     own = checked_controller(given)
     _check(own, spec)
     number = highest_model(spec.drive)
@@ -110,10 +106,7 @@ def _check(own: OwnController, spec: DesignSpec) -> None:
 
 
 def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
-    """The law of a file with its reference along another motion; tables along the motion are made anew.
-
-    Raises `InputRefused` if the drive is not that of the file, or settings of a packaged law are given.
-    """
+    """The law of a file with its reference along another motion; tables along the motion are made anew."""
     if content_hash(spec.drive) != found.drive_hash:
         raise InputRefused(
             f"was made for another drive, hash {found.drive_hash[:12]}, not {content_hash(spec.drive)[:12]}: "
@@ -166,10 +159,7 @@ def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
 
 
 def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
-    """A loop with the filter and the torque limit of a file.
-
-    Raises `InputRefused` if the rig reads other encoders, or no filter is wanted.
-    """
+    """A loop with the filter and the torque limit of a file."""
     if options.ideal_sensors or options.observer != "kalman":
         raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
             found.path

@@ -86,11 +86,7 @@ def indirect(spec: DesignSpec) -> Controller:
 
 
 def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
-    """What readings and commands of the first pulse say of cable and motor.
-
-    ``pause``: samples that have been run; ``drive``: as believed; ``chain``: as believed.
-    Raises `InputRefused` if one of the law's shafts has no encoder, or the law saw true states.
-    """
+    """What readings and commands of the first pulse say of cable and motor."""
     shafts = loop.controller.shafts
     if loop.encoder_shafts != shafts or not np.all(loop.rig.counts > 0.0):
         raise InputRefused(
@@ -139,10 +135,7 @@ def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
 
 
 def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
-    """Bounds of p2 to p5 by the intervals that were learnt, at least 2 % wide; as printed where nothing was.
-
-    ``chain``: from `learnt_chain`.
-    """
+    """Bounds of p2 to p5 by the intervals that were learnt, at least 2 % wide; as printed where none were."""
     printed = printed_bounds(chain, flexible_joint=chain.size > 2)
     if not found.motor.excited or not isclose(sum(chain.coulomb), float(found.motor.values[2])):
         return printed
@@ -176,7 +169,6 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt, options: RigOptions) ->
 def run_indirect(spec: DesignSpec, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
     """Run one pulse, learn, make everything anew in the dwell, and run the rest.
 
-    ``loop``: with the law of `indirect`.
     Returns ``loop``: the last one; ``found``: what was learnt; None if the run ended before, or has one pulse
     only.
     """

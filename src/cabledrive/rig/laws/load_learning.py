@@ -77,9 +77,7 @@ class LoadTables:
 def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = None) -> Controller:
     """Feedback about a reference with the load's friction and inertia, learnt from the filter's innovations.
 
-    ``name``: of `KINDS`; ``turning``: time in which the sign of friction turns [s]; default: a share of a
-    move.
-    Raises `InputRefused` if there is no Kalman filter to learn from.
+    ``turning``: time in which the sign of friction turns [s]; default: a share of a move.
     """
     kind = KINDS[name]
     number = highest_model(spec.drive)
@@ -127,7 +125,6 @@ def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = No
 def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, Array]:
     """Deviations and bounds of the load's parameters before anything is learnt.
 
-    ``inertia_spread``: deviation of the load's inertia, over what is believed.
     Returns ``spread``, ``low``, ``high``, shape (3,): Coulomb [N m], viscous friction [N m s/rad], inertia
     beyond what is believed [kg m^2].
     """

@@ -122,7 +122,6 @@ def known_name(name: str | None, drive: Drive) -> str:
     """Name of a control law, or the one that the drive's joint calls for.
 
     ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    Raises `InputRefused` if there is no such law.
     """
     if name is None:
         return "darc-4-damped" if highest_model(drive) == 4 else "darc-3"
@@ -137,8 +136,7 @@ def needed_order(name: str, drive: Drive) -> int:
     """Least order of a rise with as many bounded derivatives as a law takes, and at least the 9 of (6.1).
 
     The torque of a lumped chain of n inertias holds 2n derivatives of the load's angle, and a rise of order
-    2m - 1 has
-    m bounded ones.
+    2m - 1 has m bounded ones.
     """
     inertias = INERTIAS.get(
         name, 3 if highest_model(drive) == 4 or name in ("darc-4", "darc-4-damped") else 2
@@ -147,11 +145,7 @@ def needed_order(name: str, drive: Drive) -> int:
 
 
 def check_sample_rate(controller: Controller, interval: float) -> None:
-    """Refuse a bandwidth that the sample rate does not carry.
-
-    ``interval``: sample time [s].
-    Raises `InputRefused` if there are fewer than 20 samples per period of the bandwidth.
-    """
+    """Refuse a bandwidth that the sample rate does not carry; ``interval``: sample time [s]."""
     hertz = float(controller.gains.get("bandwidth_hz") or 0.0)
     if hertz * interval > 1.0 / 20.0:
         raise InputRefused(

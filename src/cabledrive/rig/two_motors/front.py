@@ -31,9 +31,7 @@ def track_winches(
 ) -> TwoMotorTracking:
     """Run the law of two winches.
 
-    ``others``: arguments of `track` that have no effect here, each as given and by default; ``spec``: those
-    of `track_two_motors`.
-    Raises `InputRefused` for what has no effect here.
+    ``others``: arguments of `track` that have no effect here, each as given and by default.
     """
     if controller not in OWN:
         raise InputRefused(
@@ -72,10 +70,7 @@ MOST_DRAWS = 100_000
 
 
 def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str, Any]:
-    """Run drawn plants with gusts; how many kept every line tight, with the 95 % interval of Wilson.
-
-    Raises `InputRefused` for a number of plants that is none.
-    """
+    """Run drawn plants with gusts; how many kept every line tight, with the 95 % interval of Wilson."""
     if not 0 < draws <= MOST_DRAWS:
         raise InputRefused(f"draws = {draws} must lie between 1 and {MOST_DRAWS}: ask for fewer")
     least, errors, used = [], [], []

@@ -54,10 +54,9 @@ def design_tensions(
 ) -> TensionDesign:
     """Gains and limits of the law.
 
-    ``least_tension`` [N], default: a fifth of the smaller tension at rest; ``gust``: force on the body
-    [N], default: a tenth of its weight; ``bandwidth``: of the position [Hz], default: what sampling and
-    lines allow.
-    Raises `InputRefused` where the tension at rest leaves no room.
+    ``least_tension`` [N], default: a fifth of the smaller tension at rest; ``gust``: force on the body [N],
+    default: a tenth of its weight; ``bandwidth``: of the position [Hz], default: what sampling and lines
+    allow.
     """
     numbers, drive = machine.numbers, machine.drive
     floor = FLOOR_SHARE * float(machine.tension.min()) if least_tension is None else least_tension
@@ -154,10 +153,7 @@ class Plan:
 
 
 def way_of(machine: TwoMotorMachine, moves: Mapping[str, float]) -> Array:
-    """How far each coordinate goes, shape (m,) [m].
-
-    Raises `InputRefused` if there is no such coordinate, or nothing moves.
-    """
+    """How far each coordinate goes, shape (m,) [m]."""
     for name, value in moves.items():
         if name not in machine.names:
             raise InputRefused(
@@ -178,10 +174,7 @@ def plan_motion(
     pulses: int,
     order: int = ORDER,
 ) -> Plan:
-    """Go a way and back, smoothly; ``rise`` None: the shortest that uses at most `USED` of what is allowed.
-
-    Raises `InputRefused` if the way leaves the lines, or no rise is long enough.
-    """
+    """Go a way and back, smoothly; ``rise`` None: the shortest that uses at most `USED` of the limits."""
 
     def planned(rise: float) -> Plan:
         trajectory = pulse(1.0, rise, dwell, pulses=pulses, order=order)

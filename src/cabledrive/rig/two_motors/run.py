@@ -193,10 +193,7 @@ def rig_numbers(
 
 
 def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
-    """Forces on the body from each sample to the next, shape (samples, m) [N].
-
-    Raises `InputRefused` for an unknown coordinate, or one after the end.
-    """
+    """Forces on the body from each sample to the next, shape (samples, m) [N]."""
     interval, samples = setup.design.gains.interval, len(setup.plan.table)
     for push in disturbances:
         if push.start >= samples * interval:

@@ -63,7 +63,6 @@ class AcceptanceResult:
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below.
 
-        ``rest``: only while a carriage is to stand.
         Returns [rad] or [m]; None where too many runs ended early, or without runs.
         """
         return quantile_of_all(self.rests if rest else self.peaks, self.draws, share)
@@ -84,12 +83,10 @@ def accept(
 ) -> AcceptanceResult:
     """Run a law on many plants, block by block; each finished block is kept.
 
-    A law that has missed the goal more often than all the runs allow is not run further. Blocks of a loop
-    that is not `Made`, such as one with a controller of the user's own, are not kept: a changed step could
-    not be distinguished from the one before.
-
-    ``plant``, {"lumped", "carriage", "cable"}; ``law``: its name; ``error``, ``bound``: goal, stated for the
-    law [rad] or [m]; ``to_the_end``: also where the goal is missed.
+    ``plant``, {"lumped", "carriage", "cable"}; ``error``, ``bound``: goal, stated for the law [rad] or [m]. A
+    law that has missed the goal more often than all the runs allow is not run further. Blocks of a loop that
+    is not `Made`, such as one with a controller of the user's own, are not kept: a changed step could not be
+    distinguished from the one before.
     """
     keep = cache if isinstance(loop, Made) else StageCache(folder=None, note=cache.note)
     about, name = (loop, known.quantities, known.correlations, seed), f"acceptance-{plant}-{law}"

@@ -28,7 +28,6 @@ UNSTABLE = 1e3
 def law_rows(law: LawNumbers, states: int) -> Array:
     """Command of a law of the chain per state, estimates at their nominal values, no Coulomb friction.
 
-    ``states``: 2n.
     Returns shape (2n,).
     """
     frozen = law.learning[NOMINAL].copy()
@@ -40,7 +39,6 @@ def law_rows(law: LawNumbers, states: int) -> Array:
 def closed_loop_matrix(loop: Loop) -> tuple[Array, Array]:
     """One sample of the linear closed loop, from sample to sample.
 
-    ``loop``: with a law of the chain and a Kalman filter.
     Returns ``transition``, shape (m, m): states: plant, shaft torque, filter, its shaft torque, commands on
     their way; ``readings``, shape (m, encoders): what an error of each reading adds.
     """
@@ -162,11 +160,9 @@ def evaluate(
     hertz: float,
     torque: float | None,
 ) -> tuple[Candidate, dict[str, float]]:
-    """The parts of the bound at one bandwidth.
+    """The parts of the bound at one bandwidth, among them what each quantity adds [rad].
 
-    ``drive``: with the best values; ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz]; ``torque``: largest
-    torque of the goals [N m].
-    Returns ``shares``: what each quantity adds [rad].
+    ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz]; ``torque``: largest torque of the goals [N m].
     """
     law = make_law(drive, motion, quantities, model, hertz)
     ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
@@ -216,7 +212,6 @@ def without_counts(rig: RigNumbers) -> RigNumbers:
 def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity]) -> Unmatched | None:
     """How far springs, dampers and the load can move the error within their bounds.
 
-    ``loop``: its filter in it, encoders without counts; ``drive``: with the best values.
     Returns none if a run ended early.
     """
     nominal = _error(loop, drive, {})

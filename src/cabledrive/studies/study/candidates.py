@@ -51,7 +51,6 @@ def misses_allowed(runs: int, share: float) -> int:
 def reached_error(lasting: Sequence[float], runs: int, share: float) -> ReachedError:
     """The smallest error below which runs show that a share of the plants stays.
 
-    ``lasting``: largest error of each run that lasted, ascending; ``runs``: all of them, at least 1.
     Returns with too few runs for the share, the largest error and the share that so many runs can show.
     """
     misses = misses_allowed(runs, share)
@@ -94,8 +93,7 @@ def score(
     """What many runs of a law say.
 
     ``plant``, {"lumped", "carriage", "cable"}; ``lasting``: largest error of each run that lasted, ascending
-    [rad] or [m]; ``runs``: all of them; 0: none were made; ``goal``: largest error allowed [rad] or [m];
-    ``reason``: why no runs were made.
+    [rad] or [m]; ``runs``: all of them; 0: none were made; ``goal``: largest error allowed [rad] or [m].
     """
     share = low = None
     if goal is not None and runs:
@@ -127,7 +125,6 @@ def lost(misses: int, runs: int, plant: str) -> bool:
 def closest(scores: Sequence[LawScore]) -> LawScore | None:
     """The law that reached the smallest error; with a goal the largest share decides first.
 
-    ``scores``: simplest law first.
     Returns none: no law has runs.
     """
     made = [one for one in scores if one.runs]
@@ -144,8 +141,6 @@ def closest(scores: Sequence[LawScore]) -> LawScore | None:
 def quantile_of_all(lasting: Sequence[float], runs: int, share: float) -> float | None:
     """Error that a share of all runs kept below, those that ended early among them.
 
-    ``lasting``: largest error of each run that lasted, ascending; ``runs``: all of them; ``share``: above 0,
-    at most 1.
     Returns none where too many ended early, or none was made.
     """
     needed = max(ceil(share * runs - 1e-9), 1)

@@ -72,10 +72,7 @@ class CarriageCase:
 
 
 def case_of(drive: Drive, goals: Goals) -> CarriageCase:
-    """The motion and its feedforward, made once.
-
-    ``drive``: one that the law covers; ``goals``: as `goals_for` leaves them.
-    """
+    """The motion and its feedforward, made once."""
     assert goals.travel is not None
     assert goals.duration is not None
     design, interval = transporter_with(drive, carriage_values(drive, goals)), sample_interval(drive)
@@ -104,10 +101,7 @@ def case_of(drive: Drive, goals: Goals) -> CarriageCase:
 
 
 def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> CarriageLoop:
-    """The scheduled law of a bandwidth, ready to run.
-
-    ``hertz`` [Hz]; ``ideal``: the encoders do not count but give the displacements themselves.
-    """
+    """The scheduled law of a bandwidth, ready to run; ``hertz`` [Hz]."""
     tuning = tuning_for(
         case.design, 2.0 * pi * hertz, interval=case.interval, count=case.count, hanging=case.hanging
     )
@@ -147,8 +141,7 @@ def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[
 def errors(case: CarriageCase, log: Array) -> Array:
     """Distance of the carriage from its planned position; below it, that of the hanging mass where one hangs.
 
-    ``log``, shape (samples, 23).
-    Returns shape (1 or 2, samples) [m].
+    ``log``, shape (samples, 23). Returns shape (1 or 2, samples) [m].
     """
     n = len(log)
     if not case.hanging:
@@ -167,10 +160,9 @@ def whole_run(case: CarriageCase, loop: CarriageLoop, values: Mapping[str, float
 
 
 def torque_of(case: CarriageCase, log: Array) -> tuple[float, float]:
-    """Largest torque of a run, and the share of the samples at the limit.
+    """Largest torque of a run [N m], and the share of the samples at the limit.
 
     ``log``, shape (samples, 23).
-    Returns ``torque`` [N m].
     """
     force = np.abs(log[:, FORCE])
     return float(force.max()) * case.design.radius, float(np.mean(force >= (1.0 - 1e-9) * case.limit))

@@ -70,10 +70,7 @@ class CarriageController:
 def design_carriage_law(
     drive: Drive, goals: Goals, quantities: Mapping[str, Quantity], left_out: float
 ) -> CarriageController:
-    """The scheduled law with the smallest estimated error.
-
-    ``left_out``: what the model leaves out [m].
-    """
+    """The scheduled law with the smallest estimated error; ``left_out``: what the model leaves out [m]."""
     case = case_of(drive, goals)
     lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
     candidates, best, parts = [], None, {}
@@ -109,11 +106,7 @@ def _bandwidths(case: CarriageCase, lowest: float, rate: float) -> list[float]:
 def evaluate(
     case: CarriageCase, quantities: Mapping[str, Quantity], hertz: float, left_out: float
 ) -> tuple[CarriageCandidate, dict[str, float]]:
-    """What one bandwidth costs.
-
-    ``hertz``, ``left_out`` [Hz], [m].
-    Returns ``shares``: what each number adds [m].
-    """
+    """What one bandwidth costs: ``shares``: what each number adds [m]; ``hertz``, ``left_out`` [Hz], [m]."""
     none = dict.fromkeys(("nominal", "uncertain", "sensors", "estimate", "torque", "growth"))
     empty = CarriageCandidate(bandwidth=hertz, refused="", **none)
     try:

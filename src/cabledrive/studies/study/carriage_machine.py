@@ -55,7 +55,6 @@ GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
 def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
     """What stands between a drive that carries masses and the scheduled law of one carriage.
 
-    ``drive``: with a carriage.
     Returns each with what would be needed; empty where the law covers the drive.
     """
     found, sensors = _other_machine(drive), drive.sensors
@@ -119,11 +118,7 @@ def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
 
 
 def cable_frequency(transporter: Transporter, position: float) -> float:
-    """Frequency of the carriage on the cable, without what hangs below it.
-
-    ``position`` [m].
-    Returns [Hz].
-    """
+    """Frequency of the carriage on the cable, without what hangs below it [Hz]; ``position`` [m]."""
     bare = replace(transporter, payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
     return float(frozen_frequencies(bare, position)[1]) / (2.0 * pi)
 
@@ -155,10 +150,7 @@ def carriage_quantities(drive: Drive, goals: Goals) -> dict[str, Quantity]:
 
 
 def know_carriage(drive: Drive, goals: Goals, spreads: Mapping[str, float], *, logged: bool) -> Knowledge:
-    """What is known of a drive with a carriage: the data sheet, the goals and estimates.
-
-    ``spreads``: relative uncertainty of the data sheet, by kind; ``logged``: whether logs were given.
-    """
+    """What is known of a drive with a carriage: the data sheet, the goals and estimates."""
     found = Knowledge(
         quantities=carriage_quantities(drive, replace(goals, spreads=spreads)),
         undetermined=(UNUSED,) if logged else (),
@@ -171,10 +163,7 @@ def know_carriage(drive: Drive, goals: Goals, spreads: Mapping[str, float], *, l
 
 
 def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
-    """The transporter of a drive with these numbers; where nothing hangs, a grain stands in for it.
-
-    ``values``: as `carriage_values` gives them.
-    """
+    """The transporter of a drive with these numbers; where nothing hangs, a grain stands in for it."""
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None
     hanging = "hanging_mass" in values

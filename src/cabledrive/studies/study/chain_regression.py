@@ -62,7 +62,6 @@ def around(name: str, value: float, half: float) -> tuple[float, float, float]:
 def identify_cable(load: Solution | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
     """Stiffness and damping of a span and friction of the load, from the load's equation and inertia.
 
-    ``found``: what the sum of torques gave.
     Returns value and bounds of what could be identified.
     """
     if load is None or "load_inertia" not in found:
@@ -93,7 +92,6 @@ def identify_joint(
 ) -> dict[str, tuple[float, float, float]]:
     """Stiffness and damping of the joint: its twist against the torque that passes it.
 
-    ``found``: what the sum of torques gave.
     Returns value and bounds of what could be identified.
     """
     if any("drive_angle" not in log.channels for log in logs):
@@ -193,12 +191,7 @@ def whole_drive(log: Log) -> bool:
 
 
 def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
-    """Identify a whole drive from logs that show motor and load.
-
-    ``logs``: for which `whole_drive` holds; ``drive``: for radii, and the split of the motor-side inertia
-    between motor and drive pulley.
-    Raises `InputRefused` if a channel stands still, or the logs are too short.
-    """
+    """Identify a whole drive from logs that show motor and load."""
     for log in logs:
         for name in CHANNELS:
             if np.ptp(log.channel(name)) == 0.0:
@@ -249,10 +242,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
 
 
 def with_torque_at(log: Log, lag: float) -> Log:
-    """A log whose torque is that of the instants at which its angles were read.
-
-    ``lag`` [s].
-    """
+    """A log whose torque is that of the instants at which its angles were read; ``lag`` [s]."""
     torque = np.interp(log.time - lag, log.time, log.channel("torque"))
     return replace(log, channels={**log.channels, "torque": torque})
 

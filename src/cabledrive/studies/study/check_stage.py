@@ -51,10 +51,7 @@ class CheckResult:
 
 
 def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResult:
-    """Check a drive and its logs.
-
-    ``hashes``: SHA-256 of each log's file.
-    """
+    """Check a drive and its logs; ``hashes``: SHA-256 of each log's file."""
     derived, warnings = _of_the_file(drive)
     left_out = left_out_under_torque(drive)
     return CheckResult(
@@ -75,10 +72,7 @@ def _of_the_file(drive: Drive) -> tuple[dict[str, Any], Sequence[str]]:
 
 
 def missing_for_control(drive: Drive) -> tuple[str, ...]:
-    """What stands between a drive file and a controller.
-
-    Returns empty where a controller can be designed.
-    """
+    """What stands between a drive file and a controller; empty where a controller can be designed."""
     if drive.carriage:
         return missing_for_carriage(drive)
     found = []
@@ -120,8 +114,6 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
     """Goals whose motion is complete; travel of a carriage and turn of its pulley agree.
 
     Returns what was assumed stands in `Goals.assumed`.
-    Raises `InputRefused` if they speak of a carriage and there is none, or of an angle where there is one, or
-    the way leaves the span.
     """
     if isinstance(drive, AxisDrive) and drive.slides:
         goals = _of_a_slide(drive, goals)
@@ -259,10 +251,7 @@ class DemandResult:
 
 
 def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResult:
-    """What a motion asks of a drive.
-
-    ``drive``: with the best values; ``torque``: largest torque of the goals [N m].
-    """
+    """What a motion asks of a drive; ``torque``: largest torque of the goals [N m]."""
     limits = move_limits(drive)
     limits = limits if torque is None else replace(limits, torque=min(limits.torque, torque))
     _, along = motion_torque(drive, motion)

@@ -56,10 +56,7 @@ One = TypeVar("One", bound=Costed)
 
 
 def while_quiet(tried: Iterable[tuple[One, dict[str, float]]]) -> Iterator[tuple[One, dict[str, float]]]:
-    """Those up to the first that is too loud, which is refused.
-
-    ``tried``: each made when it is asked for, with the share of every quantity.
-    """
+    """Those up to the first that is too loud, which is refused."""
     least = float("inf")
     for found, shares in tried:
         least = min(least, found.torque if found.torque is not None else least)
@@ -103,9 +100,8 @@ def design_controller(
 ) -> ControllerResult:
     """The law and bandwidth with the smallest bound among those that modes, sampling and torque allow.
 
-    ``drive``: with the best values; ``models``: Models that the law may be made for, the one that the motion
-    calls for first, and up to which frequency each is right to 5 % [Hz]; ``torque``: largest torque of the
-    goals [N m].
+    ``models``: Models that the law may be made for, the one that the motion calls for first, and up to which
+    frequency each is right to 5 % [Hz]; ``torque``: largest torque of the goals [N m].
     """
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None
@@ -233,8 +229,7 @@ def tuned_laws(
 ) -> LawSettings:
     """Each law at its best setting: those that a comparison offers, or every one.
 
-    ``drive``: with the best values; ``chain_law``: the damped law of the chain, whose bandwidth its bound has
-    chosen; ``torque``: largest torque of the goals [N m].
+    ``torque``: largest torque of the goals [N m].
     """
     usable = chain_law.bandwidth is not None
     chain = LawSetting(
@@ -251,10 +246,7 @@ def tuned_laws(
 
 
 def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) -> Controller:
-    """A law at its setting, ready to run.
-
-    ``setting``: with a value; ``drive``: with the best values.
-    """
+    """A law at its setting, ready to run; ``setting``: with a value; ``drive``: with the best values."""
     assert setting.value is not None
     if setting.model is not None:
         return make_law(drive, motion, known.quantities, setting.model, setting.value)

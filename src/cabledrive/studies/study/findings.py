@@ -80,10 +80,7 @@ RECORD = (
 
 
 def resonance_words(resonance: ResonanceResult) -> str:
-    """Detuning of the drive from its resonance, in one line.
-
-    ``resonance``: one that refuses.
-    """
+    """Detuning of the drive from its resonance, in one line; ``resonance``: one that refuses."""
     ratio, pulley = resonance.frequency_ratio, resonance.pulley_frequency
     mode = f"pulley mode's frequency ({pulley:.4g} Hz)"
     where = f"the lowest transverse mode of a span has {ratio:.4g} of the {mode}"
@@ -114,10 +111,7 @@ def move_words(goals: Goals) -> str:
 
 
 def rounded_up(value: float) -> float:
-    """The next number of two digits.
-
-    ``value``: above 0.
-    """
+    """The next number of two digits; ``value``: above 0."""
     scale = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{ceil(value / scale - 1e-9) * scale:.2g}")
 
@@ -137,10 +131,7 @@ def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: 
 
 
 def held_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> list[str]:
-    """What is reached where the goal is held.
-
-    ``chosen``: with a goal.
-    """
+    """What is reached where the goal is held; ``chosen``: with a goal."""
     goal = goal_of(goals)
     assert goal is not None
     first = f"{chosen.controller} follows {move_words(goals)} within the goal of {unit.words(goal)}"
@@ -160,11 +151,7 @@ def _share_words(one: LawScore) -> str:
 
 
 def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
-    """What a law lacks, in words.
-
-    ``goal`` [rad] or [m].
-    Returns empty where nothing is short.
-    """
+    """What a law lacks, in words; empty where nothing is short; ``goal`` [rad] or [m]."""
     if one.holds is not False:
         return []
     enough = ENOUGH[one.plant]
@@ -184,10 +171,7 @@ def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
 
 
 def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
-    """Why plants were not run; what is among the reasons of the verdict is not repeated.
-
-    ``reasons``: of the verdict.
-    """
+    """Why plants were not run; what is among the reasons of the verdict is not repeated."""
     left = {one.reason: one.plant for one in (found.cable, found.runs) if not one.draws and one.reason}
     words = []
     for reason, plant in left.items():

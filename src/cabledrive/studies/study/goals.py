@@ -188,10 +188,7 @@ def load_goals(path: str | Path) -> Goals:
 
 
 def goals_of(content: Mapping[str, Any]) -> Goals:
-    """Goals from a table of TOML.
-
-    Raises `InputRefused` if a key is unknown or a value has another unit.
-    """
+    """Goals from a table of TOML."""
     plain_tables = {name: _table(content, name) for name in ("uncertainty", "log")}
     flat = {key: value for key, value in content.items() if not isinstance(value, Mapping)}
     for table in TABLES:
@@ -274,18 +271,12 @@ MILLIMETRES = ErrorUnit(name="mm", si="m", size=1e-3)
 
 
 def error_unit(goals: Goals) -> ErrorUnit:
-    """Millimetres where a carriage travels or a load slides, else degrees.
-
-    ``goals``: as `cabledrive.studies.study.check_stage.goals_for` leaves them.
-    """
+    """Millimetres where a carriage travels or a load slides, else degrees."""
     if goals.gain is not None:  # of an angle: its way is the angle times the gain
         return ErrorUnit(name="mm", si="rad", size=1e-3 / goals.gain)
     return DEGREES if goals.travel is None else MILLIMETRES
 
 
 def goal_of(goals: Goals) -> float | None:
-    """Largest error allowed.
-
-    Returns [rad] of the load, [m] of a carriage.
-    """
+    """Largest error allowed [rad] of the load, [m] of a carriage."""
     return goals.error if goals.travel is None else goals.carriage_error

@@ -71,9 +71,8 @@ def know(
 ) -> Knowledge:
     """Identify what the logs allow of a drive.
 
-    ``drive``: the datasheet; ``spreads``: relative uncertainty of the datasheet, by kind; ``load_inertia``:
-    range of the load that the goals ask for [kg m^2]; ``backlash``: largest backlash of the joint where the
-    file says none [rad].
+    ``load_inertia``: range of the load that the goals ask for [kg m^2]; ``backlash``: largest backlash of the
+    joint where the file says none [rad].
     """
     known = by_datasheet(drive, spreads, backlash)
     if not logs:
@@ -95,10 +94,7 @@ def know(
 
 
 def usable_log(log: Log) -> Log:
-    """A log with torque and angle; a "motor_angle" is taken as the angle.
-
-    Raises `InputRefused` if it has neither pair.
-    """
+    """A log with torque and angle; a "motor_angle" is taken as the angle."""
     if "angle" not in log.channels and "motor_angle" in log.channels:
         tables = [_renamed(table) for table in (log.channels, log.units, log.saturated)]
         report = replace(log.report, quantum=_renamed(log.report.quantum))
@@ -116,10 +112,7 @@ def _renamed(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def known_drive(drive: Drive, knowledge: Knowledge) -> Drive:
-    """The drive with the best value of every quantity, the encoders and the delay that its logs show.
-
-    ``drive``: the datasheet.
-    """
+    """The drive with the best value of every quantity, the encoders and the delay that its logs show."""
     known = drive_with(drive, knowledge.values)
     if known.sensors is None:
         return known
@@ -266,10 +259,7 @@ def _without_result(known: dict[str, Quantity], why: str) -> Knowledge:
 
 
 def with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
-    """The same with the load that the goals ask for.
-
-    ``load``: smallest and largest inertia [kg m^2].
-    """
+    """The same with the load that the goals ask for; ``load``: smallest and largest inertia [kg m^2]."""
     low, high = load
     own = found.quantities["load_inertia"]
     value = 0.5 * (low + high)

@@ -72,9 +72,6 @@ class Replay:
 def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) -> Replay:
     """Replay a log of a whole drive through the identified model.
 
-    ``log``: with torque, motor and load angle; ``drive``: with the identified values; ``seed``: of the
-    encoder phases of the model's own logs; ``likely``: machines drawn from the values' intervals, whose logs
-    say how much the model may leave of a machine that is as it should be.
     Returns the octave and encoder with the largest ratio to their limit.
     """
     generator = np.random.default_rng(seed)
@@ -123,12 +120,10 @@ def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
 
 
 def torque_noise(torque: Array, interval: float) -> float:
-    """Standard deviation of a torque's white noise, by the upper half of its spectrum.
+    """Standard deviation of a torque's white noise, by the upper half of its spectrum [N m].
 
-    How much of it acts on the shaft is not known; that none does is the assumption that forgives most.
-
-    ``torque``, shape (samples,) [N m]; ``interval`` [s].
-    Returns [N m].
+    ``torque``, shape (samples,) [N m]; ``interval`` [s]. How much of it acts on the shaft is not known; that
+    none does is the assumption that forgives most.
     """
     upper = torque - zero_phase(torque, interval, 0.25 / interval)
     return float(np.sqrt(2.0) * np.std(upper))
@@ -172,11 +167,9 @@ def octaves(values: Array, interval: float) -> Octaves:
 
 
 def innovations(probe: ObserverNumbers, torque: Array, readings: Array) -> Array:
-    """Readings less their predictions, settled part.
+    """Readings less their predictions, settled part, shape (samples, m).
 
-    ``probe``: a Kalman filter with its settled gain; ``torque``, shape (samples,) [N m]; ``readings``, shape
-    (samples, m): at the first shaft [rad].
-    Returns shape (samples, m).
+    ``torque``, shape (samples,) [N m]; ``readings``, shape (samples, m): at the first shaft [rad].
     """
     out, states = np.zeros(readings.shape), probe.model.shape[0]
     mean = np.append(0.5 * (torque[1:] + torque[:-1]), torque[-1])

@@ -164,9 +164,6 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
 
     The load pulley has the friction that is given for it, the drive pulley keeps its own, and the motor has
     the rest; where less is given than those take, all of it is theirs in the proportions that they have.
-
-    ``values``: as `values_of` gives them.
-    Raises `InputRefused` if a friction or a damping is negative.
     """
     given = values_of(drive) | dict(values)
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
@@ -228,10 +225,7 @@ their output without load, a coupling or a bare shaft next to nothing [rad]."""
 
 
 def backlash_limit(drive: Drive) -> float:
-    """Largest backlash of the motor joint that a data sheet without backlash may hide.
-
-    Returns [rad].
-    """
+    """Largest backlash of the motor joint that a data sheet without backlash may hide [rad]."""
     geared = drive.motor is not None and drive.motor.gear_ratio not in (None, 1.0)
     return GEAR_BACKLASH if geared else COUPLING_BACKLASH
 
@@ -241,12 +235,10 @@ def by_datasheet(
 ) -> dict[str, Quantity]:
     """Every quantity with the uncertainty that datasheets are given.
 
+    ``backlash``: largest backlash where the file says none [rad]; default: by the gear, see `backlash_limit`.
     What a data sheet leaves out counts as unknown and not as none: a delay may be a sample longer than the
     file says, and friction of the load pulley, backlash of the motor joint, torque ripple and eccentricity of
     the load encoder have an upper limit also where the file says zero or nothing.
-
-    ``spreads``: relative half widths by kind, see `cabledrive.studies.study.goals.SPREADS`; ``backlash``:
-    largest backlash where the file says none [rad]; default: by the gear, see `backlash_limit`.
     """
     values, spreads = values_of(drive), SPREADS | dict(spreads)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius

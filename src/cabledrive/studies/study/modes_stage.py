@@ -61,10 +61,7 @@ class ModesResult:
 
 
 def find_modes(drive: Drive, why_no_models: str) -> ModesResult:
-    """Certified modes of the distributed drive, its stiffness as identified, and the lumped models beside it.
-
-    ``why_no_models``: empty where the reduced models apply.
-    """
+    """Certified modes of the distributed drive, its stiffness as identified, and its lumped models."""
     machine = with_measured_stiffness(drive)
     found = modes(machine, count=SHOWN)
     rows = tuple(
@@ -191,7 +188,6 @@ def motion_torque(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Torque that a motion asks of the motor, drive as one rigid machine.
 
-    ``rubbing``: with Coulomb friction, whose jumps shake a model that does not rub.
     Returns ``time, torque``, shape (samples,) [s], [N m] at the first shaft.
     """
     values = values_of(drive)

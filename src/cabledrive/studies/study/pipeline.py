@@ -141,10 +141,7 @@ def plant_of(drive: Drive, goals: Goals, cache: StageCache, checked: CheckResult
 
 
 def study_key(drive: Drive, hashes: Sequence[str], goals: Goals) -> str:
-    """Hash of all inputs of a study.
-
-    ``hashes``: of the log files.
-    """
+    """Hash of all inputs of a study; ``hashes``: of the log files."""
     inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": list(hashes)}
     return key_of("study", {**inputs, "goals": goals})
 

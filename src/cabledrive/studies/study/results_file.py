@@ -31,10 +31,7 @@ METHOD = "study in stages, each kept by the hash of its inputs"
 
 
 def results_of(result: StudyResult) -> dict[str, Any]:
-    """The content of ``results.json``.
-
-    Returns plain data, SI.
-    """
+    """The content of ``results.json``, plain data, SI."""
     verdict, laws = result.verdict, None if result.carried else result.laws
     stages = {
         "check": result.check,
@@ -126,10 +123,7 @@ def _shown(found: AcceptanceResult, left_out: tuple[str, ...]) -> dict[str, Any]
 
 
 def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
-    """The law and its filter as numbers that another program can run.
-
-    Returns none where no controller was found.
-    """
+    """The law and its filter as numbers that another program can run; none where no controller was found."""
     goals, control = result.goals, result.controller
     if isinstance(control, CarriageController):
         return _carriage_numbers(result, control)
@@ -182,8 +176,6 @@ def _file_of(result: StudyResult) -> str:
 def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
     """Write everything a study leaves; the results last, so that they stand for a finished study.
 
-    ``report``: HTML; ``asked``, ``code``: hashes of what the command was given and of what made the files, by
-    which a finished study is known again.
     Returns the content of ``results.json``.
     """
     controller = controller_numbers(result)
@@ -198,7 +190,6 @@ def finish(
 ) -> dict[str, Any]:
     """Write the files of a study, its results last; a controller of before goes where there is none now.
 
-    ``written``: content by name; ``results``: plain data; ``asked``, ``code``: as of `write_files`.
     Returns the content of ``results.json``.
     """
     folder.mkdir(parents=True, exist_ok=True)

@@ -33,10 +33,7 @@ MOTOR_SIDE = ("viscous_friction", "coulomb_friction", "offset_torque")
 
 
 def projection_bounds(quantities: Mapping[str, Quantity], drive: Drive, model: int) -> Bounds:
-    """Bounds of the estimates p2 to p5 from what is known.
-
-    ``drive``: with the best values; ``model``, {1, 3, 4}: of the law.
-    """
+    """Bounds of the estimates p2 to p5 from what is known; ``model``, {1, 3, 4}: of the law."""
     near = quantities["near_inertia"]
     low, high = near.outer
     if FLEXIBLE_JOINT[model]:
@@ -81,8 +78,7 @@ def joined_loop(
 ) -> Loop:
     """The law on a plant, with the torque limit of the goals.
 
-    ``drive``, ``plant``: as believed, as it is; ``torque``: largest torque of the goals [N m]; ``cable``:
-    whether the plant is the distributed nonlinear cable.
+    ``torque``: largest torque of the goals [N m].
     """
     loop = close_loop(
         drive, plant, law, motion, options or rig_options(plant), np.random.default_rng(0), cable=cable
@@ -92,20 +88,15 @@ def joined_loop(
 
 
 def rig_options(drive: Drive, *, ideal: bool = False) -> RigOptions:
-    """How the rig of a study differs from an ideal one: encoders with random phases, stick-slip, delay.
-
-    ``ideal``: true states instead of encoders and filter.
-    """
+    """How the rig of a study differs from an ideal one: encoders with random phases, stick-slip, delay."""
     return RigOptions(feedback=near_encoder(drive), ideal_sensors=ideal, forbid_slack=True)
 
 
 def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: np.ndarray | None) -> Loop:
     """The same law on another plant, its encoders at other phases, its delay longer by whole samples.
 
-    Ripple of the motor's torque goes with the angle that is wanted, which the motor keeps nearly.
-
-    ``drive``: with the best values; ``values``: quantities of the plant; ``phases``: of the encoders that are
-    read, from -1/2 to 1/2; None: as they are.
+    ``phases``: of the encoders that are read, from -1/2 to 1/2; None: as they are. Ripple of the motor's
+    torque goes with the angle that is wanted, which the motor keeps nearly.
     """
     options = rig_options(drive, ideal=bool(np.all(loop.rig.counts == 0.0)))
     plant = drive_with(drive, values)
@@ -145,8 +136,6 @@ def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlati
 
     A cable's stiffness and damping come out over the load's inertia, whose whole error they share. Of what is
     their own they are independent, and so is the joint: twist and its rate are orthogonal over a record.
-
-    ``fit``: the sum of torques; ``intervals``: value and bounds of what was identified.
     """
     common = _half_products(fit.covariance, fit.half_width())
     names = [name for name in fit.names if name in intervals]
@@ -168,11 +157,7 @@ def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlati
 def of_an_axis(
     found: Identification, parts: Mapping[str, float], known: Mapping[str, Quantity]
 ) -> tuple[Correlation, ...]:
-    """Correlations of what is identified from a log of one rigid axis.
-
-    ``found``: with an inertia; ``parts``: shares of the axis's inertia that its two parts are, by their
-    names; ``known``: as identified from the log.
-    """
+    """Correlations of what is identified from a log of one rigid axis."""
     names = list(found.parameters)
     halves = np.array([0.5 * (e.high - e.low) for e in found.parameters.values()])
     common = _half_products(found.covariance, halves)
@@ -211,9 +196,7 @@ def among(correlations: Sequence[Correlation], quantities: Mapping[str, Quantity
 def root_of(correlations: Sequence[Correlation], names: Sequence[str]) -> Array:
     """Symmetric root of the matrix of correlations: it makes independent numbers correlated ones.
 
-    ``names``: each quantity of a correlation among them.
     Returns shape (names, names).
-    Raises `ValueError` if no numbers can be correlated so.
     """
     matrix = np.eye(len(names))
     for one in correlations:
@@ -235,10 +218,7 @@ def sampled_values(
     generator: np.random.Generator,
     correlations: Sequence[Correlation] = (),
 ) -> dict[str, float]:
-    """One plant from what is known: normal where a log gave the interval, else anywhere within the bounds.
-
-    ``correlations``: of quantities that a log gave.
-    """
+    """One plant from what is known: normal where a log gave the interval, else anywhere within the bounds."""
     names = sorted(quantities)
     from_log = [name for name in names if quantities[name].source == LOG]
     chance = {name: generator.standard_normal() if name in from_log else generator.random() for name in names}

@@ -32,7 +32,6 @@ def as_plain(value: Any) -> Any:
     """What JSON can hold of a result, without loss; fields that no comparison sees are left out.
 
     ``value``: dataclasses, drives, mappings, tuples, finite numbers, words, None.
-    Raises `ValueError` if a number is not finite: a result says None instead, and why.
     """
     if isinstance(value, AxisDrive):
         machine = tables_from_routed(value.machine)
@@ -52,11 +51,7 @@ def as_plain(value: Any) -> Any:
 
 
 def revived(kind: Any, data: Any) -> Any:
-    """The result that plain data stand for.
-
-    ``kind``: dataclass, or the annotation of one of its fields; ``data``: from `as_plain`.
-    Returns of that kind.
-    """
+    """The result that plain data stand for, of that kind."""
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (types.UnionType, typing.Union):
         return None if data is None else revived(_member(arguments, data), data)
@@ -94,7 +89,6 @@ STALE = 3600.0
 def key_of(name: str, inputs: Mapping[str, Any]) -> str:
     """Hash of a stage's name, of this version, and of everything that the stage depends on.
 
-    ``inputs``: what `as_plain` takes.
     Returns 64 hexadecimal digits.
     """
     content = {"stage": name, "cabledrive": __version__, "inputs": as_plain(inputs)}
@@ -153,10 +147,7 @@ def sources_hash(module: str = "cabledrive.studies.study.pipeline") -> str:
 
 
 def file_hash(path: Path) -> str:
-    """Hash of a file's bytes.
-
-    Raises `InputRefused` if it cannot be read.
-    """
+    """Hash of a file's bytes."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
@@ -174,11 +165,8 @@ class StageCache:
     def staged(self, name: str, compute: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
         """A function's result, from the folder or computed and kept there.
 
-        The key is the call: what a stage depends on it is given, and what it is given is in its key.
-
-        ``compute``: of a module, its return a frozen dataclass; ``arguments``: plain data, or `Made`.
-        Returns the result; a fresh one too has gone through its plain data, so that it is the same either
-        way.
+        The key is the call: what a stage depends on it is given, and what it is given is in its key. Returns
+        the result; a fresh one too has gone through its plain data, so that it is the same either way.
         """
         key = key_of(name, call_of(compute, *arguments, **named)) if self.folder is not None else ""
         data = self._found(name, key)
@@ -228,10 +216,7 @@ Logs = Made[list[Log]]
 
 
 def log_files(paths: Sequence[Path]) -> tuple[LogFile, ...]:
-    """Logs by their bytes.
-
-    Raises `InputRefused` if a file cannot be read.
-    """
+    """Logs by their bytes."""
     return tuple(LogFile(path=path, name=path.name, sha256=file_hash(path)) for path in paths)
 
 

@@ -58,8 +58,6 @@ def try_laws(trial: Trial, settings: Sequence[LawSetting]) -> TriedLaws:
 
     With a goal these are the laws from the simplest on, until one holds it; without one, those whose largest
     error comes near the smallest. A law that is alone is run to the end.
-
-    ``settings``: simplest law first.
     """
     kind, goal, draws, why = trial.plant.kind, goal_of(trial.goals), trial.draws, trial.no_cable
     alone = len(settings) == 1

@@ -40,10 +40,7 @@ def _millimetres(value: float) -> str:
 
 
 def carriage_remedies(control: CarriageController) -> list[str]:
-    """What would make the error of a carriage smaller.
-
-    ``control``: with a bandwidth.
-    """
+    """What would make the error of a carriage smaller; ``control``: with a bandwidth."""
     assert control.chosen is not None
     chosen = control.chosen
     parts = {"sensors": chosen.sensors or 0.0, "uncertain": chosen.uncertain or 0.0}
@@ -61,10 +58,7 @@ def carriage_remedies(control: CarriageController) -> list[str]:
 
 
 def carriage_cautions(found: Findings, current_loop: bool) -> list[str]:
-    """What does not decide, and should be known.
-
-    ``found``: of a carriage; ``current_loop``: whether the drive file names a torque loop or a delay.
-    """
+    """What does not decide, and should be known."""
     runs, model, control = found.runs, found.model, found.controller
     words = [NO_BOUND] if runs.draws else []
     if found.goals.rail_friction is None:
