@@ -8,34 +8,27 @@ import click
 from click.core import ParameterSource
 
 from cabledrive.app.failures import note
+from cabledrive.app.options import OptionOf, option
 from cabledrive.parameters import InputRefused
 
 
 def refuse_given(*names: str, why: str) -> None:
     """Refuse the first of options on the command line that have no effect here, with why and the remedy."""
-    for option in _given(names):
-        raise InputRefused(f"{option} {why}")
-
-
-class OptionOf(click.Option):
-    """An option with the kinds of input it is of, in the command's words; `refuse_not_of` refuses others."""
-
-    def __init__(self, *args: Any, of: tuple[str, ...], **options: Any) -> None:
-        super().__init__(*args, **options)
-        self.of = of
+    for given in _given(names):
+        raise InputRefused(f"{given} {why}")
 
 
 def refuse_not_of(kind: str, why: str) -> None:
     """Refuse the options that are not declared for a kind of input; ``why``: as of `refuse_given`."""
-    for option in click.get_current_context().command.params:
-        if isinstance(option, OptionOf) and kind not in option.of:
-            refuse_given(option.name or "", why=why)
+    for own in click.get_current_context().command.params:
+        if isinstance(own, OptionOf) and kind not in own.of:
+            refuse_given(own.name or "", why=why)
 
 
 def tell_given(*names: str, why: str) -> None:
     """Say why options that were given have no effect here."""
-    for option in _given(names):
-        note(f"{option} {why}")
+    for given in _given(names):
+        note(f"{given} {why}")
 
 
 def was_given(name: str) -> bool:
@@ -59,30 +52,21 @@ Chooser = Callable[[Any], Any]
 def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command, which takes a `Chooser`, the options ``--column``, ``--skip-rows``, ``--resample``."""
 
-    @click.option(
-        "--column",
-        "columns",
-        cls=OptionOf,
+    @option(
+        "--column columns",
+        "CHANNEL=COLUMN:UNIT",
+        "Which column is a channel, as torque=tau:N mm; repeatable.",
         of=("log",),
         multiple=True,
-        metavar="CHANNEL=COLUMN:UNIT",
-        help="Which column is a channel, as torque=tau:N mm; repeatable.",
     )
-    @click.option(
+    @option(
         "--skip-rows",
-        cls=OptionOf,
+        click.IntRange(0),
+        "Lines at the top of a text log to skip; default: metadata is recognised.",
         of=("log",),
-        type=click.IntRange(0),
         metavar="N",
-        help="Lines at the top of a text log to skip; default: metadata is recognised.",
     )
-    @click.option(
-        "--resample",
-        cls=OptionOf,
-        of=("log",),
-        is_flag=True,
-        help="Put uneven samples, or several topics, onto one even grid.",
-    )
+    @option("--resample", "flag", "Put uneven samples, or several topics, onto one even grid.", of=("log",))
     @functools.wraps(function)
     def _reading(*, columns: tuple[str, ...], skip_rows: int | None, resample: bool, **options: Any) -> Any:
         def choose(base: Any) -> Any:

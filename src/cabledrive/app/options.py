@@ -13,7 +13,17 @@ import click
 from click.shell_completion import CompletionItem
 
 from cabledrive.app.failures import BEGUN, QUIET, note
-from cabledrive.app.results import FORCE, OBJECT, Answer, NewFile, NewFileType, json_text, provenance, show
+from cabledrive.app.results import (
+    FORCE,
+    OBJECT,
+    PAGE,
+    Answer,
+    NewFile,
+    NewFileType,
+    json_text,
+    provenance,
+    show,
+)
 from cabledrive.mechanics.compile_time import LISTENERS
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
@@ -118,7 +128,49 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]
             raise refusal.at(param.opts[0] if param else "value") from None
 
 
-ANGLE, DURATION, FREQUENCY = Quantity("rad", "deg"), Quantity("s"), Quantity("Hz")
+ANGLE = Quantity("rad", "deg")
+
+
+class OptionOf(click.Option):
+    """An option with the kinds of input it is of, in the command's words; `refuse_not_of` refuses others."""
+
+    def __init__(self, *args: Any, of: tuple[str, ...], **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.of = of
+
+
+KINDS: dict[str, dict[str, Any]] = {
+    "flag": {"is_flag": True},
+    "count": {"type": int, "metavar": "N"},
+    "path": {"type": click.Path(), "metavar": "FILE"},
+    "page": {"type": NewFileType(*PAGE), "metavar": "FILE"},
+    "picture": {"type": NewFileType(".png", ".svg", ".pdf"), "metavar": "FILE"},
+}
+UNITS = ("1", "s", "m", "m/s", "rad", "Hz", "N", "N m")
+
+
+def option(names: str, kind: Any, words: str, default: Any = None, **more: Any) -> Callable[..., Any]:
+    """An option of a command.
+
+    ``names``: as click takes them, apart by blanks; ``kind``: one of `KINDS` or of `UNITS`, the ending of a
+    new file as ".nc", choices as "a|b", a type of click, or what the help calls its text; ``words``: help,
+    which shows the default unless these name it; ``more``: for click, and ``of``, see `OptionOf`.
+    """
+    if not isinstance(kind, str):
+        found: dict[str, Any] = {"type": kind}
+    elif kind in UNITS:
+        found = {"type": Quantity(kind), "metavar": kind.replace(" ", "").upper()}
+    elif kind.startswith("."):
+        found = {"type": NewFileType(kind), "metavar": "FILE"}
+    elif "|" in kind and kind == kind.lower():
+        found = {"type": click.Choice(kind.split("|"))}
+    else:
+        found = KINDS.get(kind, {"metavar": kind})
+    if default is not None:
+        found = found | {"default": default, "show_default": "default" not in words}
+    if "of" in more:
+        found = found | {"cls": OptionOf}
+    return click.option(*names.split(), **(found | {"help": words} | more))
 
 
 def drive_argument(function: Function) -> Function:
@@ -137,12 +189,11 @@ def machine_argument(function: Function) -> Function:
 def _with_argument(function: Function, *, routes: bool) -> Function:
 
     @click.argument("drive", metavar="DRIVE", shell_complete=complete_drive)
-    @click.option(
-        "--set",
-        "settings",
+    @option(
+        "--set settings",
+        "KEY=VALUE",
+        'Replace a value of the drive file for this run, such as cable.pretension="6 N"; repeatable.',
         multiple=True,
-        metavar="KEY=VALUE",
-        help='Replace a value of the drive file for this run, such as cable.pretension="6 N"; repeatable.',
     )
     @functools.wraps(function)
     def _with_drive(*, drive: str, settings: tuple[str, ...], **options: Any) -> Any:
@@ -159,11 +210,10 @@ def _with_argument(function: Function, *, routes: bool) -> Function:
     return _with_drive
 
 
-_axis_option = click.option(
+_axis_option = option(
     "--axis",
-    metavar="NAME",
-    help="Axis of a machine with routes: its load, such as head.x of corexy; default: the first "
-    "that has a chain.",
+    "NAME",
+    "Axis of a machine with routes: its load, such as head.x of corexy; default: the first that has a chain.",
 )
 
 
@@ -230,13 +280,7 @@ def saves_answer(function: Function) -> Function:
     """Give a command the options ``--output`` and ``--force``: its JSON object goes into a file as well."""
 
     @force_option
-    @click.option(
-        "-o",
-        "--output",
-        type=NewFileType(*OBJECT),
-        metavar="FILE",
-        help="Write the JSON object to FILE as well.",
-    )
+    @option("-o --output", NewFileType(*OBJECT), "Write the JSON object to FILE as well.", metavar="FILE")
     @functools.wraps(function)
     def _saving(*, output: NewFile | None, **options: Any) -> Any:
         answer = function(**options)
@@ -257,9 +301,9 @@ def answering(function: Function) -> Function:
     `NotComputed` once it has shown an incomplete one.
     """
 
-    @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, in SI.")
-    @click.option("--quiet", is_flag=True, help="No notes and no progress on standard error.")
-    @click.option("--verbose", is_flag=True, help="Notes with times; the traceback of a defect.")
+    @option("--json as_json", "flag", "Print one JSON object, in SI.")
+    @option("--quiet", "flag", "No notes and no progress on standard error.")
+    @option("--verbose", "flag", "Notes with times; the traceback of a defect.")
     @functools.wraps(function)
     def _answered(*, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> None:
         meta = click.get_current_context().meta

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import Quantity
+from cabledrive.app.options import option
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route import RoutedDrive
@@ -23,28 +23,25 @@ NOT_HERE = (
 
 def winch_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Add `--move`, `--least-tension` and `--gust` to a command that takes them by these names."""
-    for option in (  # the last one added stands first in the help
-        click.option(
+    for add in (  # the last one added stands first in the help
+        option(
             "--gust",
-            type=Quantity("N"),
-            metavar="N",
-            help="Force on the body for which the tension is promised; default: a tenth of its weight.",
+            "N",
+            "Force on the body for which the tension is promised; default: a tenth of its weight.",
         ),
-        click.option(
+        option(
             "--least-tension",
-            type=Quantity("N"),
-            metavar="N",
-            help="Winches: no line falls below; default: a fifth of the smaller tension at rest.",
+            "N",
+            "Winches: no line falls below; default: a fifth of the smaller tension at rest.",
         ),
-        click.option(
-            "--move",
-            "moves",
+        option(
+            "--move moves",
+            "NAME=M",
+            "Winches: how far the body goes, as camera.x=2m; repeatable.",
             multiple=True,
-            metavar="NAME=M",
-            help="Winches: how far the body goes, as camera.x=2m; repeatable.",
         ),
     ):
-        function = option(function)
+        function = add(function)
     return function
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import Quantity, Subcommand, answering, force_option
-from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, force_option, option
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
 
 
@@ -19,15 +19,13 @@ from cabledrive.parameters import InputRefused
 @answering
 @force_option
 @click.argument("video", metavar="VIDEO")
-@click.option("--frame-rate", type=Quantity("Hz"), help="Of the recording; by default what the file says.")
-@click.option("--scale", type=Quantity("m"), help="Length of one pixel.")
-@click.option("--known-length", type=Quantity("m"), help="A length seen in the picture, with --known-pixels.")
-@click.option("--known-pixels", type=float, metavar="N", help="How many pixels long it is.")
-@click.option("--markers", type=click.IntRange(1, 2), default=1, show_default=True, help="How many move.")
-@click.option("--region", metavar="R0:R1,C0:C1", help="Rows and columns to look at.")
-@click.option(
-    "-o", "--output", type=NewFileType(".csv"), metavar="LOG.csv", required=True, help="The log to write."
-)
+@option("--frame-rate", "Hz", "Of the recording; by default what the file says.")
+@option("--scale", "m", "Length of one pixel.")
+@option("--known-length", "m", "A length seen in the picture, with --known-pixels.")
+@option("--known-pixels", float, "How many pixels long it is.", metavar="N")
+@option("--markers", click.IntRange(1, 2), "How many move.", 1)
+@option("--region", "R0:R1,C0:C1", "Rows and columns to look at.")
+@option("-o --output", ".csv", "The log to write.", required=True, metavar="LOG.csv")
 def command(
     video: str,
     frame_rate: float | None,

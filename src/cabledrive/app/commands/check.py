@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, machine_argument, saves_answer
-from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.route_answer import checked_route
 from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest
@@ -20,18 +20,11 @@ METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dyna
 @answering
 @saves_answer
 @machine_argument
-@click.option(
-    "--plot",
-    type=NewFileType(".png", ".svg", ".pdf"),
-    metavar="FILE",
-    help="Draw the machine from its coordinates into FILE, ending in .png, .svg or .pdf.",
-)
-@click.option(
-    "--motion",
-    "motion_file",
-    type=click.Path(),
-    metavar="FILE",
-    help="Check a planned motion as well: tensions with forces of inertia and vibration against slack and "
+@option("--plot", "picture", "Draw the machine from its coordinates into FILE, ending in .png, .svg or .pdf.")
+@option(
+    "--motion motion_file",
+    "path",
+    "Check a planned motion as well: tensions with forces of inertia and vibration against slack and "
     "strength, slip on every pulley, torque of the motors. A CSV file with time [s], torque [N m] and, of "
     "loops and lines, load torque [N m]; of a machine with routes also torque NAME, of another "
     "motor's pulley, and "

@@ -9,7 +9,7 @@ import click
 
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
-from cabledrive.app.options import ANGLE, Subcommand, answering, axis_argument, force_option
+from cabledrive.app.options import ANGLE, Subcommand, answering, axis_argument, force_option, option
 from cabledrive.app.pulse_options import pulse_options
 from cabledrive.app.results import FORCE, Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
@@ -25,28 +25,16 @@ METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning proce
 )
 @answering
 @axis_argument
-@click.option("--controllers", metavar="A,B,...", help="Laws to compare; default: six; see docs/control.")
-@click.option("--all", "every_law", is_flag=True, help="Compare every law.")
-@click.option(
-    "--disturbances",
-    type=click.Path(),
-    metavar="FILE",
-    help="TOML file: friction of the load, backlash, cogging, delay, shocks ...",
-)
-@click.option("--draws", type=int, default=100, show_default=True, metavar="N", help="Plants for every law.")
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N")
+@option("--controllers", "A,B,...", "Laws to compare; default: six; see docs/control.")
+@option("--all every_law", "flag", "Compare every law.")
+@option("--disturbances", "path", "TOML file: friction of the load, backlash, cogging, delay, shocks ...")
+@option("--draws", "count", "Plants for every law.", 100)
+@option("--seed", "count", "", 0)
 @pulse_options
-@click.option("--pulses", type=int, default=2, show_default=True, metavar="N")
-@click.option(
-    "--goal",
-    type=ANGLE,
-    metavar="DEG",
-    help="Error allowed; default: the drive's, or one count of the load.",
-)
+@option("--pulses", "count", "", 2)
+@option("--goal", ANGLE, "Error allowed; default: the drive's, or one count of the load.", metavar="DEG")
 @force_option
-@click.option(
-    "-o", "--output", type=click.Path(), required=True, metavar="DIR", help="Folder of page and results."
-)
+@option("-o --output", "path", "Folder of page and results.", required=True, metavar="DIR")
 def command(
     drive: Drive, controllers: str | None, disturbances: str | None, output: str, **spec: Any
 ) -> Answer:

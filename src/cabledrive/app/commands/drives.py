@@ -2,7 +2,7 @@
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, complete_drive, force_option
+from cabledrive.app.options import Subcommand, answering, complete_drive, force_option, option
 from cabledrive.app.results import Answer, NewFile, NewFileType, json_text, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives, packaged_text
 
@@ -10,12 +10,11 @@ from cabledrive.parameters import InputRefused, content_hash, load_drive, packag
 @click.command(cls=Subcommand, example="cabledrive drives printer-belt -o my-printer.toml")
 @click.argument("name", required=False, shell_complete=complete_drive)
 @force_option
-@click.option(
-    "-o",
-    "--output",
-    type=NewFileType(".toml", ".json", ""),
+@option(
+    "-o --output",
+    NewFileType(".toml", ".json", ""),
+    "With NAME: write the drive file to FILE. Without: write the JSON object.",
     metavar="FILE",
-    help="With NAME: write the drive file to FILE. Without: write the JSON object.",
 )
 @answering
 def command(name: str | None, output: NewFile | None) -> Answer:

@@ -5,8 +5,8 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import Quantity, Subcommand, answering, axis_argument, force_option
-from cabledrive.app.results import Absent, Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, axis_argument, force_option, option
+from cabledrive.app.results import Absent, Answer, NewFile, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 METHOD = (
@@ -23,16 +23,14 @@ METHOD = (
 @answering
 @force_option
 @axis_argument
-@click.option("--excitation", type=click.Path(), metavar="FILE", help="TOML file of the command.")
-@click.option("--model", type=click.IntRange(1, 4), help="Plant: Model 1 to 4; by default the highest.")
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of noise and phases.")
-@click.option(
-    "--plan",
-    is_flag=True,
-    help="Run nothing: predict the standard errors, and the peaks of torque, speed and stroke.",
+@option("--excitation", "path", "TOML file of the command.")
+@option("--model", click.IntRange(1, 4), "Plant: Model 1 to 4; by default the highest.")
+@option("--seed", "count", "Of noise and phases.", 0)
+@option(
+    "--plan", "flag", "Run nothing: predict the standard errors, and the peaks of torque, speed and stroke."
 )
-@click.option("--stroke", type=Quantity("rad"), help="With --plan: largest travel from end to end.")
-@click.option("-o", "--output", type=NewFileType(".csv"), metavar="LOG.csv", help="The log to write.")
+@option("--stroke", "rad", "With --plan: largest travel from end to end.")
+@option("-o --output", ".csv", "The log to write.", metavar="LOG.csv")
 def command(
     drive: Drive,
     excitation: str | None,

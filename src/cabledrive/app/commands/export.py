@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from cabledrive.app.options import Subcommand, answering
+from cabledrive.app.options import Subcommand, answering, option
 from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import InputRefused
 
@@ -20,28 +20,19 @@ METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` f
 )
 @answering
 @click.argument("source", metavar="SOURCE")
-@click.option(
-    "--format",
-    "format_",
-    type=click.Choice(["c99", "fmu2", "fmu3", "mjcf", "modelica", "klipper"]),
+@option(
+    "--format format_",
+    "c99|fmu2|fmu3|mjcf|modelica|klipper",
+    "c99, fmu2, fmu3, mjcf, modelica or klipper.",
     required=True,
     metavar="FORMAT",
-    help="c99, fmu2, fmu3, mjcf, modelica or klipper.",
 )
-@click.option("--controller", metavar="NAME", help="Control law for a drive; default: by the motor joint.")
-@click.option("--axis", metavar="NAME", help="Axis of a machine with routes: its load, such as head.x.")
-@click.option(
-    "--what",
-    type=click.Choice(["controller", "plant", "loop", "cable"]),
-    default="controller",
-    show_default=True,
-    help="Which part is written.",
-)
-@click.option("--float32", is_flag=True, help="Single precision; refused where the law does not hold in it.")
-@click.option(
-    "--anyway", is_flag=True, help="Also the law of a study without yes; the reason stands in the files."
-)
-@click.option("-o", "--output", type=click.Path(), required=True, metavar="DIR", help="New folder to write.")
+@option("--controller", "NAME", "Control law for a drive; default: by the motor joint.")
+@option("--axis", "NAME", "Axis of a machine with routes: its load, such as head.x.")
+@option("--what", "controller|plant|loop|cable", "Which part is written.", "controller")
+@option("--float32", "flag", "Single precision; refused where the law does not hold in it.")
+@option("--anyway", "flag", "Also the law of a study without yes; the reason stands in the files.")
+@option("-o --output", "path", "New folder to write.", required=True, metavar="DIR")
 def command(
     source: str,
     format_: str,

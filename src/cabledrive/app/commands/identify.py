@@ -7,9 +7,9 @@ import click
 from cabledrive.app.combinations import Chooser, reading_options, refuse_given
 from cabledrive.app.estimate_text import finding_lines, parameter_rows
 from cabledrive.app.failures import note
-from cabledrive.app.options import Quantity, Subcommand, answering, saves_answer
+from cabledrive.app.options import Subcommand, answering, option, saves_answer
 from cabledrive.app.ping_answer import pinged
-from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
 
 
@@ -21,60 +21,48 @@ from cabledrive.parameters import InputRefused
 @answering
 @saves_answer
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
-@click.option("--config", type=click.Path(), metavar="FILE", help="TOML file with [identify] and [log].")
-@click.option("--model", metavar="NAME", help="rigid-axis, rigid-axis-tanh, ..., two-inertia.")
-@click.option("--method", metavar="NAME", help="inverse-dynamics, output-error or prediction-error.")
-@click.option(
-    "--torque",
-    type=click.Choice(["found", "held", "interpolated", "before"]),
-    help="When a logged torque acts; default: found from the log.",
+@option("--config", "path", "TOML file with [identify] and [log].")
+@option("--model", "NAME", "rigid-axis, rigid-axis-tanh, ..., two-inertia.")
+@option("--method", "NAME", "inverse-dynamics, output-error or prediction-error.")
+@option(
+    "--torque", "found|held|interpolated|before", "When a logged torque acts; default: found from the log."
 )
 @reading_options
-@click.option(
-    "--ping",
-    "drive",
-    metavar="DRIVE",
-    help="Identify the tension of each span of DRIVE from the recording of a pluck, a log or a .wav file.",
+@option(
+    "--ping drive",
+    "DRIVE",
+    "Identify the tension of each span of DRIVE from the recording of a pluck, a log or a .wav file.",
 )
-@click.option(
-    "--span",
-    "spans",
-    multiple=True,
-    metavar="NAME",
-    help="Span that was plucked: upper, lower, or both in one recording; on a machine with routes its name, "
+@option(
+    "--span spans",
+    "NAME",
+    "Span that was plucked: upper, lower, or both in one recording; on a machine with routes its name, "
     "one for each recording: two are compared.",
-)
-@click.option(
-    "--plucked",
-    type=click.Choice(["upper", "lower"]),
-    help="Of --span both: which span was plucked harder, where the spans have the same modes.",
-)
-@click.option(
-    "--section",
-    type=click.IntRange(0),
-    default=0,
-    help="Section of the plucked span between guided carriages, counted from 0.",
-)
-@click.option(
-    "--tension",
-    "tensions",
     multiple=True,
-    type=Quantity("N"),
-    metavar="N",
-    help="Tell friction at wraps from friction at bearings: pretension of the cable in each log, in order.",
 )
-@click.option(
-    "--report", "page", type=NewFileType(*PAGE), metavar="FILE", help="Write a page with the log's figures."
+@option(
+    "--plucked",
+    "upper|lower",
+    "Of --span both: which span was plucked harder, where the spans have the same modes.",
 )
-@click.option(
-    "--against",
-    "other",
-    type=click.Path(),
-    metavar="LOG",
-    help="Hold the identified axis against another log: simulated in open loop, followed by an observer, and "
+@option(
+    "--section", click.IntRange(0), "Section of the plucked span between guided carriages, counted from 0.", 0
+)
+@option(
+    "--tension tensions",
+    "N",
+    "Tell friction at wraps from friction at bearings: pretension of the cable in each log, in order.",
+    multiple=True,
+)
+@option("--report page", "page", "Write a page with the log's figures.")
+@option(
+    "--against other",
+    "path",
+    "Hold the identified axis against another log: simulated in open loop, followed by an observer, and "
     "beside what that log gives by itself.",
+    metavar="LOG",
 )
-@click.option("--no-check", is_flag=True, help="Do not test the model against known faults.")
+@option("--no-check", "flag", "Do not test the model against known faults.")
 def command(
     logs: tuple[str, ...],
     config: str | None,

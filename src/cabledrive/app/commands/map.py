@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import Subcommand, answering, force_option, machine_argument
-from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, force_option, machine_argument, option
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
@@ -31,43 +31,33 @@ WORKERS = 2
 @answering
 @force_option
 @machine_argument
-@click.option(
-    "--vary",
-    "texts",
+@option(
+    "--vary texts",
+    "KEY=FROM:TO[:N]",
+    "A key of the drive file, or a move such as head.x, with its range; repeatable. Keys joined "
+    "by a comma move together: car.y=5m:35m,counterweight.y=35m:5m.",
     multiple=True,
     required=True,
-    metavar="KEY=FROM:TO[:N]",
-    help="A key of the drive file, or a move such as head.x, with its range; repeatable. Keys joined "
-    "by a comma move together: car.y=5m:35m,counterweight.y=35m:5m.",
 )
-@click.option("--count", type=int, default=6, metavar="N", help="Modes of each kind; default: 6.")
-@click.option(
+@option("--count", "count", "Modes of each kind; default: 6.", 6)
+@option(
     "--motor",
-    type=click.Choice(CONDITIONS),
-    help="How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
+    click.Choice(CONDITIONS),
+    "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
 )
-@click.option("--hold", multiple=True, metavar="NAME", help="Hold a part as well; repeatable.")
-@click.option(
-    "--order",
-    "orders",
-    multiple=True,
-    metavar="NAME=PART",
-    help="Excitation that follows the speed: NAME=PULLEY (once a turn), NAME=PULLEY*N, NAME=KEY/LENGTH (rail "
+@option("--hold", "NAME", "Hold a part as well; repeatable.", multiple=True)
+@option(
+    "--order orders",
+    "NAME=PART",
+    "Excitation that follows the speed: NAME=PULLEY (once a turn), NAME=PULLEY*N, NAME=KEY/LENGTH (rail "
     "joints); needs --speed; default: those of [excitation].",
+    multiple=True,
 )
-@click.option(
-    "--speed", metavar="KEY=FROM:TO", help="A coordinate with the range of its speed: car.y=0.1m/s:1m/s."
-)
-@click.option(
-    "--margin", type=float, default=0.05, help="Share of a frequency that is too near; default: 0.05."
-)
-@click.option(
-    "-o", "--output", type=NewFileType(".nc"), metavar="FILE", help="Write the map to FILE, NetCDF."
-)
-@click.option(
-    "--plot", type=NewFileType(".png", ".svg", ".pdf"), metavar="FILE", help="Draw the map into FILE."
-)
-@click.option("--page", type=NewFileType(*PAGE), metavar="FILE", help="Write an interactive page to FILE.")
+@option("--speed", "KEY=FROM:TO", "A coordinate with the range of its speed: car.y=0.1m/s:1m/s.")
+@option("--margin", float, "Share of a frequency that is too near; default: 0.05.", 0.05)
+@option("-o --output", ".nc", "Write the map to FILE, NetCDF.")
+@option("--plot", "picture", "Draw the map into FILE.")
+@option("--page", "page", "Write an interactive page to FILE.")
 def command(
     drive: Drive | RoutedDrive,
     texts: tuple[str, ...],

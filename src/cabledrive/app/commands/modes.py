@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
-from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
@@ -25,37 +25,26 @@ METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 @answering
 @saves_answer
 @machine_argument
-@click.option("--below", type=Quantity("Hz"), metavar="HZ", help="Every mode below this frequency.")
-@click.option(
-    "--count",
-    type=int,
-    metavar="N",
-    help="The first N frequencies of each kind instead; default: 10.",
-)
-@click.option(
+@option("--below", "Hz", "Every mode below this frequency.")
+@option("--count", "count", "The first N frequencies of each kind instead; default: 10.")
+@option(
     "--motor",
-    type=click.Choice(CONDITIONS),
-    help="How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
+    click.Choice(CONDITIONS),
+    "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
 )
-@click.option(
+@option(
     "--hold",
+    "NAME",
+    'Hold a part as well: "drive pulley", "load pulley", "carriage 0", or a name of the file.',
     multiple=True,
-    metavar="NAME",
-    help='Hold a part as well: "drive pulley", "load pulley", "carriage 0", or a name of the file.',
 )
-@click.option(
+@option(
     "--at-torque",
-    type=Quantity("N m"),
-    default=0.0,
-    metavar="NM",
-    help="Steady torque on the drive pulley, taken up at the load pulley; loads the spans unequally.",
+    "N m",
+    "Steady torque on the drive pulley, taken up at the load pulley; loads the spans unequally.",
+    0.0,
 )
-@click.option(
-    "--plot",
-    type=NewFileType(".png", ".svg", ".pdf"),
-    metavar="FILE",
-    help="Draw frequencies and shapes into FILE, ending in .png, .svg or .pdf.",
-)
+@option("--plot", "picture", "Draw frequencies and shapes into FILE, ending in .png, .svg or .pdf.")
 def command(
     drive: Drive | RoutedDrive,
     below: float | None,

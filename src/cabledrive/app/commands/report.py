@@ -6,8 +6,8 @@ import click
 
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.failures import note
-from cabledrive.app.options import Subcommand, answering, force_option
-from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, force_option, option
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives
 
 
@@ -15,29 +15,20 @@ from cabledrive.parameters import InputRefused, content_hash, load_drive, packag
 @answering
 @force_option
 @click.argument("drives", nargs=-1, metavar="[DRIVE]...")
-@click.option(
-    "--goal",
-    "goals",
+@option(
+    "--goal goals",
+    "GOAL",
+    'Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.',
     multiple=True,
-    metavar="GOAL",
-    help='Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.',
 )
-@click.option(
-    "--link",
-    "links",
+@option(
+    "--link links",
+    click.Path(path_type=Path),
+    "Another page, such as that of a campaign, shown as a card; repeatable.",
     multiple=True,
-    type=click.Path(path_type=Path),
     metavar="PAGE",
-    help="Another page, such as that of a campaign, shown as a card; repeatable.",
 )
-@click.option(
-    "-o",
-    "--output",
-    type=NewFileType(*PAGE),
-    required=True,
-    metavar="FILE",
-    help="The HTML page, in one file.",
-)
+@option("-o --output", "page", "The HTML page, in one file.", required=True)
 def command(
     drives: tuple[str, ...], goals: tuple[str, ...], links: tuple[Path, ...], output: NewFile
 ) -> Answer:

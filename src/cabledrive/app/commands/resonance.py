@@ -5,8 +5,8 @@ from dataclasses import replace
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
-from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
-from cabledrive.app.results import PAGE, Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque, motor_condition, released
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.route import RoutedDrive
@@ -25,54 +25,35 @@ ALONE = "belongs to --motion FILE: add that, or leave it out"
 @answering
 @saves_answer
 @machine_argument
-@click.option(
-    "--torque",
-    type=Quantity("N m"),
-    metavar="NM",
-    help="Torque amplitude of the verdict; default: that of [excitation] in the file.",
-)
-@click.option(
+@option("--torque", "N m", "Torque amplitude of the verdict; default: that of [excitation] in the file.")
+@option(
     "--load-torque",
-    type=Quantity("N m"),
-    default=0.0,
-    metavar="NM",
-    help="Steady torque on the load pulley: the spans are then tuned at different pretensions.",
+    "N m",
+    "Steady torque on the load pulley: the spans are then tuned at different pretensions.",
+    0.0,
 )
-@click.option(
-    "--motion",
-    "motion_file",
-    type=click.Path(),
-    metavar="FILE",
-    help="Assess a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
+@option(
+    "--motion motion_file",
+    "path",
+    "Assess a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
     "[N], carriage [m] (of the first; coupled ones follow), load torque [N m]; of a machine with routes also "
     "torque NAME, of another motor's pulley, and places of bodies such as head.x [m].",
 )
-@click.option(
-    "--floor",
-    type=Quantity("m"),
-    default=FLOOR,
-    metavar="M",
-    help="Amplitude below which no transverse mode falls, for --motion; default: 10 um.",
+@option(
+    "--floor", "m", "Amplitude below which no transverse mode falls, for --motion; default: 10 um.", FLOOR
 )
-@click.option(
-    "--limit",
-    type=Quantity("m"),
-    default=LIMIT,
-    metavar="M",
-    help="Largest transverse displacement from rest allowed, for --motion; default: 0.5 mm.",
+@option(
+    "--limit", "m", "Largest transverse displacement from rest allowed, for --motion; default: 0.5 mm.", LIMIT
 )
-@click.option(
-    "--branches",
-    "with_branches",
-    is_flag=True,
-    help="Follow the branches of steady motion over the torque: stability, folds, where beats begin.",
+@option(
+    "--branches with_branches",
+    "flag",
+    "Follow the branches of steady motion over the torque: stability, folds, where beats begin.",
 )
-@click.option(
-    "--map",
-    "map_file",
-    type=NewFileType(*PAGE),
-    metavar="FILE",
-    help="Draw growth over pretension and torque into FILE, an interactive page that needs nothing else.",
+@option(
+    "--map map_file",
+    "page",
+    "Draw growth over pretension and torque into FILE, an interactive page that needs nothing else.",
 )
 def command(
     drive: Drive | RoutedDrive,

@@ -5,9 +5,9 @@ from typing import Any
 
 import click
 
-from cabledrive.app.combinations import Chooser, OptionOf, reading_options, refuse_given, refuse_not_of
+from cabledrive.app.combinations import Chooser, reading_options, refuse_given, refuse_not_of
 from cabledrive.app.machine_response import is_machine, response_of_machine
-from cabledrive.app.options import FREQUENCY, Quantity, Subcommand, answering, force_option
+from cabledrive.app.options import Subcommand, answering, force_option, option
 from cabledrive.app.results import OBJECT, Answer, NewFile, NewFileType, json_text, provenance
 from cabledrive.parameters import InputRefused
 
@@ -40,79 +40,22 @@ class _OutputPath(click.Option):
 @answering
 @force_option
 @click.argument("log", metavar="LOG")
-@click.option("--input", "input_", metavar="COL", help="Channel or column of the input.")
-@click.option("--response", "column", metavar="COL", help="Channel or column of the output.")
+@option("--input input_", "COL", "Channel or column of the input.")
+@option("--response column", "COL", "Channel or column of the output.")
 @click.option("--output", "former", hidden=True)
 @reading_options
-@click.option(
-    "--config", cls=OptionOf, of=LOG, type=click.Path(), metavar="FILE", help="TOML file with [log]."
-)
-@click.option(
-    "--segment",
-    cls=OptionOf,
-    of=LOG,
-    type=Quantity("s"),
-    default=1.0,
-    show_default=True,
-    help="Length of the Hann windows.",
-)
-@click.option(
-    "--overlap",
-    cls=OptionOf,
-    of=LOG,
-    type=Quantity("s"),
-    help="Overlap of neighbouring windows; default: 0.2 s, at most half a window.",
-)
-@click.option(
-    "--estimator",
-    cls=OptionOf,
-    of=LOG,
-    type=click.Choice(["H1", "H2", "Hv"]),
-    default="H1",
-    show_default=True,
-)
-@click.option(
-    "--below", cls=OptionOf, of=DRIVE, type=FREQUENCY, metavar="HZ", help="Of a drive file: highest line."
-)
-@click.option(
-    "--keep-all", cls=OptionOf, of=LOG, is_flag=True, help="Keep all records, also those with a disturbance."
-)
-@click.option(
-    "--differentiate",
-    cls=OptionOf,
-    of=LOG_OR_DRIVE,
-    is_flag=True,
-    help="The speed of the output, an angle or position.",
-)
-@click.option(
-    "--coulomb",
-    cls=OptionOf,
-    of=LOG,
-    type=Quantity("N m"),
-    help="Coulomb friction to take off the input first.",
-)
-@click.option(
-    "--offset",
-    cls=OptionOf,
-    of=LOG,
-    type=Quantity("N m"),
-    default=0.0,
-    help="Offset to add to the input first.",
-)
-@click.option(
-    "--amplifier",
-    cls=OptionOf,
-    of=LOG,
-    is_flag=True,
-    help="Fit gain and bandwidth, from a command [V] to a torque [N m].",
-)
-@click.option(
-    "-o",
-    "file",
-    cls=_OutputPath,
-    type=NewFileType(*OBJECT),
-    metavar="FILE",
-    help="Write the JSON object to FILE as well.",
+@option("--config", "path", "TOML file with [log].", of=LOG)
+@option("--segment", "s", "Length of the Hann windows.", 1.0, of=LOG)
+@option("--overlap", "s", "Overlap of neighbouring windows; default: 0.2 s, at most half a window.", of=LOG)
+@option("--estimator", click.Choice(["H1", "H2", "Hv"]), "", "H1", of=LOG)
+@option("--below", "Hz", "Of a drive file: highest line.", of=DRIVE)
+@option("--keep-all", "flag", "Keep all records, also those with a disturbance.", of=LOG)
+@option("--differentiate", "flag", "The speed of the output, an angle or position.", of=LOG_OR_DRIVE)
+@option("--coulomb", "N m", "Coulomb friction to take off the input first.", of=LOG)
+@option("--offset", "N m", "Offset to add to the input first.", 0.0, of=LOG)
+@option("--amplifier", "flag", "Fit gain and bandwidth, from a command [V] to a torque [N m].", of=LOG)
+@option(
+    "-o file", NewFileType(*OBJECT), "Write the JSON object to FILE as well.", cls=_OutputPath, metavar="FILE"
 )
 def command(
     log: str,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cabledrive.app.options import Subcommand, answering
+from cabledrive.app.options import Subcommand, answering, option
 from cabledrive.app.results import Answer, provenance
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ MORRIS = "elementary effects of Morris' paths, percentile bootstrap over paths"
 )
 @answering
 @click.argument("store", metavar="STORE.zarr", type=click.Path())
-@click.option("--output", required=True, metavar="NAME", help='Such as "longitudinal_hz[0]".')
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of the bootstrap.")
+@option("--output", "NAME", 'Such as "longitudinal_hz[0]".', required=True)
+@option("--seed", "count", "Of the bootstrap.", 0)
 def command(store: str, output: str, seed: int) -> Answer:
     """Sobol indices of an output of STORE.zarr, first and total; of a design of kind morris, effects."""
     import numpy as np

@@ -2,8 +2,8 @@
 
 import click
 
-from cabledrive.app.options import Quantity, Subcommand, answering, saves_answer
-from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
+from cabledrive.app.options import Subcommand, answering, option, saves_answer
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 
@@ -20,41 +20,22 @@ METHOD = (
 @answering
 @saves_answer
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
-@click.option(
+@option(
     "--axis",
+    click.Choice(["x", "y", "z"], case_sensitive=False),
+    "The axis that was excited: x, y or z; default: that in the name of LOG.",
     metavar="NAME",
-    type=click.Choice(["x", "y", "z"], case_sensitive=False),
-    help="The axis that was excited: x, y or z; default: that in the name of LOG.",
 )
-@click.option("--damping", type=Quantity("1"), default=0.1, help="Damping ratio of the design; default 0.1.")
-@click.option(
-    "--corner-speed",
-    type=Quantity("m/s"),
-    default=0.005,
-    metavar="M/S",
-    help="Square-corner speed of the printer; default 5 mm/s.",
-)
-@click.option(
-    "--max-smoothing",
-    type=Quantity("m"),
-    metavar="M",
-    help='Leave out shapers of a larger smoothing at 5 m/s^2, such as "0.2 mm".',
-)
-@click.option(
-    "--plot",
-    type=NewFileType(".png", ".svg", ".pdf"),
-    metavar="FILE",
-    help="Draw spectrum and shapers into FILE, ending in .png, .svg or .pdf.",
-)
-@click.option(
+@option("--damping", "1", "Damping ratio of the design; default 0.1.", 0.1)
+@option("--corner-speed", "m/s", "Square-corner speed of the printer; default 5 mm/s.", 0.005)
+@option("--max-smoothing", "m", 'Leave out shapers of a larger smoothing at 5 m/s^2, such as "0.2 mm".')
+@option("--plot", "picture", "Draw spectrum and shapers into FILE, ending in .png, .svg or .pdf.")
+@option(
     "--page",
-    type=NewFileType(".html"),
-    metavar="FILE",
-    help="One page of the printer, from the logs of all axes and both belts, told apart by name.",
+    ".html",
+    "One page of the printer, from the logs of all axes and both belts, told apart by name.",
 )
-@click.option(
-    "--machine", metavar="DRIVE", help="With --page: whose computed frequencies stand beside the peaks."
-)
+@option("--machine", "DRIVE", "With --page: whose computed frequencies stand beside the peaks.")
 def command(
     logs: tuple[str, ...],
     axis: str | None,

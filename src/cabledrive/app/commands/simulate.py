@@ -8,7 +8,7 @@ import click
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.network_answer import simulated_route
-from cabledrive.app.options import Quantity, Subcommand, answering, force_option, machine_argument
+from cabledrive.app.options import Subcommand, answering, force_option, machine_argument, option
 from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
 from cabledrive.app.run_pictures import fields_to_animate, undrawn
 from cabledrive.parameters import Drive, InputRefused
@@ -37,85 +37,47 @@ _OF_ROUTES = ("pluck", "torque_on", "moves", "rise", "travel")
 )
 @answering
 @force_option
-@click.option(
-    "-o", "--output", type=NewFileType(".nc"), metavar="RUN.nc", help="Write everything to RUN.nc (NetCDF)."
-)
+@option("-o --output", ".nc", "Write everything to RUN.nc (NetCDF).", metavar="RUN.nc")
 @machine_argument
-@click.option("--duration", type=Quantity("s"), required=True, metavar="S", help="Length of the run.")
-@click.option("--torque-amplitude", type=Quantity("N m"), metavar="NM", help="Torque of the motor, a sine.")
-@click.option(
-    "--torque-frequency", type=Quantity("Hz"), metavar="HZ", help="Its frequency; 0: a constant torque."
-)
-@click.option(
-    "--pluck-upper", type=Quantity("m"), default=0.0, metavar="M", help="Height of a pluck in w, at midspan."
-)
-@click.option(
-    "--pluck-lower", type=Quantity("m"), default=0.0, metavar="M", help="The same on the lower span."
-)
-@click.option(
-    "--pluck", multiple=True, metavar="SPAN=M", help="Of a machine with routes: pluck of a span; repeatable."
-)
-@click.option("--torque-on", metavar="NAME", help="Of a machine with routes: pulley of the motor.")
-@click.option(
-    "--move",
-    "moves",
+@option("--duration", "s", "Length of the run.", required=True)
+@option("--torque-amplitude", "N m", "Torque of the motor, a sine.")
+@option("--torque-frequency", "Hz", "Its frequency; 0: a constant torque.")
+@option("--pluck-upper", "m", "Height of a pluck in w, at midspan.", 0.0)
+@option("--pluck-lower", "m", "The same on the lower span.", 0.0)
+@option("--pluck", "SPAN=M", "Of a machine with routes: pluck of a span; repeatable.", multiple=True)
+@option("--torque-on", "NAME", "Of a machine with routes: pulley of the motor.")
+@option(
+    "--move moves",
+    "NAME=M",
+    "Of a machine with routes: a body goes far, motors turn as it asks for; repeatable.",
     multiple=True,
-    metavar="NAME=M",
-    help="Of a machine with routes: a body goes far, motors turn as it asks for; repeatable.",
 )
-@click.option("--rise", type=Quantity("s"), metavar="S", help="Time that the move takes.")
-@click.option(
-    "--travel", is_flag=True, help="Of a machine with routes: spans follow bodies that go far under torques."
-)
-@click.option(
-    "--pluck-shape", type=click.Choice(["triangle", "half-sine"]), default="triangle", show_default=True
-)
-@click.option(
+@option("--rise", "s", "Time that the move takes.")
+@option("--travel", "flag", "Of a machine with routes: spans follow bodies that go far under torques.")
+@option("--pluck-shape", "triangle|half-sine", "", "triangle")
+@option(
     "--model",
-    type=click.Choice(["exact", "weak", "weak-consistent", "linear", "fast"]),
-    default="exact",
-    show_default=True,
-    help="Cable law; fast: transverse modes under uniform tension instead of cable segments.",
+    "exact|weak|weak-consistent|linear|fast",
+    "Cable law; fast: transverse modes under uniform tension instead of cable segments.",
+    "exact",
 )
-@click.option(
-    "--method",
-    default="verlet",
-    show_default=True,
-    help="Time integrator: verlet, node-centred, energy-conserving.",
-)
-@click.option(
-    "--segments",
-    type=int,
-    default=Scheme().segments,
-    show_default=True,
-    help="Segments per span; where bodies travel 16 on the longest.",
-)
-@click.option("--step", type=Quantity("s"), metavar="S", help="Time step; default: chosen by stability.")
-@click.option(
-    "--rate",
-    type=Quantity("Hz"),
-    default=10_000.0,
-    metavar="HZ",
-    help="Records per second; default: 10 kHz.",
-)
-@click.option("--fields", type=int, default=0, metavar="N", help="Keep all nodes at every N-th record.")
-@click.option("--from-equilibrium", is_flag=True, help="Start from where the cable hangs.")
-@click.option("--tension-only", is_flag=True, help="Let the cable go slack instead of stopping the run.")
-@click.option("--smooth-friction", is_flag=True, help="Smooth Coulomb friction instead of stick-slip.")
-@click.option("--error-estimate", is_flag=True, help="Estimate the discretisation error by coarser runs.")
-@click.option(
-    "--plot",
-    type=NewFileType(".png", ".svg", ".pdf"),
-    metavar="FILE",
-    help="Draw time histories and spectrum: .png, .svg or .pdf.",
-)
-@click.option(
+@option("--method", "TEXT", "Time integrator: verlet, node-centred, energy-conserving.", "verlet")
+@option("--segments", "count", "Segments per span; where bodies travel 16 on the longest.", Scheme().segments)
+@option("--step", "s", "Time step; default: chosen by stability.")
+@option("--rate", "Hz", "Records per second; default: 10 kHz.", 10_000.0)
+@option("--fields", "count", "Keep all nodes at every N-th record.", 0)
+@option("--from-equilibrium", "flag", "Start from where the cable hangs.")
+@option("--tension-only", "flag", "Let the cable go slack instead of stopping the run.")
+@option("--smooth-friction", "flag", "Smooth Coulomb friction instead of stick-slip.")
+@option("--error-estimate", "flag", "Estimate the discretisation error by coarser runs.")
+@option("--plot", "picture", "Draw time histories and spectrum: .png, .svg or .pdf.")
+@option(
     "--animate",
-    type=NewFileType(".gif", ".html"),
+    NewFileType(".gif", ".html"),
+    "Animate the first periods of the loop: .gif, or .html with a switch. Not with --model fast.",
     metavar="FILE",
-    help="Animate the first periods of the loop: .gif, or .html with a switch. Not with --model fast.",
 )
-@click.option("--resume", is_flag=True, help="Resume an interrupted run.")
+@option("--resume", "flag", "Resume an interrupted run.")
 def command(
     drive: Drive | RoutedDrive,
     output: NewFile | None,

@@ -2,7 +2,7 @@
 
 import click
 
-from cabledrive.app.options import Subcommand, complete_drive
+from cabledrive.app.options import Subcommand, complete_drive, option
 
 
 @click.command(
@@ -11,22 +11,9 @@ from cabledrive.app.options import Subcommand, complete_drive
     short_help="Open a drive in the browser: sliders, modes, resonance, logs, controllers.",
 )
 @click.argument("drive", metavar="[DRIVE]", required=False, shell_complete=complete_drive)
-@click.option(
-    "--port",
-    type=click.IntRange(0, 65535),
-    default=0,
-    metavar="N",
-    help="Port of 127.0.0.1; default: a free one.",
-)
-@click.option("--no-browser", is_flag=True, help="Print the address only.")
-@click.option(
-    "--folder",
-    type=click.Path(),
-    default="cabledrive-studio",
-    show_default=True,
-    metavar="DIR",
-    help="Where drives, logs and results are kept.",
-)
+@option("--port", click.IntRange(0, 65535), "Port of 127.0.0.1; default: a free one.", 0, metavar="N")
+@option("--no-browser", "flag", "Print the address only.")
+@option("--folder", "path", "Where drives, logs and results are kept.", "cabledrive-studio", metavar="DIR")
 def command(drive: str | None, port: int, no_browser: bool, folder: str) -> None:
     """Open DRIVE in the browser: the first line printed is the address, with a token that works once.
 

@@ -8,7 +8,7 @@ import click
 
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
-from cabledrive.app.options import Subcommand, answering, axis_or_machine
+from cabledrive.app.options import Subcommand, answering, axis_or_machine, option
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent
@@ -29,26 +29,17 @@ SERVED = "no input has changed: results of the finished study"
 )
 @answering
 @axis_or_machine
-@click.option(
-    "--log", "logs", type=click.Path(), multiple=True, metavar="LOG", help="A measured log; repeatable."
-)
-@click.option(
-    "--goals",
-    type=click.Path(),
-    metavar="FILE",
-    help="TOML file: error, motion, torque, load range, carriage, draws.",
-)
-@click.option(
+@option("--log logs", "path", "A measured log; repeatable.", multiple=True, metavar="LOG")
+@option("--goals", "path", "TOML file: error, motion, torque, load range, carriage, draws.")
+@option(
     "--quick",
-    is_flag=True,
-    help="Fewer samples: 400 lumped plants or plants with a carriage, none on the distributed cable.",
+    "flag",
+    "Fewer samples: 400 lumped plants or plants with a carriage, none on the distributed cable.",
 )
-@click.option("--all", "every_law", is_flag=True, help="Try every law, not six; see docs/study.")
-@click.option("--resume", is_flag=True, help="Resume an interrupted study (also without this option).")
-@click.option("--force", is_flag=True, help="Replace the report of another study.")
-@click.option(
-    "-o", "--output", type=click.Path(), required=True, metavar="DIR", help="Folder of report and results."
-)
+@option("--all every_law", "flag", "Try every law, not six; see docs/study.")
+@option("--resume", "flag", "Resume an interrupted study (also without this option).")
+@option("--force", "flag", "Replace the report of another study.")
+@option("-o --output", "path", "Folder of report and results.", required=True, metavar="DIR")
 def command(
     drive: Drive | RoutedDrive,
     no_chain: str | None,

@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
+from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
@@ -22,25 +22,10 @@ NOTE = "Steady state across the plane of the machine; ropes touch nothing, the b
 @answering
 @saves_answer
 @machine_argument
-@click.option(
-    "--building",
-    type=Quantity("Hz"),
-    required=True,
-    metavar="HZ",
-    help="Frequency at which the building sways.",
-)
-@click.option(
-    "--amplitude",
-    type=Quantity("m"),
-    required=True,
-    metavar="M",
-    help="Its horizontal amplitude at the highest part of the machine.",
-)
-@click.option(
-    "--vary",
-    "text",
-    metavar="KEY=FROM:TO[:N]",
-    help="Places of a body, such as car.y=2m:38m; default: the pose of the file.",
+@option("--building", "Hz", "Frequency at which the building sways.", required=True)
+@option("--amplitude", "m", "Its horizontal amplitude at the highest part of the machine.", required=True)
+@option(
+    "--vary text", "KEY=FROM:TO[:N]", "Places of a body, such as car.y=2m:38m; default: the pose of the file."
 )
 def command(drive: Drive | RoutedDrive, building: float, amplitude: float, text: str | None) -> Answer:
     """First frequency and amplitude of every rope of DRIVE in a building that sways, over places."""

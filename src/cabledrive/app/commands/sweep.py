@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from cabledrive.app.failures import QUIET, note
-from cabledrive.app.options import Subcommand, answering, force_option
+from cabledrive.app.options import Subcommand, answering, force_option, option
 from cabledrive.app.results import FORCE, Answer, provenance
 from cabledrive.parameters import InputRefused
 
@@ -37,13 +37,11 @@ class Part(click.ParamType):  # type: ignore[type-arg]
 @answering
 @force_option
 @click.argument("spec", metavar="SPEC.toml", type=click.Path())
-@click.option(
-    "-o", "--output", metavar="STORE.zarr", required=True, type=click.Path(), help="Store, made or resumed."
-)
-@click.option("--workers", type=int, metavar="N", help="Processes on this machine; default: its cores.")
-@click.option("--scheduler", metavar="URL", help="A running scheduler instead, such as tls://host:8786.")
-@click.option("--part", type=Part(), metavar="i/N", help="Part i of N of an array job, in this process.")
-@click.option("--yes", is_flag=True, help="More than 10^7 rows or 100 GB are meant.")
+@option("-o --output", "path", "Store, made or resumed.", required=True, metavar="STORE.zarr")
+@option("--workers", "count", "Processes on this machine; default: its cores.")
+@option("--scheduler", "URL", "A running scheduler instead, such as tls://host:8786.")
+@option("--part", Part(), "Part i of N of an array job, in this process.", metavar="i/N")
+@option("--yes", "flag", "More than 10^7 rows or 100 GB are meant.")
 def command(
     spec: str,
     output: str,

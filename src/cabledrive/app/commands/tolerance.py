@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, saves_answer
+from cabledrive.app.options import Subcommand, answering, option, saves_answer
 from cabledrive.app.results import Absent, Answer, provenance
 
 METHOD = "share of the rows; conditional yield in twenty parts along each key; Clopper-Pearson, 95 %"
@@ -19,12 +19,8 @@ METHOD = "share of the rows; conditional yield in twenty parts along each key; C
 @answering
 @saves_answer
 @click.argument("store", metavar="STORE.zarr", type=click.Path())
-@click.option(
-    "--goal", "goals", multiple=True, metavar="GOAL", help='Such as "peak_error_deg < 0.05 deg"; repeatable.'
-)
-@click.option(
-    "--target", type=float, default=0.99, show_default=True, metavar="SHARE", help="Yield that is wanted."
-)
+@option("--goal goals", "GOAL", 'Such as "peak_error_deg < 0.05 deg"; repeatable.', multiple=True)
+@option("--target", float, "Yield that is wanted.", 0.99, metavar="SHARE")
 def command(store: str, goals: tuple[str, ...], target: float) -> Answer:
     """Yield of the rows of STORE.zarr against every --goal, and the intervals of keys that would raise it."""
     from cabledrive.campaign.tolerance import tolerance

@@ -6,17 +6,16 @@ import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import (
-    FREQUENCY,
-    Quantity,
     Subcommand,
     answering,
     axis_or_winches,
     complete_controller,
     listed_laws,
+    option,
     saves_answer,
 )
 from cabledrive.app.pulse_options import payload_options, pulse_options
-from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.track_text import track_text
 from cabledrive.app.two_motor_answer import two_motor_answer, winch_options
 from cabledrive.parameters import Drive, load_drive
@@ -34,104 +33,67 @@ METHOD = "inertias and links in steps of second order between samples, friction 
 @answering
 @saves_answer
 @axis_or_winches
-@click.option(
+@option(
     "--controller",
-    metavar="NAME|FILE",
+    "NAME|FILE",
+    "Control law, best (first in compare), or a study's controller.json; default: by the joint.",
     shell_complete=complete_controller,
-    help="Control law, best (first in compare), or a study's controller.json; default: by the joint.",
 )
-@click.option("--bandwidth", type=FREQUENCY, metavar="HZ", help="lambda/(2 pi) instead of that of --gains.")
-@click.option(
+@option("--bandwidth", "Hz", "lambda/(2 pi) instead of that of --gains.")
+@option(
     "--gains",
-    type=click.Choice(["best", "dissertation", "printed"]),
-    default="best",
-    show_default=True,
+    "best|dissertation|printed",
+    "best: the tuning that compare lists for this drive; printed is another name of the second.",
+    "best",
     metavar="best|dissertation",
-    help="best: the tuning that compare lists for this drive; printed is another name of the second.",
 )
-@click.option(
+@option(
     "--feedforward",
-    type=click.Choice(["damped", "undamped", "rigid"]),
-    default="damped",
-    show_default=True,
-    help="Inverse that pd, pid, lqg, lqi, hinf, dob and shaper follow.",
+    "damped|undamped|rigid",
+    "Inverse that pd, pid, lqg, lqi, hinf, dob and shaper follow.",
+    "damped",
 )
-@click.option("--plant", metavar="NAME", help="model-1 to model-4, cable; by default the highest model.")
+@option("--plant", "NAME", "model-1 to model-4, cable; by default the highest model.")
 @pulse_options
-@click.option("--pulses", type=int, default=1, show_default=True, metavar="N")
-@click.option(
-    "--order", type=int, metavar="N", help="Odd order of the rise; default: what the law needs, 9 or 11."
-)
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of the encoder phases.")
-@click.option("--observer", type=click.Choice(["kalman", "difference"]), default="kalman", show_default=True)
-@click.option(
-    "--feedback",
-    type=click.Choice(["motor", "drive"]),
-    default="motor",
-    show_default=True,
-    help="Encoder that stands for theta_1.",
-)
-@click.option(
-    "--encoder-phase", type=click.Choice(["random", "centred"]), default="random", show_default=True
-)
-@click.option("--ideal-sensors", is_flag=True, help="The law receives true angles and speeds.")
-@click.option("--smooth-friction", is_flag=True, help="c tanh(50 w) in the plant instead of stick-slip.")
-@click.option("--no-adaptation", is_flag=True, help="Estimates keep their initial values.")
-@click.option("--tension-only", is_flag=True, help="Continue where a span goes slack (tension zero).")
-@click.option(
-    "--as-printed",
-    is_flag=True,
-    help="The cable as plant keeps its own EA and damping, not those of [lumped].",
-)
-@click.option(
-    "--segments", type=int, default=8, show_default=True, metavar="N", help="Per span of the cable as plant."
-)
-@click.option(
-    "--jitter", type=Quantity("s"), default=0.0, metavar="S", help="Standard deviation of the sample times."
-)
-@click.option(
-    "--disturbance",
-    "disturbances",
+@option("--pulses", "count", "", 1)
+@option("--order", "count", "Odd order of the rise; default: what the law needs, 9 or 11.")
+@option("--seed", "count", "Of the encoder phases.", 0)
+@option("--observer", "kalman|difference", "", "kalman")
+@option("--feedback", "motor|drive", "Encoder that stands for theta_1.", "motor")
+@option("--encoder-phase", "random|centred", "", "random")
+@option("--ideal-sensors", "flag", "The law receives true angles and speeds.")
+@option("--smooth-friction", "flag", "c tanh(50 w) in the plant instead of stick-slip.")
+@option("--no-adaptation", "flag", "Estimates keep their initial values.")
+@option("--tension-only", "flag", "Continue where a span goes slack (tension zero).")
+@option("--as-printed", "flag", "The cable as plant keeps its own EA and damping, not those of [lumped].")
+@option("--segments", "count", "Per span of the cable as plant.", 8)
+@option("--jitter", "s", "Standard deviation of the sample times.", 0.0)
+@option(
+    "--disturbance disturbances",
+    "SHAFT:NM:START:END",
+    "Torque on motor or load, as load:0.05:0.3:0.6; without an end it stays. Winches: camera.x:30:1:2.",
     multiple=True,
-    metavar="SHAFT:NM:START:END",
-    help="Torque on motor or load, as load:0.05:0.3:0.6; without an end it stays. Winches: camera.x:30:1:2.",
 )
-@click.option("--blind", metavar="SHAFT:START:END", help="Encoder dropout, as load:0.1:0.2.")
-@click.option(
-    "--check-conditions", is_flag=True, help="Check the conditions on the robust term along the run."
-)
-@click.option(
-    "--plant-set", "plant_settings", multiple=True, metavar="KEY=VALUE", help="As --set, of the plant only."
-)
-@click.option(
+@option("--blind", "SHAFT:START:END", "Encoder dropout, as load:0.1:0.2.")
+@option("--check-conditions", "flag", "Check the conditions on the robust term along the run.")
+@option("--plant-set plant_settings", "KEY=VALUE", "As --set, of the plant only.", multiple=True)
+@option(
     "--repeat",
-    type=int,
-    default=0,
-    metavar="N",
-    help="Repeat the motion up to N times and learn the torque along it between repetitions.",
+    "count",
+    "Repeat the motion up to N times and learn the torque along it between repetitions.",
+    0,
 )
-@click.option("--pair", is_flag=True, help="A second motor like the first, preloaded against its backlash.")
-@click.option(
-    "--preload",
-    type=Quantity("N m"),
-    metavar="N m",
-    help="Of --pair; default: a quarter of the torque limit.",
-)
+@option("--pair", "flag", "A second motor like the first, preloaded against its backlash.")
+@option("--preload", "N m", "Of --pair; default: a quarter of the torque limit.", metavar="N m")
 @payload_options
-@click.option("--draws", type=int, default=0, metavar="N", help="Number of plants sampled from the bounds.")
+@option("--draws", "count", "Number of plants sampled from the bounds.", 0)
 @winch_options
-@click.option(
-    "--log",
-    "log_file",
-    type=NewFileType(".csv"),
-    metavar="FILE",
-    help="Write the encoder readings to FILE.csv.",
-)
-@click.option(
+@option("--log log_file", ".csv", "Write the encoder readings to FILE.csv.")
+@option(
     "--animate",
-    type=NewFileType(".html"),
+    ".html",
+    "Animate the run: pulleys as they turn, spans coloured by tension.",
     metavar="FILE.html",
-    help="Animate the run: pulleys as they turn, spans coloured by tension.",
 )
 def command(
     drive: Drive | RoutedDrive,
