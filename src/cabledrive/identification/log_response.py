@@ -1,6 +1,5 @@
 """The response between two channels of a log, or from a file, and what its coherence says."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,39 +45,30 @@ def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) ->
 
     Returns the channels that they are; a plain column is taken in the unit of the file.
     """
-    wanted = {"input_": input_, "output": output}
-    chosen: dict[str, Column] = dict(columns.columns)
-    names: dict[str, str] = {}
-    table = open_log(path, columns if columns.columns else _time_only(columns, input_, output)).table
+    wanted, chosen, names = {"input_": input_, "output": output}, dict(columns.columns), []
+    opened = columns
+    if not columns.columns and any(recognise(name) is None for name in wanted.values()):
+        # A map that lets the file be opened whatever its columns are called.
+        opened = replace(columns, columns={"input_voltage": Column(column=input_, unit="V")})
+    table = open_log(path, opened).table
     for role, name in wanted.items():
         seen = recognise(name)
-        heads = [
-            head
-            for head in table.names
-            if (known := recognise(head)) and seen and known.channel == seen.channel
-        ]
+        heads = [head for head in table.names if seen and recognise(head) == seen]
         if name in chosen:
-            names[role] = name
+            names.append(name)
         elif seen is not None and len(heads) == 1:
-            names[role] = seen.channel
+            names.append(seen.channel)
             chosen[seen.channel] = Column(column=heads[0])
         else:
-            names[role] = f"{role.strip('_')}_voltage"  # any column: its numbers as they are
-            chosen[names[role]] = Column(column=table.require(name), unit="V")
-    source, target = (chosen[names[role]].column for role in wanted)
+            names.append(f"{role.strip('_')}_voltage")  # any column: its numbers as they are
+            chosen[names[-1]] = Column(column=table.require(name), unit="V")
+    source, target = (chosen[name].column for name in names)
     if source == target:
         raise InputRefused(
             f'{table.source}: input and output are both the column "{source}": a response is from one column '
             f"to another: choose two of {', '.join(table.names)[:90]}"
         )
-    return read_log(path, replace(columns, columns=chosen)), names["input_"], names["output"]
-
-
-def _time_only(columns: ColumnMap, input_: str, output: str) -> ColumnMap:
-    """A map that lets the file be opened whatever its columns are called."""
-    plain: Mapping[str, Column] = {"input_voltage": Column(column=input_, unit="V")}
-    recognised = recognise(input_) is not None and recognise(output) is not None
-    return columns if recognised else replace(columns, columns=plain)
+    return read_log(path, replace(columns, columns=chosen)), names[0], names[1]
 
 
 OVERLAP = 0.2
@@ -231,7 +221,13 @@ def read_response(path: str | Path) -> FrequencyResponse:
     if not all(np.isfinite(column).all() for column in columns) or columns[0].min() <= 0.0:
         raise InputRefused(f"{table.source}: a number is missing, or a frequency is not above 0: correct it")
     hertz = columns[0] * _factor(table, frequency, FREQUENCIES, "rad/s") / (2 * np.pi)
-    size = _size(table, magnitude, columns[1])
+    size = columns[1]
+    if table.units.get(magnitude, "").lower() == "db":
+        size = 10.0 ** (size / 20.0)
+    elif size.min() < 0.0:
+        raise InputRefused(
+            f'{table.source}: column "{magnitude}" is negative: head it "{magnitude} [dB]" if it is in dB'
+        )
     angle = columns[2] * _factor(table, phase, PHASES, "rad")
     return _averaged(hertz, np.asarray(size * np.exp(1j * angle), dtype=complex))
 
@@ -246,35 +242,22 @@ def _factor(table: Table, name: str, units: dict[str, str], si: str) -> float:
         raise refusal.at(f'{table.source}: column "{name}"') from None
 
 
-def _size(table: Table, name: str, values: Array) -> Array:
-    if table.units.get(name, "").lower() == "db":
-        return np.asarray(10.0 ** (values / 20.0), dtype=float)
-    if values.min() < 0.0:
-        raise InputRefused(
-            f'{table.source}: column "{name}" is negative: head it "{name} [dB]" if it is in dB'
-        )
-    return values
-
-
 def _averaged(hertz: Array, response: Complex) -> FrequencyResponse:
     """Mean of the repeats near their median, for every frequency."""
     order = np.argsort(hertz, kind="stable")
     hertz, response = hertz[order], response[order]
-    groups = np.split(np.arange(hertz.size), np.flatnonzero(np.diff(hertz) > SAME * hertz[:-1]) + 1)
-    means, errors, left_out = [], [], 0
-    for group in groups:
-        values = response[group]
+    cuts = np.flatnonzero(np.diff(hertz) > SAME * hertz[:-1]) + 1
+    groups, means, errors = np.split(response, cuts), [], []
+    left_out = 0
+    for values in groups:
         middle = np.median(values.real) + 1j * np.median(values.imag)
         off = np.abs(values - middle)
-        keep = off <= max(DEVIATIONS * 1.4826 * float(np.median(off)), 1e-9 * abs(middle))
-        left_out += int((~keep).sum())
-        kept = values[keep]
+        kept = values[off <= max(DEVIATIONS * 1.4826 * float(np.median(off)), 1e-9 * abs(middle))]
+        left_out += values.size - kept.size
         means.append(kept.mean())
-        errors.append(
-            np.sqrt(np.var(kept) * kept.size / (kept.size - 1) / kept.size) if kept.size > 1 else np.nan
-        )
+        errors.append(np.std(kept) / np.sqrt(kept.size - 1) if kept.size > 1 else np.nan)
     return FrequencyResponse(
-        frequency=np.array([hertz[group].mean() for group in groups]),
+        frequency=np.array([group.mean() for group in np.split(hertz, cuts)]),
         response=np.array(means),
         deviation=np.array(errors),
         coherence=np.ones(len(groups)),

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from cabledrive.identification.axis.answer import Request, answer
@@ -51,7 +50,7 @@ def identify_long_log(
     blocks.
     """
     still: list[int] = []
-    blocks = _moving(_checked_blocks(recording, progress), still)
+    blocks = _checked_blocks(recording, progress, still)
     first = next(blocks, None)
     if first is None:
         raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
@@ -79,12 +78,19 @@ def _factors(rows: Rows) -> Factors:
     return factor(rows.regressors, rows.left, rows.names, SEGMENTS_PER_BLOCK)
 
 
-def _checked_blocks(recording: Recording, progress: Callable[[str], None] | None) -> Iterator[Log]:
+def _checked_blocks(
+    recording: Recording, progress: Callable[[str], None] | None, still: list[int]
+) -> Iterator[Log]:
+    """Blocks in which the axis moves and is driven; the rows of the others are counted."""
     wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
     before, about = 0, recording.table.rows
     for block in _even_blocks(recording.blocks(wanted)):
         rows = next(iter(block.values())).size
-        yield checked_log(recording, block, before)
+        log = checked_log(recording, block, before)
+        if any(np.ptp(values) == 0.0 for values in log.channels.values()):
+            still.append(log.time.size)
+        else:
+            yield log
         before += rows
         if progress is not None:
             share = f", about {100 * min(1.0, before / about):.0f} %" if about else ""
@@ -103,15 +109,6 @@ def _even_blocks(blocks: Iterator[dict[str, Array]]) -> Iterator[dict[str, Array
         yield held
 
 
-def _moving(blocks: Iterator[Log], still: list[int]) -> Iterator[Log]:
-    """Blocks in which the axis moves and is driven; the rows of the others are counted."""
-    for block in blocks:
-        if any(np.ptp(values) == 0.0 for values in block.channels.values()):
-            still.append(block.time.size)
-        else:
-            yield block
-
-
 def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]:
     """Every block with the end of the one before, since the filter's ends are cut off."""
     yield first
@@ -120,21 +117,15 @@ def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]
         step = (block.time[0] - before.time[-1]) / before.interval
         if abs(step - 1.0) > 0.5:
             raise InputRefused(f"{block.source}: time jumps at {before.time[-1]:.6g} s: cut the log there")
-        joint = {
-            name: np.concatenate([before.channels[name][-2 * reach :], values])
-            for name, values in block.channels.items()
-        }
-        time = np.concatenate([before.time[-2 * reach :], block.time])
-        flat = {
-            name: np.concatenate([_flat(before, name)[-2 * reach :], _flat(block, name)]) for name in joint
-        }
+        end = slice(-2 * reach, None)
+        joint, flat = {}, {}
+        for name, values in block.channels.items():
+            joint[name] = np.concatenate([before.channels[name][end], values])
+            stands = [log.saturated.get(name, np.zeros(len(log), dtype=bool)) for log in (before, block)]
+            flat[name] = np.concatenate([stands[0][end], stands[1]])
+        time = np.concatenate([before.time[end], block.time])
         yield replace(block, time=time, channels=joint, saturated=flat)
         before = block
-
-
-def _flat(block: Log, channel: str) -> NDArray[np.bool_]:
-    """Samples at which a channel saturates."""
-    return block.saturated.get(channel, np.zeros(block.time.size, dtype=bool))
 
 
 def _whole(recording: Recording, reports: list[DataReport], still: int) -> DataReport:
@@ -255,7 +246,13 @@ def identify(
     if single and not isinstance(logs, Log):
         recording = open_log(given[0], options.columns)
         if is_long(recording) and options.model != TWO_INERTIA:
-            return _of_long_log(recording, options, method, progress)
+            if method in ("output-error", "prediction-error"):
+                raise InputRefused(
+                    f"{recording.table.source}: method {method} needs the log in memory, which is too long "
+                    "for that: leave the method out, or cut the log"
+                )
+            found = identify_long_log(recording, options.axis, progress=progress)
+            return replace(found.noting(model_check=NOT_MADE["long"]), check_reason=NOT_MADE["long"])
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
     with threadpool_limits(limits=1, user_api="blas"):
@@ -263,18 +260,6 @@ def identify(
             return identify_two_inertia(read, progress=progress)
         request = Request(axis=options.axis, method=method, check=options.check, torque=options.torque)
         return answer(read, request)
-
-
-def _of_long_log(
-    recording: Recording, options: IdentifyOptions, method: str, progress: Callable[[str], None] | None
-) -> Identification:
-    if method in ("output-error", "prediction-error"):
-        raise InputRefused(
-            f"{recording.table.source}: method {method} needs the log in memory, which is too long for "
-            "that: leave the method out, or cut the log"
-        )
-    found = identify_long_log(recording, options.axis, progress=progress)
-    return replace(found.noting(model_check=NOT_MADE["long"]), check_reason=NOT_MADE["long"])
 
 
 def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:

@@ -12,7 +12,7 @@ sum of those over directions, is
 which is fitted with the sensor's noise by least squares of the relative error.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -144,19 +144,13 @@ class SpectrumFit:
         count = seen.size
         low = np.concatenate([seen - reach, np.full(count, np.log(SMALLEST))])
         high = np.concatenate([seen + reach, np.full(count, np.log(LARGEST))])
-        found = min(
-            (
-                optimize.least_squares(
-                    self.errors,
-                    np.concatenate([seen, np.full(count, np.log(ratio))]),
-                    bounds=(low, high),
-                    x_scale=np.repeat([1.0, 0.3], count),
-                    max_nfev=MOST_TRIES,
-                )
-                for ratio in STARTS
-            ),
-            key=lambda fitted: fitted.cost,
+        scale = np.repeat([1.0, 0.3], count)
+        starts = (np.concatenate([seen, np.full(count, np.log(ratio))]) for ratio in STARTS)
+        tried = (
+            optimize.least_squares(self.errors, start, bounds=(low, high), x_scale=scale, max_nfev=MOST_TRIES)
+            for start in starts
         )
+        found = min(tried, key=lambda fitted: fitted.cost)
         variance, free = self.variance(found.x)
         error = np.sqrt(variance)
         held = (found.x - low < 1e-6) | (high - found.x < 1e-6)
@@ -201,15 +195,15 @@ class SpectrumPeak:
 
     source: str  # name of the file
     frequency: float  # undamped natural frequency; that of the largest density where ``reason`` is given [Hz]
-    # frequency_low, frequency_high: ends of its interval of 95 % [Hz]
-    frequency_low: float | None
-    frequency_high: float | None
-    # damping, damping_low, damping_high: damping ratio, and its interval
-    damping: float | None
-    damping_low: float | None
-    damping_high: float | None
     height: float  # density over the largest
-    reason: str | None  # why there is no damping ratio
+    # frequency_low, frequency_high: ends of its interval of 95 % [Hz]
+    frequency_low: float | None = None
+    frequency_high: float | None = None
+    # damping, damping_low, damping_high: damping ratio, and its interval
+    damping: float | None = None
+    damping_low: float | None = None
+    damping_high: float | None = None
+    reason: str | None = None  # why there is no damping ratio
 
 
 def spectrum_peaks(spectrum: PrinterSpectrum) -> tuple[SpectrumPeak, ...]:
@@ -227,23 +221,15 @@ def spectrum_peaks(spectrum: PrinterSpectrum) -> tuple[SpectrumPeak, ...]:
     used = np.flatnonzero((frequency > max(2 * LOWEST, BELOW * first)) & (frequency < top))
     if not spectrum.even or used.size < 4 * places.size + 6:
         why = "the frequencies are not even" if not spectrum.even else "too few frequencies about it"
-        return tuple(_unfitted(spectrum, int(place), why) for place in places)
+        return tuple(replace(_peak(spectrum, place), reason=why) for place in places)
     fit = _best_fit(spectrum, used, frequency[places])
-    return tuple(_fitted(spectrum, int(place), fit, k) for k, place in enumerate(places))
+    return tuple(_fitted(spectrum, place, fit, k) for k, place in enumerate(places))
 
 
-def _unfitted(spectrum: PrinterSpectrum, place: int, reason: str) -> SpectrumPeak:
-    return SpectrumPeak(
-        source=spectrum.source,
-        frequency=float(spectrum.frequency[place]),
-        frequency_low=None,
-        frequency_high=None,
-        damping=None,
-        damping_low=None,
-        damping_high=None,
-        height=float(spectrum.density[place]),
-        reason=reason,
-    )
+def _peak(spectrum: PrinterSpectrum, place: int) -> SpectrumPeak:
+    """A peak as the density shows it."""
+    frequency, height = float(spectrum.frequency[place]), float(spectrum.density[place])
+    return SpectrumPeak(source=spectrum.source, frequency=frequency, height=height)
 
 
 def _smoothed(spectrum: PrinterSpectrum) -> Array:
@@ -278,22 +264,20 @@ def _best_fit(spectrum: PrinterSpectrum, used: Integers, seen: Array) -> ModeFit
 
 def _fitted(spectrum: PrinterSpectrum, place: int, fit: ModeFit, k: int) -> SpectrumPeak:
     """One peak, as the mode number k of the fit."""
-    at, ratio = float(fit.frequency[k]), float(fit.damping[k])
+    at, ratio, seen = float(fit.frequency[k]), float(fit.damping[k]), _peak(spectrum, place)
     times = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, fit.free))
     reach = float(np.hypot(LEAST_WIDTH[0] * spectrum.interval, times * fit.frequency_error[k]))
     spread = float(np.hypot(LEAST_WIDTH[1], times * fit.damping_error[k]))
     if fit.at_bound[k]:
-        return _unfitted(spectrum, place, "no single mode fits it, or it is narrower than the window")
+        return replace(seen, reason="no single mode fits it, or it is narrower than the window")
     if not (spread < np.log(1.0 + WIDEST) and reach < MOVED * spectrum.interval):
-        return _unfitted(spectrum, place, f"its interval is wider than {100 * WIDEST:.0f} %")
-    return SpectrumPeak(
-        source=spectrum.source,
+        return replace(seen, reason=f"its interval is wider than {100 * WIDEST:.0f} %")
+    return replace(
+        seen,
         frequency=at,
         frequency_low=at - reach,
         frequency_high=at + reach,
         damping=ratio,
         damping_low=float(ratio * np.exp(-spread)),
         damping_high=float(ratio * np.exp(spread)),
-        height=float(spectrum.density[place]),
-        reason=None,
     )

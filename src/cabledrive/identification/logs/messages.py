@@ -3,6 +3,7 @@
 import json
 from array import array
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -62,10 +63,10 @@ class Topics:
 
     def table(self, reading: Reading) -> Table:
         """All topics as one table."""
-        arrays = {
-            name: _filled(np.frombuffer(column), self.rows[_topic(name, self.rows)])
-            for name, column in self.columns.items()
-        }
+        arrays = {}
+        for name, column in self.columns.items():
+            missing = self.rows[_topic(name, self.rows)] - len(column)
+            arrays[name] = np.append(np.frombuffer(column), np.full(missing, np.nan))
         units = {name: "s" for name in arrays if name.endswith((f".{LOG_TIME}", f".{STAMP}"))}
         return Table(
             source=self.source,
@@ -154,10 +155,6 @@ def _topic(name: str, rows: dict[str, int]) -> str:
     return max((topic for topic in rows if name.startswith(f"{topic}.")), key=len)
 
 
-def _filled(values: Array, rows: int) -> Array:
-    return values if values.size == rows else np.append(values, np.full(rows - values.size, np.nan))
-
-
 def open_mcap(path: Path, reading: Reading) -> Table:
     """Open an MCAP log: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
 
@@ -170,8 +167,11 @@ def open_mcap(path: Path, reading: Reading) -> Table:
             f"{path.name}: reading MCAP needs an extra: pip install 'cabledrive[mcap]'"
         ) from None
     require_fitting(path, unpacked_mcap(path))
-    topics = Topics(source=path.name)
-    factories = _decoders()
+    topics, factories = Topics(source=path.name), []
+    with suppress(ImportError):
+        from mcap_ros2.decoder import DecoderFactory
+
+        factories = [DecoderFactory()]
     try:
         with path.open("rb") as stream:
             for schema, channel, message in make_reader(stream).iter_messages():
@@ -187,14 +187,6 @@ def open_mcap(path: Path, reading: Reading) -> Table:
             f"{path.name}: holds no numbers in JSON or ROS 2 messages: export it to CSV or Parquet"
         )
     return topics.table(reading)
-
-
-def _decoders() -> list[Any]:
-    try:
-        from mcap_ros2.decoder import DecoderFactory
-    except ImportError:
-        return []
-    return [DecoderFactory()]
 
 
 def _decoded(schema: Any, channel: Any, message: Any, factories: list[Any]) -> Any:

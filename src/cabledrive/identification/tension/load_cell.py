@@ -78,54 +78,37 @@ def tensions_from_load_cell(
         raise InputRefused(
             f'{drive.name}: kind = "{drive.kind}" has one span, whose tension is the reading: give a loop'
         )
-    bandwidth = min(bandwidth, 0.2 * log.sample_rate)
+    bandwidth, h, pulley = min(bandwidth, 0.2 * log.sample_rate), log.interval, drive.load_pulley
     force = force if force in log.channels else "force"
-    pull = zero_phase(log.channel(force), log.interval, bandwidth) - zero
-    speed, turning = _turning(log, drive, angle, bandwidth)
-    rim = drive.load_pulley.radius * speed
-    momentum = drive.cable.mass_per_length / (1.0 + drive.cable.prestrain) * rim**2
-    mean, half = 0.5 * pull + momentum, 0.5 * turning / drive.load_pulley.radius
-    edge = min(len(log) // 4, round(1.0 / (bandwidth * log.interval)))
+    pull = zero_phase(log.channel(force), h, bandwidth) - zero
+    findings, speed, turning, rounding = [], np.zeros(len(log)), np.zeros(len(log)), 0.0
+    if angle in log.channels:
+        speed = zero_phase(difference(log.channel(angle), h), h, bandwidth)
+        friction = pulley.viscous_friction * speed + pulley.coulomb_friction * np.sign(speed)
+        turning = pulley.inertia * difference(speed, h) + friction
+        # The difference of tensions from the rounding of the angle, taken for white noise.
+        density = quantum_of(log.channel(angle)) ** 2 / 12.0 * 2.0 * h
+        rounding = pulley.inertia / pulley.radius * sqrt(density * (2 * pi) ** 4 * bandwidth**5 / 5.0)
+    else:
+        findings.append("no angle of the load pulley: assumed at rest, equal tensions in both spans")
+    momentum = drive.cable.mass_per_length / (1.0 + drive.cable.prestrain) * (pulley.radius * speed) ** 2
+    mean, half = 0.5 * pull + momentum, 0.5 * turning / pulley.radius
+    edge = min(len(log) // 4, round(1.0 / (bandwidth * h)))
     part = slice(edge, len(log) - edge)
-    findings = (
-        []
-        if angle in log.channels
-        else ["no angle of the load pulley: assumed at rest, equal tensions in both spans"]
-    )
-    if min(float((mean - half)[part].min()), float((mean + half)[part].min())) <= 0.0:
+    upper, lower = (mean - half)[part], (mean + half)[part]
+    if min(float(upper.min()), float(lower.min())) <= 0.0:
         findings.append("a tension falls to zero: a span goes slack, or the cell's zero is wrong")
     noise = log.channel(force) - zero - pull
-    cell = float(noise[part].std()) * sqrt(2.0 * bandwidth * log.interval)
+    cell = float(noise[part].std()) * sqrt(2.0 * bandwidth * h)
     return SpanTensions(
         time=log.time[part],
-        upper=(mean - half)[part],
-        lower=(mean + half)[part],
-        deviation=0.5 * hypot(cell, _rounding(log, drive, angle, bandwidth)),
-        mean_upper=_mean((mean - half)[part]),
-        mean_lower=_mean((mean + half)[part]),
+        upper=upper,
+        lower=lower,
+        deviation=0.5 * hypot(cell, rounding),
+        mean_upper=_mean(upper),
+        mean_lower=_mean(lower),
         findings=tuple(findings),
     )
-
-
-def _turning(log: Log, drive: Drive, angle: str, bandwidth: float) -> tuple[Array, Array]:
-    """Speed of the load pulley and the torque that turns it [rad/s, N m]."""
-    still = np.zeros(len(log))
-    if angle not in log.channels:
-        return still, still
-    pulley = drive.load_pulley
-    speed = zero_phase(difference(log.channel(angle), log.interval), log.interval, bandwidth)
-    friction = pulley.viscous_friction * speed + pulley.coulomb_friction * np.sign(speed)
-    return speed, pulley.inertia * difference(speed, log.interval) + friction
-
-
-def _rounding(log: Log, drive: Drive, angle: str, bandwidth: float) -> float:
-    """Deviation of the difference of tensions from the rounding of the angle, taken for white noise [N]."""
-    if angle not in log.channels:
-        return 0.0
-    quantum = quantum_of(log.channel(angle))
-    density = quantum**2 / 12.0 * 2.0 * log.interval
-    acceleration = sqrt(density * (2 * pi) ** 4 * bandwidth**5 / 5.0)
-    return drive.load_pulley.inertia / drive.load_pulley.radius * acceleration
 
 
 def _mean(values: Array, blocks: int = 20) -> tuple[float, float, float]:
