@@ -63,11 +63,7 @@ def departures(
 
 
 def broken_assumptions(found: list[Departure], used: float | None, unmatched_part: float = 1.0) -> list[str]:
-    """Departures that break the theorems' assumptions.
-
-    ``used``: largest share of the tube that the causes of the error used; None: not known, so that every
-    departure counts; ``unmatched_part``: share of the tube by what no torque of the motor can make.
-    """
+    """Departures that break the theorems' assumptions, by the shares of the tube that causes used."""
     every = used is None or not used <= 1.0
     plant = unmatched_part > NEGLIGIBLE
     return [one.words for one in found if every or one.definite or (one.plant and plant)]
@@ -125,10 +121,7 @@ def foreign(loop: Loop, drive: Drive) -> bool:
 
 
 def true_parameters(loop: Loop, actual: Drive) -> Array:
-    """Inertia, viscous and Coulomb friction and offset torque of the first inertia of the law's model.
-
-    Returns shape (4,).
-    """
+    """First inertia, viscous and Coulomb friction and offset torque as they are, shape (4,)."""
     chain = plant_chain(actual, loop.controller.model)
     if foreign(loop, actual) and loop.chain.names == chain.names:
         chain = loop.chain

@@ -27,10 +27,7 @@ def joint_backlash(drive: Drive, chain: LumpedChain) -> float:
 
 
 def encoder_phases(drive: Drive, options: RigOptions, generator: np.random.Generator) -> Array:
-    """Where in its count each encoder starts.
-
-    Returns shape (m,): from -1/2 to 1/2; zero where they are asked to be centred.
-    """
+    """Where in its count each encoder starts, from -1/2 to 1/2, shape (m,); zero where centred."""
     drawn = generator.uniform(-0.5, 0.5, len(fitted_encoders(drive)))
     return drawn if options.encoder_phase == "random" and not options.ideal_sensors else np.zeros(len(drawn))
 
@@ -53,10 +50,7 @@ def torque_limit(drive: Drive) -> float:
 
 
 def late_samples(options: RigOptions, interval: float, samples: int, generator: np.random.Generator) -> Array:
-    """How late each sample is taken [s], at most 0.4 of a sample; nothing where there is no jitter.
-
-    ``interval``: sample time [s]. Returns shape (samples + 1,).
-    """
+    """How late each sample is taken, at most 0.4 of a sample, shape (samples + 1,) [s]."""
     if options.jitter == 0.0:
         return np.zeros(0)
     drawn = generator.normal(0.0, options.jitter, samples + 1)
@@ -64,10 +58,7 @@ def late_samples(options: RigOptions, interval: float, samples: int, generator: 
 
 
 def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Array:
-    """Torque on motor and load from each sample to the next, shape (samples, 2) [N m].
-
-    ``interval``: sample time [s].
-    """
+    """Torque on motor and load from each sample to the next, shape (samples, 2) [N m]."""
     return stepped_in(options.disturbances, ("motor", "load"), interval, samples)
 
 
@@ -88,10 +79,7 @@ def stepped_in(
 
 
 def encoder_dropout(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
-    """Number of the encoder that gives NaN, first and last sample at which it does.
-
-    ``interval``: sample time [s]. Returns shape (3,): first entry -1: none drops out.
-    """
+    """Encoder that gives NaN (-1: none), first and last sample at which it does, shape (3,)."""
     if options.blind is None:
         return np.array([-1, 0, 0], dtype=np.int64)
     shaft, start, end = options.blind

@@ -222,10 +222,7 @@ def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:
 def disturbed_plant(
     loop: Loop, chain: LumpedChain, drawn: dict[str, float], turned: np.ndarray
 ) -> ChainPlant:
-    """A plant from its chain and what was drawn.
-
-    ``turned``, shape (3,): phases of cogging, torque ripple and eccentricity [rad].
-    """
+    """A plant from its chain and what was drawn; ``turned``, shape (3,): phases of its ripples [rad]."""
     flexible = "motor" in chain.names and "drive" in chain.names
     if drawn["backlash"] > 0.0 and not flexible:
         raise InputRefused(

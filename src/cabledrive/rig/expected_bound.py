@@ -50,10 +50,7 @@ class ExpectedBound:
 
 
 def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
-    """Bound of the load's error over everything uncertain.
-
-    ``spreads``: of cable, load and joint; by default those of `cabledrive.rig.plant_samples`.
-    """
+    """Bound of the load's error over everything uncertain; default: the spreads of `plant_samples`."""
     linear = linear_loop(loop)
     short = round(MEMORY / loop.rig.interval)
     speed_noise, torque_noise = (SIGMAS * part for part in linear.noise(loop.rig.counts, short))
@@ -131,20 +128,14 @@ def torque_parts(loop: Loop, by_plant: Array, by_filter: Array, speed_noise: flo
 
 
 def tube(impulse: Array, height: Array) -> Array:
-    """Largest response to any signal that stays within a height, shape (samples,).
-
-    ``impulse``, shape (k,); ``height``, shape (samples,).
-    """
+    """Largest response to any signal within a height, shape (samples,), by its impulse response, (k,)."""
     from scipy.signal import fftconvolve
 
     return np.asarray(fftconvolve(height, np.abs(impulse))[: len(height)])
 
 
 def unmatched_part(loop: Loop, spreads: Spreads) -> Array:
-    """Largest error along the reference at the corners of cable and load, joint and drive pulley added.
-
-    Returns shape (samples,) [rad].
-    """
+    """Largest error along the reference at the corners of cable, load and joint, shape (samples,) [rad]."""
     chain, last = loop.chain, loop.chain.size - 1
     widths = (spreads.cable_stiffness, spreads.load_inertia, spreads.cable_damping)
     corners = [_varied(chain, last, np.array(signs) * widths) for signs in product((-1.0, 1.0), repeat=3)]
@@ -174,10 +165,7 @@ def _envelope(loop: Loop, chains: Sequence[LumpedChain]) -> Array:
 
 
 def residual_response(loop: Loop, chain: LumpedChain) -> Array:
-    """Error of the load along the reference on another row, without friction and counts.
-
-    Returns shape (samples,) [rad].
-    """
+    """Error along the reference on another row, without friction and counts, shape (samples,) [rad]."""
     made, interval = loop.controller, loop.rig.interval
     assert made.flat is not None
     rate = loop.plant.current_rate

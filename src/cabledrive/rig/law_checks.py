@@ -68,10 +68,7 @@ class LearningCheck:
 
 
 def check_learning(loop: Loop, log: Array) -> LearningCheck | None:
-    """Bound of a law that learns and sources of the error along a run; none where the plant is another model.
-
-    ``log``, shape (samples, columns).
-    """
+    """Bound of a law that learns and sources of the error; none where the plant is another model."""
     made, interval = loop.controller, loop.rig.interval
     motion, law, count = made.load_motion, made.law, len(log)
     if motion is None or loop.own_plant is not None or loop.chain.names != motion.chain.names or count < 2:
@@ -136,10 +133,7 @@ def motor_disturbance(chain: LumpedChain, wanted: Array, interval: float) -> Arr
 
 
 def parts_of(ideal: IdealLoop, chain: LumpedChain, error: Array, memory: int) -> tuple[Array, Array]:
-    """What drove the load's error from sample to sample: a torque of the motor, and the rest.
-
-    ``error``, shape (samples, 2n). They are told apart in the norm of energy: joules of springs and inertias.
-    """
+    """The load's error by a torque of the motor, and by the rest, told apart in the norm of energy."""
     n, count = chain.size, len(error)
     kept = np.zeros((count, memory))
     for i in range(count - 1):
@@ -180,10 +174,7 @@ ROWS = 500
 
 
 def check_scheduled(loop: Loop, believed: LumpedChain, log: Array) -> LearningCheck | None:
-    """Bound and sources of the error along a run; none where the plant is another model.
-
-    ``believed``: chain of the drive's own load; ``log``, shape (samples, columns).
-    """
+    """Bound and sources of the error along a run; none where the plant is another model."""
     made, interval, count, n = loop.controller, loop.rig.interval, len(log), believed.size
     if loop.own_plant is not None or loop.chain.names != believed.names or count < 2 or made.load is None:
         return None
@@ -243,10 +234,7 @@ class Segment:
 
 
 def switched_tube(parts: list[Segment], height: Array) -> Array:
-    """Largest angle of the load by any torque of the motor within a height, shape (samples,) [rad].
-
-    ``height``, shape (samples,) [N m].
-    """
+    """Largest angle of the load by a torque within a height [N m], both of shape (samples,) [rad]."""
     found = np.zeros(len(height))
     carried, heights = np.zeros((len(parts[0].ideal.matrix), 0)), np.zeros(0)
     for one in parts:
@@ -268,11 +256,7 @@ def switched_tube(parts: list[Segment], height: Array) -> Array:
 
 
 def switched_parts(parts: list[Segment], error: Array) -> tuple[Array, Array]:
-    """What drove the load's error: a torque of the motor, and the rest, told apart in the norm of energy.
-
-    ``error``, shape (samples, 2n): of angles and speeds.
-    Returns each part's share of the load's angle, shape (samples,) [rad].
-    """
+    """The load's error by a torque of the motor, and by the rest, shape (samples,) [rad] each."""
     count, size = len(error), len(parts[0].ideal.matrix)
     matched, unmatched = np.zeros((count, size)), np.zeros((count, size))
     unmatched[0, 1:] = error[0]

@@ -218,10 +218,7 @@ def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
 
 
 def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
-    """Command per angle and speed and per memory, and how the memory goes on.
-
-    Returns ``rows``, shape (2n,); ``memory``, shape (k,); ``update``, shape (k, k + 2n + 1).
-    """
+    """Command per state, (2n,), and memory, (k,), and how the memory goes on, (k, k + 2n + 1)."""
     if law.kind in (LINEAR, LEARNING, REFERENCE_MODEL):
         k = law.matrix.shape[0]
         return law.rows[0, k : k + states], law.rows[0, :k], law.matrix

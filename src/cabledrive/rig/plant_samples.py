@@ -36,10 +36,7 @@ class PlantSamples:
     failed: int  # runs that ended before their time
 
     def degrees(self, name: str) -> Array:
-        """A peak of every run [deg], shape (draws,).
-
-        ``name``, {"peak", "first_peak", "later_peak", "own_peak"}.
-        """
+        """A peak of every run by its name in `SUMMARY`, shape (draws,) [deg]."""
         return self.scores[:, SUMMARY.index(name)] / DEGREE
 
 
@@ -106,10 +103,7 @@ def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threa
 
 
 def draw_words(found: PlantSamples) -> dict[str, object]:
-    """Peaks of many runs in words.
-
-    Returns of the draws: number, median, 99 % and worst peak error [deg], largest torque [N m], failures.
-    """
+    """Draws, median, 99 % and worst peak error [deg], largest torque [N m] and failures of many runs."""
     peak = found.degrees("peak")
     return {
         "draws": len(peak),

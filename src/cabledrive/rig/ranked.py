@@ -73,10 +73,7 @@ def scored(
 
 
 def rank(scores: Scores, goal: float, *, learns: bool) -> tuple[float, float]:
-    """Smaller is better: share of plants outside the goal, then the largest error.
-
-    ``goal``: largest error allowed [rad].
-    """
+    """Share of plants outside the goal [rad], then the largest error: smaller is better."""
     errors = counted(scores, learns=learns)
     return float(np.mean([error > goal for error in errors])), max(errors)
 
@@ -96,10 +93,7 @@ COMPARED = RigOptions(forbid_slack=False)
 
 
 def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
-    """Laws that are compared where none are named, simplest first; two more where the load changes.
-
-    Two more for a stepper as well, the open loops that it is without an encoder.
-    """
+    """Laws compared where none are named, simplest first; more where the load changes, or for a stepper."""
     *fixed, learning = main_laws(drive)
     steppers = OPEN_LOOPS if drive.motor is not None and drive.motor.holding_stiffness else ()
     changing = (SCHEDULED, CHANGING) if disturbances.changes_load else ()

@@ -32,10 +32,7 @@ def why_ended(loop: Loop, done: Run) -> str | None:
 
 
 def plant_words(loop: Loop, options: RigOptions) -> dict[str, Any]:
-    """What the plant is, its friction, backlash and slack.
-
-    Of a plant of the user's own neither friction nor backlash nor slack is known.
-    """
+    """What the plant is, its friction, backlash and slack; unknown of a plant of the user's own."""
     if loop.own_plant is not None:
         reason = "the plant is your own: slack of its spans and backlash are not looked at"
         return {
@@ -54,11 +51,7 @@ def plant_words(loop: Loop, options: RigOptions) -> dict[str, Any]:
 
 
 def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
-    """Tension of both spans by the twist between the pulleys, without that of the dampers.
-
-    ``log``, shape (samples, columns).
-    Returns shape (samples, 2) [N], never below zero; None where the plant's cable is rigid or no loop.
-    """
+    """Tension of both spans without dampers, shape (samples, 2) [N], at least zero; None without a loop."""
     n, chain = loop.chain.size, loop.chain
     if "load" not in chain.names or actual.kind != "loop" or loop.own_plant is not None:
         return None
@@ -69,11 +62,7 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
 
 
 def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[str, Any]:
-    """What was asked of the rig beside its plant.
-
-    Returns jitter [s], disturbances; torque limit [N m], bandwidth of the torque loop and a encoder dropout
-    where there are.
-    """
+    """What was asked of the rig beside its plant: jitter [s], disturbances, limits, dropout."""
     found: dict[str, Any] = {"jitter": options.jitter, "disturbances": []}
     for one in options.disturbances:
         words = {"on": one.on, "torque": one.torque, "start": one.start}
@@ -91,10 +80,7 @@ def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[st
 
 
 def motor_words(actual: Drive, *, stepper: bool = False) -> dict[str, str]:
-    """How the rotor is held in a run: under torque control it turns freely.
-
-    Returns with the reason where the drive has a holding stiffness, which is left out.
-    """
+    """How the rotor is held: it turns freely; why a holding stiffness is left out."""
     if stepper:
         return {"motor": HOLDING}
     reason = left_out_under_torque(actual)
@@ -109,11 +95,7 @@ def payload_words(motion: Motion) -> dict[str, Any]:
 
 
 def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
-    """Bound of the disturbance: friction at rest, and what the actuator makes of the command.
-
-    ``shaft``, ``command``, shape (samples,): torque at the motor's shaft, and the one asked for [N m].
-    Returns shape (samples,) [N m].
-    """
+    """Bound of the disturbance: friction at rest, and torque less command, shape (samples,) [N m]."""
     late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
     return np.asarray(law.learning[HIGH][2] + late, dtype=np.float64)
 
@@ -121,12 +103,7 @@ def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
 def condition_words(
     loop: Loop, shaft: Array, command: Array, sigma: Array, regressor: Array
 ) -> dict[str, Any]:
-    """Whether the robust term met its two conditions along a run.
-
-    ``shaft``, ``command``, shape (samples,): torque at the motor's shaft, and the one asked for [N m];
-    ``sigma``, shape (samples,); ``regressor``, shape (samples, 4).
-    Returns none with a reason for laws that are none of the chain.
-    """
+    """Whether the robust term met its two conditions along a run; none with a reason for other laws."""
     law = loop.controller.law
     if law.kind != DARC or len(sigma) < 2:
         reason = "the conditions are those of the adaptive robust laws of the chain"
@@ -147,10 +124,7 @@ LAST_SHARE = 0.5
 
 
 def rest_words(loop: Loop, error: Array, motion: Motion) -> dict[str, Any]:
-    """Swing of the load at the end of the last dwell; of a plant with backlash only, where a loop may cycle.
-
-    ``error``, shape (samples,): of the load [rad]. Returns nothing without backlash.
-    """
+    """Swing of the load at the end of the last dwell of a plant with backlash, where a loop may cycle."""
     if loop.backlash <= 0.0 or loop.own_plant is not None:
         return {}
     last = round(LAST_SHARE * motion.dwell / loop.rig.interval)

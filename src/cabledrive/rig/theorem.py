@@ -54,10 +54,7 @@ class TheoremCheck:
 
 
 def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | LearningCheck | None:
-    """Bound of the theorem and sources of the error along a run; None for laws that have no bound here.
-
-    ``actual``: as it is; ``log``, shape (samples, columns): of the samples that were run.
-    """
+    """Bound of the theorem and sources of the error along a run; None for laws that have no bound here."""
     if loop.controller.law.kind == LEARNING:
         return check_learning(loop, log)
     if loop.controller.law.kind == SCHEDULED and loop.controller.believed is not None:
@@ -84,11 +81,7 @@ def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | Learn
 
 
 def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
-    """Bound of the theorem along a run; None for laws that have none here.
-
-    ``log``, shape (samples, columns). What the actuator makes of the command counts as disturbance, and so
-    does friction at rest.
-    """
+    """Bound of the theorem along a run, actuator and friction at rest counted; None for laws without one."""
     made, n = loop.controller, loop.chain.size
     if made.law.kind != DARC or made.bandwidth is None or made.flat is None or len(log) < 2:
         return None
@@ -110,10 +103,7 @@ def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
 
 
 def law_states(loop: Loop, log: Array) -> Array:
-    """True angles, then speeds, of the inertias that a law takes, shape (samples, 2n).
-
-    ``log``, shape (samples, columns).
-    """
+    """True angles, then speeds, of the inertias that a law takes, shape (samples, 2n)."""
     places = [place(loop.chain, shaft) for shaft in loop.controller.shafts]
     return np.ascontiguousarray(log[:, [*places, *(loop.chain.size + i for i in places)]])
 
@@ -121,10 +111,7 @@ def law_states(loop: Loop, log: Array) -> Array:
 def bound_words(
     check: TheoremCheck | LearningCheck | None, error: Array, broken: list[str], gear: float
 ) -> dict[str, Any]:
-    """The bound, whether the error kept it, and which assumptions of the theorem did not hold.
-
-    ``error``, shape (samples,) [rad]; ``gear``: angle of the first shaft per angle of the load.
-    """
+    """The bound, whether the error [rad] kept it, and which assumptions of the theorem did not hold."""
     if check is None:
         return {
             "theory_bound_deg": None,
@@ -157,11 +144,7 @@ INSTANTS = 40
 
 
 def margin_words(loop: Loop, estimates: Array, states: Array) -> dict[str, Any]:
-    """Smallest eigenvalue of D_z of (6.100) over the states and estimates that a run met.
-
-    ``estimates``, shape (samples, p); ``states``, shape (samples, 2n): angles and speeds as the law took
-    them. Returns empty for other laws and for runs without a sound sample.
-    """
+    """Smallest eigenvalue of D_z of (6.100) over states and estimates of a run; empty for other laws."""
     law = loop.controller.law
     sound = np.flatnonzero(np.all(np.isfinite(states), axis=1)) if states.size else np.zeros(0, dtype=int)
     if law.kind != BACKSTEPPING or not len(sound):

@@ -246,10 +246,7 @@ def summary_of(
 
 
 def within(estimates: Array, made: Controller) -> bool | None:
-    """Whether every estimate kept its bounds; None for laws without estimates.
-
-    ``estimates``, shape (samples, p).
-    """
+    """Whether every estimate, shape (samples, p), kept its bounds; None for laws without estimates."""
     if estimates.shape[1] == 0:
         return None
     low, high = made.law.learning[LOW], made.law.learning[HIGH]

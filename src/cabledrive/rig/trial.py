@@ -225,10 +225,7 @@ def controller_name(controller: Any, drive: Drive) -> str:
 
 
 def plant_number(plant: Any) -> int | None:
-    """Number of the model that is the plant.
-
-    Returns none: the highest that the drive's data allow, or the distributed cable.
-    """
+    """Number of the model that is the plant; None: the highest that the data allow, or the cable."""
     if plant is None:
         return None
     if plant not in PLANTS:

@@ -70,10 +70,7 @@ class TunedLaw:
 
 
 def design(name: str | None, spec: DesignSpec) -> Controller:
-    """Design a control law by name, tuned where ``spec.best`` asks for it and no bandwidth is given.
-
-    ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    """
+    """Design a law by name, tuned where ``spec.best`` asks for it; default: see `known_name`."""
     name = known_name(name, spec.drive)
     if spec.feedforward != "damped" and name not in BASELINES:
         raise InputRefused(

@@ -78,11 +78,7 @@ class AlarmResult:
 
 
 def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
-    """Whether a motion makes transverse vibrations grow beyond a limit.
-
-    ``floor``: amplitude of every transverse mode that is always there [m]; ``limit``: largest transverse
-    displacement from rest that is allowed [m].
-    """
+    """Whether a motion makes transverse vibrations grow from a ``floor`` beyond a ``limit`` [m]."""
     check_amplitudes(floor, limit)
     prepared = prepare(drive, motion, floor=floor)
     driven = prepared.response()

@@ -64,11 +64,7 @@ class Follower:
         return known
 
     def path(self, values: Array, curves: int) -> list[Station]:
-        """Follow the first modes from the first value to the last.
-
-        ``values``, shape (p,): strictly ascending. Returns one for each value, and for each substep that was
-        needed.
-        """
+        """Follow the first modes from the first of ``values`` to the last, one station for each substep."""
         first = self.modes_at(float(values[0]), curves)
         here = _part(first, np.arange(curves))
         stations = [here]
@@ -138,11 +134,7 @@ def _station(value: float, drive: Drive, count: int, cells: int) -> Station:
 
 
 def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
-    """Shapes as vectors of unit length whose products are those of the kinetic energy.
-
-    Returns shape (n, shapes): one column for each mode and multiplicity: the joints, then the cable at the
-    midpoints of equal cells.
-    """
+    """Shapes as unit vectors whose products are those of the kinetic energy, shape (n, shapes)."""
     masses: dict[str, float] = {}
     for chain in longitudinal_chains(drive):
         masses |= dict(zip(chain.joints, chain.chain.all_masses, strict=True))

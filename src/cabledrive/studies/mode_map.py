@@ -135,10 +135,7 @@ def listed_below(
     hold: Sequence[str] = (),
     workers: int = 1,
 ) -> tuple[list[Axis], list[Listed]]:
-    """Every distinct mode below a frequency [Hz] at each point of a grid of figures.
-
-    Returns the axes and the points in the order of `points_of`.
-    """
+    """Every distinct mode below a frequency [Hz] at each point of a grid, in the order of `points_of`."""
     axes = _checked(drive, vary, 1)
     held = condition(drive, motor) if isinstance(drive, RoutedDrive) else motor_condition(drive, motor)
     jobs = [(drive, setting, below, held, tuple(hold)) for setting in _settings(axes)]

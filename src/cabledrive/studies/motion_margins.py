@@ -201,10 +201,7 @@ class MotionMargins:
 def motion_margins(
     drive: RoutedDrive, motion: PlannedMotion, *, wraps: Mapping[str, float] | None = None
 ) -> MotionMargins:
-    """Margins of ropes, wraps, teeth and motors along a motion.
-
-    ``wraps``: by pulley, instead of those of the geometry [rad].
-    """
+    """Margins of ropes, wraps, teeth and motors along a motion; ``wraps``: by pulley [rad]."""
     found = motion_tensions(drive, motion)
     spans, motors = _spans(drive, found), _motors(drive, found)
     pulleys = tuple(sorted(_pulleys(drive, found, wraps or {}), key=lambda own: own.margin or np.inf))

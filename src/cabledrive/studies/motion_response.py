@@ -59,10 +59,7 @@ class TensionLines:
 
 
 def amplitudes(values: Array) -> Array:
-    """Amplitudes of the sines in some signals, their means removed, shape (n // 2 + 1, signals).
-
-    ``values``, shape (n, signals).
-    """
+    """Amplitudes of the sines in signals, shape (n, signals), without their means, (n // 2 + 1, signals)."""
     window = np.hanning(values.shape[0])[:, None]
     spectrum = np.fft.rfft(window * (values - values.mean(axis=0)), axis=0)
     return np.asarray(2.0 * np.abs(spectrum) / window.sum())
@@ -160,11 +157,7 @@ class PreparedMotion:
         torque: float = 1.0,
         parametric: bool = True,
     ) -> Extremes:
-        """Largest displacements along the motion.
-
-        ``floor``: amplitude below which no transverse mode falls [m]; ``phase``: phase at which that
-        amplitude begins [rad].
-        """
+        """Largest displacements along the motion; ``floor`` [m] of every mode begins at ``phase`` [rad]."""
         stages = [(numbers, torque * part) for numbers, part in _stages(self, detuned)]
         if not parametric:
             stages = [(numbers._replace(table=0.0 * numbers.table), part) for numbers, part in stages]
@@ -172,10 +165,7 @@ class PreparedMotion:
 
 
 def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
-    """Compute the state of rest and the modes that a motion can excite, along the motion where they change.
-
-    ``floor``: amplitude below which nothing counts [m].
-    """
+    """State of rest and modes that a motion can excite above a ``floor`` [m], along the motion."""
     knots = np.linspace(0.0, motion.time[-1], KNOTS) if motion.changes else np.zeros(1)
     drives = [drive_along(drive, motion, t) for t in knots]
     first = _state(drives[0], motion, 0.0, COARSE)

@@ -55,11 +55,7 @@ class CoupledPair:
 
 
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
-    """Pairs of a drive at rest, Eq. (A.33): all 1:2 ones of the pulley mode, others near resonance.
-
-    ``pulley_mode``: frequency of the lowest longitudinal mode in which a pulley turns [rad/s]. Returns the
-    lowest threshold first.
-    """
+    """1:2 pairs of the pulley mode [rad/s] and others near, Eq. (A.33), lowest threshold first."""
     state = static_state(drive, segments=_SEGMENTS)
     modes = longitudinal_modes(drive, state, HIGHEST * pulley_mode)
     numbers = [

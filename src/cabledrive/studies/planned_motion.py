@@ -76,10 +76,7 @@ def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
 
 
 def with_carriage_at(drive: Drive, place: float) -> Drive:
-    """The drive with its first carriage at a place, and those that move together with it moved as far.
-
-    ``place``: position of the first carriage [m].
-    """
+    """The drive with its first carriage at a place [m], those that move with it moved as far."""
     moved = place - drive.carriage[0].position
     carriages = list(drive.carriage)
     for number, direction in drive.moving_with(0).items():

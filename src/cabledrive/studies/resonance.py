@@ -103,10 +103,7 @@ class ResonanceSummary:
 
 
 def default_torque(drive: Drive) -> float:
-    """Torque of the figures where nobody states one: the motor's limit, else a hundredth of the slack torque.
-
-    Returns [N m].
-    """
+    """Torque where nobody states one: the motor's limit, else a hundredth of the slack torque [N m]."""
     limit = drive.motor.torque_limit if drive.motor is not None else None
     if limit is not None:
         return limit

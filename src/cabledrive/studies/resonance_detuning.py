@@ -54,10 +54,7 @@ class InstabilityMargin:
 
 
 def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
-    """Pretension at which each span's own mode has half the pulley mode's frequency under the steady load.
-
-    Returns mean tension of the spans [N], by span; None where no pretension within a factor of 20 does it.
-    """
+    """Mean tension at which each span's own mode is tuned under the load [N]; None beyond a factor of 20."""
     from scipy.optimize import brentq
 
     found: dict[str, float | None] = {}
@@ -75,10 +72,7 @@ def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
 
 
 def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
-    """Detuning of a drive from the instability region of a torque that has acted for `BUILD_UP`.
-
-    ``torque`` [N m]. Returns of the transverse mode that is relatively nearest to its instability region.
-    """
+    """Relatively nearest instability region of a torque [N m] that has acted for `BUILD_UP`."""
     c, reached, amplitude, distance, width = _against_regions(model, torque)
     mode = int(np.argmin(distance - CLOSE * width))
     near, half = float(distance[mode]), float(width[mode])
@@ -101,10 +95,7 @@ def far_from_tuning(model: AutoparametricModel, found: InstabilityMargin) -> str
 
 
 def verdicts(model: AutoparametricModel, torque: ArrayLike) -> NDArray[np.str_]:
-    """Verdict of `instability_margin` on each lane of a model, shape (lanes,).
-
-    ``torque``, shape (lanes,): amplitude [N m].
-    """
+    """Verdict of `instability_margin` under a torque, shape (lanes,) [N m], on each lane of a model."""
     *_, distance, width = _against_regions(model, torque)
     mode = np.argmin(distance - CLOSE * width, axis=0)[None]
     near, half = (np.take_along_axis(values, mode, axis=0)[0] for values in (distance, width))
@@ -148,10 +139,7 @@ class ResonanceBatch:
 
 
 def many_resonances(loops: LoopBatch, torque: Array) -> ResonanceBatch:
-    """Frequency ratio, tuned pretension, thresholds and verdict of each loop; the span lengths are given.
-
-    ``torque``, shape (n,): amplitude of the verdict [N m].
-    """
+    """Ratio, tuned pretension, thresholds and verdict of each loop under a torque, shape (n,) [N m]."""
     omegas, found = many_spectra(loops.chains(), 1)
     omega = omegas[:, 0]
     phase = omega * loops.length * np.sqrt(loops.density / loops.rigidity)
@@ -207,10 +195,7 @@ class ActingTorque:
 
 
 def acting_torque(drive: RoutedDrive, torque: float | None) -> ActingTorque | None:
-    """The torque of the verdict: as given, else that of the file's [excitation]; None where there is neither.
-
-    ``torque``: amplitude [N m], which may act at any frequency.
-    """
+    """The torque [N m] of the verdict: as given, else that of [excitation]; None where there is neither."""
     if torque is not None:
         if not 0.0 <= torque <= LARGEST:
             raise InputRefused(f"torque = {torque:.9g} N m must lie between 0 and {LARGEST:g} N m")
@@ -234,10 +219,7 @@ def acting_torque(drive: RoutedDrive, torque: float | None) -> ActingTorque | No
 def verdict_of(
     acting: ActingTorque | None, thresholds: Sequence[tuple[float, float | None]]
 ) -> tuple[str, tuple[str, ...]]:
-    """The verdict on an acting torque with its reasons.
-
-    ``thresholds``: longitudinal frequency [Hz] and threshold torque [N m] of every pair.
-    """
+    """The verdict on a torque with its reasons; ``thresholds``: frequency [Hz], torque [N m] of pairs."""
     excited = [(torque, hertz) for hertz, torque in thresholds if torque is not None]
     if not excited:
         return SAFE, ("no listed pair is excited by the first motor",)

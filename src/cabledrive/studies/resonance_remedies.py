@@ -54,10 +54,7 @@ class Sensitivity:
 
 
 def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
-    """Changes, each by itself, that make a drive safe under a torque.
-
-    ``drive``: not safe; ``torque`` [N m]; ``load_torque``: steady torque on the load pulley [N m].
-    """
+    """Changes, each by itself, that make a drive that is not safe so under a torque [N m]."""
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
 
     def _safe(trial: Drive) -> bool:
@@ -81,11 +78,7 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
 
 
 def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensitivity:
-    """Derivatives of detuning and threshold by what a designer can change.
-
-    ``torque``: of the verdict [N m]; it chooses the deciding mode; ``load_torque``: steady torque on the load
-    pulley [N m].
-    """
+    """Derivatives of detuning and threshold by what a designer can change, under a torque [N m]."""
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     mode = instability_margin(model, torque).mode
     step = 1e-4 * model.pretension

@@ -131,11 +131,7 @@ class RouteAlarm(AlarmResult):
 def route_alarm(
     drive: RoutedDrive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
 ) -> RouteAlarm:
-    """Whether a motion makes a span of a machine with routes vibrate across beyond a limit.
-
-    ``floor``: amplitude of every transverse mode that is always there [m]; ``limit``: largest displacement of
-    a span from its chord that is allowed [m].
-    """
+    """Whether a motion makes a span vibrate beyond a ``limit`` [m] from a ``floor`` [m] of every mode."""
     check_amplitudes(floor, limit)
     path = path_of(drive, motion)
     found = growth_along(path, _runs(floor), MOST * limit)

@@ -98,11 +98,7 @@ class RouteResonance:
 def route_resonance(
     drive: RoutedDrive, *, torque: float | None = None, motor: str | None = None
 ) -> RouteResonance:
-    """Pairs near 1:2 and of sum type of a machine with routes whose cables do not run, Eq. (N.11).
-
-    ``torque``: amplitude of the verdict [N m], default: that of [excitation]; ``motor``, {"free", "held",
-    "holding"} or None for the file's own.
-    """
+    """Pairs near 1:2 and of sum type, Eq. (N.11), of routes whose cables do not run; ``torque`` [N m]."""
     acting = acting_torque(drive, torque)
     for route in drive.route:
         if route.speed:

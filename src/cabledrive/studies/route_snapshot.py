@@ -106,10 +106,7 @@ class Snapshot:
 
 
 def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
-    """Modes of a machine whose rotors are free, to a frequency of the longitudinal ones.
-
-    ``wanted`` [Hz]; None: three times the lowest longitudinal mode that a motor drives.
-    """
+    """Modes of a machine with free rotors, to ``wanted`` [Hz] or thrice the lowest that a motor drives."""
     network = network_of(drive, motor=FREE)
     top = wanted or HIGHEST * _lowest_driven(network, drive)
     found = straight_modes(drive, below=top * 1.0001, motor=FREE)

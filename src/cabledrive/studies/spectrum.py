@@ -39,10 +39,7 @@ class Spectrum:
 
 
 def amplitude_spectrum(time: Array, signal: Array) -> Spectrum:
-    """Amplitude spectrum through a Hann window, without the straight line in the record.
-
-    ``time``, shape (n,): equally spaced [s]; ``signal``, shape (n,).
-    """
+    """Amplitude spectrum through a Hann window of a record, shape (n,), without its straight line."""
     if signal.size < FEWEST_SAMPLES:
         raise InputRefused(
             f"spectrum of {signal.size} samples, at least {FEWEST_SAMPLES} are needed: record more of the run"

@@ -55,10 +55,7 @@ def until_rest(way: Branch) -> Branch:
 
 
 def birth_force(way: Branch) -> float | None:
-    """Force at which the motion vanishes, from its square near there.
-
-    Returns [m/s]; None where the branch ends elsewhere.
-    """
+    """Force at which the motion vanishes, from its square near there [m/s]; None where it ends elsewhere."""
     if way.ended != REST:
         return None
     squared = np.min(np.abs([complex_state(x)[1:] for x in way.states]), axis=1) ** 2
@@ -114,11 +111,7 @@ class SteadyBranch:
         return "cannot" not in self.ended
 
     def at(self, torque: float) -> Array:
-        """Where the branch passes a torque, between its points.
-
-        ``torque`` [N m].
-        Returns shape (passes, 4): amplitudes of pulley mode, upper and lower span [m]; growth rate [1/s].
-        """
+        """Amplitudes [m] and growth rate [1/s] where the branch passes a torque [N m], shape (passes, 4)."""
         first = np.flatnonzero(np.diff((self.torque > torque).astype(int)))
         share = (torque - self.torque[first]) / (self.torque[first + 1] - self.torque[first])
         rows = np.array([self.pulley, *self.amplitude, self.growth])

@@ -62,10 +62,7 @@ class ResidualMotion:
 def residual_motion(
     drive: Drive, law: str, *, runs: int = 8, seed: int = 0, drawn: bool = False, gust: float = 0.0
 ) -> ResidualMotion:
-    """Move the carriage again and again, with encoder phases at random.
-
-    ``gust``: force of the wind on the payload for half a second [N].
-    """
+    """Move the carriage again and again at random encoder phases; ``gust``: on the payload [N]."""
     move = CarriageMove(gust=(gust, 1.0, 1.5))
     nominal = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     found: list[CarriageRun] = []

@@ -105,10 +105,7 @@ def log_from(
 
 
 def acting_torque(rig: VirtualRig, command: Array, rng: np.random.Generator, oversampling: int) -> Array:
-    """Torque at the motor: limited, through the current loop, with the amplifier's noise.
-
-    ``command``, shape (samples,) [V]. Returns shape (samples * oversampling,) [N m].
-    """
+    """Limited torque at the motor behind the current loop, shape (samples * oversampling,) [N m]."""
     wanted = rig.torque_per_volt * command
     if rig.torque_limit is not None:
         wanted = np.clip(wanted, -rig.torque_limit, rig.torque_limit)
@@ -225,20 +222,13 @@ def bench_rig(test: BenchTest, imperfections: Imperfections | None = None) -> Vi
 
 
 def bench_command(test: BenchTest, rng: np.random.Generator, sample_rate: float = 1000.0) -> Array:
-    """The command of one bench test, with random phases, which the text does not give.
-
-    ``sample_rate`` [Hz]. Returns shape (samples,) [V].
-    """
+    """The command of one bench test with random phases, shape (samples,) [V]; ``sample_rate`` [Hz]."""
     phases = rng.uniform(0.0, 2 * pi, len(test.frequencies))
     return sum_of_sines(test.duration, sample_rate, test.frequencies, test.amplitudes, phases)
 
 
 def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections | None = None) -> VirtualRig:
-    """The virtual rig of a drive: its reduced model with its sensors; 1 N m/V where it names no amplifier.
-
-    ``model``, {1, 2, 3, 4}: default: the highest that the drive's data allow; ``imperfections``: default:
-    with the drive's current loop and backlash.
-    """
+    """The virtual rig of a drive: its reduced model with its sensors; 1 N m/V where it names no amplifier."""
     motor, sensors = drive.motor, drive.sensors
     flaws = imperfections or Imperfections(
         current_bandwidth=motor.current_bandwidth if motor else None,
@@ -269,10 +259,7 @@ def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections 
 def response_command(
     rng: np.random.Generator, *, sample_rate: float = 5000.0, duration: float = 8.0, amplitude: float = 1.0
 ) -> Array:
-    """The command of section 4.3: 1,000 sines from 1 to 500 Hz, the lowest peak of ten draws.
-
-    ``sample_rate`` [Hz]; ``duration`` [s]; ``amplitude``: largest value [V]. Returns shape (samples,) [V].
-    """
+    """Section 4.3's 1,000 sines from 1 to 500 Hz, the lowest peak of ten draws, shape (samples,) [V]."""
     samples = round(duration * sample_rate)
     lines = multisine_lines(samples, sample_rate, 1.0, 500.0, count=1000)
     return amplitude * random_multisine(samples, lines, 10, rng)

@@ -274,10 +274,7 @@ def move_carriage(
 def reference_of(
     transporter: Transporter, law: str, move: CarriageMove, interval: float
 ) -> tuple[Array, Array]:
-    """What is wanted, and what the law follows; a shaped motion is as much shorter as its shaper is long.
-
-    ``interval``: sample time [s]. Returns ``wanted``, shape (samples,); ``reference``, shape (samples, 10).
-    """
+    """What is wanted, shape (samples,), and what the law follows, (samples, 10), its shaper less."""
     samples = round((move.duration + move.rest) / interval)
     time = np.asarray(interval * np.arange(samples), dtype=np.float64)
     y, middle = way_of(move, move.duration)(time, 6), transporter.start + 0.5 * move.distance
@@ -311,10 +308,7 @@ def made_law(
     limit: float,
     tuning: TransporterTuning | None = None,
 ) -> ScheduledLaw:
-    """Law and observer of a name, over the positions of the way.
-
-    ``interval``: sample time [s]; ``count``: one count at the rim [m]; ``limit`` [N].
-    """
+    """Law and observer of a name over the way's positions; ``interval`` [s], ``count`` [m], ``limit`` [N]."""
     ends = sorted((transporter.start, transporter.start + move.distance))
     positions = np.linspace(ends[0] - MARGIN, ends[1] + MARGIN, POSITIONS)
     made = scheduled_law(

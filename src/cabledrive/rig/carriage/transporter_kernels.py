@@ -109,10 +109,7 @@ def transporter_advance(
 
 @njit
 def run_transporter(loop: CarriageLoop, plant: TransporterPlant, phases: Array, x: Array, log: Array) -> int:
-    """Run all samples; a log row holds 8 states, payload's place, 3 tensions, force, 10 estimates.
-
-    Returns the sample at which a span went slack or the carriage left its span, or the number of samples.
-    """
+    """Run all samples, rows as `run_carriage` has them; returns the sample at which the run ended."""
     reference, count, lengths = loop.reference, loop.one_count, plant.lengths
     estimate, fresh = np.zeros(loop.law.transition.shape[1]), np.zeros(loop.law.transition.shape[1])
     readings, tensions, work = np.zeros(2), np.zeros(3), np.zeros((5, 8))

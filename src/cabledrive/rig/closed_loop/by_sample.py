@@ -25,10 +25,7 @@ Moves = Callable[[int], int]
 
 
 def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array, tensions: Array) -> int:
-    """Run samples ``first`` to ``last`` - 1 of a loop; returns the sample at which the run ended.
-
-    ``tensions``, shape (samples or 0, 2): of the spans of the distributed cable [N].
-    """
+    """Run samples ``first`` to ``last`` - 1 of a loop; returns the sample at which the run ended."""
     ends, moves = _plant(loop, state, tensions)
     lumped = loop.cable is None and loop.own_plant is None
     decides = _controller(loop, state)
@@ -128,10 +125,7 @@ def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:
 
 
 def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> int | None:
-    """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
-
-    Returns none where numba cannot compile the loop around this controller; nothing has been run then.
-    """
+    """Run samples ``first`` to ``last`` - 1; returns where it ended, None where numba cannot compile it."""
     from numba.core.errors import NumbaError
 
     from cabledrive.rig.closed_loop.loop_kernels import NOT_FINITE, own_loop

@@ -34,11 +34,7 @@ class CablePlant:
 def cable_plant(
     drive: Drive, chain: LumpedChain, interval: float, options: RigOptions, *, measured: bool = True
 ) -> CablePlant:
-    """Make the distributed cable of a drive ready; it hangs at rest under gravity.
-
-    ``interval``: sample time [s]; ``measured``: EA / L and axial damping are those of ``[lumped]``, unless
-    the options keep the printed ones; else they are the drive's own.
-    """
+    """Make the cable of a drive ready at rest; ``measured``: its EA and damping are those of ``[lumped]``."""
     require_own_spans(drive, "the distributed cable as plant")
     _check(drive, options)
     free = released(drive)
@@ -106,11 +102,7 @@ def run_cable(
     log: Array,
     tensions: Array,
 ) -> int:
-    """Run samples ``first`` to ``last`` - 1 on the distributed cable; returns where the run ended.
-
-    ``target``, shape (samples,): wanted load angle [rad]; ``tensions``, shape (samples or 0, 2): gets the
-    mean tension of each span [N].
-    """
+    """Run samples on the cable; ``tensions``, shape (samples or 0, 2), gets the spans' mean ones [N]."""
     moving, work, space = cable_parts(cable, state)
     return int(
         run_cable_loop(
@@ -149,10 +141,7 @@ def cable_parts(cable: CablePlant, state: LoopState) -> tuple[State, Workspace, 
 
 
 def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
-    """A drive whose lumped chain is the one given.
-
-    Returns the stiffness and damping of its cable are those of its EA.
-    """
+    """A drive whose lumped chain is the one given, its cable's stiffness and damping those of its EA."""
     first, second = drive.pulley
     gear, spans = second.radius / first.radius, len(drive.spans)
     load = replace(
@@ -185,12 +174,7 @@ def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
 
 
 def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]:
-    """What the distributed cable did beside what its lumped chain can.
-
-    Returns resolution; stiffness and damping of the cable; its own modes; spillover, as how far the middle of
-    a span moved along itself against the mean of its ends, in angle of the drive pulley; sway of the spans
-    beyond that at rest; how near the 1:2 resonance is.
-    """
+    """Resolution, stiffness, damping and modes of the cable, spillover, sway, nearness to 1:2 resonance."""
     drive, case = cable.drive, cable.case
     radius, length = drive.drive_pulley.radius, drive.span_length
     pulley = float(natural_frequencies(drive, count=1)[0])

@@ -205,10 +205,7 @@ def move_chain(p: ChainPlant, rig: RigNumbers, k: int, s: LoopState, older: floa
 
 @njit_part
 def see_chain(p: ChainPlant, gone: float, s: LoopState) -> int:
-    """Look at the chain at a sample; why the run ends here, 0 where it goes on.
-
-    Two motors are seen as one at their mean angle; sensors, in ``s.work``, see the eccentricity as well.
-    """
+    """Look at the chain, two motors as one at their mean angle; why the run ends here, 0 where it goes on."""
     x, seen, n, more = s.x, s.terms[VIEW], p.inertia.size, p.motors - 1
     size = n - more
     for i in range(size):

@@ -32,10 +32,7 @@ def chain_numbers(
     twist_limit: float = inf,
     **more: Any,
 ) -> ChainPlant:
-    """A chain in links between equal angles.
-
-    ``interval``: sample time [s]; ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none.
-    """
+    """A chain in links between equal angles; ``interval`` [s]; ``current_rate``: of the torque [rad/s]."""
     links = np.arange(chain.size - 1)
     plays, slacks = np.zeros(len(links)), np.full(len(links), inf)
     if len(links):
@@ -129,10 +126,7 @@ class Pair:
 
 
 def doubled(drive: Drive) -> Drive:
-    """The drive with a second motor and gear like its own on the drive pulley.
-
-    As long as both flanks are closed the mean of both motors is a motor of twice the size without backlash.
-    """
+    """The drive with a second motor and gear like its own: as one of twice the size without backlash."""
     motor, sensors = drive.motor, drive.sensors
     if motor is None or motor.backlash <= 0.0:
         raise InputRefused(

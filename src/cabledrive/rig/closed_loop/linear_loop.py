@@ -28,10 +28,7 @@ class LinearLoop:
     size: int  # number of inertias
 
     def noise(self, counts: Array, samples: int) -> tuple[float, float]:
-        """Standard deviations of the motor's speed and of the command by white rounding.
-
-        ``counts``, shape (m,): one count of each encoder [rad]. Returns ``speed, command`` [rad/s], [N m].
-        """
+        """Deviations of motor speed [rad/s] and command [N m] by white rounding of ``counts`` [rad]."""
         variance = counts**2 / 12.0
         speed = response(self.matrix, self.rounding, self.motor_speed, samples)
         command = response(self.matrix, self.rounding, self.command, samples)
@@ -54,10 +51,7 @@ class LinearLoop:
 
 
 def feedback_row(law: LawNumbers) -> Array:
-    """Command of a law of the chain per angle and speed of its states, estimates as they start.
-
-    Returns shape (2n,).
-    """
+    """Command of a law of the chain per angle and speed, estimates as they start, shape (2n,)."""
     if law.kind != DARC:
         raise InputRefused("the linear loop is made of the laws of the chain: take darc-4-damped, or another")
     count = law.matrix.shape[0]
@@ -82,11 +76,7 @@ def linear_loop(loop: Loop, chain: LumpedChain | None = None) -> LinearLoop:
 def assembled(
     table: Array, rate: float, seen: ObserverNumbers, law: LawNumbers, encoders: Integers
 ) -> LinearLoop:
-    """Plant, settled filter and law put together.
-
-    ``table``, shape (m, m + 3): of the plant, see `linear_step`; ``rate``: of the torque loop [rad/s];
-    ``encoders``, shape (m,): inertia of the plant that each encoder reads.
-    """
+    """Plant's table, shape (m, m + 3), filter and law put together; ``rate``: of the torque [rad/s]."""
     size, m, states = len(table) // 2, len(table), seen.model.shape[0]
     step, by_command, by_motor = table[:, :m].copy(), table[:, m], table[:, m + 1]
     if rate == 0.0:  # without torque loop, torque is command
@@ -129,10 +119,7 @@ def assembled(
 
 
 def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
-    """Output of a recursion after an impulse in each of its inputs, shape (samples, inputs).
-
-    ``matrix``, shape (states, states); ``start``, shape (states, inputs); ``output``, shape (states,).
-    """
+    """Output of a recursion after an impulse in each of its inputs, shape (samples, inputs)."""
     found, state = np.zeros((samples, start.shape[1])), start.copy()
     for k in range(samples):
         found[k] = output @ state
@@ -141,11 +128,7 @@ def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
 
 
 def driven(matrix: Array, forcing: Array, output: Array) -> Array:
-    """Output of a recursion from rest, forced at every sample, shape (samples,).
-
-    ``matrix``, shape (states, states); ``forcing``, shape (samples, k): added to the first k states;
-    ``output``, shape (states,).
-    """
+    """Output from rest, shape (samples,), under a ``forcing``, shape (samples, k), of the first k states."""
     state, found, k = np.zeros(len(matrix)), np.zeros(len(forcing)), forcing.shape[1]
     for i, push in enumerate(forcing):
         found[i] = output @ state

@@ -76,10 +76,7 @@ class Loop:
         return 2.0 * float(self.plant.play[0]) if len(self.plant.play) else 0.0
 
     def load_error(self, log: Array) -> Array:
-        """Error of the load over a whole run, shape (samples,) [rad], at the load.
-
-        ``log``, shape (samples, columns).
-        """
+        """Error of the load over a log, shape (samples, columns): shape (samples,) [rad], at the load."""
         return np.asarray((log[:, self.chain.size - 1] - self.target) / self.gear)
 
 
@@ -106,10 +103,7 @@ class Run:
 
 
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
-    """The lumped chain that is controlled, at the first shaft; its motor turns freely.
-
-    ``model``, {1, 2, 3, 4}: default: the highest that the drive's data allow.
-    """
+    """The lumped chain under control, at the first shaft; default: the highest model that the data allow."""
     return reflected(lumped_model(released(drive), model))[0]
 
 
@@ -242,10 +236,7 @@ def loop_at_rest(loop: Loop) -> LoopState:
 def run(
     loop: Loop, *, log: bool = True, state: LoopState | None = None, first: int = 0, last: int | None = None
 ) -> Run:
-    """Run a loop from rest, or on from where another ended.
-
-    ``last``: sample before which to end; default: the whole motion.
-    """
+    """Run a loop from rest, or on from where another ended, to the ``last`` sample or the motion's end."""
     controller, samples = loop.controller, len(loop.target)
     state = loop_at_rest(loop) if state is None else state
     end = samples if last is None else last
@@ -291,11 +282,7 @@ def log_width(loop: Loop) -> int:
 
 
 def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float | None = None) -> Loop:
-    """The same law and filter on another lumped chain, or on the distributed cable like it.
-
-    ``chain``: at the first shaft; ``play``: backlash of the first link [rad]; default: that of the loop. The
-    distributed cable has none.
-    """
+    """The same law and filter on another chain, or the cable like it; ``play``: of the first link [rad]."""
     check_drawable(loop)
     interval, rate = loop.rig.interval, loop.plant.current_rate
     slack = loop.slack

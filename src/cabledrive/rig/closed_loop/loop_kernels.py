@@ -35,10 +35,7 @@ from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, r
 
 
 class PairNumbers(NamedTuple):
-    """Law and sensors of a pair.
-
-    ``start``: half the angle between the motors at which both are switched on [rad].
-    """
+    """Law and sensors of a pair; ``start``: half the angle between the motors when switched on [rad]."""
 
     law: FlankLaw
     phase: float

@@ -82,11 +82,7 @@ def new_state(
     start: Array,
     memory: Array | None = None,
 ) -> LoopState:
-    """A loop at rest at angle zero.
-
-    ``plant_states``: number of states of the plant; ``start``, shape (<= 12,): parameter estimates to begin
-    with; ``memory``, shape (m,): of a controller of the user's own.
-    """
+    """A loop at rest at angle zero; ``start``: of the estimates; ``memory``: of a user's controller."""
     readings, own = len(rig.encoders), np.zeros(0) if memory is None else memory
     return LoopState(
         x=np.zeros(plant_states),

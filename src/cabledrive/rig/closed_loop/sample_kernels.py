@@ -90,10 +90,7 @@ def finish_sample(
 
 @njit_part
 def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, x: Array, s: LoopState) -> None:
-    """Read the encoders at angles (and speeds) ``x``; ideal sensors write the controller's states at once.
-
-    An encoder that drops out leaves those without a number as well.
-    """
+    """Read the encoders at angles (and speeds) ``x``; ideal sensors and lost readings go into the states."""
     read_encoders(rig.encoders, rig.counts, rig.phases, rig.dropout, x, k, s.readings)
     if observer.kind == 0:
         seen, states = True, s.controller.states
@@ -113,10 +110,7 @@ def decide(
     x: Array,
     s: LoopState,
 ) -> tuple[float, float, float]:
-    """One sample, from angles (and speeds) ``x``: command wanted, limited command, sigma.
-
-    Where the law has no states it keeps its last command, and the sample is counted.
-    """
+    """Command wanted, limited command and sigma of one sample; without states the last command is kept."""
     sense(observer, rig, k, x, s)
     wanted, command, sigma, valid = controller_step(
         observer, law, rig.torque_limit, s.controller, s.readings, reference, k

@@ -50,11 +50,7 @@ FEEDFORWARDS = {
 
 
 def feedforward_table(spec: DesignSpec, chain: LumpedChain, wanted: Array) -> Array:
-    """Motion of every inertia and torque of the motor along a reference, as the spec's feedforward has them.
-
-    ``wanted``, shape (2n + 1, samples): wanted load angle with derivatives, at the first shaft. Returns shape
-    (samples, 2n + 1): angles, speeds, torque [N m].
-    """
+    """Angles, speeds and torque along a reference by the spec's feedforward, shape (samples, 2n + 1)."""
     if spec.feedforward not in FEEDFORWARDS:
         raise InputRefused(
             f"feedforward = {spec.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
@@ -124,10 +120,7 @@ def pid(spec: DesignSpec) -> Controller:
 
 
 def lqg(spec: DesignSpec, torque: float | None = None) -> Controller:
-    """Linear-quadratic feedback; one count of error weighs as much as a torque.
-
-    ``torque`` [N m]; default: what the bandwidth asks for.
-    """
+    """Linear-quadratic feedback; one count of error weighs as much as a ``torque`` [N m]."""
     chain, (count, torque, settings) = _chain(spec), weights(spec, torque)
     return _made(spec, "lqg", lq_law(chain, count, torque, spec.interval), settings)
 
@@ -172,12 +165,7 @@ def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:
 def weights(
     spec: DesignSpec, torque: float | None = None, chain: LumpedChain | None = None
 ) -> tuple[float, float, dict[str, Any]]:
-    """Error and torque that weigh the same in the laws of a quadratic cost.
-
-    ``torque`` [N m]; default: by the bandwidth of the rigid machine, or `LQ_TORQUE` without one;
-    ``chain``: default: the drive's.
-    Returns ``error``, one count of the load's encoder [rad]; ``torque`` [N m]; both for people.
-    """
+    """Error [rad] and torque [N m] that weigh the same in the laws of a quadratic cost."""
     count, chain = load_count(spec.drive), chain or _chain(spec)
     settings: dict[str, Any] = {"error_weight_rad": count}
     if torque is None and spec.bandwidth is not None:
@@ -194,10 +182,7 @@ def integral_time(chain: LumpedChain, error: float, torque: float) -> float:
 
 
 def dob(spec: DesignSpec) -> Controller:
-    """PD on the motor, and the disturbance that the filter of the whole chain sees subtracted.
-
-    A disturbance observer on a rigid model would cancel the cable's own torque as well.
-    """
+    """PD on the motor, and the disturbance that the filter of the whole chain sees subtracted."""
     hertz = _hertz(spec, PD_HZ)
     law = pd_law(_chain(spec), hertz, spec.interval)
     return _made(spec, "dob", law, {"bandwidth_hz": hertz}, tuning=replace(QUIET, cancels=True))
@@ -217,10 +202,7 @@ def shaper(spec: DesignSpec) -> Controller:
 
 
 def shaped(spec: DesignSpec, chain: LumpedChain) -> tuple[Array, float, tuple[tuple[float, float], ...]]:
-    """The wanted motion through two pulses that leave the lowest mode at rest, that mode [Hz], the pulses.
-
-    Returns ``wanted``, shape (2n + 1, samples).
-    """
+    """The motion through two pulses that leave the lowest mode at rest, that mode [Hz], the pulses."""
     poles = np.linalg.eigvals(state_space(chain)[0])
     lowest = min(poles[poles.imag > 1e-6], key=abs)
     ratio = -lowest.real / abs(lowest)

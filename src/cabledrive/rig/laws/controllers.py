@@ -97,17 +97,11 @@ class DesignSpec:
     plant: Drive | None = None  # as it is, where that differs; trial runs are on this one
 
     def model(self, number: int) -> LumpedChain:
-        """A model of the drive under torque control, in angles of its first shaft.
-
-        ``number``, {1, 2, 3, 4}.
-        """
+        """A model, {1, 2, 3, 4}, of the drive under torque control, in angles of its first shaft."""
         return reflected(lumped_model(released(self.drive), number))[0]
 
     def wanted(self, derivatives: int) -> Array:
-        """Wanted load angle at the first shaft, with derivatives, at the samples.
-
-        Returns shape (derivatives + 1, samples).
-        """
+        """Wanted load angle at the first shaft with derivatives, shape (derivatives + 1, samples)."""
         time = np.asarray(self.interval * np.arange(self.samples), dtype=np.float64)
         return load_gear(self.drive) * self.trajectory(time, derivatives)
 
@@ -136,11 +130,7 @@ def chain_law(
     chain: LumpedChain | None = None,
     bounds: Bounds | None = None,
 ) -> Controller:
-    """A law of the chain with or without damping.
-
-    ``number``, {1, 2, 3, 4}; ``chain``: the one it is made for; the drive's own by default; ``bounds``: of
-    p2 to p5; as printed by default.
-    """
+    """A law of a model, {1, 2, 3, 4}, of the chain; default: the drive's chain, the printed bounds."""
     chain = spec.model(number) if chain is None else chain
     flat = flat_output(chain, damped=damped)
     reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
@@ -177,10 +167,7 @@ def chain_law(
 
 
 def law_for_chain(spec: DesignSpec, chain: LumpedChain, *, tuning: KalmanTuning = QUIET) -> Controller:
-    """The damped law of any lumped chain from ``motor`` to ``load``, with a filter of that chain.
-
-    ``chain``: in angles of its first shaft. Model 4 gives the ratio of the gains.
-    """
+    """The damped law of any chain from ``motor`` to ``load``, its gains in Model 4's ratio, its filter."""
     made = chain_law(spec, 4, "damped law of a chain", damped=True, tuning=tuning, chain=chain)
     return replace(made, shafts=chain.names, filter_model=None, filter_chain=chain)
 

@@ -31,10 +31,7 @@ class Pole:
 def closed_loop_poles(
     drive: Drive, controller: Controller, *, plant_model: int | None = None
 ) -> tuple[Pole, ...]:
-    """Poles of the linear closed loop with true states, fixed estimates, and no Coulomb friction.
-
-    ``plant_model``, {1, 2, 3, 4}. Returns ascending in frequency, one entry for each pair.
-    """
+    """Poles of the linear closed loop with true states and fixed estimates, a pair once, slowest first."""
     return poles_of(plant_chain(drive, plant_model), controller)
 
 
@@ -52,10 +49,7 @@ def pole_words(loop: Loop) -> dict[str, Any]:
 
 
 def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
-    """Poles of a law on a lumped chain, with true states, fixed estimates, and no Coulomb friction.
-
-    Returns ascending in frequency, one entry for each pair.
-    """
+    """Poles of a law on a chain, true states, fixed estimates, no Coulomb friction, slowest first."""
     a, b = state_space(chain)
     n, law = chain.size, controller.law
     places = [place(chain, shaft) for shaft in controller.shafts]
@@ -130,10 +124,7 @@ def filter_chain(spec: DesignSpec, number: int) -> LumpedChain:
 
 
 def read_encoders(spec: DesignSpec, number: int) -> dict[str, float]:
-    """One count of each encoder that the filter of a law reads, at the first shaft [rad], by shaft.
-
-    ``number``, {3, 4}.
-    """
+    """One count of each encoder that the filter of Model 3 or 4 reads, at the first shaft [rad], by shaft."""
     fitted, shafts = fitted_encoders(spec.drive), law_shafts(number, spec.feedback)
     if own_filter(number, spec.feedback) is None:
         return fitted

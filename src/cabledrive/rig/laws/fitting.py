@@ -35,10 +35,7 @@ def load_gear(drive: Drive) -> float:
 
 
 def fitted_encoders(drive: Drive) -> dict[str, float]:
-    """One count of each encoder at the first shaft [rad], by shaft; the load's last.
-
-    Without one at the load the filter computes the load's angle from the others, as a servo does.
-    """
+    """One count of each encoder at the first shaft [rad], by shaft; the load's last, if there is one."""
     sensors = drive.sensors
     counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}
     if not any(counts.values()):
@@ -53,10 +50,7 @@ def load_count(drive: Drive) -> float:
 
 
 def law_shafts(model: int, feedback: str) -> tuple[str, ...]:
-    """Shafts whose angles a law of a model takes, from the motor to the load.
-
-    ``model``, {1, 2, 3, 4}; ``feedback``, {"motor", "drive"}: encoder for theta_1 of Models 1 and 3.
-    """
+    """Shafts whose angles a law of a model takes, from the motor to the load."""
     return {1: (feedback,), 2: ("motor", "drive"), 3: (feedback, "load"), 4: ("motor", "drive", "load")}[
         model
     ]
@@ -75,11 +69,7 @@ def fit_observer(
     settled: bool = False,
     schedule: LoadSchedule | None = None,
 ) -> tuple[ObserverNumbers, Integers, Array]:
-    """The observer of a law, what its encoders read of the plant, and their counts.
-
-    Returns ``encoders``, shape (m,): inertia of the plant that each encoder reads; ``counts``, shape (m,)
-    [rad].
-    """
+    """Observer of a law, inertias that its encoders read, shape (m,), and their counts, shape (m,) [rad]."""
     fitted = fitted_encoders(drive)
     if own:
         fitted = {shaft: count for shaft, count in fitted.items() if shaft in shafts}

@@ -167,11 +167,7 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt, options: RigOptions) ->
 
 
 def run_indirect(spec: DesignSpec, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
-    """Run one pulse, learn, make everything anew in the dwell, and run the rest.
-
-    Returns ``loop``: the last one; ``found``: what was learnt; None if the run ended before, or has one pulse
-    only.
-    """
+    """Run one pulse, learn, make all anew in the dwell, run the rest; the last loop, and what was learnt."""
     pause = loop.rig.first_end
     early = run(loop, last=min(pause, len(loop.target)))
     if early.failed:

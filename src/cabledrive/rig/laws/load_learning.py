@@ -75,10 +75,7 @@ class LoadTables:
 
 
 def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = None) -> Controller:
-    """Feedback about a reference with the load's friction and inertia, learnt from the filter's innovations.
-
-    ``turning``: time in which the sign of friction turns [s]; default: a share of a move.
-    """
+    """Feedback about a reference with the load's friction and inertia, learnt from innovations."""
     kind = KINDS[name]
     number = highest_model(spec.drive)
     chain = spec.model(number)
@@ -123,11 +120,7 @@ def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = No
 
 
 def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, Array]:
-    """Deviations and bounds of the load's parameters before anything is learnt.
-
-    Returns ``spread``, ``low``, ``high``, shape (3,): Coulomb [N m], viscous friction [N m s/rad], inertia
-    beyond what is believed [kg m^2].
-    """
+    """Deviation and bounds of the load's Coulomb and viscous friction and inertia, shape (3,) each."""
     coulomb, viscous, inertia = max(chain.coulomb[0], 1e-9), max(chain.viscous[0], 1e-9), chain.inertias[-1]
     spread = np.array([0.5 * coulomb, viscous, inertia_spread * inertia])
     return (
@@ -139,10 +132,7 @@ def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, A
 
 @lru_cache(maxsize=8)
 def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
-    """Tables of the law along a motion; they do not depend on its bandwidth.
-
-    ``name``: of `KINDS`; ``turning``: time in which the sign of friction turns [s].
-    """
+    """Tables of the law along a motion; ``turning``: time in which the sign of friction turns [s]."""
     kind = KINDS[name]
     options = spec.options or RigOptions()
     number = highest_model(spec.drive)
@@ -171,10 +161,7 @@ def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
 def load_blocks(
     chain: LumpedChain, observer: ObserverNumbers, white: Array, torques: Array, interval: float
 ) -> tuple[Array, Array]:
-    """Blocks and states of `LoadTables` from torques with derivatives, shape (p, 2n - 1, samples).
-
-    ``white``, shape (m, m): what makes innovations white; ``interval``: sample time [s].
-    """
+    """Blocks and states of `LoadTables` from torques with derivatives, shape (p, 2n - 1, samples)."""
     blocks, carrying = [], []
     for torque in torques:
         states, motor = carried(chain, torque, interval)

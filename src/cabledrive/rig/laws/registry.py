@@ -119,10 +119,7 @@ def main_laws(drive: Drive) -> tuple[str, ...]:
 
 
 def known_name(name: str | None, drive: Drive) -> str:
-    """Name of a control law, or the one that the drive's joint calls for.
-
-    ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    """
+    """Name of a law; default: with a flexible motor joint "darc-4-damped", else "darc-3"."""
     if name is None:
         return "darc-4-damped" if highest_model(drive) == 4 else "darc-3"
     if name not in CONTROLLERS:

@@ -29,10 +29,7 @@ def track_winches(
     others: Mapping[str, tuple[Any, Any]],
     **spec: Any,
 ) -> TwoMotorTracking:
-    """Run the law of two winches.
-
-    ``others``: arguments of `track` that have no effect here, each as given and by default.
-    """
+    """Run the law of two winches; ``others``: arguments without effect here, each as given and by default."""
     if controller not in OWN:
         raise InputRefused(
             f'controller = "{str(controller)[:60]}" moves a load by one motor: a body between two winches '

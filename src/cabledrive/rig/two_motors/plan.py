@@ -52,12 +52,7 @@ def design_tensions(
     gust: float | None = None,
     bandwidth: float | None = None,
 ) -> TensionDesign:
-    """Gains and limits of the law.
-
-    ``least_tension`` [N], default: a fifth of the smaller tension at rest; ``gust``: force on the body [N],
-    default: a tenth of its weight; ``bandwidth``: of the position [Hz], default: what sampling and lines
-    allow.
-    """
+    """Gains and limits of the law; ``least_tension``, ``gust`` [N], ``bandwidth`` of the position [Hz]."""
     numbers, drive = machine.numbers, machine.drive
     floor = FLOOR_SHARE * float(machine.tension.min()) if least_tension is None else least_tension
     gust = GUST_SHARE * EARTH * float(numbers.mass.max()) if gust is None else gust
@@ -282,10 +277,7 @@ _SLOW, _AT_ONE = 0.2, 1e-12
 def loop_poles(
     machine: TwoMotors, gains: TensionGains, place: Array, substeps: int
 ) -> NDArray[np.complex128]:
-    """Poles [rad/s] of the loop about the body at rest at a place, shape (p,); those of dead beats left out.
-
-    ``machine``: the plant; ``place``, shape (m,) [m].
-    """
+    """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s]."""
     still = machine._replace(turning_coulomb=np.zeros(2), coulomb=np.zeros_like(machine.coulomb))
     believed = gains._replace(machine=still)
     along, length, free = lines_along(still, place[None])

@@ -82,10 +82,7 @@ def _off(actual: Array, believed: Array) -> float:
 def place_words(
     setup: Setup, actual: TwoMotors, error: Array, broken: list[str], reshaped: float
 ) -> dict[str, Any]:
-    """The bound beside the measured error, shape (samples, m) [m]; ``broken``: named by that of tension.
-
-    Where nothing is named the error is inside.
-    """
+    """The bound beside the error, shape (samples, m) [m], inside it where no broken assumption is named."""
     bound = bound_of_place(setup)
     used = part_used(bound, error)
     named = list(broken)

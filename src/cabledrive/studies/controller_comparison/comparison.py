@@ -107,10 +107,7 @@ class Comparison(ResultCard):
 
 
 def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
-    """One row of the answer: errors in degrees, torques in N m, margins.
-
-    ``goal``: largest error allowed [rad].
-    """
+    """One row of the answer: errors in degrees, torques in N m, margins; ``goal`` [rad]."""
     tuning, scores = law.tuning, law.scores
     words: dict[str, Any] = {
         "name": tuning.name,

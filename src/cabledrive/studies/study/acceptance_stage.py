@@ -61,10 +61,7 @@ class AcceptanceResult:
     reason: str = ""  # why there are no runs, where there are none
 
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
-        """Error that a share of all runs kept below.
-
-        Returns [rad] or [m]; None where too many runs ended early, or without runs.
-        """
+        """Error that a share of all runs kept below [rad] or [m]; None where too many ended early."""
         return quantile_of_all(self.rests if rest else self.peaks, self.draws, share)
 
 

@@ -26,10 +26,7 @@ UNSTABLE = 1e3
 
 
 def law_rows(law: LawNumbers, states: int) -> Array:
-    """Command of a law of the chain per state, estimates at their nominal values, no Coulomb friction.
-
-    Returns shape (2n,).
-    """
+    """Command of a law of the chain per state, nominal estimates, no Coulomb friction, shape (2n,)."""
     frozen = law.learning[NOMINAL].copy()
     frozen[2:] = 0.0
     rest = np.zeros(states + 3)
@@ -86,10 +83,7 @@ def _transitions(loop: Loop) -> tuple[Array, Array]:
 
 
 def sensor_bound(loop: Loop) -> float | None:
-    """Largest error of the load that counting and unknown phases of the encoders can make.
-
-    Returns [rad] at the load; None if the linear loop is unstable.
-    """
+    """Largest error of the load by counts and phases of the encoders [rad]; None if the loop is unstable."""
     transition, readings = closed_loop_matrix(loop)
     if np.abs(np.linalg.eigvals(transition)).max() > 1.0 + 1e-6:
         return None
@@ -160,10 +154,7 @@ def evaluate(
     hertz: float,
     torque: float | None,
 ) -> tuple[Candidate, dict[str, float]]:
-    """The parts of the bound at one bandwidth, among them what each quantity adds [rad].
-
-    ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz]; ``torque``: largest torque of the goals [N m].
-    """
+    """The parts of the bound at one bandwidth [Hz], among them what each quantity adds [rad]."""
     law = make_law(drive, motion, quantities, model, hertz)
     ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
     real = joined_loop(drive, drive, law, motion, torque)
@@ -210,10 +201,7 @@ def without_counts(rig: RigNumbers) -> RigNumbers:
 
 
 def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity]) -> Unmatched | None:
-    """How far springs, dampers and the load can move the error within their bounds.
-
-    Returns none if a run ended early.
-    """
+    """How far springs, dampers and the load can move the error within their bounds; None if a run ended."""
     nominal = _error(loop, drive, {})
     if nominal is None:
         return None

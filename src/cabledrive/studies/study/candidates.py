@@ -38,10 +38,7 @@ def share_low(inside: int, runs: int) -> float:
 
 
 def misses_allowed(runs: int, share: float) -> int:
-    """Most runs that may miss while `share_low` keeps a share.
-
-    Returns -1: so few runs cannot show the share, even if none misses.
-    """
+    """Most runs that may miss while `share_low` keeps a share; -1: so few runs cannot show it."""
     misses = -1
     while misses + 1 < runs and share_low(runs - misses - 1, runs) >= share:
         misses += 1
@@ -49,10 +46,7 @@ def misses_allowed(runs: int, share: float) -> int:
 
 
 def reached_error(lasting: Sequence[float], runs: int, share: float) -> ReachedError:
-    """The smallest error below which runs show that a share of the plants stays.
-
-    Returns with too few runs for the share, the largest error and the share that so many runs can show.
-    """
+    """Error below which runs show that a share of plants stays, or the share that so many runs can show."""
     misses = misses_allowed(runs, share)
     shown = share
     if misses < 0:
@@ -90,11 +84,7 @@ def score(
     goal: float | None,
     reason: str = "",
 ) -> LawScore:
-    """What many runs of a law say.
-
-    ``plant``, {"lumped", "carriage", "cable"}; ``lasting``: largest error of each run that lasted, ascending
-    [rad] or [m]; ``runs``: all of them; 0: none were made; ``goal``: largest error allowed [rad] or [m].
-    """
+    """What many runs of a law say; ``lasting``: their errors, ascending; ``goal``: [rad] or [m]."""
     share = low = None
     if goal is not None and runs:
         inside = sum(error <= goal for error in lasting)
@@ -115,18 +105,12 @@ def score(
 
 
 def lost(misses: int, runs: int, plant: str) -> bool:
-    """Whether a law has missed the goal so often that the rest of the runs cannot mend it.
-
-    ``misses``: so far; ``runs``: that are planned; ``plant``, {"lumped", "carriage", "cable"}.
-    """
+    """Whether a law has missed the goal so often that the rest of the runs cannot mend it."""
     return misses > max(misses_allowed(runs, ENOUGH[plant]), 0)
 
 
 def closest(scores: Sequence[LawScore]) -> LawScore | None:
-    """The law that reached the smallest error; with a goal the largest share decides first.
-
-    Returns none: no law has runs.
-    """
+    """The law with the smallest error, with a goal the largest share first; None: no law has runs."""
     made = [one for one in scores if one.runs]
     if not made:
         return None
@@ -139,9 +123,6 @@ def closest(scores: Sequence[LawScore]) -> LawScore | None:
 
 
 def quantile_of_all(lasting: Sequence[float], runs: int, share: float) -> float | None:
-    """Error that a share of all runs kept below, those that ended early among them.
-
-    Returns none where too many ended early, or none was made.
-    """
+    """Error that a share of all runs kept below; None where too many ended early, or none was made."""
     needed = max(ceil(share * runs - 1e-9), 1)
     return lasting[needed - 1] if needed <= len(lasting) else None

@@ -126,10 +126,7 @@ def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> Carriag
 
 
 def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:
-    """Largest real part of a pole of law, observer and frozen plant along the way, and where.
-
-    Returns ``rate`` [1/s]; below 0: stable; ``place`` [m].
-    """
+    """Largest real part of a pole of law, observer and frozen plant along the way [1/s], and where [m]."""
     radius = [
         float(np.abs(frozen_poles(loop.law, plant, float(x), case.interval, WIND_TIME)).max())
         for x in case.places
@@ -139,10 +136,7 @@ def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[
 
 
 def errors(case: CarriageCase, log: Array) -> Array:
-    """Distance of the carriage from its planned position; below it, that of the hanging mass where one hangs.
-
-    ``log``, shape (samples, 23). Returns shape (1 or 2, samples) [m].
-    """
+    """Error of the carriage, and of a mass below it, along a log: shape (1 or 2, samples) [m]."""
     n = len(log)
     if not case.hanging:
         return np.asarray(log[:, CARRIAGE] - case.wanted[:n], dtype=np.float64)[None]
@@ -150,20 +144,13 @@ def errors(case: CarriageCase, log: Array) -> Array:
 
 
 def whole_run(case: CarriageCase, loop: CarriageLoop, values: Mapping[str, float], phases: Array) -> Array:
-    """One run on a plant with other values.
-
-    ``phases``, shape (2,): of the encoders, in counts.
-    Returns shape (samples, 23): fewer samples where a strand went slack or the carriage left its span.
-    """
+    """One run on a plant with other values, rows as `run_carriage` has; ``phases``, shape (2,) [counts]."""
     given = carriage_values(case.drive, case.goals) | dict(values)
     return run_carriage(loop, transporter_with(case.drive, given), phases)
 
 
 def torque_of(case: CarriageCase, log: Array) -> tuple[float, float]:
-    """Largest torque of a run [N m], and the share of the samples at the limit.
-
-    ``log``, shape (samples, 23).
-    """
+    """Largest torque of a run [N m], and the share of the samples at the limit."""
     force = np.abs(log[:, FORCE])
     return float(force.max()) * case.design.radius, float(np.mean(force >= (1.0 - 1e-9) * case.limit))
 

@@ -53,10 +53,7 @@ GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
 
 
 def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
-    """What stands between a drive that carries masses and the scheduled law of one carriage.
-
-    Returns each with what would be needed; empty where the law covers the drive.
-    """
+    """What the scheduled law of one carriage lacks on a drive, each with what would be needed."""
     found, sensors = _other_machine(drive), drive.sensors
     if drive.motor is None:
         found.append("motor is missing, but the carriage has to be moved: add motor.inertia")
@@ -191,11 +188,7 @@ def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
 
 
 def encoders_read(drive: Drive) -> tuple[float, tuple[int, ...]]:
-    """One count at the rim, and the pulleys whose encoders the law listens to.
-
-    Returns ``count`` [m]; ``reads``: both pulleys where their encoders have one count at the rim, else the
-    drive pulley alone.
-    """
+    """One count at the rim [m], and the pulleys whose encoders, both of one count, the law listens to."""
     sensors, (first, second) = drive.sensors, drive.pulley
     assert sensors is not None
     own = sensors.drive_encoder or sensors.motor_encoder

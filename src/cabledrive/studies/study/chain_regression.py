@@ -60,10 +60,7 @@ def around(name: str, value: float, half: float) -> tuple[float, float, float]:
 
 
 def identify_cable(load: Solution | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
-    """Stiffness and damping of a span and friction of the load, from the load's equation and inertia.
-
-    Returns value and bounds of what could be identified.
-    """
+    """Value and bounds of a span's stiffness, damping and the load's friction, from the load's equation."""
     if load is None or "load_inertia" not in found:
         return {}
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
@@ -90,10 +87,7 @@ def identify_cable(load: Solution | None, drive: Drive, found: dict[str, Interva
 def identify_joint(
     logs: Sequence[Log], drive: Drive, found: dict[str, tuple[float, float, float]]
 ) -> dict[str, tuple[float, float, float]]:
-    """Stiffness and damping of the joint: its twist against the torque that passes it.
-
-    Returns value and bounds of what could be identified.
-    """
+    """Value and bounds of the joint's stiffness and damping: its twist against the torque that passes it."""
     if any("drive_angle" not in log.channels for log in logs):
         return {}
     gear = drive.load_pulley.radius / drive.drive_pulley.radius

@@ -111,10 +111,7 @@ STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 
 def goals_for(drive: Drive, goals: Goals) -> Goals:
-    """Goals whose motion is complete; travel of a carriage and turn of its pulley agree.
-
-    Returns what was assumed stands in `Goals.assumed`.
-    """
+    """Goals whose motion is complete, what was assumed in `Goals.assumed`; carriage and pulley agree."""
     if isinstance(drive, AxisDrive) and drive.slides:
         goals = _of_a_slide(drive, goals)
     _check_words(drive, goals)

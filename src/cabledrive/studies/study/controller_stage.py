@@ -98,11 +98,7 @@ def design_controller(
     models: Mapping[int, float],
     torque: float | None,
 ) -> ControllerResult:
-    """The law and bandwidth with the smallest bound among those that modes, sampling and torque allow.
-
-    ``models``: Models that the law may be made for, the one that the motion calls for first, and up to which
-    frequency each is right to 5 % [Hz]; ``torque``: largest torque of the goals [N m].
-    """
+    """The law and bandwidth of least bound; ``models``: up to where each is right to 5 % [Hz]."""
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None
     rate = drive.sensors.sample_rate / SAMPLES_PER_PERIOD
@@ -227,10 +223,7 @@ def tuned_laws(
     *,
     every_law: bool = False,
 ) -> LawSettings:
-    """Each law at its best setting: those that a comparison offers, or every one.
-
-    ``torque``: largest torque of the goals [N m].
-    """
+    """Each law at its best setting: those that a comparison offers, or every one; ``torque`` [N m]."""
     usable = chain_law.bandwidth is not None
     chain = LawSetting(
         controller=chain_law.name,

@@ -69,11 +69,7 @@ def know(
     *,
     backlash: float | None = None,
 ) -> Knowledge:
-    """Identify what the logs allow of a drive.
-
-    ``load_inertia``: range of the load that the goals ask for [kg m^2]; ``backlash``: largest backlash of the
-    joint where the file says none [rad].
-    """
+    """What logs tell of a drive; ``load_inertia`` [kg m^2]; ``backlash``: where none is said [rad]."""
     known = by_datasheet(drive, spreads, backlash)
     if not logs:
         found = Knowledge(

@@ -70,10 +70,7 @@ class Replay:
 
 
 def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) -> Replay:
-    """Replay a log of a whole drive through the identified model.
-
-    Returns the octave and encoder with the largest ratio to their limit.
-    """
+    """The octave and encoder of a whole drive's log whose replay is farthest over its limit."""
     generator = np.random.default_rng(seed)
     channels = [name for name in CHANNELS if name in log.channels]
     counts = [count_of(log, drive, name) for name in channels]
@@ -149,10 +146,7 @@ class Octaves:
 
 
 def octaves(values: Array, interval: float) -> Octaves:
-    """Power in octaves from `LOWEST` to a quarter of the sample rate.
-
-    ``values``, shape (samples, m); ``interval`` [s].
-    """
+    """Power of ``values``, shape (samples, m), in octaves from `LOWEST` to a quarter of the sample rate."""
     n = len(values)
     spectrum = np.abs(np.fft.rfft(values * signal.windows.hann(n)[:, None], axis=0)) ** 2
     frequency = np.fft.rfftfreq(n, interval)
@@ -167,10 +161,7 @@ def octaves(values: Array, interval: float) -> Octaves:
 
 
 def innovations(probe: ObserverNumbers, torque: Array, readings: Array) -> Array:
-    """Readings less their predictions, settled part, shape (samples, m).
-
-    ``torque``, shape (samples,) [N m]; ``readings``, shape (samples, m): at the first shaft [rad].
-    """
+    """Readings, shape (samples, m) [rad], less their predictions, settled part."""
     out, states = np.zeros(readings.shape), probe.model.shape[0]
     mean = np.append(0.5 * (torque[1:] + torque[:-1]), torque[-1])
     probe = probe._replace(gains=np.ascontiguousarray(probe.gains))

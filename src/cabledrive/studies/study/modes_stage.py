@@ -103,10 +103,7 @@ class ModelResult:
 def choose_reduced_model(
     drive: Drive, motion: Motion, error: float | None, qualities: tuple[ModelQuality, ...]
 ) -> ModelResult:
-    """The simplest model whose neglected springs wind up by less than a tenth of the error allowed.
-
-    ``error``: allowed [rad]; None: one count of the load encoder, else of the one nearest to it.
-    """
+    """The simplest model whose neglected springs wind up by less than a tenth of ``error`` [rad]."""
     allowed = error if error is not None else one_count(drive)
     tolerance = NEGLIGIBLE * allowed
     windups = neglected_windup(drive, motion)
@@ -129,10 +126,7 @@ def choose_reduced_model(
 
 
 def neglected_windup(drive: Drive, motion: Motion) -> dict[int, float]:
-    """Largest twist of the springs that each model takes as rigid, along a motion.
-
-    Returns by model [rad at the load].
-    """
+    """Largest twist along a motion of the springs that each model takes as rigid [rad at the load]."""
     chain = plant_chain(drive, None)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
     time = np.linspace(0.0, motion.trajectory.duration, 2001)
@@ -186,10 +180,7 @@ class ResonanceResult:
 def motion_torque(
     drive: Drive, motion: Motion, samples: int = 4001, *, rubbing: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Torque that a motion asks of the motor, drive as one rigid machine.
-
-    Returns ``time, torque``, shape (samples,) [s], [N m] at the first shaft.
-    """
+    """Times [s] and torque [N m] that a motion asks of the motor, drive as one rigid machine."""
     values = values_of(drive)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
     time = np.linspace(0.0, motion.trajectory.duration, samples)
@@ -278,10 +269,7 @@ def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
 def _alarm_of_axis(
     drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray
 ) -> tuple[RouteAlarm | None, str]:
-    """The alarm for the torque that the motors share while the load follows; else why there is none.
-
-    ``torque``, shape (samples,): without Coulomb friction, which the alarm's modes do not have either [N m].
-    """
+    """The alarm for the motors' shared torque, shape (samples,), without Coulomb friction; else why not."""
     machine, signs = drive.machine, drive.words["motors"]
     first, *others = [machine.pulley[number].name for number in machine.driven]
     shares = {name: sign * torque / len(signs) for name, sign in signs.items()}

@@ -116,10 +116,7 @@ class LoadPlant:
 
 
 def models_for_the_law(chosen: int, modes: ModesResult) -> dict[int, float]:
-    """The model that the motion calls for, then the others that bend the cable, and up to where they hold.
-
-    ``chosen``, {1, 3, 4}. Returns [Hz].
-    """
+    """The model called for, then the others that bend the cable, and up to where each holds [Hz]."""
     holds = {one.model: one.holds_5 for one in modes.models}
     others = [number for number in (4, 3) if number in holds and number != chosen]
     return {number: holds[number] for number in (chosen, *others)}

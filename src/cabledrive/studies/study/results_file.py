@@ -174,10 +174,7 @@ def _file_of(result: StudyResult) -> str:
 
 
 def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
-    """Write everything a study leaves; the results last, so that they stand for a finished study.
-
-    Returns the content of ``results.json``.
-    """
+    """Write everything a study leaves, the results last; returns the content of ``results.json``."""
     controller = controller_numbers(result)
     written: dict[str, str] = {REPORT: report, DRIVE: _file_of(result)}
     if controller is not None:
@@ -188,10 +185,7 @@ def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, c
 def finish(
     folder: Path, written: dict[str, str], results: dict[str, Any], *, asked: str, code: str
 ) -> dict[str, Any]:
-    """Write the files of a study, its results last; a controller of before goes where there is none now.
-
-    Returns the content of ``results.json``.
-    """
+    """Write a study's files, results last; an old controller goes where there is none."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in written.items():
         write_whole(folder / name, text, force=True)

@@ -52,10 +52,7 @@ def projection_bounds(quantities: Mapping[str, Quantity], drive: Drive, model: i
 def make_law(
     drive: Drive, motion: Motion, quantities: Mapping[str, Quantity], model: int, hertz: float
 ) -> Controller:
-    """The damped law of the chain, its projection bounds from what is known, at a bandwidth.
-
-    ``drive``: with the best values; ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz].
-    """
+    """The damped law of the chain at a bandwidth [Hz], its projection bounds from what is known."""
     spec = spec_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
     bounds = projection_bounds(quantities, drive, model)
     return chain_law(spec, model, f"darc-{model}-damped", damped=True, bounds=bounds)
@@ -76,10 +73,7 @@ def joined_loop(
     options: RigOptions | None = None,
     cable: bool = False,
 ) -> Loop:
-    """The law on a plant, with the torque limit of the goals.
-
-    ``torque``: largest torque of the goals [N m].
-    """
+    """The law on a plant, with the torque limit of the goals [N m]."""
     loop = close_loop(
         drive, plant, law, motion, options or rig_options(plant), np.random.default_rng(0), cable=cable
     )
@@ -194,10 +188,7 @@ def among(correlations: Sequence[Correlation], quantities: Mapping[str, Quantity
 
 
 def root_of(correlations: Sequence[Correlation], names: Sequence[str]) -> Array:
-    """Symmetric root of the matrix of correlations: it makes independent numbers correlated ones.
-
-    Returns shape (names, names).
-    """
+    """Symmetric root of the correlations, shape (names, names): it makes independent numbers correlated."""
     matrix = np.eye(len(names))
     for one in correlations:
         i, j = names.index(one.first), names.index(one.second)
@@ -244,10 +235,7 @@ def sampled_plant(
     draw: int,
     correlations: Sequence[Correlation] = (),
 ) -> tuple[dict[str, float], np.ndarray]:
-    """Quantities and encoder phases of one draw; every draw has a generator of its own.
-
-    Returns ``phases``, shape (encoders,).
-    """
+    """Quantities and encoder phases, shape (encoders,), of one draw, which has a generator of its own."""
     generator = np.random.default_rng([seed, draw])
     values = sampled_values(quantities, generator, correlations)
     phases = generator.uniform(-0.5, 0.5, encoders)

@@ -29,10 +29,7 @@ from cabledrive.studies.study.knowledge_stage import usable_log
 
 
 def as_plain(value: Any) -> Any:
-    """What JSON can hold of a result, without loss; fields that no comparison sees are left out.
-
-    ``value``: dataclasses, drives, mappings, tuples, finite numbers, words, None.
-    """
+    """What JSON can hold of a result, without loss; fields that no comparison sees are left out."""
     if isinstance(value, AxisDrive):
         machine = tables_from_routed(value.machine)
         return tables_from_drive(value) | {"machine": machine, "load": value.load, "gain": value.gain}
@@ -87,10 +84,7 @@ STALE = 3600.0
 
 
 def key_of(name: str, inputs: Mapping[str, Any]) -> str:
-    """Hash of a stage's name, of this version, and of everything that the stage depends on.
-
-    Returns 64 hexadecimal digits.
-    """
+    """Hash of a stage's name, of this version, and of all that the stage depends on, 64 digits."""
     content = {"stage": name, "cabledrive": __version__, "inputs": as_plain(inputs)}
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
