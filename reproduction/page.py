@@ -12,7 +12,7 @@ from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, Ro
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
 from cabledrive.report.typesetting import number
-from cabledrive.report.wording import texts
+from cabledrive.report.words import texts
 from reproduction.items import DIFFERS, Entry, Item
 from reproduction.panel import Panel, panels_figure
 from reproduction.run import Reproduction, call_of

@@ -1,12 +1,16 @@
-"""Certificates and derived quantities in words, and names that can stand in a link."""
+"""Words of pages: certificates, derived quantities, names that can stand in a link, texts of templates."""
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, partial
+from importlib import resources
+from math import radians
+from typing import Any
 
 from cabledrive.modal import Modes
 from cabledrive.modal.ranges import INCOMPLETE
-from cabledrive.report.typesetting import number
+from cabledrive.report.typesetting import number, quantity
 
 _SMALL = (
     "no",
@@ -119,3 +123,48 @@ def anchors(titles: Sequence[str]) -> tuple[str, ...]:
             name, number = f"{anchor(title)}-{number}", number + 1
         taken.append(name)
     return tuple(taken)
+
+
+Say = Callable[..., str]
+
+_FACTORS = {"deg": radians(1.0), "mm": 1e-3, "um": 1e-6, "%": 1e-2}
+_SPACES = re.compile(r"[ \n]+")
+
+
+def texts(name: str, package: str = "cabledrive.report") -> Say:
+    """Texts of ``templates/texts/NAME.txt`` of a package, one plain line each, by macro's name and values."""
+    return partial(_said, package, name)
+
+
+def _said(package: str, name: str, macro: str, /, **values: object) -> str:
+    module = _template(package, name).module
+    return _SPACES.sub(" ", str(getattr(module, macro)(**values))).strip(" ")
+
+
+@cache
+def _template(package: str, name: str) -> Any:
+    """A text of a package as a template of jinja2, which the first text loads."""
+    import jinja2
+
+    # The page escapes its texts: here they are plain.
+    environment = jinja2.Environment(autoescape=False, undefined=jinja2.StrictUndefined)
+    environment.filters |= {
+        "in": in_unit,
+        "number": number,
+        "quantity": quantity,
+        "sentences": sentences,
+        "largest": lambda values: max(abs(value) for value in values),
+    }
+    environment.globals["DEGREE"] = radians(1.0)
+    source = (resources.files(package) / "templates" / "texts" / f"{name}.txt").read_text(encoding="utf-8")
+    return environment.from_string(source)
+
+
+def in_unit(value: float, unit: str, digits: int = 3) -> str:
+    """A value in SI in a fixed unit: ``in_unit(0.0021, "mm")`` is "2.1 mm"."""
+    return f"{value / _FACTORS.get(unit, 1.0):.{digits}g} {unit}"
+
+
+def sentences(lines: Iterable[str]) -> str:
+    """Lines as sentences."""
+    return " ".join(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines)

@@ -9,8 +9,15 @@ import click
 
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
-from cabledrive.app.options import ANGLE, Subcommand, answering, axis_argument, force_option, option
-from cabledrive.app.pulse_options import pulse_options
+from cabledrive.app.options import (
+    ANGLE,
+    Subcommand,
+    answering,
+    axis_argument,
+    force_option,
+    option,
+    pulse_options,
+)
 from cabledrive.app.results import FORCE, Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent

@@ -5,10 +5,9 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import Chooser, reading_options, refuse_given
-from cabledrive.app.estimate_text import finding_lines, parameter_rows
 from cabledrive.app.failures import note
+from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged
 from cabledrive.app.options import Subcommand, answering, option, saves_answer
-from cabledrive.app.ping_answer import pinged
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
 

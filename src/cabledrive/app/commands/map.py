@@ -72,8 +72,7 @@ def command(
     page: NewFile | None,
 ) -> Answer:
     """Natural frequencies of DRIVE over a grid of its figures, and speeds at which it would be excited."""
-    from cabledrive.app.map_answer import map_answer
-    from cabledrive.app.vary_options import vary_of
+    from cabledrive.app.map_answer import map_answer, vary_of
     from cabledrive.parameters.excitation import order_of, speed_range
     from cabledrive.studies.excitation_orders import excitation
     from cabledrive.studies.mode_map import map_modes

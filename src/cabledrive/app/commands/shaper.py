@@ -67,7 +67,7 @@ def command(
         raise InputRefused("--machine is for --page: add it, or leave --machine out")
     found = shaper(logs, axis=axis, **design)  # type: ignore[arg-type]
     if plot is not None:
-        from cabledrive.report.shaper_figure import shaper_picture
+        from cabledrive.report.printer_page import shaper_picture
 
         plot.write(shaper_picture(found, plot.path.suffix[1:]))
     return Answer(data=shaper_data(found), text=shaper_text(found), provenance=provenance(method=METHOD))

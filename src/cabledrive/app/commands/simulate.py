@@ -7,10 +7,9 @@ import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.failures import QUIET, note
-from cabledrive.app.network_answer import simulated_route
 from cabledrive.app.options import Subcommand, answering, force_option, machine_argument, option
 from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
-from cabledrive.app.run_pictures import fields_to_animate, undrawn
+from cabledrive.app.run_answer import fields_to_animate, simulated_route, undrawn
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation import (

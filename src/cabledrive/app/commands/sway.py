@@ -29,7 +29,7 @@ NOTE = "Steady state across the plane of the machine; ropes touch nothing, the b
 )
 def command(drive: Drive | RoutedDrive, building: float, amplitude: float, text: str | None) -> Answer:
     """First frequency and amplitude of every rope of DRIVE in a building that sways, over places."""
-    from cabledrive.app.vary_options import vary_of
+    from cabledrive.app.map_answer import vary_of
     from cabledrive.report.typesetting import quantity
     from cabledrive.studies.sway import STEEP, sway
 

@@ -12,9 +12,10 @@ from cabledrive.app.options import (
     complete_controller,
     listed_laws,
     option,
+    payload_options,
+    pulse_options,
     saves_answer,
 )
-from cabledrive.app.pulse_options import payload_options, pulse_options
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.track_text import track_text
 from cabledrive.app.two_motor_answer import two_motor_answer, winch_options

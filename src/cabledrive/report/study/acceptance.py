@@ -12,7 +12,7 @@ from cabledrive.report.figures.study_runs import (
     worst_picture,
 )
 from cabledrive.report.typesetting import number
-from cabledrive.report.wording import sentences, texts
+from cabledrive.report.words import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase

@@ -20,7 +20,7 @@ from cabledrive.report.figures.study_runs import bandwidths_picture, responses_p
 from cabledrive.report.study.acceptance import shares_table
 from cabledrive.report.study.verdict import listed
 from cabledrive.report.typesetting import fraction, number, quantity, row, sub, total
-from cabledrive.report.wording import sentences, texts
+from cabledrive.report.words import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.simulation import Recording, Scheme, simulate
 from cabledrive.simulation.run import whole

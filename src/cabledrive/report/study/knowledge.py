@@ -5,7 +5,7 @@ from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.study.acceptance import named, unit_shown
 from cabledrive.report.study.verdict import listed
 from cabledrive.report.typesetting import number
-from cabledrive.report.wording import texts
+from cabledrive.report.words import texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.carriage_machine import carriage_quantities
 from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity, by_datasheet

@@ -5,8 +5,7 @@ from markupsafe import Markup
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.typesetting import number, quantity
-from cabledrive.report.wording import sentences, texts
-from cabledrive.report.words import DATASHEET
+from cabledrive.report.words import DATASHEET, sentences, texts
 from cabledrive.studies.study import Goals, StudyResult
 from cabledrive.studies.study.check_stage import LogWords
 from cabledrive.studies.study.findings import move_words

@@ -1,4 +1,4 @@
-"""What `simulate` answers of a machine with routes."""
+"""What `simulate` answers of a machine with routes, and which pictures of a run cannot be drawn."""
 
 from typing import Any
 
@@ -7,12 +7,11 @@ import click
 from cabledrive.app.combinations import refuse_given, tell_given, was_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.app.run_pictures import undrawn
 from cabledrive.app.two_motor_answer import move_of
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
-from cabledrive.simulation import Pluck, Recording, Scheme, Signal, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Signal, SimulationResult, simulate
 from cabledrive.simulation.network import NetworkResult, NetworkStart
 from cabledrive.simulation.travel import PlannedMove
 from cabledrive.simulation.travel.prepare import SEGMENTS
@@ -140,3 +139,46 @@ def _text(drive: RoutedDrive, result: NetworkResult, words: str, asked: float) -
 def _number(value: float | None, form: str = ".5g", none: str = "no record") -> str:
     """A number, in words where there is none."""
     return none if value is None else format(value, form)
+
+
+def undrawn(
+    drive: Drive | RoutedDrive,
+    result: SimulationResult | NetworkResult,
+    plot: NewFile | None,
+    animate: NewFile | None = None,
+) -> str | None:
+    """Draw what was asked for, and say why a picture is not there: the run itself is done by then."""
+    try:
+        if plot is not None:
+            from cabledrive.report.figures.run_histories import run_plot
+
+            plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
+        if animate is not None and isinstance(drive, Drive) and isinstance(result, SimulationResult):
+            _write_animation(drive, result, animate)
+    except InputRefused as refusal:
+        return f"not drawn: {refusal}"
+    return None
+
+
+def fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
+    """Every how many records all nodes are kept: as asked for, else often enough to follow the motion."""
+    from cabledrive.report.animation import frame_interval
+
+    if options["model"] == "fast":
+        raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
+    interval = min(frame_interval(drive), options["duration"] / 24.0)
+    every = options["fields"] or max(1, round(options["rate"] * interval))
+    records = options["duration"] * options["rate"]
+    if every > records:
+        raise InputRefused(
+            f"--animate: all nodes at every {every}th of {records:.0f} records are no two pictures: lower "
+            "--fields, raise --rate, or run longer"
+        )
+    return every
+
+
+def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:
+    from cabledrive.report.animation import animation_gif, animation_page
+
+    gif = animate.path.suffix.lower() == ".gif"
+    animate.write(animation_gif(drive, result) if gif else animation_page(drive, result))
