@@ -246,8 +246,14 @@ def explained_records(
 
     ``starts``, (records,), ``length``: first sample and samples of each.
     """
-    step = min(_step(output), max(1, length // (2 * ORDER)))
-    u, y = (_thinned(values, step) for values in (input_, output))
+    # Samples that show the fastest motion of the output, of what a thinner grid can show.
+    power = np.cumsum(np.abs(np.fft.rfft(output - output.mean())) ** 2)
+    fastest = int(np.searchsorted(power, POWER * power[-1])) / output.size
+    step = max(1, int(1.0 / (SAMPLES_PER_PERIOD * max(fastest, 1.0 / output.size))))
+    step = min(step, max(1, length // (2 * ORDER)))
+    u, y = (values - values.mean() for values in (input_, output))
+    if step > 1:
+        u, y = (zero_phase(values, 1.0, 0.4 / step)[::step] for values in (u, y))
     if y.size < 6 * ORDER:
         return np.ones(starts.size, dtype=bool), np.ones(starts.size)
     keep = np.ones(starts.size, dtype=bool)
@@ -274,19 +280,6 @@ def ordinary_records(spectra: Complex) -> NDArray[np.bool_]:
     off = np.abs(power - np.median(power))
     spread = 1.4826 * np.median(off)
     return off <= np.maximum(5.0 * spread, 0.5)
-
-
-def _step(output: Array) -> int:
-    """Samples between those that show the fastest motion of the output."""
-    power = np.cumsum(np.abs(np.fft.rfft(output - output.mean())) ** 2)
-    fastest = int(np.searchsorted(power, POWER * power[-1])) / output.size
-    return max(1, int(1.0 / (SAMPLES_PER_PERIOD * max(fastest, 1.0 / output.size))))
-
-
-def _thinned(values: Array, step: int) -> Array:
-    """Every ``step``-th sample of what the thinner grid can show."""
-    values = values - values.mean()
-    return values if step == 1 else zero_phase(values, 1.0, 0.4 / step)[::step]
 
 
 def _innovations(u: Array, y: Array, used: NDArray[np.bool_]) -> Array:

@@ -314,6 +314,11 @@ def fit_shapers(
     ``damping``: ratio of the design; ``corner_speed`` [m/s]; ``max_smoothing``: larger smoothing is not tried
     [m]. Refused if no shaper is as smooth as asked.
     """
+
+    def better(fit: ShaperFit, than: ShaperFit) -> bool:
+        """By 5 % in the score with a smoothing better by 10 %."""
+        return 1.05 * fit.score < than.score and 1.1 * fit.smoothing < than.smoothing
+
     fits: list[ShaperFit] = []
     best: ShaperFit | None = None
     for type in LOWEST_FREQUENCY:
@@ -322,8 +327,11 @@ def fit_shapers(
         tried = _tried(type, spectra, damping, corner_speed, max_smoothing)
         if not tried:
             continue
-        fit = _suitable(tried)
-        if best is None or _is_better(fit, best):
+        # At equal vibration the higher frequency counts as least, which is the smoother one.
+        least = min(reversed(tried), key=lambda fit: fit.vibration)
+        near = [fit for fit in tried if fit.vibration < 1.1 * least.vibration + 5e-4]
+        fit = min([least, *near], key=lambda fit: fit.score)
+        if best is None or 1.2 * fit.score < best.score or better(fit, best):
             best = fit
         for other in tried:  # from the lowest frequency up
             if other.vibration < best.vibration and other.smoothing < best.smoothing:
@@ -363,18 +371,3 @@ def _tried(
         )
         for k, passed in zip(allowed, left, strict=True)
     ]
-
-
-def _suitable(tried: list[ShaperFit]) -> ShaperFit:
-    """The best score among those whose vibration is near the least."""
-    # At equal vibration the higher frequency counts as least, which is the smoother one.
-    least = min(reversed(tried), key=lambda fit: fit.vibration)
-    near = [fit for fit in tried if fit.vibration < 1.1 * least.vibration + 5e-4]
-    return min([least, *near], key=lambda fit: fit.score)
-
-
-def _is_better(fit: ShaperFit, than: ShaperFit) -> bool:
-    """Whether its score is better by 20 %, or by 5 % with a smoothing better by 10 %."""
-    if 1.2 * fit.score < than.score:
-        return True
-    return 1.05 * fit.score < than.score and 1.1 * fit.smoothing < than.smoothing

@@ -113,11 +113,14 @@ def solve(factors: Factors) -> Fit:
     left_norm = float(np.linalg.norm(r[:, p]))
     residual = float(np.linalg.norm(np.append(right - upper @ values, r[p:, p])))
     condition = float(np.linalg.cond(upper)) if sound.all() else float("inf")
-    covariance, freedom = _robust(factors.triangles, values, inverse)
+    left, ends = factors.triangles[:, :, :p], factors.triangles[:, :, p]
+    moved = np.einsum("bij,bi->bj", left, ends - left @ values) @ inverse @ inverse.T
+    count = factors.triangles.shape[0]
+    freedom = max(1, count - p)
     return Fit(
         names=factors.names,
         values=values,
-        covariance=covariance,
+        covariance=count / freedom * moved.T @ moved,
         freedom=freedom,
         condition=condition,
         unidentifiable=vt[~sound] / size,
@@ -125,15 +128,6 @@ def solve(factors: Factors) -> Fit:
         scale=left_norm / np.sqrt(factors.rows),
         rows=factors.rows,
     )
-
-
-def _robust(triangles: Array, values: Array, inverse: Array) -> tuple[Array, int]:
-    p, count = values.size, triangles.shape[0]
-    upper, right = triangles[:, :, :p], triangles[:, :, p]
-    scores = np.einsum("bij,bi->bj", upper, right - upper @ values)
-    moved = scores @ inverse @ inverse.T
-    freedom = max(1, count - p)
-    return count / freedom * moved.T @ moved, freedom
 
 
 def suited_segments(factors: Factors, *, each: bool = False) -> Factors:

@@ -212,7 +212,13 @@ def axis_of(logs: Sequence[Log], options: AxisOptions) -> Axis:
                 raise InputRefused(f"{log.source}: {name} is constant: a log must move the axis")
     bandwidth = options.bandwidth
     if bandwidth is None:
-        bandwidth = float(np.clip(max(_bandwidth_of(log, position) for log in logs), *BANDWIDTH_LIMITS))
+        chosen = []
+        for log in logs:
+            try:
+                chosen.append(chosen_bandwidth(log.channel(position), log.interval))
+            except InputRefused as refusal:
+                raise refusal.at(log.source) from None
+        bandwidth = float(np.clip(max(chosen), *BANDWIDTH_LIMITS))
         bandwidth = min(bandwidth, *(0.2 * log.sample_rate for log in logs))
     longest = max(float(log.time[-1] - log.time[0]) for log in logs)
     if bandwidth * longest < 1.0:
@@ -272,13 +278,6 @@ def stacked(names: tuple[str, ...], parts: Sequence[tuple[Array, Array]], shorte
 def factors_of(parts: Sequence[Rows]) -> Factors:
     """Rows of several logs as one regression."""
     return stacked(parts[0].names, [(rows.regressors, rows.left) for rows in parts])
-
-
-def _bandwidth_of(log: Log, position: str) -> float:
-    try:
-        return chosen_bandwidth(log.channel(position), log.interval)
-    except InputRefused as refusal:
-        raise refusal.at(log.source) from None
 
 
 def _without_lag(factors: Factors, doubt: float) -> Fit:

@@ -133,10 +133,6 @@ class ColumnMap:
 
 def column_map(table: Mapping[str, Any]) -> ColumnMap:
     """Read how a log is to be read from a table of TOML."""
-    return ColumnMap(**_fields(table))
-
-
-def _fields(table: Mapping[str, Any]) -> dict[str, Any]:
     for key in table:
         if key not in KEYS:
             raise InputRefused(f"log.{key}: unknown key{nearest(key, KEYS)}")
@@ -154,7 +150,7 @@ def _fields(table: Mapping[str, Any]) -> dict[str, Any]:
         found["skip_rows"] = whole_of("log.skip_rows", table["skip_rows"], least=0)
     if found.get("sample_rate", 1.0) <= 0.0:
         raise InputRefused(f"log.sample_rate = {found['sample_rate']:.4g} Hz must be above 0: give it in Hz")
-    return found
+    return ColumnMap(**found)
 
 
 def _column(name: str, entry: Any) -> Column:

@@ -23,7 +23,6 @@ from cabledrive.identification.tension.family_fit import (
     has_tone_below,
     label,
     strength,
-    widened,
 )
 from cabledrive.identification.tension.recording import SEARCHED, PreparedRecording, prepared_recording
 from cabledrive.identification.tension.strings import bare_tension, channels_of, section_modes, tensions_for
@@ -47,7 +46,6 @@ class _Asked:
     prepared: PreparedRecording
     sections: Mapping[str, int]  # which section of each span was plucked
     plucked: str | None
-    error: float  # relative, of a tension, from those of the file's length and mass per length
 
 
 def tension_of_both(
@@ -57,8 +55,6 @@ def tension_of_both(
     channel: str | None = None,
     plucked: str | None = None,
     section: int = 0,
-    length_error: float = 0.0,
-    density_error: float = 0.0,
 ) -> PingTension:
     """Tension of each span from one recording in which both sound; one alone where it does not separate two.
 
@@ -69,10 +65,8 @@ def tension_of_both(
 
     ``channel``: default: the first that hears a ping; ``plucked``, {"upper", "lower"}: which span was plucked
     harder, needed for labels where both have the same modes; ``section``: which section of a span was
-    plucked, where guided carriages part it; ``length_error``, ``density_error``: relative standard errors of
-    the file's length and mass per length, by which intervals grow. Raises `InputRefused` if the drive has one
-    span, or channel or section are not there; `NotComputed` if no tone is found, or two assignments fit
-    equally well.
+    plucked, where guided carriages part it. Raises `InputRefused` if the drive has one span, or channel or
+    section are not there; `NotComputed` if no tone is found, or two assignments fit equally well.
     """
     if len(drive.spans) < 2:
         raise InputRefused(f"{drive.name} has one span: read it without asking for both")
@@ -88,7 +82,6 @@ def tension_of_both(
         prepared=prepared,
         sections=sections,
         plucked=plucked,
-        error=hypot(2.0 * length_error, density_error),
     )
     singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
     if not singles:
@@ -191,8 +184,7 @@ def _tensions(asked: _Asked, fit: TonesFit, spans: tuple[str, ...]) -> list[Span
     for k, (span, value) in enumerate(zip(spans, tensions_for(drive, wanted), strict=True)):
         steep = 2.0 * (1.0 + value / drive.cable.axial_rigidity)
         bare = bare_tension(drive, float(tones.scale[k]) * float(prepared.teeth[span][0]))
-        one = family_tension(prepared, fit, k, span, (value, steep, bare))
-        found.append(replace(one, tension=widened(one.tension, asked.error * value)))
+        found.append(family_tension(prepared, fit, k, span, (value, steep, bare)))
     return found
 
 

@@ -40,7 +40,7 @@ class SpanTension:
     spread: float  # largest difference of the tensions that the partials say, over the tension; 0 with one
     line_width: float  # of its strongest partial: half-power width of its decay and of the record [Hz]
     # relative change of the tension with one of the file's mass per length; of its length, twice that;
-    # neither is in the interval, unless errors of both are given
+    # neither is in the interval
     of_mass: float
     partials: tuple[Partial, ...]
     findings: tuple[str, ...] = ()

@@ -184,8 +184,6 @@ def tension_from_ping(
     span: str | None = None,
     channel: str | None = None,
     section: int = 0,
-    length_error: float = 0.0,
-    density_error: float = 0.0,
 ) -> PingTension:
     """Tension of each span of a loop or a line from a recording of its ping.
 
@@ -194,10 +192,8 @@ def tension_from_ping(
     pretension of ``drive`` serves as a first guess, good to a factor of four. ``span``: default: as the
     channels are called ("upper position"), else the upper one; ``channel``: default: every position,
     velocity, acceleration or sound, else the load angle or angle; ``section``: which was plucked, where
-    guided carriages part the span; ``length_error``, ``density_error``: relative standard errors of the
-    file's length and mass per length, by which the interval grows. Raises `InputRefused` if channel, span or
-    section are not there, `NotComputed` if no tone is found, or the recording has no onset and decay as a
-    ping has.
+    guided carriages part the span. Raises `InputRefused` if channel, span or section are not there,
+    `NotComputed` if no tone is found, or the recording has no onset and decay as a ping has.
     """
     found: dict[str, SpanTension] = {}
     for name in [channel] if channel is not None else channels_of(log):
@@ -205,9 +201,7 @@ def tension_from_ping(
         which = span or (name.split("_")[0] if name.split("_")[0] in drive.spans else "upper")
         if which not in drive.spans:
             raise InputRefused(f'span "{which}": {drive.name} has {", ".join(drive.spans)}: choose one')
-        one = tension_of_string(log, _of_loop(drive, which, section), name)
-        extra = hypot(2.0 * length_error, density_error) * one.tension.value
-        found[which] = replace(one, tension=widened(one.tension, extra))
+        found[which] = tension_of_string(log, _of_loop(drive, which, section), name)
     return PingTension(spans=found, report=log.report, drive=drive.name)
 
 
