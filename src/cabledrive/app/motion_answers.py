@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.app.results import Absent, Answer, provenance, side_by_side
+from cabledrive.app.results import Absent, Answer, provenance, row, side_by_side
 from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
@@ -15,9 +15,7 @@ from cabledrive.studies.alarm import AlarmResult
 from cabledrive.studies.motion_margins import (
     TEETH,
     MotionMargins,
-    MotorMargin,
     PulleyMargin,
-    SpanMargin,
     motion_margins,
 )
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
@@ -33,25 +31,15 @@ EXCITATION_WORDS = {"direct": "excited directly through sag", "parametric": "exc
 
 def alarm_data(judged: AlarmResult) -> dict[str, Any]:
     """The verdict on a motion as JSON gives it. Returns SI."""
-    return {
-        "verdict": judged.verdict,
-        "limit": judged.limit,
-        "floor": judged.floor,
-        "largest_transverse": _or_beyond(judged.largest_transverse),
-        "estimate_with_changes": _or_beyond(judged.changed),
-        "reasons": judged.reasons,
-        "assumptions": judged.assumptions,
-        "remedy": judged.remedy,
-        "slack": judged.slack,
-        "lowest_tension": _or_beyond(judged.lowest_tension),
-        "modes": judged.modes,
-    }
-
-
-def _or_beyond(value: float | None) -> Any:
-    if value is None or not np.isfinite(value):
-        return Absent(reason="the motion diverges")
-    return value
+    found = row(
+        judged,
+        "verdict limit floor largest_transverse estimate_with_changes=changed reasons assumptions remedy "
+        "slack lowest_tension modes",
+    )
+    for name in ("largest_transverse", "estimate_with_changes", "lowest_tension"):
+        if found[name] is None or not np.isfinite(found[name]):
+            found[name] = Absent(reason="the motion diverges")
+    return found
 
 
 def alarm_text(judged: AlarmResult) -> str:
@@ -77,6 +65,9 @@ def alarm_text(judged: AlarmResult) -> str:
 METHOD = "exact modes of the network, coupling by exact integrals, first-order instability"
 LISTED = 12
 MOST_PASSAGES, LISTED_PASSAGES = 50, 5
+PASSAGE = (
+    "kind span plane longitudinal_hz transverse_hz detuning_hz passes amplitude_over_threshold=amplitude time"
+)
 
 
 def route_resonance_answer(
@@ -92,26 +83,18 @@ def route_resonance_answer(
         if found.verdict == NO_EXCITATION:
             of_motion = f"of the planned motion: {judged.reasons[0]}"
             found = replace(found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion,))
-    data: dict[str, Any] = {
-        "frequency_ratio": found.frequency_ratio,
-        "longitudinal_hz": found.longitudinal_hz,
-        "nearest_span": found.nearest_span,
-        "tuned_pretension": Absent(reason="on a machine with routes the tensions follow from statics"),
-        "threshold_torque": Absent(reason="no pair that the first motor excites is near")
-        if found.threshold_torque is None
-        else found.threshold_torque,
-        "detuning": found.detuning,
-        "verdict": found.verdict,
-        "reasons": list(found.reasons),
-        "torque": Absent(reason=STATE_ONE) if found.torque is None else found.torque,
-        "pairs": [_row(pair) for pair in found.pairs],
-        "motor": found.motor,
-        "certified": found.certified,
-        "warnings": list(found.left_out),
-    }
+    data = row(
+        found,
+        "frequency_ratio longitudinal_hz nearest_span threshold_torque detuning verdict reasons torque motor "
+        "certified warnings=left_out",
+        threshold_torque="no pair that the first motor excites is near",
+        torque=STATE_ONE,
+    )
+    data["tuned_pretension"] = Absent(reason="on a machine with routes the tensions follow from statics")
+    data["pairs"] = [_row(pair) for pair in found.pairs]
     text = _text(drive, found, data)
     if judged is not None:
-        near = [_passage(one) for one in judged.passages[:MOST_PASSAGES]]
+        near = [row(one, PASSAGE) for one in judged.passages[:MOST_PASSAGES]]
         data["motion"] = alarm_data(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
         passages = (_passage_line(one) for one in judged.passages[:LISTED_PASSAGES])
         text = "\n".join([text, "", alarm_text(judged), *passages])
@@ -119,20 +102,10 @@ def route_resonance_answer(
 
 
 def _row(pair: RoutePair) -> dict[str, Any]:
-    row: dict[str, Any] = {
-        "kind": pair.kind,
-        "longitudinal_hz": pair.longitudinal_hz,
-        "family": pair.family,
-        "span": pair.span,
-        "plane": pair.plane,
-        "transverse_hz": pair.transverse_hz[0],
-        "detuning_hz": pair.detuning_hz,
-        "threshold_strain": pair.threshold_amplitude,
-        "threshold_torque": Absent(reason=pair.reason)
-        if pair.threshold_torque is None
-        else pair.threshold_torque,
-    }
-    return row | ({"second_transverse_hz": pair.transverse_hz[1]} if pair.kind == SUM else {})
+    names = "kind longitudinal_hz family span plane detuning_hz threshold_strain=threshold_amplitude"
+    found = row(pair, f"{names} threshold_torque", threshold_torque=pair.reason)
+    first, second = pair.transverse_hz
+    return found | {"transverse_hz": first} | ({"second_transverse_hz": second} if pair.kind == SUM else {})
 
 
 def _text(drive: RoutedDrive, found: RouteResonance, data: dict[str, Any]) -> str:
@@ -162,20 +135,6 @@ def _text(drive: RoutedDrive, found: RouteResonance, data: dict[str, Any]) -> st
     return "\n".join([*lines, "", *left_out])
 
 
-def _passage(one: Passage) -> dict[str, Any]:
-    return {
-        "kind": one.kind,
-        "span": one.span,
-        "plane": one.plane,
-        "longitudinal_hz": one.longitudinal_hz,
-        "transverse_hz": list(one.transverse_hz),
-        "detuning_hz": list(one.detuning_hz),
-        "passes": one.passes,
-        "amplitude_over_threshold": one.amplitude,
-        "time": one.time,
-    }
-
-
 def _passage_line(one: Passage) -> str:
     both = " + ".join(f"{f:.4g}" for f in one.transverse_hz[: 1 if one.kind == ONE_TO_TWO else 2])
     way = "passes" if one.passes else "comes near"
@@ -200,80 +159,47 @@ def with_margins(answer: Answer, drive: Drive | RoutedDrive, file: str) -> Answe
     return replace(answer, data=data, text="\n\n".join([answer.text, *_margins_text(found)]))
 
 
+NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"
+
+
 def _data(found: MotionMargins) -> dict[str, Any]:
     return {
-        "verdict": found.verdict,
-        "reasons": list(found.reasons),
-        "assumptions": list(found.assumptions),
-        "overshoot": Absent(reason="no tension changes") if found.overshoot is None else found.overshoot,
+        **row(found, "verdict reasons assumptions overshoot poses step", overshoot="no tension changes"),
         "torque_from": "places" if found.given else "file",
-        "poses": found.poses,
-        "step": found.step,
-        "spans": [_span(own) for own in found.spans],
+        "spans": [
+            row(
+                own,
+                "name route tension_at_rest=rest tension_without_vibration=even lowest_at highest_at slack "
+                "safety_factor verdict",
+                safety_factor=NO_STRENGTH,
+            )
+            | {"lowest_tension": own.tension[0], "highest_tension": own.tension[1]}
+            for own in found.spans
+        ],
         "pulleys": [_pulley(own) for own in found.pulleys],
-        "motors": [_motor(own) for own in found.motors],
-    }
-
-
-def _span(own: SpanMargin) -> dict[str, Any]:
-    lacking = Absent(reason="no strength [N] in the file")
-    return {
-        "name": own.name,
-        "route": own.route,
-        "tension_at_rest": list(own.rest),
-        "tension_without_vibration": list(own.even),
-        "lowest_tension": own.tension[0],
-        "lowest_at": own.lowest_at,
-        "highest_tension": own.tension[1],
-        "highest_at": own.highest_at,
-        "slack": own.slack,
-        "safety_factor": lacking if own.safety_factor is None else own.safety_factor,
-        "verdict": own.verdict,
+        "motors": [
+            row(
+                own,
+                "pulley=name peak_torque rms_torque holding_torque torque_limit peak_speed speed_limit "
+                "verdict",
+                torque_limit=NO_LIMIT,
+                speed_limit=NO_LIMIT,
+            )
+            for own in found.motors
+        ],
     }
 
 
 def _pulley(own: PulleyMargin) -> dict[str, Any]:
-    row: dict[str, Any] = {
-        "name": own.name,
-        "route": own.route,
-        "by": own.by,
-        "wrap": own.wrap,
-        "needed_friction": Absent(reason="a tension is gone")
-        if own.needed_friction is None
-        else own.needed_friction,
-        "effective_tension": own.effective_tension,
-        "margin": _margin(own),
-        "time": own.time,
-        "verdict": own.verdict,
-    }
-    if own.by == TEETH:
-        lacking = Absent(reason="no strength [N] in the file")
-        return row | {
-            "teeth_in_mesh": own.teeth_in_mesh,
-            "allowed_tension": lacking if own.allowed is None else own.allowed,
-        }
-    lacking = Absent(reason="no capstan_friction in the file")
-    return row | {"capstan_friction": lacking if own.capstan_friction is None else own.capstan_friction}
-
-
-def _margin(own: PulleyMargin) -> Any:
-    if own.margin is not None:
-        return own.margin
-    return Absent(reason="nothing to transmit" if own.effective_tension == 0.0 else "no limit in the file")
-
-
-def _motor(own: MotorMargin) -> dict[str, Any]:
-    lacking = Absent(reason="no limit in the file")
-    return {
-        "pulley": own.name,
-        "peak_torque": own.peak_torque,
-        "rms_torque": own.rms_torque,
-        "holding_torque": own.holding_torque,
-        "torque_limit": lacking if own.torque_limit is None else own.torque_limit,
-        "peak_speed": own.peak_speed,
-        "speed_limit": lacking if own.speed_limit is None else own.speed_limit,
-        "verdict": own.verdict,
-    }
+    held = "teeth_in_mesh allowed_tension=allowed" if own.by == TEETH else "capstan_friction"
+    return row(
+        own,
+        f"name route by wrap needed_friction effective_tension margin time verdict {held}",
+        needed_friction="a tension is gone",
+        margin="nothing to transmit" if own.effective_tension == 0.0 else NO_LIMIT,
+        allowed_tension=NO_STRENGTH,
+        capstan_friction="no capstan_friction in the file",
+    )
 
 
 def _margins_text(found: MotionMargins) -> list[str]:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.app.results import Absent
+from cabledrive.app.results import Absent, known, row
 from cabledrive.mechanics.warnings import largest_pretension, warnings_of_rest
 from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import Drive
@@ -45,14 +45,11 @@ def resonance_data(
     if found.split:
         data["load_torque"] = load_torque
         data["tuned_pretension_under_load"] = {
-            span: Absent(reason="no pretension in reach tunes it") if value is None else value
-            for span, value in found.split.items()
+            span: known(value, "no pretension in reach tunes it") for span, value in found.split.items()
         }
     data["pairs"] = _pairs_data(found)
     data["warnings"] = list(warnings_of_rest(drive))
-    data["remedies"] = [
-        {"change": change.change, "value": change.value, "text": change.text} for change in changes
-    ]
+    data["remedies"] = [row(change, "change value text") for change in changes]
     return data
 
 
@@ -61,27 +58,16 @@ def _pairs_data(found: ResonanceSummary) -> list[dict[str, Any]]:
     rows = []
     for pair in found.coupled:
         first, second = pair.transverse_hz
-        row: dict[str, Any] = {
-            "kind": pair.kind,
-            "longitudinal_hz": pair.longitudinal_hz,
-            "span": pair.span,
-            "section": pair.section,
-            "number": pair.numbers[0],
-            "transverse_hz": first,
-            "detuning_hz": pair.detuning_hz,
-            "threshold_torque": Absent(reason=pair.reason)
-            if pair.threshold_torque is None
-            else pair.threshold_torque,
-        }
+        names = "kind longitudinal_hz span section detuning_hz threshold_torque"
+        made = row(pair, names, threshold_torque=pair.reason)
+        made |= {"number": pair.numbers[0], "transverse_hz": first}
         if pair.kind == SUM:
-            row |= {"second_number": pair.numbers[1], "second_transverse_hz": second}
-        known = next((own for own in found.pairs if _same(own, pair)), None)
-        if known is not None:
-            row |= {"transverse_frequency_hz": known.transverse_frequency, "frequency_ratio": known.ratio}
-            row["tuned_pretension"] = (
-                Absent(reason=known.reason) if known.tuned_pretension is None else known.tuned_pretension
-            )
-        rows.append(row)
+            made |= {"second_number": pair.numbers[1], "second_transverse_hz": second}
+        own = next((own for own in found.pairs if _same(own, pair)), None)
+        if own is not None:
+            names = "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension"
+            made |= row(own, names, tuned_pretension=own.reason)
+        rows.append(made)
     return rows
 
 
@@ -112,20 +98,10 @@ def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:
 
 def branch_data(branch: SteadyBranch) -> dict[str, Any]:
     """A branch of steady motion as JSON gives it. Returns SI."""
-    return {
-        "spans": branch.spans,
-        "onset": Absent(reason="the branch is not connected to the state of rest")
-        if branch.onset is None
-        else branch.onset,
-        "folds": branch.folds,
-        "hopf_points": branch.hopf_points,
-        "ended": branch.ended,
-        "torque": branch.torque,
-        "pulley": branch.pulley,
-        "upper": branch.amplitude[0],
-        "lower": branch.amplitude[1],
-        "growth": branch.growth,
-    }
+    names = "spans onset folds hopf_points ended torque pulley growth"
+    upper, lower = branch.amplitude
+    onset = "the branch is not connected to the state of rest"
+    return row(branch, names, onset=onset) | {"upper": upper, "lower": lower}
 
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
@@ -151,10 +127,8 @@ def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
 
 
 def _number(found: ResonanceSummary, name: str) -> Any:
-    value = getattr(found, name)
-    if value is not None:
-        return value
-    return Absent(reason=found.missing.get(name, "the spans go slack before any torque does this"))
+    why = found.missing.get(name, "the spans go slack before any torque does this")
+    return known(getattr(found, name), why)
 
 
 def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> str:

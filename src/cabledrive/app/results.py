@@ -27,6 +27,25 @@ class Absent:
     reason: str
 
 
+def known(value: Any, why: str) -> Any:
+    """A value, or why there is none."""
+    return Absent(reason=why) if value is None else value
+
+
+def row(own: Any, names: str, **whys: str) -> dict[str, Any]:
+    """Figures of a result by keys of JSON.
+
+    ``names``: of its fields, apart by blanks, as "key=name" where the key is another; ``whys``: by key, why a
+    figure may be None.
+    """
+    found = {}
+    for word in names.split():
+        key, _, name = word.partition("=")
+        value = getattr(own, name or key)
+        found[key] = known(value, whys[key]) if key in whys else value
+    return found
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Answer:
     """What a command has found."""

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from cabledrive.app.results import Absent
+from cabledrive.app.results import Absent, known, row
 from cabledrive.identification.printer import Printer, PrinterShaper, similar_words
 from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
@@ -17,15 +17,13 @@ def shaper_data(found: PrinterShaper) -> dict[str, Any]:
     best, refused = found.recommended, found.refused
     none = Absent(reason=refused or "")
     return {
-        "axis": found.axis or Absent(reason=NO_NAME),
+        "axis": known(found.axis or None, NO_NAME),
         "peaks": [_peak_data(found, peak) for peak in found.peaks],
-        "spread_hz": Absent(reason="no peak") if found.spread is None else list(found.spread),
+        "spread_hz": known(found.spread, "no peak"),
         "shapers": [_fit_data(fit) for fit in found.shapers],
         "recommended": best.type if refused is None else none,
         "recommended_shaper": _fit_data(best) if refused is None else none,
-        "recommended_vibration_at_measured_damping": (
-            Absent(reason=NO_DAMPING) if found.measured_vibration is None else found.measured_vibration
-        ),
+        "recommended_vibration_at_measured_damping": known(found.measured_vibration, NO_DAMPING),
         "configuration": found.configuration if refused is None else none,
         "damping": found.damping,
         "corner_speed": found.corner_speed,
@@ -39,10 +37,9 @@ def printer_data(found: Printer) -> dict[str, Any]:
     """The JSON object of a page: every axis as `shaper_data` has it, and the belts."""
     belts: Any = Absent(reason="no files of both belts")
     if found.belts is not None:
-        difference = found.belts.difference
         belts = {
             "similarity": found.belts.similarity,
-            "difference_hz": Absent(reason="a belt has no peak") if difference is None else difference,
+            "difference_hz": known(found.belts.difference, "a belt has no peak"),
             "logs": [found.belts.a.source, found.belts.b.source],
         }
     return {"axes": [shaper_data(axis) for axis in found.axes], "belts": belts}
@@ -55,32 +52,18 @@ def printer_text(found: Printer) -> str:
 
 
 def _peak_data(found: PrinterShaper, peak: SpectrumPeak) -> dict[str, Any]:
-    none = Absent(reason=peak.reason or "")
-    return {
-        "frequency_hz": peak.frequency,
-        "frequency_low_hz": none if peak.frequency_low is None else peak.frequency_low,
-        "frequency_high_hz": none if peak.frequency_high is None else peak.frequency_high,
-        "damping": none if peak.damping is None else peak.damping,
-        "damping_low": none if peak.damping_low is None else peak.damping_low,
-        "damping_high": none if peak.damping_high is None else peak.damping_high,
-        "height": peak.height,
-        "kept": found.kept(peak),
-        "log": peak.source,
-    }
+    measured = (
+        "frequency_low_hz=frequency_low frequency_high_hz=frequency_high damping damping_low damping_high"
+    )
+    whys = dict.fromkeys((word.partition("=")[0] for word in measured.split()), peak.reason or "")
+    names = f"frequency_hz=frequency {measured} height log=source"
+    return row(peak, names, **whys) | {"kept": found.kept(peak)}
 
 
 def _fit_data(fit: ShaperFit) -> dict[str, Any]:
-    return {
-        "type": fit.type,
-        "frequency_hz": fit.frequency,
-        "vibration": fit.vibration,
-        "smoothing": fit.smoothing,
-        "max_acceleration": fit.max_acceleration,
-        "score": fit.score,
-        "band_hz": Absent(reason=NO_BAND) if fit.band is None else list(fit.band),
-        "times": fit.shaper.times,
-        "amplitudes": fit.shaper.amplitudes,
-    }
+    names = "type frequency_hz=frequency vibration smoothing max_acceleration score band_hz=band"
+    times = {"times": fit.shaper.times, "amplitudes": fit.shaper.amplitudes}
+    return row(fit, names, band_hz=NO_BAND) | times
 
 
 def shaper_text(found: PrinterShaper) -> str:
