@@ -5,7 +5,6 @@ method on the potential energy of a Hookean cable finds the rest; second differe
 rest, with the masses, give every small motion: in the plane of gravity (x along, y down) and out of it.
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, pi, radians, sin
 
@@ -16,15 +15,6 @@ from cabledrive.mechanics import rest_state
 from cabledrive.parameters import Cable, Carriage, Drive, Layout, Pulley
 
 DEGREE, GRAVITY = 5, 9.81
-
-
-@dataclass
-class Rest:
-    drive: object
-    places: np.ndarray  # (unknowns,)
-    spans: list  # per span: (nodes' unknowns (n, 2), element nodes, jacobians)
-    masses: dict  # node unknown -> mass
-    basis: tuple
 
 
 def _basis(degree):

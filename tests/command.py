@@ -5,8 +5,10 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 from click.testing import CliRunner, Result
 
 from cabledrive.app.main import main
@@ -65,3 +67,10 @@ def the_line(errors: str) -> str:
     assert program == "cabledrive", errors
     assert line.isprintable(), f"{line!r}"
     return line
+
+
+def write_log(path: Path) -> None:
+    """A log of 2 s at 1 kHz: time, torque, angle."""
+    time = 1e-3 * np.arange(2000)
+    table = np.column_stack([time, np.sin(6 * time), np.degrees(np.cos(6 * time))])
+    np.savetxt(path, table, delimiter=",", header="time [s],torque [N m],angle [deg]", comments="")

@@ -1,10 +1,13 @@
 """Machines and helpers that the tests of the control laws share."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from cabledrive.control.numbers import ESTIMATES, ControllerState
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, reflected
+from cabledrive.rig.closed_loop.chain_kernels import move
 
 DRIVE = load_drive("dissertation-3")
 INTERVAL = 1.0 / 5000.0
@@ -46,3 +49,19 @@ def state_of(states, estimate=(), memory=(), table=(0, 0), last=0.0) -> Controll
         work=np.zeros(20),
         table=np.zeros(table),
     )
+
+
+# --- A lumped plant of the rig moved without a loop
+class Moving(NamedTuple):
+    x: np.ndarray
+    terms: np.ndarray
+
+
+def states_of(plant, commands, hold, start=None, load=0.0):
+    """States after each command, held for a time [s], from rest or a state."""
+    x = np.zeros(2 * len(plant.inertia) + 1) if start is None else np.array(start, dtype=float)
+    s, found = Moving(x, np.zeros((5, len(x)))), []
+    for u in commands:
+        move(plant, s, float(u), 0.0, 0.0, 0.0, load, 0.0, hold)
+        found.append(x.copy())
+    return np.array(found)

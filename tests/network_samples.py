@@ -10,9 +10,8 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, Wave
 from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.parameters.route.two_pulleys import as_machine
-from oracles.beam_fem import Beam
-from oracles.hanging_fem import HangingRope
 from oracles.network_fem import String
+from oracles.rope_fem import Beam, HangingRope
 
 
 def random_network(rng, moving):
@@ -73,7 +72,8 @@ def random_elastic_network(rng):
         elif number > 0:
             tension[1] = tension[0] * rng.uniform(0.7, 1.4)
         ropes = int(rng.integers(1, 4))
-        own = [_row(one) for one in (rows if bending else rows[[0, 2]])]
+        rows = rows if bending else rows[[0, 2]]
+        own = [_row(one) for one in rows]
         half = len(own) // 2
         hold = partial(_even, tension, length)
         tag = ((number, ACROSS),)

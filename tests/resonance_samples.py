@@ -124,3 +124,10 @@ def averaged_step(c, state, t, h, *, second=False):
     three = averaged_rates(c, state + 0.5 * h * two, t + 0.5 * h, second=second)
     four = averaged_rates(c, state + h * three, t + h, second=second)
     return state + h / 6 * (one + 2 * two + 2 * three + four)
+
+
+def envelope(signal, window=250):
+    """Peaks of windows of two forcing periods, linear trend removed."""
+    x = np.linspace(-1.0, 1.0, signal.size)
+    flat = np.abs(signal - np.polyval(np.polyfit(x, signal, 1), x))
+    return flat[: flat.size // window * window].reshape(-1, window).max(axis=1)

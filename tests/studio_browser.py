@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -26,20 +27,12 @@ def need_browser() -> None:
 def studio_process(
     folder: Path, *arguments: str, warm: bool = False
 ) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """A studio as a process, with its address."""
-    command = [
-        sys.executable,
-        "-m",
-        "cabledrive",
-        "studio",
-        *arguments,
-        "--no-browser",
-        "--folder",
-        str(folder),
-    ]
+    """A studio as a shell starts it, with its address; every warning of Python's is an error."""
+    command = [sys.executable, "-W", "error", "-m", "cabledrive", "studio", *arguments, "--no-browser"]
     environment = os.environ | ({} if warm else {"CABLEDRIVE_STUDIO_WARM": "0"})
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, text=True, preexec_fn=listening, env=environment
+        [*command, "--folder", str(folder)], **pipes, preexec_fn=listening, env=environment
     ) as process:
         try:
             assert process.stdout is not None
@@ -81,3 +74,17 @@ def browser_page(
             yield page
         finally:
             browser.close()
+
+
+@contextmanager
+def studio_page(folder: Path, drive: str, *, warm: bool = False, **options: Any):
+    """A studio of a drive, and a page at it that at the end has said nothing and asked nothing of others."""
+    need_browser()
+    with (
+        studio_process(folder, drive, warm=warm) as (process, address),
+        browser_page(address, **options) as page,
+    ):
+        page.process, page.address = process, address
+        yield page
+        assert [words for words in page.said if "(Unprocessable" not in words] == []  # a refusal is no error
+        assert page.foreign == []

@@ -13,6 +13,11 @@ from cabledrive.rig.bench.experiment import Excitation, experiment
 from cabledrive.rig.log_file import log_csv
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.candidates import score
+from cabledrive.studies.study.findings import Findings
+from cabledrive.studies.study.pipeline import StudyResult
+from cabledrive.studies.study.verdict_stage import Verdict, judge
 
 FOLDER = Path(__file__).parent / "studies" / "drives"
 LIVELY = Excitation(kind="multisine", duration=12.0, amplitude=0.6, band=(0.25, 10.0), period=4.0)
@@ -113,3 +118,14 @@ def log_with(names: tuple[str, ...]) -> Log:
     channels = {name: rows[listed.index(heads[name])] for name in names}
     units = {"torque": "N m", "angle": "rad", "load_angle": "rad"}
     return log_of(rows[0], channels, {name: units[name] for name in names})
+
+
+def judged_with(found: StudyResult, goals: Goals, runs: AcceptanceResult) -> Verdict:
+    """The verdict of a study, had its chosen law these runs and the study these goals."""
+    error = goals.carriage_error if runs.plant == "carriage" else goals.error
+    chosen = found.laws.chosen
+    one = score(chosen.controller, chosen.words, runs.plant, runs.peaks, runs.draws, error)
+    laws = replace(found.laws, scores=(one,), cable_scores=(), runs=runs)
+    names = ("check", "knowledge", "demand", "resonance", "model", "controller", "cable")
+    parts = {name: getattr(found, name) for name in names}
+    return judge(Findings(goals=goals, laws=laws, runs=runs, **parts))

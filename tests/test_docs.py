@@ -5,6 +5,7 @@ import importlib
 import io
 import pkgutil
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -208,3 +209,20 @@ def test_every_name_that_a_room_exports_is_there():
     for room in [cd, *map(importlib.import_module, names)]:
         lost = [name for name in getattr(room, "__all__", ()) if not hasattr(room, name)]
         assert not lost, f"{room.__name__}: {lost}"
+
+
+# --- Every script in examples/ runs as it stands and asserts a number that a reader can look up
+SCRIPTS = sorted((Path(__file__).resolve().parent.parent / "examples").glob("*.py"))
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        pytest.param(one, id=one.name, marks=[pytest.mark.verify] * (one.name == "study_of_a_drive.py"))
+        for one in SCRIPTS
+    ],
+)
+def test_example_runs_in_an_empty_folder(script, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(script.parent)
+    runpy.run_path(str(script), run_name="__main__")

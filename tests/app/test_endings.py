@@ -30,27 +30,21 @@ def ending_of(capsys, error):
     return status, the_line(captured.err)
 
 
-def test_defect_is_status_1_in_one_line_that_names_it(capsys):
-    status, line = ending_of(capsys, ZeroDivisionError("two\nlines"))
-    assert status == 1
-    assert "ZeroDivisionError: two\\nlines" in line
-    assert "--verbose" in line
+NEW, KEPT = "nothing was kept; run the same command again", "12 of 40 draws are kept; add --resume to go on"
 
 
 @pytest.mark.parametrize(
-    ("interrupt", "advice"),
+    ("error", "status", "words"),
     [
-        (KeyboardInterrupt(), "nothing was kept; run the same command again"),
-        (
-            KeyboardInterrupt("12 of 40 draws are kept; add --resume to go on"),
-            "12 of 40 draws are kept; add --res",
-        ),
+        (ZeroDivisionError("two\nlines"), 1, ("ZeroDivisionError: two\\nlines", "--verbose")),
+        (KeyboardInterrupt(), 130, (NEW,)),
+        (KeyboardInterrupt(KEPT), 130, (KEPT,)),
     ],
 )
-def test_interrupt_is_status_130_and_says_how_to_go_on(capsys, interrupt, advice):
-    status, line = ending_of(capsys, interrupt)
-    assert status == 130
-    assert advice in line
+def test_a_defect_is_status_1_and_named_an_interrupt_130_and_says_how_to_go_on(capsys, error, status, words):
+    found, line = ending_of(capsys, error)
+    assert found == status
+    assert all(part in line for part in words), line
 
 
 def test_reader_that_wants_no_more_is_no_failure():
@@ -101,24 +95,19 @@ def defective():
     raise ZeroDivisionError("here")
 
 
-def test_json_is_printed_when_nothing_could_be_computed(capsys):
-    with pytest.raises(NotComputed, match="diverged at t = 3 s"):
-        diverging(["dissertation-2", "--json"], standalone_mode=False)
+@pytest.mark.parametrize(
+    ("command", "why", "first"),
+    [(diverging, "diverged at t = 3 s", None), (incomplete, "second not found", 1.0)],
+)
+def test_what_was_found_is_printed_before_the_failure_with_its_reason(capsys, command, why, first):
+    with pytest.raises(NotComputed, match=why):
+        command(["dissertation-2", "--json"], standalone_mode=False)
     found = object_of(capsys.readouterr().out)
-    assert found["incomplete"] == "diverged at t = 3 s"
+    assert (found["incomplete"], found.get("first")) == (why, first)
     assert found["provenance"]["drive"] == "Dissertation, configuration 2"
-
-
-@pytest.mark.parametrize("arguments", [["dissertation-2"], ["dissertation-2", "--json"]])
-def test_what_was_found_is_printed_before_the_failure(capsys, arguments):
-    with pytest.raises(NotComputed, match="second not found"):
-        incomplete(arguments, standalone_mode=False)
-    output = capsys.readouterr().out
-    if "--json" in arguments:
-        found = object_of(output)
-        assert (found["first"], found["incomplete"]) == (1.0, "second not found")
-    else:
-        assert output == "first: 1\n"
+    with pytest.raises(NotComputed, match=why):
+        command(["dissertation-2"], standalone_mode=False)
+    assert capsys.readouterr().out == ("first: 1\n" if first else "")
 
 
 def test_verbose_shows_the_traceback_of_a_defect(capsys):

@@ -1,11 +1,16 @@
-"""Killed workers and drivers and rows that end their process: the store equals an undisturbed one."""
+"""Killed workers and drivers, and rows that end their process: the store of an undisturbed campaign."""
 
 import os
+import random
 import signal
 import subprocess
 import sys
+import threading
 import time
+from contextlib import suppress
+from pathlib import Path
 
+import pytest
 import xarray as xr
 
 from cabledrive.campaign import run_sweep
@@ -13,9 +18,34 @@ from cabledrive.campaign.processes import do_alone
 from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
 from cabledrive.campaign.work import Plan
-from campaign_computations import Dangerous
-from campaign_stores import contents, transporter_modes
+from campaign_computations import Dangerous, Sleepy
 from command import object_of, refusal, run
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and processes of POSIX")
+
+
+def contents(store: Path) -> dict[str, bytes]:
+    """All files of a store but those of the times that rows took."""
+    files = (path for path in store.rglob("*") if path.is_file())
+    named = {str(path.relative_to(store)): path for path in files}
+    return {name: path.read_bytes() for name, path in named.items() if not name.startswith("time/")}
+
+
+def transporter_modes(*, rows: int, chunk: int) -> str:
+    """SPEC of rows that take some milliseconds each."""
+    return f"""
+drive = "dissertation-transporter"
+[vary]
+"cable.pretension" = {{ from = "3 N", to = "9 N" }}
+[design]
+kind = "random"
+rows = {rows}
+[compute]
+what = "modes"
+chunk = {chunk}
+count = 8
+"""
+
 
 SPEC = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 29 }\n[design]\nkind = "grid"\nrows = 30\n'
 CHUNK = "[compute]\nchunk = 4\n"
@@ -66,39 +96,47 @@ def test_a_chunk_that_ended_its_process_or_lost_its_status_gets_the_same_bytes_a
     assert contents(store) == before
 
 
-MODES = transporter_modes(rows=80, chunk=4)
-
-
-def test_a_driver_that_is_killed_resumes_to_the_same_bytes(tmp_path):
-    (tmp_path / "spec.toml").write_text(MODES)
+@pytest.mark.parametrize(
+    ("kills", "rows", "chunk"),
+    [(1, 80, 4), pytest.param(10, 900, 6, marks=pytest.mark.verify)],
+    ids=["once", "ten times"],
+)
+def test_a_driver_killed_at_random_moments_ends_with_the_bytes_of_a_quiet_run(
+    kills, rows, chunk, tmp_path, measured
+):
+    (tmp_path / "spec.toml").write_text(transporter_modes(rows=rows, chunk=chunk))
     whole, cut = tmp_path / "whole.zarr", tmp_path / "cut.zarr"
     run_sweep(tmp_path / "spec.toml", whole, progress=False)
     command = [sys.executable, "-m", "cabledrive", "sweep", str(tmp_path / "spec.toml"), "-o", str(cut)]
-    driver = subprocess.Popen([*command, "--workers", "1"], stderr=subprocess.PIPE)
-    deadline = time.monotonic() + 60.0
-    while not list(cut.glob("code/c/*")):
-        assert driver.poll() is None, driver.stderr.read()
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-    os.kill(driver.pid, signal.SIGKILL)
-    driver.wait()
-    driver.stderr.close()
-    before = len(list(cut.glob("code/c/*")))
-    assert before < 20, "the driver was done before it was killed"
+    moments, reached = random.Random(3), []
+    for number in range(kills):
+        driver = subprocess.Popen(
+            [*command, "--workers", "2" if number % 2 else "1"], stderr=subprocess.DEVNULL
+        )
+        before = len(list(cut.glob("code/c/*")))
+        # some of the moments lie before the first chunk of this driver, the others some chunks later
+        wanted, latest = before + moments.randrange(1, 12), time.monotonic() + moments.uniform(0.5, 6.0)
+        while driver.poll() is None:
+            later = len(list(cut.glob("code/c/*")))
+            if later >= wanted or (number % 3 == 1 and time.monotonic() > latest):
+                break
+            time.sleep(0.005)
+        assert driver.poll() is None, "the campaign ended before the driver was killed"
+        os.kill(driver.pid, signal.SIGKILL)
+        driver.wait()
+        reached.append(len(list(cut.glob("code/c/*"))))
     resumed = run("sweep", tmp_path / "spec.toml", "-o", cut, "--workers", 1, "--json")
-    assert object_of(resumed.stdout)["done"] == 80, resumed.stderr
+    measured(f"chunks done when the driver was killed: {reached} of {rows // chunk}")
+    assert object_of(resumed.stdout)["done"] == rows, resumed.stderr
     assert contents(cut) == contents(whole)
-    assert sorted(path.name for path in tmp_path.iterdir() if "lock" not in path.name) == [
-        "cut.zarr",
-        "spec.toml",
-        "whole.zarr",
-    ]
+    left = sorted(path.name for path in tmp_path.iterdir() if "lock" not in path.name)
+    assert left == ["cut.zarr", "spec.toml", "whole.zarr"]
 
 
 def test_workers_with_another_version_are_refused_and_nothing_is_written(tmp_path, monkeypatch):
     from distributed import LocalCluster
 
-    (tmp_path / "spec.toml").write_text(MODES)
+    (tmp_path / "spec.toml").write_text(transporter_modes(rows=8, chunk=4))
     monkeypatch.setattr("cabledrive.campaign.cluster.__version__", "9.9.9")
     with LocalCluster(n_workers=1, processes=False, dashboard_address="127.0.0.1:0") as cluster:
         address = cluster.scheduler_address
@@ -116,3 +154,73 @@ def test_what_workers_are_forked_from_has_loaded_numba_and_started_no_thread():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["True", "1"]
+
+
+OWN = (
+    'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 1 }\n[design]\nkind = "random"\nrows = 600\n'
+)
+
+
+def workers_of(driver):
+    """Processes that a process started or had forked; not what tracks resources or forks them."""
+    import psutil
+
+    found = []
+    for one in psutil.Process(driver).children(recursive=True):
+        with suppress(psutil.Error):  # it has ended
+            line, forked = " ".join(one.cmdline()), one.ppid() != driver
+            found += [one] * ("spawn_main" in line or (forked and "forkserver" in line))
+    return found
+
+
+@pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
+def test_a_random_worker_killed_every_five_seconds_until_the_end(tmp_path, measured):
+    (tmp_path / "spec.toml").write_text(OWN + "[compute]\nchunk = 10\n")
+    run_sweep(tmp_path / "spec.toml", tmp_path / "quiet.zarr", computation=Sleepy(0.0), progress=False)
+    ended, killed = threading.Event(), []
+
+    def kill():
+        chosen = random.Random(1)
+        while not ended.wait(5.0):
+            if not list((tmp_path / "wild.zarr").glob("code/c/*")):
+                continue  # it has not begun
+            try:
+                victim = chosen.choice(workers_of(os.getpid()))
+                victim.kill()
+                killed.append(victim.pid)
+            except (IndexError, ProcessLookupError):
+                continue
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        spec, store = tmp_path / "spec.toml", tmp_path / "wild.zarr"
+        found = run_sweep(spec, store, computation=Sleepy(0.1), workers=2, progress=False)
+    finally:
+        ended.set()
+        killer.join()
+    measured(f"{len(killed)} workers killed within {found.seconds:.0f} s, {found.done} of 600 rows done")
+    assert len(killed) >= 4
+    assert (found.done, found.refused, found.failed) == (600, 0, 0)
+    assert contents(tmp_path / "wild.zarr") == contents(tmp_path / "quiet.zarr")
+
+
+@pytest.mark.verify
+def test_the_engine_takes_under_three_percent_of_chunks_of_five_seconds(tmp_path, measured):
+    """Rows that sleep need no processor: what a worker loses is the engine's and the store's."""
+    (tmp_path / "spec.toml").write_text(OWN.replace("600", "320") + "[compute]\nchunk = 10\n")
+    found = run_sweep(
+        tmp_path / "spec.toml",
+        tmp_path / "store.zarr",
+        computation=Sleepy(0.5),
+        workers=8,
+        progress=False,
+    )
+    data = xr.open_zarr(found.store).load()
+    ideal = float(data.time.sum()) / 8.0
+    lost = found.seconds / ideal - 1.0
+    measured(
+        f"32 chunks of 5 s on 8 sleeping workers: {found.seconds:.2f} s for {ideal:.2f} s, {100 * lost:.1f} %"
+    )
+    assert lost < 0.03

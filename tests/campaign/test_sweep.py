@@ -1,14 +1,17 @@
 """A sweep gives for each row what the single command gives, in a store with labels and units."""
 
 import tomllib
+from itertools import pairwise
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import cabledrive as cd
+from cabledrive.campaign.design import Diagonal, Grid, LatinHypercube, Morris, Random, Saltelli, Sequence
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
+from cabledrive.campaign.store import only_driver
 from cabledrive.campaign.work import chosen_chunk
 from campaign_computations import Dangerous, Sleepy
 from command import answer, refusal
@@ -39,6 +42,17 @@ def sweep(tmp_path):
         store = tmp_path / name
         found = answer("sweep", str(tmp_path / "spec.toml"), "-o", str(store), "--workers", "1", *options)
         return found, xr.open_zarr(store).load()
+
+    return run
+
+
+@pytest.fixture
+def refused(tmp_path):
+    """The line with which a SPEC into a store is refused."""
+
+    def run(text, name="store.zarr"):
+        (tmp_path / "spec.toml").write_text(text)
+        return refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / name), "--workers", "1")
 
     return run
 
@@ -89,15 +103,10 @@ def test_a_table_is_read_row_by_row_with_its_units(sweep, tmp_path):
     assert data["lumped.cable_stiffness"].values.tolist() == [4000.0, 5000.0]
 
 
-def test_resonance_and_both_kinds_of_modes_equal_the_single_commands(sweep):
+def test_both_kinds_of_modes_equal_the_single_command(sweep):
     vary = 'drive = "dissertation-2"\n[vary]\n"cable.pretension" = { values = ["4 N", "6 N"] }\n'
-    _, data = sweep(vary + '[compute]\nwhat = "resonance"\ntorque = "10 mN*m"\n')
-    alone = answer("resonance", "dissertation-2", "--set", "cable.pretension=6 N", "--torque", "10mN*m")
-    for name in ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning"):
-        assert float(data[name][1]) == pytest.approx(alone[name], rel=1e-12)
-    assert data.verdict.values[1] == alone["verdict"]
     outputs = 'outputs = ["transverse_hz", "certified", "warnings"]'
-    _, data = sweep(vary + f'[compute]\nwhat = "modes"\ncount = 4\n{outputs}\n', name="other.zarr")
+    _, data = sweep(vary + f'[compute]\nwhat = "modes"\ncount = 4\n{outputs}\n')
     alone = answer("modes", "dissertation-2", "--set", "cable.pretension=4 N", "--count", "4")
     across = [mode["frequency_hz"] for mode in alone["modes"] if mode["kind"] == "transverse"][:4]
     np.testing.assert_allclose(data.transverse_hz[0], across, rtol=1e-12)
@@ -168,11 +177,11 @@ COMPUTE = '[compute]\nwhat = "modes"\n'
         (HEAD + VARY + '[design]\nkind = "saltelli"\nrows = 8\n' + COMPUTE, ["base", "3"]),
     ],
 )
-def test_a_spec_that_cannot_be_meant_is_refused_in_a_line_and_nothing_is_written(text, parts, tmp_path):
-    (tmp_path / "spec.toml").write_text(text)
-    line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "x.zarr"), "--workers", "1")
-    for part in parts:
-        assert part in line, line
+def test_a_spec_that_cannot_be_meant_is_refused_in_a_line_and_nothing_is_written(
+    text, parts, refused, tmp_path
+):
+    line = refused(text)
+    assert all(part in line for part in parts), line
     assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
 
 
@@ -184,37 +193,24 @@ def test_a_spec_that_cannot_be_meant_is_refused_in_a_line_and_nothing_is_written
         ("= 3\n", "= 2\n", "count"),
     ],
 )
-def test_another_spec_into_the_same_store_is_refused_by_the_key_that_differs(old, new, key, sweep, tmp_path):
+def test_another_spec_into_the_same_store_is_refused_by_the_key_that_differs(old, new, key, sweep, refused):
     sweep(SPEC)
-    (tmp_path / "spec.toml").write_text(SPEC.replace(old, new))
-    store = str(tmp_path / "store.zarr")
-    line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", store, "--workers", "1")
-    assert key in line, line
-    found = answer("sweep", str(tmp_path / "spec.toml"), "-o", store, "--workers", "1", "--force")
-    assert found["done"] == 13
+    assert key in refused(SPEC.replace(old, new))
+    assert sweep(SPEC.replace(old, new), "--force")[0]["done"] == 13
 
 
-def test_a_folder_that_is_no_store_and_a_store_of_another_version_are_refused(sweep, tmp_path):
-    (tmp_path / "spec.toml").write_text(SPEC)
+def test_what_is_no_store_of_this_version_or_has_a_driver_is_refused(sweep, refused, tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thing").touch()
-    assert "full" in refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "full"))
+    assert "full" in refused(SPEC, "full")
+    with only_driver(tmp_path / "store.zarr", ""):
+        assert "another process" in refused(SPEC)
     sweep(SPEC)
     about = tmp_path / "store.zarr" / "zarr.json"
     about.write_text(about.read_text().replace(f'"cabledrive": "{cd.__version__}"', '"cabledrive": "9.9.9"'))
-    line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "store.zarr"))
+    line = refused(SPEC)
     assert "9.9.9" in line
     assert cd.__version__ in line
-
-
-def test_a_second_driver_on_the_same_store_is_refused(sweep, tmp_path):
-    from cabledrive.campaign.store import only_driver
-
-    (tmp_path / "spec.toml").write_text(SPEC)
-    store = tmp_path / "store.zarr"
-    with only_driver(store, ""):
-        line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(store), "--workers", "1")
-    assert "another process" in line
 
 
 def test_rows_at_once_and_rows_one_by_one_are_the_same(sweep, monkeypatch):
@@ -286,16 +282,6 @@ def test_keys_of_a_machine_with_routes_are_varied_by_name_and_its_head_is_moved(
     assert "head.x" in str(data.reason.values[2])
 
 
-# --- Closed loops of a campaign at once, under one law: the rows of the single command
-
-
-ANGLE = 20.0
-
-
-def spec(text, folder):
-    return spec_of(tomllib.loads(text), folder)
-
-
 # --- A study as a row of a campaign is the study of the command
 SPEC_STUDY = """
 drive = "dissertation-3"
@@ -363,3 +349,52 @@ def test_a_chunk_is_about_five_seconds_of_rows(tmp_path):
     own = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 1 }\n[design]\nkind = "grid"\n'
     spec = spec_of(tomllib.loads(f"{own}rows = 9999"), tmp_path, computation=Sleepy(0.05))
     assert 60 < chosen_chunk(spec, 1) <= 100
+
+
+# --- Designs give exactly the rows that are asked for, each by its number alone
+DESIGNS = [
+    Grid(shares=(np.linspace(0.0, 1.0, 4), np.array([0.25, 0.75]), np.linspace(0.0, 1.0, 5))),
+    Sequence(rows=100, axes=3, seed=1, kind="sobol"),
+    Sequence(rows=100, axes=3, seed=1, kind="halton"),
+    LatinHypercube(rows=100, axes=3, seed=1),
+    Random(rows=100, axes=3, seed=1),
+    Diagonal(rows=100, axes=3),
+    Saltelli(base=20, axes=3, seed=1),
+    Morris(base=25, axes=3, seed=1),
+]
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.identity)
+def test_a_row_does_not_depend_on_how_rows_are_divided(design):
+    whole = design.points(0, design.rows)
+    assert whole.shape == (design.rows, 3)
+    assert np.all((whole >= 0.0) & (whole <= 1.0))
+    cuts = [0, 1, 7, 8, 33, design.rows]
+    parts = [design.points(a, b) for a, b in pairwise(cuts)]
+    np.testing.assert_array_equal(np.vstack(parts), whole)
+
+
+def test_a_latin_hypercube_has_one_point_in_each_slice():
+    points = LatinHypercube(rows=50, axes=2, seed=3).points(0, 50)
+    for column in points.T:
+        assert sorted(np.floor(50 * column).astype(int)) == list(range(50))
+
+
+def test_groups_of_saltelli_exchange_one_column_at_a_time():
+    k, base = 3, 8
+    groups = Saltelli(base=base, axes=k, seed=5).points(0, base * (k + 2)).reshape(base, k + 2, k)
+    a, b = groups[:, 0], groups[:, 1]
+    for axis in range(k):
+        expected = a.copy()
+        expected[:, axis] = b[:, axis]
+        np.testing.assert_array_equal(groups[:, 2 + axis], expected)
+    assert not np.any(a == b)
+
+
+def test_each_step_of_morris_moves_one_axis_by_half_and_each_axis_once():
+    paths = Morris(base=50, axes=4, seed=2).points(0, 250).reshape(50, 5, 4)
+    steps = np.abs(np.diff(paths, axis=1))
+    np.testing.assert_array_equal(np.sort(steps, axis=2)[:, :, :3], 0.0)
+    np.testing.assert_array_equal(steps.sum(axis=1), 0.5)
+    assert set(np.unique(paths)) == {0.125, 0.375, 0.625, 0.875}
+    assert len(np.unique(np.argmax(steps, axis=2), axis=0)) > 15, "the order is random"

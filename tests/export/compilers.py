@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 COMPILERS = [one for one in ("gcc", "clang") if shutil.which(one)]
 

@@ -1,6 +1,7 @@
 """Controllers to export, as fast as they can be had: no trial runs choose their gains."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 import cabledrive as cd
 from cabledrive.export.source import ExportSource
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.closed_loop.loop import Loop, close_loop
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.controller_file import controller_from, controller_numbers
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.trial import spec_for
@@ -31,6 +32,19 @@ def source_of(name: str, drive: str = "dissertation-3") -> ExportSource:
     data = controller_numbers(loop_of(name, drive), loaded, "motor")
     law = controller_from(json.loads(json.dumps(data)), "controller.json")
     return ExportSource(law=law, data=data, drive=loaded)
+
+
+def replayed(loop: Loop, law, start, step, samples: int):
+    """Commands of a target on the readings of a run of the rig with its settled filter, and the rig's."""
+    log = run(replace(loop, observer=law.observer), last=samples).log[:samples]
+    first, m = 2 * loop.chain.size + 1, len(law.encoders)
+    start(log[0, first : first + m].copy())
+    found = []
+    for k in range(samples):
+        command, valid = step(log[k, first : first + m].copy(), loop.controller.reference[k : k + 1])
+        assert valid
+        found.append(command)
+    return found, log[:, first + m]
 
 
 class Gains(NamedTuple):

@@ -1,8 +1,8 @@
 """A controller of the user's own is exported by the same door: C is its step to the bit, or it is refused."""
 
-import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import cabledrive as cd
@@ -10,11 +10,8 @@ from cabledrive.control.controller_kernels import own_target_step, start_own
 from cabledrive.export import export_to
 from cabledrive.export.source import designed, designed_loop
 from cabledrive.export.target_program import target_kernel
-from cabledrive.rig.closed_loop.loop import run
-from export.compilers import WARNINGS, checked
-from export.designs import DRIVE, OWN, step
-
-needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+from export.compilers import WARNINGS, checked, needs_cc
+from export.designs import DRIVE, OWN, replayed, step
 
 
 def on_readings(gains, state, measurement, reference):
@@ -60,20 +57,15 @@ def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, exported)
 
 def test_the_target_steps_as_the_rig_does():
     """Readings of a run on the rig, replayed; the rig's filter settled from the start."""
-    source, loop = designed(DRIVE, OWN), designed_loop(DRIVE, OWN)
-    loop = replace(loop, observer=source.law.observer)
-    log = run(loop, last=300).log[:300]
-    first, m = 2 * loop.chain.size + 1, len(source.law.encoders)
-    kernel = target_kernel(source.law)
-    target, state = own_target_step(step, True), kernel.state
-    start_own(kernel.begin, state, log[0, first : first + m].copy())
-    for k in range(300):
-        row = loop.controller.reference[k : k + 1]
-        u, valid = target(
-            *kernel.numbers.values(), source.law.torque_limit, state, log[k, first : first + m].copy(), row
-        )
-        assert valid
-        assert u == pytest.approx(log[k, first + m], abs=1e-11)
+    law = designed(DRIVE, OWN).law
+    kernel = target_kernel(law)
+    target = own_target_step(step, True)
+    found, rig = replayed(
+        designed_loop(DRIVE, OWN), law,
+        lambda y: start_own(kernel.begin, kernel.state, y),
+        lambda y, row: target(*kernel.numbers.values(), law.torque_limit, kernel.state, y, row), 300,
+    )  # fmt: skip
+    np.testing.assert_allclose(found, rig, rtol=1e-6, atol=1e-11)
 
 
 def with_vectors(gains, state, measurement, reference):

@@ -16,6 +16,7 @@ from cabledrive.parameters.route.parts import (
     RoutedPulley,
     RouteLayout,
 )
+from oracles.route_fem import Kinematics, places
 
 GRAVITY = 9.81
 
@@ -82,49 +83,33 @@ def random_machine(rng, steepest):
 
 
 def divided(drive):
-    """Spans, mass and stiffness for `oracles.hanging_machine`, by coordinates of its own."""
-    pulleys = {pulley.name: pulley for pulley in drive.pulley}
-    anchors = {anchor.name: anchor for anchor in drive.anchor}
-    names = [*pulleys, *(f"{body.name}.{move}" for body in drive.body for move in body.moves)]
-    n, statics = len(names), statics_of(drive)
-    mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
-    for i, pulley in enumerate(drive.pulley):
-        driven = drive.motor[0].inertia if drive.motor and pulley.name == "drum" else 0.0
-        mass[i, i] = pulley.inertia + driven
-    for i in range(len(pulleys), n):
-        mass[i, i], stiffness[i, i] = drive.body[0].mass, drive.body[0].stiffness
-    places = []
-    for step in drive.route[0].path:
-        rows, turn = np.zeros((2, n)), np.zeros(n)
-        if step[0] in "+-":
-            pulley, sense = pulleys[step[1:]], 1.0 if step[0] == "+" else -1.0
-            turn[names.index(pulley.name)] = sense * pulley.radius
-            places.append((pulley.at, sense * pulley.radius, rows, turn))
-        else:
-            anchor = anchors[step]
-            if anchor.on:
-                rows[0, names.index("load.x")] = rows[1, names.index("load.y")] = 1.0
-            places.append((anchor.at, 0.0, rows, turn))
-    spans = []
-    for number, (start, end) in enumerate(pairwise(places)):
-        hung = []
-        if number == 0:
-            for carriage in drive.carriage:
-                weight = np.array([0.0, -carriage.mass * GRAVITY])
-                hung.append((carriage.position / drive.free_spans[0].length, weight, carriage.mass))
+    """Spans, mass and stiffness for `oracles.hanging_machine`: body and wheels carry no other."""
+    kin, statics = Kinematics(drive), statics_of(drive)
+    rotor = drive.motor[0].inertia if drive.motor else 0.0
+    wheels = [pulley.inertia + rotor * (pulley.name == "drum") for pulley in drive.pulley]
+    mass = np.diag([*(drive.body[0].mass for _ in kin.moves), *wheels])
+    stiffness = np.diag([*(drive.body[0].stiffness for _ in kin.moves), *(0.0 for _ in wheels)])
+    ends = []
+    for at, on, reach, name in places(drive, drive.route[0]):
+        turn = np.zeros(kin.size)
+        if name:
+            turn[len(kin.moves) + kin.turning.index(name)] = reach
+        ends.append({"": (np.array(at), reach), "_rows": kin.slope(at, on), "_turn": turn})
+    spans, first = [], drive.free_spans[0].length
+    for number, (start, end) in enumerate(pairwise(ends)):
+        hung = [
+            (carriage.position / first, np.array([0.0, -carriage.mass * GRAVITY]), carriage.mass)
+            for carriage in (drive.carriage if number == 0 else ())
+        ]
         spans.append(
             {
                 "rigidity": drive.cable.axial_rigidity,
                 "density": drive.cable.density,
                 "gravity": (0.0, -GRAVITY),
-                "chord": np.array(end[0]) - np.array(start[0]),
+                "chord": end[""][0] - start[""][0],
                 "pull": float(statics.start[number]),
-                "start": start[:2],
-                "end": end[:2],
-                "start_rows": start[2],
-                "end_rows": end[2],
-                "start_turn": start[3],
-                "end_turn": end[3],
+                **{f"start{key}": value for key, value in start.items()},
+                **{f"end{key}": value for key, value in end.items()},
                 "hung": hung,
             }
         )

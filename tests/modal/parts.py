@@ -1,14 +1,15 @@
 """Counts and modes of chains, of random networks and of single ropes, straight from the search."""
 
 import numpy as np
+from scipy.optimize import brentq
 
 from cabledrive.mechanics.chain import own_chain
 from cabledrive.modal.component import Component
 from cabledrive.modal.elements import Rope
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.spectrum import Spectrum
-from oracles.beam_fem import frequencies
 from oracles.network_fem import String, matrices
+from oracles.rope_fem import frequencies
 
 
 def below(chain, omega):
@@ -66,3 +67,16 @@ def finite_elements(chain, top, held=(), degree=46):
     square = np.ix_(kept, kept)
     mass, _, stiffness = matrices(strings, mass[square], stiffness[square], degree)
     return frequencies(mass, stiffness, top)
+
+
+def irvine_roots(parameter):
+    """Symmetric modes in the plane of a level span, x = omega L sqrt(rho/T), by Irvine and Caughey.
+
+    tan(x/2) = x/2 - 4/lambda^2 (x/2)^3; The linear theory of free vibrations of a suspended cable (1974).
+    """
+
+    def miss(x):
+        return np.sin(x / 2) - (x / 2 - 4 / parameter * (x / 2) ** 3) * np.cos(x / 2)
+
+    x = np.linspace(0.5, 40.0, 80_001)
+    return [brentq(miss, x[i], x[i + 1]) for i in np.flatnonzero(np.diff(np.sign(miss(x))))]

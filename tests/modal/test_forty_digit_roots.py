@@ -1,5 +1,6 @@
 """The natural frequencies agree with forty-digit roots of transfer matrices, multiplicities included."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +13,7 @@ import cabledrive as cd
 from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.rows import lanes_at
+from cabledrive.parameters import Motor
 
 MODES = 12
 SIMPLE, MULTIPLE = 1e-12, 1e-9
@@ -186,3 +188,75 @@ def test_count_of_a_thousand_carriages_is_right_so_close_to_a_mode(closed, clear
             below += mode.multiplicity
     measured(f"{len(wrong)} wrong of {counts} counts as close as {clear:.0e}")
     assert not wrong, "\n".join(wrong)
+
+
+# --- Double modes, pairs split by little, and modes where a span is infinitely stiff
+SPLITS = [1e-3, 1e-6, 1e-8]
+
+
+def even_ring(detuning=0.0, parts=4, seed=0):
+    """Equal masses at equal distances on a loop; one carriage heavier by a share."""
+    cable = some_cable(np.random.default_rng(seed))
+    mass = 0.7 * cable.mass_per_length
+    masses = [mass] * parts
+    masses[1] *= 1.0 + detuning
+    return ring_of([0.5] * parts, masses, cable)
+
+
+def longitudinal(drive, count):
+    modes = cd.modes(drive, count=count)
+    assert modes.certified
+    return modes.longitudinal
+
+
+@pytest.mark.parametrize("split", SPLITS)
+def test_pairs_split_by_a_small_share_are_two_modes(split, measured):
+    """A detuned mass parts each pair; both are listed, each as exactly as any simple mode."""
+    drive = even_ring(detuning=8.0 * split)
+    listed = longitudinal(drive, 9)
+    roots = [float(root) / (2 * np.pi) for root in exact_roots(drive, 9)]
+    error = max(abs(mode.frequency / root - 1.0) for mode, root in zip(listed, roots, strict=False))
+    measured(f"{len(listed)} modes in {len(roots)}, relative error {error:.1e}")
+    assert [mode.multiplicity for mode in listed] == [1] * 9
+    parted = (roots[1] - roots[0]) / roots[0]
+    assert 0.1 * split < parted < 10 * split, f"split by {parted:.1e}"
+    np.testing.assert_allclose([mode.frequency for mode in listed], roots, rtol=1e-12)
+
+
+def test_pair_closer_than_its_claim_is_one_mode_of_multiplicity_two(measured):
+    """Below 1e-10, relative, round-off may look like a split."""
+    listed = longitudinal(even_ring(detuning=1e-13), 3)
+    measured(f"multiplicity {listed[0].multiplicity}")
+    assert listed[0].multiplicity == 2
+
+
+def test_modes_at_the_poles_of_the_span_stiffness_are_found(measured):
+    """sin(omega L/c) = 0 for both spans at once: the stiffness of a span is infinite, the mode is not."""
+    errors = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        cable = some_cable(rng)
+        drive = ring_of([1.0, 1.0], (10 ** rng.uniform(-3, 3, 2)).tolist(), cable)
+        half_wave = np.sqrt(cable.axial_rigidity / cable.mass_per_length) / 2
+        listed = np.array([mode.frequency for mode in longitudinal(drive, 12)])
+        errors.append(max(np.min(np.abs(listed / (n * half_wave) - 1)) for n in range(1, 5)))
+    measured(f"relative error {max(errors):.1e}")
+    assert max(errors) < 1e-14
+
+
+def test_pendant_tuned_to_the_mode_of_resting_pulleys_leaves_it_where_it_was(measured):
+    """Motor and joint ring at the same frequency: a pole of the span meets the pole of the pendant."""
+    drive = cd.load_drive("dissertation-1")
+    half_wave = 2 * np.pi * cd.natural_frequencies(drive, count=2)[1]
+    motor = Motor(inertia=1e-6, joint_stiffness=float(1e-6 * half_wave**2))
+    tuned = replace(drive, motor=motor)
+    listed = cd.natural_frequencies(tuned, count=5)
+    roots = [float(root) / (2 * np.pi) for root in exact_roots(in_metres(tuned), 5)]
+    measured(f"relative error {np.max(np.abs(listed / roots - 1.0)):.1e}")
+    np.testing.assert_allclose(listed, roots, rtol=1e-12)
+    assert np.min(np.abs(2 * np.pi * listed / half_wave - 1)) < 1e-14
+
+
+def in_metres(drive):
+    """The same drive with its span given unstretched, as the reference wants it."""
+    return replace(drive, layout=replace(drive.layout, span_length=drive.span_length, pulley_distance=None))

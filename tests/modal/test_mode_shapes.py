@@ -97,25 +97,33 @@ def even_ring():
 
 
 @pytest.mark.parametrize("drive", drives())
-def test_shapes_have_unit_modal_mass_and_are_orthogonal(drive, measured):
-    """Integral of rho0 u_i u_j ds + sum of m u_i u_j = delta_ij, shapes of one multiple mode included."""
-    found, distances = sampled(drive), []
+def test_shapes_have_unit_modal_mass_the_energy_of_their_frequency_and_obey_the_wave_equation(
+    drive, measured
+):
+    """By quadrature, shapes of one multiple mode included.
+
+    Integral of rho0 u_i u_j ds + sum of m u_i u_j = delta_ij; twice the strain energy over omega^2 likewise.
+    u'' = -(omega/c)^2 u on every stretch: slope and displacement turn into each other. Kinetic shares of the
+    joints are m u^2, and what is left is the cable's.
+    """
+    found, density = sampled(drive), drive.cable.mass_per_length
+    speed = np.sqrt(drive.cable.axial_rigidity / density)
+    apart, waves = [], []
     for i, a in enumerate(found):
-        for b in found[: i + 1]:
-            together = a.modal_mass(b)
-            expected = np.eye(len(together)) if a is b else np.zeros(together.shape)
-            distances.append((a.mode.frequency, together - expected))
-    measured(f"modal masses within {max(np.max(np.abs(apart)) for _, apart in distances):.1e}")
-    for frequency, apart in distances:
-        assert np.max(np.abs(apart)) < 1e-8, f"{frequency}: {apart}"
-
-
-@pytest.mark.parametrize("drive", drives())
-def test_rayleigh_quotient_of_each_shape_is_its_squared_frequency(drive, measured):
-    energies = [found.stiffness() / found.omega**2 for found in sampled(drive)]
-    measured(f"energies within {max(np.max(np.abs(one - np.eye(len(one)))) for one in energies):.1e}")
-    for energy in energies:
-        assert np.max(np.abs(energy - np.eye(len(energy)))) < 1e-7, f"{energy}"
+        one = np.eye(a.mode.multiplicity)
+        apart += [a.modal_mass(b) - (one if a is b else 0.0) for b in found[: i + 1]]
+        assert np.max(np.abs(a.stiffness() / a.omega**2 - one)) < 1e-7, f"{a.mode.frequency} Hz"
+        turned = [piece["u"] ** 2 + (piece["slope"] * speed / a.omega) ** 2 for piece in a.pieces]
+        waves += [np.max(np.ptp(row, axis=1) / np.maximum(row.max(axis=1), 1e-300)) for row in turned]
+        shares = a.mode.kinetic_shares
+        assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
+        assert min(shares.values()) > -1e-9
+        cable = density * sum(np.mean((piece["u"] ** 2) @ piece["weights"]) for piece in a.pieces)
+        assert shares["cable"] == pytest.approx(cable, abs=1e-8)
+    mass = max(np.max(np.abs(part)) for part in apart)
+    measured(f"modal masses within {mass:.1e}, u^2 + (u'/k)^2 constant to {max(waves):.1e}")
+    assert mass < 1e-8
+    assert max(waves) < 1e-6
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -180,34 +188,6 @@ def imbalance(drive, found):
     for joint, (mass, jump) in forces.items():
         left = -(found.omega**2) * mass * found.mode.joints[joint]
         yield joint, np.max(np.abs(left - rigidity * jump)) / scale
-
-
-@pytest.mark.parametrize("drive", drives())
-def test_shapes_satisfy_the_wave_equation(drive, measured):
-    """u'' = -(omega/c)^2 u on every stretch: slope and displacement turn into each other."""
-    speed = np.sqrt(drive.cable.axial_rigidity / drive.cable.mass_per_length)
-    invariants = []
-    for found in sampled(drive):
-        k = found.omega / speed
-        invariants += [(piece["span"], piece["u"] ** 2 + (piece["slope"] / k) ** 2) for piece in found.pieces]
-    worst = max(np.max(np.ptp(one, axis=1) / np.maximum(one.max(axis=1), 1e-300)) for _, one in invariants)
-    measured(f"u^2 + (u'/k)^2 constant to {worst:.1e}")
-    for span, invariant in invariants:
-        assert np.all(np.ptp(invariant, axis=1) <= 1e-6 * invariant.max(axis=1)), span
-
-
-@pytest.mark.parametrize("drive", drives())
-def test_kinetic_shares_sum_to_one_and_are_those_of_the_shapes(drive, measured):
-    """Shares of the joints are m u^2; what is left is the cable's, by quadrature."""
-    density, pairs = drive.cable.mass_per_length, []
-    for found in sampled(drive):
-        cable = density * sum(np.mean((p["u"] ** 2) @ p["weights"]) for p in found.pieces)
-        pairs.append((found.mode.kinetic_shares, cable))
-    measured(f"share of the cable within {max(abs(s['cable'] - cable) for s, cable in pairs):.1e}")
-    for shares, cable in pairs:
-        assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
-        assert min(shares.values()) > -1e-9
-        assert shares["cable"] == pytest.approx(cable, abs=1e-8)
 
 
 def test_shape_beyond_the_mode_is_zero_and_at_joints_the_joints():

@@ -9,13 +9,12 @@ from parts import alone, listed
 from cabledrive.modal import rows, search
 from cabledrive.modal.kernels import compiled_counts
 from network_samples import random_elastic_network, random_hanging_network, random_network
-from oracles.beam_fem import frequencies, with_beams
-from oracles.hanging_fem import with_hanging
 from oracles.network_fem import matrices, natural_frequencies
+from oracles.rope_fem import frequencies, with_ropes
 
 DEGREE = 26
 BEAMS, HANGING = "tensioned beams and heavy strings", "hanging ropes"
-ELASTIC = {BEAMS: (random_elastic_network, with_beams, 8), HANGING: (random_hanging_network, with_hanging, 9)}
+ELASTIC = {BEAMS: (random_elastic_network, 8), HANGING: (random_hanging_network, 9)}
 
 
 def plain_sample(rng, moving):
@@ -32,13 +31,13 @@ def plain_sample(rng, moving):
 
 def elastic_sample(rng, kind):
     """The same of a network with elements beside its strings."""
-    sample, with_parts, degree = ELASTIC[kind]
+    sample, degree = ELASTIC[kind]
     component, strings, parts, mass, spring, others = sample(rng)
     speeds = [np.sqrt(min(part.tension) / part.density) / part.length for part in parts]
     top = min([*speeds, *(string.wave_speed for string in strings)]) * DEGREE / 2.4
     coordinates = mass.shape[0]
     mass, _, spring = matrices(strings, mass, spring, DEGREE)
-    truth = frequencies(*with_parts(mass, spring, parts, coordinates, elements=4, degree=degree), top)
+    truth = frequencies(*with_ropes(mass, spring, parts, coordinates, elements=4, degree=degree), top)
     return component, others, truth, rng.uniform(0.05, 1.0, 8) * top
 
 
@@ -62,24 +61,18 @@ def wrong_counts(seed, networks, kind):
     return wrong, made
 
 
+FEW = [("still", 11, 12, 80), ("moving", 12, 12, 80), (BEAMS, 3, 3, 15), (HANGING, 5, 8, 40)]
+MANY = [("still", 2024, 1000), ("moving", 2025, 1000), (BEAMS, 2026, 300), (HANGING, 2026, 500)]
+
+
 @pytest.mark.parametrize(
     ("kind", "seed", "networks", "least"),
-    [("still", 11, 12, 80), ("moving", 12, 12, 80), (BEAMS, 3, 3, 15), (HANGING, 5, 8, 40)],
+    [*FEW, *(pytest.param(*whole, 80, marks=pytest.mark.verify) for whole in MANY)],
 )
-def test_counts_of_random_networks_are_those_of_finite_elements(kind, seed, networks, least):
-    wrong, made = wrong_counts(seed, networks, kind)
-    assert made > least
-    assert wrong == 0, f"{wrong} of {made} counts"
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize(
-    ("kind", "seed", "networks"),
-    [("still", 2024, 1000), ("moving", 2025, 1000), (BEAMS, 2026, 300), (HANGING, 2026, 500)],
-)
-def test_no_count_of_thousands_of_random_networks_is_wrong(kind, seed, networks, measured):
+def test_no_count_of_random_networks_differs_from_finite_elements(kind, seed, networks, least, measured):
     wrong, made = wrong_counts(seed, networks, kind)
     measured(f"random networks, {kind}: {wrong} of {made} counts wrong")
+    assert made > least
     assert wrong == 0, f"{wrong} of {made} counts"
 
 
@@ -116,12 +109,12 @@ def alike(part):
 def test_modes_of_networks_with_ropes_that_bend_or_hang_are_those_of_finite_elements(
     kind, seed, networks, top, tolerance, measured
 ):
-    rng, (sample, with_parts, _) = np.random.default_rng(seed), ELASTIC[kind]
+    rng, (sample, _) = np.random.default_rng(seed), ELASTIC[kind]
     for _ in range(networks):
         component, strings, parts, mass, spring, _ = sample(rng)
         strings, parts, coordinates = list(map(alike, strings)), list(map(alike, parts)), mass.shape[0]
         mass, _, spring = matrices(strings, mass, spring, DEGREE)
-        mass, spring = with_parts(mass, spring, parts, coordinates, elements=4, degree=10)
+        mass, spring = with_ropes(mass, spring, parts, coordinates, elements=4, degree=10)
         highest = top / component.longest
         truth, own = frequencies(mass, spring, highest), listed(component.modes(0.0, highest))
         own = own[own > 1e-4 * highest]

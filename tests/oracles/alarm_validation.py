@@ -102,6 +102,17 @@ def _stretches(drive: Drive) -> list[tuple[str, float, float]]:
     return found
 
 
+def _sines(case: Case, stretches: list[tuple[str, float, float]], modes: int, swaying: bool = False):
+    """Nodes inside each stretch, its lowest sines there, shape (modes, nodes), and their wave numbers."""
+    mesh = case.mesh
+    for span, start, end in stretches:
+        nodes = np.arange(mesh.nodes)[mesh.span_nodes(span)]
+        x = mesh.position[mesh.spans.index(span)]
+        inside = (x > start + 1e-9) & (x < end - 1e-9) & (mesh.sways[nodes] | (not swaying))
+        kappa = np.arange(1, modes + 1) * np.pi / (end - start)
+        yield nodes[inside], np.sin(kappa[:, None] * (x[inside] - start)), kappa
+
+
 def _floor(
     case: Case,
     stretches: list[tuple[str, float, float]],
@@ -110,20 +121,14 @@ def _floor(
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
     """Displacement and speed of the floor in the planes v and w, half a step apart as they may be."""
-    mesh = case.mesh
-    place, speed = np.zeros((2, mesh.nodes)), np.zeros((2, mesh.nodes))
-    law_speed = np.sqrt(case.law.pretension / mesh.density)
-    for span, start, end in stretches:
-        nodes = np.arange(mesh.nodes)[mesh.span_nodes(span)]
-        x = mesh.position[mesh.spans.index(span)]
-        inside = (x > start + 1e-9) & (x < end - 1e-9) & mesh.sways[nodes]
-        for m in range(1, modes + 1):
-            kappa = m * np.pi / (end - start)
-            shape = np.sin(kappa * (x[inside] - start))
+    place, speed = np.zeros((2, case.mesh.nodes)), np.zeros((2, case.mesh.nodes))
+    law_speed = np.sqrt(case.law.pretension / case.mesh.density)
+    for nodes, sines, kappa in _sines(case, stretches, modes, swaying=True):
+        for shape, number in zip(sines, kappa, strict=True):
             for plane in range(2):
                 phase = rng.uniform(0, 2 * np.pi)
-                place[plane, nodes[inside]] += floor * np.cos(phase) * shape
-                speed[plane, nodes[inside]] -= floor * np.sin(phase) * kappa * law_speed * shape
+                place[plane, nodes] += floor * np.cos(phase) * shape
+                speed[plane, nodes] -= floor * np.sin(phase) * number * law_speed * shape
     return place, speed
 
 
@@ -145,14 +150,9 @@ def _above_floor(
     case: Case, stretches: list[tuple[str, float, float]], moved: Array, modes: int, floor: float
 ) -> float:
     """Largest displacement with the floor's size taken off every sine of every stretch."""
-    mesh, largest = case.mesh, 0.0
-    for span, start, end in stretches:
-        nodes = np.arange(mesh.nodes)[mesh.span_nodes(span)]
-        x = mesh.position[mesh.spans.index(span)]
-        inside = (x > start + 1e-9) & (x < end - 1e-9)
-        number = np.arange(1, max(modes, 2) + 1)[:, None]
-        sines = np.sin(number * np.pi * (x[inside] - start) / (end - start))
-        part = moved[:, :, nodes[inside]]
+    largest = 0.0
+    for nodes, sines, _ in _sines(case, stretches, max(modes, 2)):
+        part = moved[:, :, nodes]
         amplitude = part @ np.linalg.pinv(sines)
         left = part - amplitude @ sines
         shrunk = np.sign(amplitude) * np.maximum(np.abs(amplitude) - floor, 0.0)

@@ -37,30 +37,27 @@ def law_1(machine, x, y, p, lam, K_sigma, S):
     return u, sigma, phi, machine.J1 + machine.J2
 
 
-def law_2(machine, x, y, p, lam, K_sigma, S):
-    """Flexible joint, rigid cable: Eq. (6.40)-(6.43)."""
-    beta = machine.k_m / (machine.J2 + machine.J12)
+def law_of_two(spring, near, far, x, y, p, lam, K_sigma, S):
+    """Two inertias on a spring: Eq. (6.40)-(6.43), (6.48)-(6.53), y[4] in z_eq."""
+    beta = spring / far
     x1, x2, x3, x4 = x
     x3bar, x4bar = beta * x3, beta * x4
     z1, z2, z3, z4 = x1 - y[0], x2 - y[1], x3bar - y[2], x4bar - y[3]
     sigma = z4 + 3 * lam * z3 + 3 * lam**2 * z2 + lam**3 * z1
     z_eq = y[4] - 3 * lam * z4 - 3 * lam**2 * z3 - lam**3 * z2
     phi = np.array([-x3bar - z_eq / beta, -(x2 + x4), -S, 1])
-    u = machine.k_m / beta * x3bar - phi @ p - K_sigma * sigma
-    return u, sigma, phi, machine.J11 / beta
+    u = far * x3bar - phi @ p - K_sigma * sigma
+    return u, sigma, phi, near / beta
 
 
-def law_3(machine, x, y, p, lam, K_sigma, S):
-    """Rigid joint, flexible cable: Eq. (6.48)-(6.53), y[4] in z_eq."""
-    beta = machine.kk / machine.J2
-    x1, x2, x3, x4 = x
-    x3bar, x4bar = beta * x3, beta * x4
-    z1, z2, z3, z4 = x1 - y[0], x2 - y[1], x3bar - y[2], x4bar - y[3]
-    sigma = z4 + 3 * lam * z3 + 3 * lam**2 * z2 + lam**3 * z1
-    z_eq = y[4] - 3 * lam * z4 - 3 * lam**2 * z3 - lam**3 * z2
-    phi = np.array([-x3bar - z_eq / beta, -(x4 + x2), -S, 1])
-    u = machine.J2 * x3bar - phi @ p - K_sigma * sigma
-    return u, sigma, phi, machine.J1 / beta
+def law_2(machine, *others):
+    """Flexible joint, rigid cable."""
+    return law_of_two(machine.k_m, machine.J11, machine.J2 + machine.J12, *others)
+
+
+def law_3(machine, *others):
+    """Rigid joint, flexible cable."""
+    return law_of_two(machine.kk, machine.J1, machine.J2, *others)
 
 
 def law_4(machine, x, y, p, lam, K_sigma, S):

@@ -9,9 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from oracles.beam_fem import Beam, beam_matrices, frequencies, with_beams
-from oracles.hanging_fem import HangingRope, shear_between, with_hanging
 from oracles.network_fem import String, matrices
+from oracles.rope_fem import Beam, HangingRope, frequencies, shear_between, with_ropes
 
 STEP = 1e-3
 STRAIGHT = 5e-7
@@ -280,10 +279,10 @@ def frequencies_of_route(drive, tensions, degree, below):
     held = [beam for beam in beams if not beam.rows.any()]
     moved = [beam for beam in beams if beam.rows.any()]
     mass, _, stiffness = matrices(strings, mass, stiffness, degree)
-    mass, stiffness = with_beams(mass, stiffness, moved, size, elements=1, degree=8)
-    mass, stiffness = with_hanging(mass, stiffness, hanging, size, elements=3, degree=degree)
+    mass, stiffness = with_ropes(mass, stiffness, moved, size, elements=1, degree=8)
+    mass, stiffness = with_ropes(mass, stiffness, hanging, size, elements=3, degree=degree)
     found = [frequencies(mass, stiffness, top)]
     for beam in held:
-        inside = (own[4:, 4:] for own in beam_matrices(beam, 2, 8))
+        inside = (own[4:, 4:] for own in beam.matrices(2, 8))
         found.append(np.repeat(frequencies(*inside, top), beam.ropes))
     return np.sort(np.concatenate(found)) / (2 * np.pi)

@@ -22,22 +22,27 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("table", "name"), REFUSED)
-def test_what_is_no_excitation_is_refused(table, name):
+GEARED = packaged_text("dissertation-3")
+ORDERS = 'orders = ["poles=motor*20"]\nspeed = "motor=1rad/s:2rad/s"'
+PLACE, SHAFT = '"0.5 shaft + 0.5 m"', 'shaft = "42 m"'
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        *((f"{LIFT}\n[excitation]\n{table}\n", name) for table, name in REFUSED),
+        (packaged_text("dissertation-2") + "\n[excitation]\ntorque_ripple = 0.02\n", "torque_limit"),
+        (f"{GEARED}\n[excitation]\n{ORDERS}\n", "route"),
+        (LIFT.replace(SHAFT, ""), "shaft"),
+        (LIFT.replace(SHAFT, 'shaft = "-1 m"'), "shaft"),
+        (LIFT.replace(SHAFT, 'shaft = "3 kg"'), "kg"),
+        (LIFT.replace(PLACE, '"shaft of 3 m"'), "place"),
+        (LIFT.replace(PLACE, '"0.5 shaft + 1 kg"'), "kg"),
+    ],
+)
+def test_what_is_no_excitation_and_no_relative_place_is_refused(text, name):
     with pytest.raises(InputRefused, match=name):
-        drive_from_text(f"{LIFT}\n[excitation]\n{table}\n")
-
-
-def test_a_ripple_is_a_share_of_a_torque_limit():
-    with pytest.raises(InputRefused, match="torque_limit"):
-        cd.load_drive("dissertation-2", overrides=["excitation.torque_ripple=0.02"])
-
-
-def test_orders_are_of_machines_whose_parts_have_names():
-    text = packaged_text("dissertation-3")
-    table = '[excitation]\norders = ["poles=motor*20"]\nspeed = "motor=1rad/s:2rad/s"\n'
-    with pytest.raises(InputRefused, match="route"):
-        drive_from_text(f"{text}\n{table}")
+        drive_from_text(text)
 
 
 def test_an_excitation_is_written_as_it_was_read():
@@ -58,18 +63,3 @@ def test_a_shaft_of_60_m_is_the_lift_with_every_place_written_anew():
     text = text.replace('"2 m : shaft - 4 m"', '"2 m : 56 m"').replace('"shaft"', '"60 m"')
     assert "shaft" not in text.split("[cable]")[1].replace("--set shaft", "")
     assert stretched == drive_from_text(text)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "name"),
-    [
-        ('shaft = "42 m"', "", "shaft"),
-        ('shaft = "42 m"', 'shaft = "-1 m"', "shaft"),
-        ('shaft = "42 m"', 'shaft = "3 kg"', "kg"),
-        ('"0.5 shaft + 0.5 m"', '"shaft of 3 m"', "place"),
-        ('"0.5 shaft + 0.5 m"', '"0.5 shaft + 1 kg"', "kg"),
-    ],
-)
-def test_what_is_no_relative_place_is_refused(old, new, name):
-    with pytest.raises(InputRefused, match=name):
-        drive_from_text(LIFT.replace(old, new, 1))

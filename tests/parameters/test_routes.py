@@ -31,12 +31,10 @@ def text_of(name):
     return (ROUTES / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def refused(text, tmp_path, then=network_of):
+def refused(text, then=network_of):
     """The line with which a file is refused, at the latest when its state of rest is asked for."""
-    path = tmp_path / "machine.toml"
-    path.write_text(text, encoding="utf-8")
     with pytest.raises(cd.InputRefused) as refusal:
-        then(cd.load_drive(path))
+        then(drive_from_text(text))
     assert "\n" not in str(refusal.value)
     return str(refusal.value)
 
@@ -175,17 +173,17 @@ REFUSALS = [
 
 
 @pytest.mark.parametrize(("name", "old", "new", "words"), REFUSALS)
-def test_what_cannot_be_is_refused_in_one_line(name, old, new, words, tmp_path):
+def test_what_cannot_be_is_refused_in_one_line(name, old, new, words):
     text = text_of(name)
     assert old in text
-    line = refused(text.replace(old, new, 1), tmp_path)
+    line = refused(text.replace(old, new, 1))
     assert words in line, line
 
 
-def test_weights_on_a_rope_that_nothing_drives_are_refused(tmp_path):
+def test_weights_on_a_rope_that_nothing_drives_are_refused():
     text = text_of("ropeway").replace('gravity = "0 m/s^2"', 'inclination = "20 deg"')
     text = text[: text.index("[motor]")]
-    assert "every pulley turns freely" in refused(text, tmp_path)
+    assert "every pulley turns freely" in refused(text)
 
 
 DRUMS = """
@@ -211,12 +209,11 @@ motor = { pulley = "drum a", inertia = "0.05 kg m^2" }
 """
 
 
-def test_a_drum_that_nothing_holds_is_named_with_its_torque(tmp_path):
+def test_a_drum_that_nothing_holds_is_named_with_its_torque():
     """500 N at 0.1 m, by hand; with a brake, with a motor of its own, or held for the modes none is named."""
 
     def warned(text, **options):
-        (tmp_path / "drums.toml").write_text(text)
-        drive = cd.load_drive(tmp_path / "drums.toml")
+        drive = drive_from_text(text)
         lines = (*route_warnings(drive), *cd.modes(drive, count=2, **options).warnings)
         return [line for line in lines if "nothing in the file holds it" in line]
 
@@ -229,22 +226,17 @@ def test_a_drum_that_nothing_holds_is_named_with_its_torque(tmp_path):
     assert len(warned(DRUMS.replace('inertia = "0.08', 'coulomb_friction = "60 N m", inertia = "0.08'))) == 0
 
 
-def test_a_rope_beyond_its_elastic_range_is_named(tmp_path):
-    soft = DRUMS.replace("500 kN", "20 kN")  # 500 N strain it by 0.025
-    (tmp_path / "soft.toml").write_text(soft)
-    lines = [
-        line for line in route_warnings(cd.load_drive(tmp_path / "soft.toml")) if "elastic range" in line
-    ]
+def test_a_rope_beyond_its_elastic_range_is_named():
+    soft = drive_from_text(DRUMS.replace("500 kN", "20 kN"))  # 500 N strain it by 0.025
+    lines = [line for line in route_warnings(soft) if "elastic range" in line]
     assert len(lines) == 2
     assert all("0.025" in line for line in lines)
 
 
-def test_level_lines_hold_no_weight(tmp_path):
+def test_level_lines_hold_no_weight():
     """The directions of the spans are level up to round-off, which times 1e19 N would hold the body."""
     heavy = DRUMS.replace('gravity = "0 m/s^2"', 'gravity = "9.81 m/s^2"')
-    assert "body cart: no static solution" in refused(
-        heavy.replace('moves = "x"', 'moves = ["x", "y"]'), tmp_path
-    )
+    assert "body cart: no static solution" in refused(heavy.replace('moves = "x"', 'moves = ["x", "y"]'))
 
 
 # --- A moved body keeps every rope as long as it is: others follow, or the pose is refused with its strai

@@ -9,6 +9,7 @@ import cabledrive as cd
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.simulation import Pluck, Recording, Scheme, Setting, Sine, Start, simulate
+from resonance_samples import envelope
 
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
 SEGMENTS = 400  # the corners of a triangle want a fine chain as referee
@@ -17,13 +18,6 @@ TORQUE = Sine(amplitude=0.02, frequency=81.6)
 
 def plucked(shape, height=1e-3):
     return Start(plucks=tuple(Pluck(height=height, span=span, shape=shape) for span in ("upper", "lower")))
-
-
-def envelope(signal, window=250):
-    """Peaks of windows of two forcing periods, linear trend removed."""
-    x = np.linspace(-1.0, 1.0, signal.size)
-    flat = np.abs(signal - np.polyval(np.polyfit(x, signal, 1), x))
-    return flat[: flat.size // window * window].reshape(-1, window).max(axis=1)
 
 
 @pytest.mark.parametrize(("shape", "sines", "bound"), [("half-sine", 1, 0.01), ("triangle", 48, 0.015)])

@@ -112,8 +112,6 @@ def test_reflection_keeps_frequencies_and_responses():
         ratios=((0.03, 0.05),),
     )
     plain, gears = reflected(chain)
-    from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
-
     assert gears[1] == pytest.approx(5 / 3)
     np.testing.assert_allclose(natural_frequencies_of(plain), natural_frequencies_of(chain), rtol=1e-12)
     found = speed_response(plain, FAR, speed_of=1) / gears[1]

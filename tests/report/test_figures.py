@@ -1,16 +1,27 @@
 """What the figures draw is what was computed."""
 
+import re
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+import cabledrive as cd
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal import modes, natural_frequencies
+from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import load_drive, packaged_drives
-from cabledrive.report.figures import ladder, shapes
+from cabledrive.report.animation import animation_page, controlled_film
+from cabledrive.report.figures import ladder, run_histories, shapes
 from cabledrive.report.figures import machine as machine_layout
 from cabledrive.report.figures.machine import machine_picture
+from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
+from cabledrive.report.mode_figure import mode_figure, mode_picture, route_mode_figure
+from cabledrive.rig import Motion, track
+from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+from report_page import Reader
 
 
 def below_fifth(name: str):
@@ -74,3 +85,141 @@ def test_the_drawing_keeps_the_proportions_of_the_machine(name, width):
         ahead = np.array([np.cos(layout.slope), -np.sin(layout.slope)])  # sag leaves the line alone
         steps = [abs(ahead @ np.subtract(b, a)) for a, b in pairwise(places)]
         np.testing.assert_allclose(steps, np.diff([0.0, *shares, 1.0]) * sum(steps), atol=1e-9)
+
+
+# --- The picture of the modes: a rung for each frequency, and the mode's own shape
+def panels(name, count=6, most=10):
+    """The modes of a drive, and the panels that show them by kind."""
+    drive = cd.load_drive(name)
+    found = cd.modes(drive, count=count)
+    axes = mode_figure(drive, found, most=most).axes
+    return drive, found, {axis.get_title(loc="left").split()[0]: axis for axis in axes}
+
+
+def rungs(axis):
+    """Frequencies of the rungs: the level lines that start at the left edge."""
+    lines = [line.get_xydata() for line in axis.lines]
+    return sorted(xy[0, 1] for xy in lines if xy.shape == (2, 2) and xy[0, 0] == 0.0 and xy[0, 1] == xy[1, 1])
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
+def test_every_frequency_has_its_rung(name):
+    _, found, shown = panels(name)
+    for kind, axis in shown.items():
+        rows = mode_rows([mode for mode in found.modes if mode.kind == kind])
+        assert rungs(axis) == [row.frequency for row in rows]
+
+
+def test_shapes_are_those_of_the_modes():
+    """Each curve, about its line of rest and to its own scale, is proportional to the exact shape."""
+    drive, found, shown = panels("dissertation-transporter", count=4)
+    curves = [line.get_ydata() for line in shown["longitudinal"].lines if len(line.get_ydata()) > 10]
+    assert len(curves) == 2 * 4  # two spans each
+    positions = np.linspace(0.0, drive.span_length, len(curves[0]))
+    for number, mode in enumerate(found.longitudinal):
+        drawn = np.concatenate(curves[2 * number : 2 * number + 2])
+        exact = np.concatenate([mode.shape(span, positions)[0] for span in drive.spans])
+        slope, rest = np.polyfit(exact, drawn, 1)
+        assert slope > 0.0
+        np.testing.assert_allclose(drawn, rest + slope * exact, atol=1e-9 * np.ptp(drawn))
+
+
+@pytest.fixture(scope="module")
+def idlers():
+    drive = cd.load_drive("printer-idlers")
+    found = cd.modes(drive, count=2)
+    return drive, found, route_mode_figure(drive, found, most=1).axes
+
+
+def test_a_transverse_mode_of_a_machine_with_routes_is_drawn_across_its_spans(idlers):
+    """The drawn displacement of each span, over the largest of all, is that of the mode."""
+    drive, found, axes = idlers
+    curves = [np.array(line.get_xydata()) for line in axes[1].lines if len(line.get_xydata()) == POINTS]
+    assert len(curves) == len(drive.free_spans)
+    mode, drawn, exact = mode_rows(found.transverse)[0].modes[0], [], []
+    for curve, span in zip(curves, drive.free_spans, strict=True):
+        rest = np.array(span.contacts[0]) + np.outer(np.linspace(0, span.length, POINTS), span.along)
+        drawn.append((curve - rest) @ np.array((-span.along[1], span.along[0])))
+        exact.append(np.real(mode.shape(span.name, np.linspace(0, span.length, POINTS))[0]))
+    drawn, exact = np.concatenate(drawn), np.concatenate(exact)
+    size = SIZE * machine_size(drive)
+    np.testing.assert_allclose(drawn, size * exact / np.abs(exact).max(), atol=1e-9 * size)
+    assert mode_picture(drive, found, "svg", most=1).startswith(b"<?xml")
+
+
+def test_a_longitudinal_mode_moves_dots_along_their_spans_and_never_off_their_pulleys(idlers):
+    """Each dot lies on its span, away from its place at rest by what the mode moves it along."""
+    drive, found, axes = idlers
+    dots = [
+        line.get_xydata() for line in axes[0].lines if line.get_marker() == "o" and len(line.get_xydata()) > 1
+    ]
+    assert len(dots) == len(drive.free_spans)
+    exact = [
+        found.longitudinal[0].shape(s.name, np.linspace(0, s.length, POINTS))[0].real
+        for s in drive.free_spans
+    ]
+    size = SIZE * machine_size(drive) / max(np.abs(one).max() for one in exact)
+    for own, span, shape in zip(dots, drive.free_spans, exact, strict=True):
+        away = np.array(own) - span.contacts[0]
+        along = away @ np.array(span.along)
+        assert np.abs(away @ np.array((-span.along[1], span.along[0]))).max() < 1e-12
+        rest = (np.arange(len(own)) + 0.5) / len(own) * span.length
+        moved = rest + size * np.interp(rest, np.linspace(0, span.length, POINTS), shape)
+        np.testing.assert_allclose(along, np.clip(moved, 0.0, span.length), atol=1e-9)
+
+
+# --- Pictures and animation of the cable in time
+DRIVE = load_drive("dissertation-2")
+
+
+@cache
+def run(fields: int = 20):
+    plucks = (Pluck(height=2e-3), Pluck(height=1e-3, span="lower"), Pluck(height=1e-3, plane="v"))
+    return simulate(
+        DRIVE,
+        0.05,
+        start=Start(plucks=plucks),
+        scheme=Scheme(segments=20),
+        recording=Recording(rate=10_000.0, fields=fields),
+    )
+
+
+def test_the_spectrum_marks_the_certified_modes():
+    marks = run_histories.spectrum_marks(DRIVE)
+    longitudinal = [frequency for frequency, kind in marks if kind == "longitudinal"]
+    assert longitudinal == [pytest.approx(natural_frequencies(DRIVE, count=1)[0])]
+    transverse = [frequency for frequency, kind in marks if kind == "transverse"]
+    # the sag parts the planes and couples the spans, by less than 2e-5
+    orders = np.rint(np.array(transverse) / transverse[0])
+    assert set(orders) == {1, 2, 3, 4}
+    np.testing.assert_allclose(transverse, transverse[0] * orders, rtol=2e-5)
+    axes = Figure().add_subplot()
+    run_histories.draw_spectrum(axes, run(), marks)
+    assert sorted(line.get_xdata()[0] for line in axes.lines[1:]) == [frequency for frequency, _ in marks]
+
+
+def test_the_animation_on_a_page_needs_no_script_and_obeys_who_wants_less_motion():
+    html = animation_page(DRIVE, run())
+    reader = Reader(html)
+    assert reader.faults == []
+    assert reader.root.all("script") == []
+    assert re.findall(r"(?:https?:)?//|url\(|@import", html) == []
+    assert "@media (prefers-reduced-motion: reduce)" in html
+    (switch,) = reader.root.all("input")
+    assert switch.attributes["type"] == "checkbox"
+    assert [e.attributes["for"] for e in reader.root.all("label")] == [switch.attributes["id"]]
+    assert len(reader.root.all("g")) == 2 * len(run().fields)  # a drawing for wide pages, one for narrow ones
+
+
+# --- The film of a controlled run: every picture shows the run at its time
+def test_every_picture_says_the_error_at_its_time():
+    drive, motion = load_drive("dissertation-3"), Motion(angle=15.0, rise=0.2, dwell=0.05)
+    found = track(drive, controller="pd", bandwidth=20.0, plant="model-3", motion=motion)
+    page = controlled_film(drive, found)
+    said = re.findall(r">(\d+\.\d+) s, error (-?[\d.]+) deg<", page)
+    assert len(said) == 2 * 64  # wide and narrow
+    for time, error in said:
+        at = np.abs(found.time - float(time)) <= 0.0005 + 1e-9
+        errors = np.degrees(found.error[at])
+        assert errors.min() - 1e-4 <= float(error) <= errors.max() + 1e-4
+    assert float(said[-1][0]) == pytest.approx(found.time[-1], abs=5e-4)

@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 
-from cabledrive.parameters import InputRefused, NotComputed, load_drive
+from cabledrive.parameters import NotComputed, load_drive
 from cabledrive.report import report_html, write_report, writing
 from cabledrive.report.blocks import Chapter, Paragraph
 from cabledrive.report.context import make_context
@@ -43,15 +43,6 @@ def test_the_file_is_the_page_with_a_card_for_each_linked_page(tmp_path):
     linked = (("Fleet & field", "beside/campaign.html"),)
     assert text == report_html(drives(), written_at=TIME, links=linked)
     assert '<a href="beside/campaign.html">Fleet &amp; field</a>' in text
-
-
-def test_an_existing_file_is_refused_before_any_work_and_kept(tmp_path, monkeypatch):
-    path = tmp_path / "report.html"
-    path.write_text("mine")
-    monkeypatch.setattr(writing, "report_html", lambda *a, **k: pytest.fail("worked before it looked"))
-    with pytest.raises(InputRefused, match="exists and is not overwritten"):
-        write_report(drives(), path)
-    assert path.read_text() == "mine"
 
 
 def test_a_report_that_fails_on_the_way_leaves_nothing(tmp_path, monkeypatch):

@@ -11,16 +11,14 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.plant_samples import run_samples, sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
-from control_chains import INTERVAL, model
+from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track
-from moving_chain import states_of
 from oracles.readable_plant import ReadablePlant
 
 CHAIN = model(4)
@@ -60,14 +58,6 @@ def test_motion_hardly_depends_on_the_internal_step(rate, measured):
         worst = np.abs(one - other)[:, :3].max()
         measured(f"{substeps} internal steps move it by {worst:.1e} rad")
         assert 0.0 < worst < 5e-4 * COUNT, f"{substeps} steps: observed {worst:.2e} rad"
-
-
-def test_motion_is_that_of_small_runge_kutta_steps(measured):
-    u = wave(1500)
-    fine = integrate_chain(CHAIN, np.append(u, 0.0), INTERVAL, substeps=8, hold="step")
-    worst = np.abs(fine.angles[1:] - motion(u)[:, :3]).max()
-    measured(f"{worst:.1e} rad")
-    assert worst < 1e-4 * COUNT, f"observed {worst:.2e} rad"
 
 
 @pytest.mark.parametrize("rate", [0.0, 2 * np.pi * 1000.0])

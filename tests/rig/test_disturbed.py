@@ -19,9 +19,8 @@ from cabledrive.rig.disturbed_plants import Disturbances, disturbed_plant, load_
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.log_file import log_text
 from cabledrive.rig.trial import spec_for
-from control_chains import INTERVAL, model
+from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track
-from moving_chain import states_of
 from true_plants import followed, truth_of
 
 DRIVE = load_drive("dissertation-3")

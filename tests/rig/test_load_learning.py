@@ -57,8 +57,8 @@ def test_friction_of_the_load_is_learnt_and_the_error_falls_below_that_of_lqi(me
 def test_over_200_plants_learning_beats_lqi_at_equal_torque(measured):
     """After the first pulse at most a third of LQI's 99 % error; first pulse included, at most 0.75 of it."""
     (_, ours), (_, theirs) = (over_plants(name, 200, 22) for name in (NAME, "lqi"))
-    mine, other = (float(np.degrees(np.quantile(one.peaks, 0.99))) for one in (ours, theirs))
-    later = float(np.degrees(np.quantile(ours.later, 0.99)))
+    mine, other = at_99(ours), at_99(theirs)
+    later = at_99(ours, "later")
     torque = float(np.median(ours.torques) / np.median(theirs.torques))
     measured(f"{mine:.4f} and {other:.4f} deg, after the first pulse {later:.4f}; torque {torque:.2f}")
     assert later <= other / 3.0
@@ -75,7 +75,7 @@ def test_over_200_plants_a_load_that_changes_costs_a_third_of_the_best_fixed_law
         (_, ours), (_, theirs) = (
             over_plants(name, 200, 32, ranges, "by uncertainty") for name in (CHANGING, "lqg")
         )
-        mine, other = (float(np.degrees(np.quantile(one.peaks, 0.99))) for one in (ours, theirs))
+        mine, other = at_99(ours), at_99(theirs)
         measured(f"{mine:.3f} and {other:.3f} deg")
         assert mine <= other / 3.0
         assert not any(ours.failed)
@@ -102,7 +102,7 @@ def test_no_law_with_this_feedback_can_do_much_better_in_the_first_motion(measur
     Before, the encoders cannot distinguish a load that sticks from one that does not.
     """
     law, ours = over_plants(NAME, 60, 11)
-    mine = float(np.degrees(np.quantile(ours.peaks, 0.99)))
+    mine = at_99(ours)
     half, one = (
         float(np.quantile([told_from(law.loop, draw, counts) for draw in range(60)], 0.99))
         for counts in (0.5, 1.0)

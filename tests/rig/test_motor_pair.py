@@ -128,31 +128,21 @@ def test_where_the_torque_exceeds_the_preload_a_flank_opens_and_the_result_says_
     """Take-over: a shock of 1.2 N m, the load 20 % heavier than believed; then both flanks close again."""
     tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, "cable.pretension=60 N"])
     heavy = replace(tight, pulley=(tight.pulley[0], replace(tight.pulley[1], inertia=0.00282)))
-    found = cd.track(
-        tight,
-        controller="lqg",
-        bandwidth=20.0,
-        plant_drive=heavy,
-        motion=Motion(dwell=1.0),
-        options=RigOptions(
-            pair=True, preload=0.5, disturbances=(Disturbance(torque=1.2, start=0.7, end=0.75),)
-        ),
-    )
+
+    def shocked(preload, torque, **choices):
+        push = Disturbance(torque=torque, start=0.7, end=0.75)
+        options = RigOptions(pair=True, preload=preload, disturbances=(push,))
+        law = {"controller": "lqg", "bandwidth": 20.0, "plant_drive": heavy}
+        return cd.track(tight, **law, options=options, **choices)
+
+    found = shocked(0.5, 1.2, motion=Motion(dwell=1.0))
     said = found.summary
     assert said["pair"]["flanks_closed"] is False
     assert "a flank was open" in said["pair"]["reason"]
     assert "a flank of the pair of motors was open" in said["departures"]
     assert found.incomplete is None
     assert np.degrees(np.abs(found.error[-500:])).max() < 0.5
-    gentle = cd.track(
-        tight,
-        controller="lqg",
-        bandwidth=20.0,
-        plant_drive=heavy,
-        options=RigOptions(
-            pair=True, preload=1.0, disturbances=(Disturbance(torque=0.8, start=0.7, end=0.75),)
-        ),
-    ).summary
+    gentle = shocked(1.0, 0.8).summary
     assert gentle["pair"]["flanks_closed"] is True
     assert "reason" not in gentle["pair"]
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.reduction.transporter import transporter_of
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions, track
@@ -34,7 +33,6 @@ CAMERA = cd.load_drive("camera-winches")
 LINE = scaled_transporter(cd.load_drive("dissertation-transporter"))
 SHORT = Motion(angle=5.0, rise=0.15, dwell=0.05, order=11)
 IDEAL = RigOptions(ideal_sensors=True)
-MODEL_4 = lumped_model(LINEAR, 4)
 WIDE = Motion(order=11, payload=(Payload(factor=3.5, start=0.7),), payload_range=(0.5, 4.0))
 
 

@@ -38,11 +38,12 @@ RUBBED = replace(
 )
 
 
-def run(drive, duration, *, segments=40, torque=FORCED, plucks=(HALF_SINE,), **scheme):
+def run(drive, duration, *, segments=40, torque=FORCED, plucks=(HALF_SINE,), forces=(), **scheme):
     return simulate(
         drive,
         duration,
         torque=torque,
+        forces=forces,
         start=Start(plucks=plucks),
         scheme=Scheme(segments=segments, **scheme),
         recording=Recording(rate=2000.0),
@@ -198,26 +199,26 @@ def test_a_sudden_torque_slackens_the_span_when_the_drive_pulley_has_turned_far_
     assert event.time == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("model", ["exact", "weak", "weak-consistent"])
-def test_a_cable_that_only_pulls_never_pushes_and_keeps_its_budget(model):
-    result = simulate(
-        HELD,
-        0.3,
-        torque=Constant(1.2 * SLACK_TORQUE),
-        scheme=Scheme(segments=40, slack="tension-only", model=model),
-    )
+@pytest.mark.parametrize(
+    ("drive", "torque", "model", "segments", "events", "bound"),
+    [
+        *(
+            (HELD, Constant(1.2 * SLACK_TORQUE), model, 40, 1, 5e-3)
+            for model in ("exact", "weak", "weak-consistent")
+        ),
+        # Again and again: half the stable step would gain 5 % here.
+        (WEIGHTLESS, Sine(amplitude=10.0 * SLACK_TORQUE, frequency=81.7), "exact", 50, 101, 0.02),
+    ],
+)
+def test_a_cable_that_only_pulls_never_pushes_and_keeps_its_budget(
+    drive, torque, model, segments, events, bound
+):
+    scheme = Scheme(segments=segments, slack="tension-only", model=model)
+    result = simulate(drive, 0.3, torque=torque, scheme=scheme)
     assert result.stopped is None
-    assert result.slack_events
+    assert len(result.slack_events) >= events
     assert result.channel("least_tension_upper").min() == 0.0
-    assert result.energy_budget_error < 5e-3, f"{result.energy_budget_error:.1e}"
-
-
-def test_a_cable_that_snaps_taut_again_and_again_gains_no_energy():
-    """Ten times the slack torque at the pulley mode's frequency: half the stable step would gain 5 % here."""
-    torque = Sine(amplitude=10.0 * SLACK_TORQUE, frequency=81.7)
-    result = simulate(WEIGHTLESS, 0.3, torque=torque, scheme=Scheme(segments=50, slack="tension-only"))
-    assert len(result.slack_events) > 100
-    assert result.energy_budget_error < 0.02, f"{result.energy_budget_error:.1e}"
+    assert result.energy_budget_error < bound, f"{result.energy_budget_error:.1e}"
 
 
 def test_slack_of_a_line_and_of_a_span_with_a_carriage_is_placed_where_it_happens():
@@ -248,16 +249,9 @@ TUNED = Sine(amplitude=0.02, frequency=81.6)
 BOTH_PLANES = (Pluck(height=1e-3, shape="half-sine"), Pluck(height=5e-4, plane="v", shape="half-sine"))
 
 
-def conserved(drive, duration, *, torque=TUNED, forces=(), **scheme):
-    return simulate(
-        drive,
-        duration,
-        torque=torque,
-        forces=forces,
-        start=Start(plucks=BOTH_PLANES),
-        scheme=Scheme(**({"method": "energy-conserving", "segments": 20} | scheme)),
-        recording=Recording(rate=2000.0),
-    )
+def conserved(drive, duration, *, torque=TUNED, segments=20, **options):
+    own = {"method": "energy-conserving", "plucks": BOTH_PLANES}
+    return run(drive, duration, torque=torque, segments=segments, **own, **options)
 
 
 def assert_budget(result, tolerance, measured=None):

@@ -8,6 +8,7 @@ import pytest
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
+from resonance_samples import envelope
 
 DURATION = 1e-3  # s; longitudinal waves cross a span one and a half times
 SEGMENTS, REFERENCE = np.array([128, 256, 512]), 4096
@@ -143,10 +144,3 @@ def test_the_default_resolution_reaches_one_per_cent(shape, measured):
     measured("envelope of load angle {:.2g} %, of midpoint {:.2g} %".format(*(100 * e for e in errors)))
     for error in errors:
         assert error < 0.01, f"{100 * error:.2g} %"
-
-
-def envelope(signal, window=250):
-    """Peaks of windows of two forcing periods, linear trend removed."""
-    x = np.linspace(-1.0, 1.0, signal.size)
-    flat = np.abs(signal - np.polyval(np.polyfit(x, signal, 1), x))
-    return flat.reshape(-1, window).max(axis=1)

@@ -9,6 +9,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network import NetworkStart
@@ -209,10 +210,9 @@ capstan_friction = 0.25
 """
 
 
-def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(tmp_path, measured):
+def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
     r"""Pulled slowly by the drum, T_1 = T_2 e^{\mu\varphi} over a quarter turn; the budget closes."""
-    (tmp_path / "guide.toml").write_text(GUIDE)
-    drive = cd.load_drive(tmp_path / "guide.toml")
+    drive = drive_from_text(GUIDE)
     found = cd.simulate(
         drive,
         0.4,

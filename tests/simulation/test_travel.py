@@ -9,6 +9,7 @@ from scipy.optimize import curve_fit
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route import moved
 from cabledrive.simulation import Recording, Scheme, SimulationInterrupted, run
 from cabledrive.simulation.network import NetworkStart
@@ -65,18 +66,6 @@ motor = [
 """
 
 
-@pytest.fixture
-def machine(tmp_path):
-    """A machine from its text."""
-
-    def load(text):
-        path = tmp_path / "machine.toml"
-        path.write_text(text)
-        return cd.load_drive(path)
-
-    return load
-
-
 def rise(whole, duration):
     """Turn and speed of a shaft: the polynomial of Eq. (6.1), written out."""
     powers = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
@@ -90,7 +79,7 @@ def rise(whole, duration):
 
 
 @pytest.mark.kernel
-def test_a_traction_sheave_moves_as_scipy_integrates_it(machine, measured):
+def test_a_traction_sheave_moves_as_scipy_integrates_it(measured):
     """Car up by 5 m in 1.5 s; the kernels of cabledrive.simulation.travel.kernels,
     cabledrive.simulation.travel.cells, cabledrive.simulation.travel.cells and
     cabledrive.simulation.travel.kernels.
@@ -98,7 +87,7 @@ def test_a_traction_sheave_moves_as_scipy_integrates_it(machine, measured):
     The rope's own mass, 3 g, is all that differs.
     """
     found = cd.simulate(
-        machine(TRACTION),
+        drive_from_text(TRACTION),
         2.0,
         travel=PlannedMove(moves={"car.y": 5.0}, rise=1.5),
         scheme=Scheme(segments=2),
@@ -139,9 +128,9 @@ def hoist_errors(drive, segments, points):
     return error, np.abs(places[:, 1] - rigid).max(), found
 
 
-def test_a_heavy_rope_is_wound_as_scipy_winds_material_points(machine, measured):
+def test_a_heavy_rope_is_wound_as_scipy_winds_material_points(measured):
     """20 of 30 m of a rope of 15 kg with 50 kg on it go onto the drum in 1.8 s; points leave one by one."""
-    error, elastic, found = hoist_errors(machine(HOIST), 16, 12)
+    error, elastic, found = hoist_errors(drive_from_text(HOIST), 16, 12)
     measured(
         f"hoist of a heavy rope against material points: {error:.1e} m of 20 m, elastic part {elastic:.2f} "
         f"m; budget of energy {found.energy_budget_error:.1e}"
@@ -154,9 +143,9 @@ def _chirp(t, mean, slope, size, phase, frequency, rate):
     return mean + slope * t + size * np.cos(phase + 2 * np.pi * (frequency * t + rate * t * t))
 
 
-def test_the_load_swings_at_its_modes_wherever_it_is(machine, measured):
+def test_the_load_swings_at_its_modes_wherever_it_is(measured):
     """Slowly wound up with a first push: frequency of its place against `modes` there, brake on."""
-    drive = machine(HOIST)
+    drive = drive_from_text(HOIST)
     time = 40.0
     found = cd.simulate(
         drive,
@@ -182,10 +171,10 @@ def test_the_load_swings_at_its_modes_wherever_it_is(machine, measured):
     assert np.abs(errors).max() < 5e-3, errors
 
 
-def test_rope_runs_from_drum_to_drum_with_its_momentum(machine):
+def test_rope_runs_from_drum_to_drum_with_its_momentum():
     """Nothing pulls: both drums keep their rim speed while 6 m of rope change sides; no energy is lost."""
     found = cd.simulate(
-        machine(DRUMS),
+        drive_from_text(DRUMS),
         2.0,
         travel=True,
         start=NetworkStart(speeds={"left": -15.0, "right": -10.0}),
@@ -211,10 +200,10 @@ RUNS = {
 
 
 @pytest.mark.parametrize("kind", RUNS)
-def test_an_interrupted_run_goes_on_and_gives_the_same_file(kind, machine, tmp_path, monkeypatch):
+def test_an_interrupted_run_goes_on_and_gives_the_same_file(kind, tmp_path, monkeypatch):
     """Ctrl-C at the third chunk, then resume; with another torque it is refused."""
     source, duration, options, chunk = RUNS[kind]
-    drive = cd.load_drive(source) if kind == "network" else machine(source)
+    drive = cd.load_drive(source) if kind == "network" else drive_from_text(source)
     options = options | {"scheme": Scheme(segments=4)}
     whole, path = tmp_path / "whole.nc", tmp_path / "run.nc"
     cd.simulate(drive, duration, output=whole, **options)
@@ -255,8 +244,8 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_file(kind, machine, tmp_p
         ({"inertia": 0.0}, {}, "has no mass"),
     ],
 )
-def test_what_cannot_travel_is_refused_in_one_line(machine, change, options, words):
-    drive = machine(HOIST if "inertia" not in change else HOIST.split("motor = ")[0])
+def test_what_cannot_travel_is_refused_in_one_line(change, options, words):
+    drive = drive_from_text(HOIST if "inertia" not in change else HOIST.split("motor = ")[0])
     drive = replace(drive, pulley=tuple(replace(one, **change) for one in drive.pulley))
     with pytest.raises(InputRefused, match=words) as refused:
         cd.simulate(drive, 0.1, **({"travel": True} | options))
@@ -272,10 +261,10 @@ def test_machines_that_do_not_travel_say_why(name, words):
         cd.simulate(cd.load_drive(name), 0.1, travel=True)
 
 
-def test_a_drum_carries_the_rope_that_it_winds(machine, measured):
+def test_a_drum_carries_the_rope_that_it_winds(measured):
     """Speed from the balance of energy of a rope that does not stretch, all of which moves with the load."""
     found = cd.simulate(
-        machine(HOIST),
+        drive_from_text(HOIST),
         6.0,
         travel=True,
         torque=lambda t: 150.0 * np.minimum(t / 0.5, 1.0),
@@ -297,14 +286,14 @@ def test_a_drum_carries_the_rope_that_it_winds(machine, measured):
 
 
 @pytest.mark.kernel
-def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balance(machine):
+def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balance():
     """cabledrive.simulation.travel: the weight of a slanting rope pulls its load aside and down."""
     beside = HOIST.replace('["0.25 m", "-30 m"]', '["9 m", "-30 m"]')
     found = cd.simulate(
-        machine(beside), 0.1, travel=True, scheme=Scheme(segments=4), recording=Recording(rate=1e3)
+        drive_from_text(beside), 0.1, travel=True, scheme=Scheme(segments=4), recording=Recording(rate=1e3)
     )
     assert np.ptp(found.channel("load.y")) < 1e-6
     damped = TRACTION.replace("mass_per_length", 'axial_damping = "2 kN s", mass_per_length')
     moving = NetworkStart(speeds={"sheave": 2.0})
-    found = cd.simulate(machine(damped), 0.02, travel=True, start=moving, scheme=Scheme(segments=4))
+    found = cd.simulate(drive_from_text(damped), 0.02, travel=True, start=moving, scheme=Scheme(segments=4))
     assert found.energy_budget_error < 1e-6

@@ -1,13 +1,11 @@
 """What is kept of a study or a reproduction is believed only as it was written, by the code that wrote it."""
 
 import json
-import shutil
 from dataclasses import dataclass
 
 import pytest
 
 from cabledrive.app import finished_study
-from cabledrive.mechanics.sources import PACKAGE
 from cabledrive.parameters.files import OWN_HASH, with_own_hash
 from cabledrive.studies.study.stage_cache import StageCache, as_plain, log_files
 
@@ -67,36 +65,6 @@ def test_a_stage_is_served_as_it_was_written_and_else_made_again(tmp_path, damag
     file.write_text(damage(file.read_text()))
     assert staged(tmp_path, calls) == staged(tmp_path, calls) == Found(1.5)
     assert len(calls) == 2
-
-
-IN_EVERY_ROOM = [
-    "parameters/drive.py", "mechanics/chain.py", "trajectories/segments.py", "modal/natural.py",
-    "reduction/lumped_chain.py", "identification/one_log.py", "control/observers.py", "control/darc.py",
-    "rig/tracking.py", "studies/study/sampled_plants.py",
-]  # fmt: skip
-
-
-def test_a_change_in_any_room_that_a_stage_imports_makes_it_anew(tmp_path, measured):
-    copy = tmp_path / "cabledrive"
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before, kept = digest_of(copy), []
-    for name in IN_EVERY_ROOM:
-        text = (copy / name).read_text()
-        (copy / name).write_text(text + "\n# edited\n")
-        kept += [name] if digest_of(copy) == before else []
-        (copy / name).write_text(text)
-    measured(f"{len(IN_EVERY_ROOM)} modules edited, {len(kept)} without effect on the keys")
-    assert kept == []
-    (copy / "app" / "main.py").write_text("# edited\n")  # which no stage imports
-    assert digest_of(copy) == before
-
-
-def digest_of(copy):
-    from cabledrive.mechanics import sources
-
-    sources._source.cache_clear()
-    sources._file_of.cache_clear()
-    return sources.digest_with_imports(copy / "studies" / "study" / "pipeline.py", copy)
 
 
 def twice(value: float) -> Found:

@@ -7,6 +7,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.studies.motion_margins import EXCEEDED, motion_margins
 from cabledrive.studies.planned_motion import PlannedMotion
 from oracles.elastic_axis import span_tensions
@@ -53,16 +54,6 @@ strength = "600 N"
 """
 
 
-@pytest.fixture
-def machine(tmp_path):
-    def load(text):
-        path = tmp_path / "machine.toml"
-        path.write_text(text)
-        return cd.load_drive(path)
-
-    return load
-
-
 def lifted(height, seconds, acceleration):
     """Up by constant acceleration and braking as hard, with the places of both masses."""
     time = np.linspace(0.0, seconds, 4001)
@@ -72,9 +63,9 @@ def lifted(height, seconds, acceleration):
     return PlannedMotion(time=time, torque=0.0 * time, places={"car.y": up, "weight.y": -up})
 
 
-def test_two_masses_over_a_sheave_have_the_tensions_of_newton(machine, measured):
+def test_two_masses_over_a_sheave_have_the_tensions_of_newton(measured):
     """T1 = m1 (g + a) + F, T2 = m2 (g - a); Eytelwein's ratio over half a turn; torque."""
-    drive, g, a, rub = machine(ATWOOD), 9.81, 2.0, 20.0
+    drive, g, a, rub = drive_from_text(ATWOOD), 9.81, 2.0, 20.0
     found = motion_margins(drive, lifted(2.0, 2.0, a))
     up, down = 100.0 * (g + a) + rub, 80.0 * (g - a)
     torque = 0.2 * (up - down) + 1.0 * a / 0.2
@@ -96,12 +87,12 @@ def test_two_masses_over_a_sheave_have_the_tensions_of_newton(machine, measured)
 
 
 @pytest.mark.parametrize("ramp", [0.0, 0.004, 0.03])
-def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(machine, ramp, measured):
+def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(ramp, measured):
     """A torque that jumps, or rises within 4 or 30 ms, brakes and ends."""
     time = np.linspace(0.0, 0.2, 8001)
     edges = (0.0, ramp + 1e-9, 0.08, 0.08 + ramp + 1e-9, 0.16, 0.16 + ramp + 1e-9)
     torque = np.interp(time, edges, (0.0, 2.0, 2.0, -1.5, -1.5, 0.0))
-    drive = machine(BELT)
+    drive = drive_from_text(BELT)
     found = motion_margins(drive, PlannedMotion(time=time, torque=torque))
     both = span_tensions(time, torque, 0.02, 1e-3, 2e-3, 20e3 / (1.0 / 1.01), 200.0)
     for span, tension in zip(found.spans, both, strict=True):
@@ -114,11 +105,11 @@ def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(machine, ramp, m
     assert lowest == pytest.approx(sorted(both.min(axis=1)), abs=0.01 * change)
 
 
-def test_places_that_the_ropes_do_not_allow_are_refused(machine):
+def test_places_that_the_ropes_do_not_allow_are_refused():
     time = np.linspace(0.0, 1.0, 101)
     places = {"car.y": 0.1 * time, "weight.y": 0.1 * time}
     with pytest.raises(InputRefused, match="do not go together"):
-        motion_margins(machine(ATWOOD), PlannedMotion(time=time, torque=0.0 * time, places=places))
+        motion_margins(drive_from_text(ATWOOD), PlannedMotion(time=time, torque=0.0 * time, places=places))
     with pytest.raises(InputRefused, match=r"add beam\.y"):
         motion_margins(
             cd.load_drive("corexy"),

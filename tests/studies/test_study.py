@@ -16,9 +16,7 @@ from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.bandwidth_cost import sensor_bound
-from cabledrive.studies.study.candidates import score
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
-from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.log_finding import LogFinding
@@ -35,8 +33,17 @@ from cabledrive.studies.study.sampled_plants import (
     with_values,
 )
 from cabledrive.studies.study.stage_cache import as_plain, revived
-from cabledrive.studies.study.verdict_stage import judge
-from study_drives import CASES, FOLDER, LIVELY, datasheet_of, drive_of, goals, log_with, written_log
+from study_drives import (
+    CASES,
+    FOLDER,
+    LIVELY,
+    datasheet_of,
+    drive_of,
+    goals,
+    judged_with,
+    log_with,
+    written_log,
+)
 
 
 @pytest.fixture(scope="module")
@@ -73,15 +80,8 @@ def test_five_drives_get_the_right_verdict_with_the_right_reason(case, studies, 
 
 def judged(found, error, lasting, runs=300):
     """The verdict of a study, had its chosen law these errors on so many lumped plants."""
-    parts = {
-        name: getattr(found, name) for name in ("check", "knowledge", "demand", "resonance", "controller")
-    }
-    name = found.laws.chosen.controller
-    one = score(name, "", "lumped", sorted(lasting), runs, error)
-    laws = replace(found.laws, scores=(one,), cable_scores=())
     chosen = replace(found.runs, peaks=tuple(sorted(lasting)), draws=runs, failed=runs - len(lasting))
-    wanted = replace(found.goals, error=error)
-    return judge(Findings(goals=wanted, laws=laws, runs=chosen, cable=found.cable, **parts))
+    return judged_with(found, replace(found.goals, error=error), chosen)
 
 
 def test_the_lower_end_of_the_confidence_interval_decides_and_nothing_else(studies, measured):

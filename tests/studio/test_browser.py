@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from command import call
-from studio_browser import CHROMIUM, VIEWS, browser_page, need_browser, studio_process
+from studio_browser import CHROMIUM, VIEWS, need_browser, studio_page, studio_process
 
 AXE = os.environ.get("AXE_CORE")  # path of axe.min.js
 PICTURES = os.environ.get("STUDIO_PICTURES")  # folder that keeps the screenshots
@@ -45,8 +45,7 @@ def settled(page):
 
 
 def test_a_slider_ends_in_what_modes_prints_and_undo_takes_it_back(tmp_path):
-    need_browser()
-    with studio_process(tmp_path / "folder", "dissertation-3") as (_, address), browser_page(address) as page:
+    with studio_page(tmp_path / "folder", "dissertation-3") as page:
         page.wait_for_selector("#result .pick")
         before = page.locator(".pick").all_inner_texts()
         slide(page, "cable.pretension", 100)
@@ -72,8 +71,6 @@ def test_a_slider_ends_in_what_modes_prints_and_undo_takes_it_back(tmp_path):
         page.go_back()  # to the refused state, which its address keeps
         beside.wait_for()
         assert "cable.pretension=9" not in page.url
-        assert page.said == []
-        assert page.foreign == []
 
 
 @pytest.mark.verify
@@ -99,11 +96,7 @@ def test_the_page_is_usable_soon_after_the_start(tmp_path, measured):
 @pytest.mark.verify
 def test_a_slider_moves_the_plot_within_a_frame_or_three(tmp_path, measured):
     """Input to new plot in the page, by the page's own clock; median and 90 % of 100 steps."""
-    need_browser()
-    with (
-        studio_process(tmp_path / "folder", "dissertation-3", warm=True) as (process, address),
-        browser_page(address) as page,
-    ):
+    with studio_page(tmp_path / "folder", "dissertation-3", warm=True) as page:
         page.wait_for_selector("#warming", state="hidden", timeout=300_000)
         page.evaluate(WATCH)
         for _ in range(100):
@@ -112,7 +105,7 @@ def test_a_slider_moves_the_plot_within_a_frame_or_three(tmp_path, measured):
         settled(page)
         times = sorted(page.evaluate("window.times"))
         median, most = statistics.median(times), times[int(0.9 * len(times))]
-        memory = resident(process.pid)
+        memory = resident(page.process.pid)
         measured(f"slider to plot: median {median:.0f} ms, 90 % {most:.0f} ms; server {memory:.0f} MB")
         assert len(times) >= 90
         assert (
@@ -130,11 +123,7 @@ def resident(pid):
 
 @pytest.mark.verify
 def test_the_whole_tour_by_keyboard(tmp_path):
-    need_browser()
-    with (
-        studio_process(tmp_path / "folder", "dissertation-2") as (_, address),
-        browser_page(address, tour=True) as page,
-    ):
+    with studio_page(tmp_path / "folder", "dissertation-2", tour=True) as page:
         for step in range(1, 6):
             page.locator("#tour[open] #tour-step", has_text=f"Step {step} ").wait_for()
             assert page.evaluate("document.activeElement.id") == "tour-next"
@@ -144,7 +133,6 @@ def test_the_whole_tour_by_keyboard(tmp_path):
         for key, view in zip("12345", VIEWS, strict=True):
             page.keyboard.press(key)
             page.wait_for_url(f"**/{view}?**")
-        assert page.said == []
 
 
 @pytest.mark.verify
@@ -152,16 +140,13 @@ def test_the_whole_tour_by_keyboard(tmp_path):
 @pytest.mark.parametrize("width", [390, 1440, 3840])
 def test_every_view_fits_its_window_and_asks_nothing_of_others(tmp_path, width, scheme):
     """No part wider than the window, none empty, no error; nothing serious by axe-core (AXE_CORE: file)."""
-    need_browser()
     log = "time [s],torque [N m],angle [rad]\n" + "".join(
         f"{k / 1000},{(k % 200) / 100 - 1},{k / 500}\n" for k in range(3000)
     )
     height = {390: 844, 1440: 900, 3840: 2160}[width]
-    with (
-        studio_process(tmp_path / "folder", "dissertation-2") as (_, address),
-        browser_page(address, width=width, height=height, scheme=scheme) as page,
-    ):
-        base = address.split("?")[0]
+    window = {"width": width, "height": height, "scheme": scheme}
+    with studio_page(tmp_path / "folder", "dissertation-2", **window) as page:
+        base = page.address.split("?")[0]
         for view in VIEWS:
             page.goto(f"{base}{view}?drive={'dissertation-3' if view == 'control' else 'dissertation-2'}")
             wait_for(page, view, log)
@@ -175,8 +160,6 @@ def test_every_view_fits_its_window_and_asks_nothing_of_others(tmp_path, width, 
                 picture(page, Path(PICTURES) / f"{view}-{width}-{scheme}.png")
             if AXE:
                 assert serious(page) == []
-        assert page.said == []
-        assert page.foreign == []
 
 
 def wait_for(page, view, log):

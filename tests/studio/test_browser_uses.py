@@ -1,26 +1,14 @@
 """A use of a machine with routes, walked through in the browser without a terminal."""
 
-from contextlib import contextmanager
-
 import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from studio_browser import browser_page, need_browser, studio_process
+from studio_browser import studio_page
 
 pytestmark = pytest.mark.verify
 AT_MOST = 240_000
 """Milliseconds that one command may take on a busy machine."""
-
-
-@contextmanager
-def studio_at(folder, drive):
-    need_browser()
-    with studio_process(folder, drive) as (_, address), browser_page(address) as page:
-        page.wait_for_selector("#result .pick")
-        yield page
-        assert [words for words in page.said if "(Unprocessable" not in words] == []  # a refusal is no error
-        assert page.foreign == []
 
 
 def finished(page):
@@ -60,7 +48,8 @@ def uploaded(page, path):
 def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
     sound = pinged(tmp_path, {"belt-a.wav": 30.0, "belt-b.wav": 26.0})
     (tmp_path / "resonances_x_my.csv").write_text(measured_peak(47.0))
-    with studio_at(tmp_path / "folder", "corexy") as page:
+    with studio_page(tmp_path / "folder", "corexy") as page:
+        page.wait_for_selector("#result .pick")
         started(page, "travel", vary1="head.x=60mm:360mm:3", vary2="beam.y=50mm:330mm:3", count="2")
         page.frame_locator("iframe[title='map.html']").locator("svg, canvas").first.wait_for()
 

@@ -3,7 +3,13 @@
 import asyncio
 import json
 import os
+import signal
+import socket
+import sys
 import time
+import urllib.request
+from http.cookiejar import CookieJar
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -11,6 +17,8 @@ from cabledrive.parameters import InputRefused
 from cabledrive.studio.commands import KINDS, asked
 from cabledrive.studio.jobs import RUNNING
 from cabledrive.studio.state import State
+from command import call, run
+from studio_browser import studio_process
 
 LONG = ["simulate", "dissertation-2", "--duration=1000", "--pluck-upper=1 mm", "-o", "run.nc"]
 
@@ -109,3 +117,39 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
     assert evil not in found.arguments
     outputs = [found.arguments[k + 1] for k, part in enumerate(found.arguments) if part == "-o"]
     assert all("/" not in name for name in outputs)
+
+
+# --- The studio as a process: its address, a taken port, a folder in use, Ctrl-C
+def test_the_first_line_is_the_address_and_ctrl_c_ends_it_with_130(tmp_path):
+    with studio_process(tmp_path / "one", "dissertation-2", warm=True) as (process, address):
+        parts = urlsplit(address)
+        assert (parts.scheme, parts.hostname, parts.path) == ("http", "127.0.0.1", "/")
+        browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(CookieJar()))
+        page = browser.open(address, timeout=60)
+        assert page.url.startswith(f"http://127.0.0.1:{parts.port}/machine?drive=dissertation-2")
+        assert b"dissertation-2" in page.read()
+
+        second = run("studio", "--no-browser", "--folder", str(tmp_path / "one"))
+        assert second.returncode == 2
+        assert "another studio works in this folder" in second.stderr
+        busy = run("studio", "--no-browser", "--port", str(parts.port), "--folder", str(tmp_path / "two"))
+        assert busy.returncode == 2
+        assert f"--port {parts.port}" in busy.stderr
+        assert "give another" in busy.stderr
+
+        with socket.create_connection(("127.0.0.1", parts.port)) as raw:
+            raw.sendall(b"\x16\x03\x01 no request at all\r\n\r\n")
+            assert b" 400 " in raw.recv(1000)
+
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+        assert (
+            process.stderr.read() == f"cabledrive: interrupted; what was made is kept in {tmp_path / 'one'}\n"
+        )
+
+
+def test_without_the_extra_the_door_says_which(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    result = call("studio", "--no-browser", "--folder", str(tmp_path / "x"))
+    assert result.exit_code == 2
+    assert "pip install 'cabledrive[studio]'" in result.stderr

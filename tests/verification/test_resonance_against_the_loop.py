@@ -1,7 +1,10 @@
 """The exact loop as referee of the resonance theory: envelopes, thresholds, exchange, angular momentum."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from reproduction.averaged_against_exact import (
     ForcedCase,
     averaged_motion,
@@ -12,10 +15,10 @@ from reproduction.averaged_against_exact import (
     own_sensitivity,
 )
 
+from cabledrive.parameters import Drive, NotComputed
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
-from oracles.measured_threshold import demodulated, measured_threshold
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from resonance_samples import TUNED, at_detunings, damped
 
 SHARP = 0.01
@@ -54,36 +57,24 @@ def worst_of(errors):
     )
 
 
-def test_forced_half_sines_have_the_envelopes_of_the_averaged_equations():
-    errors = judged(2, "half-sine", 100)
-    assert np.max(errors[:, 0]) < 0.01, errors
-    assert np.max(errors[:, 1]) < 0.015, errors
-
-
-@pytest.mark.verify
-def test_twenty_forced_half_sines(measured):
-    """Load angle 1 %, midpoint 1.5 % in 19 of 20; 3 % and 2 % in all."""
-    errors = judged(20, "half-sine", 200)
+@pytest.mark.parametrize(("count", "segments"), [(2, 100), pytest.param(20, 200, marks=pytest.mark.verify)])
+def test_forced_half_sines_have_the_envelopes_of_the_averaged_equations(count, segments, measured):
+    """Load angle 1 %, midpoint 1.5 % in all but one of 20; 3 % and 2 % in all."""
+    errors = judged(count, "half-sine", segments)
     measured(worst_of(errors))
-    assert len(errors) >= 19, f"{20 - len(errors)} sets are too sharp themselves"
+    assert len(errors) >= 0.95 * count, f"{count - len(errors)} sets are too sharp themselves"
     good = (errors[:, 0] < 0.01) & (errors[:, 1] < 0.015)
-    assert np.sum(~good) <= 1, errors
+    assert np.sum(~good) <= count // 20, errors
     assert np.max(errors[:, 0]) < 0.03, errors
     assert np.max(errors[:, 1]) < 0.02, errors
 
 
-def test_forced_triangles_have_the_envelopes_of_the_averaged_equations():
-    errors = judged(1, "triangle", 200)
-    assert np.max(errors[:, 0]) < 0.01, errors
-    assert np.max(errors[:, 1]) < 0.03, errors
-
-
-@pytest.mark.verify
-def test_twenty_forced_triangles(measured):
+@pytest.mark.parametrize(("count", "segments"), [(1, 200), pytest.param(20, 400, marks=pytest.mark.verify)])
+def test_forced_triangles_have_the_envelopes_of_the_averaged_equations(count, segments, measured):
     """Load angle 1 % in 18 of 20, midpoint 3 %."""
-    errors = judged(20, "triangle", 400)
+    errors = judged(count, "triangle", segments)
     measured(worst_of(errors))
-    assert np.sum(errors[:, 0] >= 0.01) <= 2, errors
+    assert np.sum(errors[:, 0] >= 0.01) <= count // 10, errors
     assert np.max(errors[:, 1]) < 0.03, errors
 
 
@@ -94,20 +85,15 @@ def threshold_error(transverse, pulley, transverse_detuning, pulley_detuning):
     return predicted / measured_threshold(drive, predicted, forcing) - 1.0
 
 
-def test_threshold_is_where_the_exact_loop_begins_to_grow():
-    error = threshold_error(7.0, 33.0, 3.3, -6.0)
-    assert abs(error) < 0.01, f"{error:.4f}"
-
-
-@pytest.mark.verify
-def test_twenty_thresholds_on_the_exact_loop(measured):
+@pytest.mark.parametrize("count", [1, pytest.param(20, marks=pytest.mark.verify)])
+def test_threshold_is_where_the_exact_loop_begins_to_grow(count, measured):
     """Gamma 1-8, c_q 5-40 1/s, detunings -8..14 and +-14 rad/s: within 1 %."""
     rng, errors = np.random.default_rng(5), []
-    for _ in range(20):
+    for _ in range(count):
         dampings = rng.uniform(1, 8), rng.uniform(5, 40)
         errors.append(threshold_error(*dampings, rng.uniform(-8, 14), rng.uniform(-14, 14)))
     worst = np.max(np.abs(errors))
-    measured(f"20 thresholds: worst {100 * worst:.2f} %")
+    measured(f"{count} thresholds: worst {100 * worst:.2f} %")
     assert worst < 0.01, np.round(errors, 5)
 
 
@@ -148,3 +134,84 @@ def test_free_exchanges_below_three_millimetres(case, measured):
     measured(f"period {100 * period:+.2f} %, largest pulley angle {100 * stroke:+.2f} %")
     assert abs(period) < 0.01, f"{period:.4f}"
     assert abs(stroke) < 0.01, f"{stroke:.4f}"
+
+
+# --- The threshold torque measured on the exact loop: where a vanishing motion neither grows nor dies
+Array = NDArray[np.float64]
+
+SEED = 1e-9
+"""Pluck of the upper span [m]: small enough to act back on nothing."""
+
+SETTLED, MEASURED = 7.0, 12.0
+"""Growth is fitted between so many decay times 1 / Gamma."""
+
+
+def measured_growth(drive: Drive, torque: float, forcing: float, segments: int = 200) -> float:
+    """Growth rate of a vanishing transverse motion on the exact loop under a steady torque.
+
+    The pulleys start with the speed that leaves no mean drift. The midpoint's motion is demodulated at half
+    the forcing frequency; window peaks would mislead by some per cent.
+
+    ``drive``: with transverse damping; ``torque`` [N m]; ``forcing``: omega [rad/s]; ``segments``: per span.
+    Returns [1/s].
+    Raises `NotComputed` if the cable is undamped: there is nothing to wait for.
+    """
+    gamma = drive.cable.transverse_damping
+    if gamma == 0.0:
+        raise NotComputed("the growth needs transverse damping: without it the transients do not decay")
+    model = autoparametric_model(drive)
+    rim_speed = -torque * model.rigid_arm / (model.rigid_mass * forcing)
+    result = simulate(
+        drive,
+        MEASURED / gamma + 8.0 / max(model.modal_damping, 1.0),
+        torque=Sine(amplitude=torque, frequency=forcing / (2 * np.pi)),
+        start=Start(
+            plucks=(Pluck(height=SEED, shape="half-sine"),),
+            drive_speed=rim_speed / drive.drive_pulley.radius,
+            load_speed=rim_speed / drive.load_pulley.radius,
+        ),
+        scheme=Scheme(segments=segments),
+        recording=Recording(rate=16 * forcing / (2 * np.pi)),
+    )
+    time, motion = result.time, result.midpoint("upper")[:, 2]
+    centres, sizes = demodulated(time, motion, 0.5 * forcing)
+    late = centres > time[-1] - (MEASURED - SETTLED) / gamma
+    return float(np.polyfit(centres[late], np.log(sizes[late]), 1)[0])
+
+
+def demodulated(time: Array, signal: Array, omega: float, periods: int = 4) -> tuple[Array, Array]:
+    """Amplitude of a signal at one frequency, over windows of some periods with smooth edges.
+
+    ``time``, ``signal``, shape (n,): at equal intervals; ``omega`` [rad/s].
+    Returns ``centre, amplitude``, shape (windows,): windows overlap by half.
+    """
+    interval = time[1] - time[0]
+    length = round(periods * 2 * np.pi / omega / interval)
+    weight = np.hanning(length + 1)[:-1]
+    starts = np.arange(0, time.size - length, length // 2)
+    rows = starts[:, None] + np.arange(length)
+    turned = signal[rows] * np.exp(-1j * omega * time[rows]) * weight
+    return time[starts] + 0.5 * length * interval, 2.0 * np.abs(turned.sum(axis=1)) / weight.sum()
+
+
+def measured_threshold(
+    drive: Drive,
+    predicted: float,
+    forcing: float,
+    shares: Sequence[float] = (1.01, 1.03),
+    segments: int = 200,
+) -> float:
+    r"""Torque at which the growth on the exact loop changes sign, from two torques above a prediction.
+
+    The growth rate :math:`\lambda` obeys :math:`(\lambda + \Gamma/2)^2 = \mu^2 - D^2` with :math:`\mu`
+    proportional to the torque: a straight line over its square, while the rate itself has a corner just
+    below the threshold.
+
+    ``predicted`` [N m]; ``forcing``: omega [rad/s]; ``shares``: of the predicted torque, where growth is
+    measured; ``segments``: per span.
+    Returns [N m].
+    """
+    half = 0.5 * drive.cable.transverse_damping
+    low, high = ((measured_growth(drive, x * predicted, forcing, segments) + half) ** 2 for x in shares)
+    first, second = (x**2 for x in shares)
+    return float(predicted * np.sqrt(first + (half**2 - low) * (second - first) / (high - low)))

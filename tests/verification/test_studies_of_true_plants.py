@@ -16,12 +16,9 @@ from scipy.stats import binom
 from cabledrive.parameters import load_drive
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.candidates import score
 from cabledrive.studies.study.controller_stage import law_of
-from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.sampled_plants import joined_loop
-from cabledrive.studies.study.verdict_stage import judge
-from study_drives import drive_of
+from study_drives import drive_of, judged_with
 from true_plants import errors, log_text, truth_of
 
 GEARED, RIGID = load_drive("dissertation-3"), drive_of("turntable")
@@ -113,15 +110,7 @@ def asked_for_what_it_reached(found):
     if reached is None or reached.error is None:
         return None, "unknown"
     goal = float(reached.error)
-    parts = {
-        key: getattr(found, key)
-        for key in ("check", "knowledge", "demand", "resonance", "controller", "runs")
-    }
-    chosen = found.laws.chosen
-    one = score(chosen.controller, chosen.words, "lumped", found.runs.peaks, found.runs.draws, goal)
-    laws = replace(found.laws, scores=(one,), cable_scores=())
-    wanted = replace(found.goals, error=goal)
-    return goal, judge(Findings(goals=wanted, laws=laws, cable=found.cable, **parts)).answer
+    return goal, judged_with(found, replace(found.goals, error=goal), found.runs).answer
 
 
 @cache
