@@ -36,6 +36,19 @@ def test_sound_drive_gives_no_warning():
     assert drive_warnings(QUIET) == ()
 
 
+def test_rig_of_the_dissertation_gives_the_three_of_its_errata():
+    """Torque limit above 0.56 N m, 850 N/m against 438 N/m, rotor through the gear above J11."""
+    slack, stiffness, rotor = drive_warnings(RIG)
+    assert slack == (
+        "motor.torque_limit = 2.1 N m is above 0.56 N m, the slack torque 2 r1 T0: a span can go slack; "
+        "limit the torque or raise cable.pretension to 26.25 N"
+    )
+    assert stiffness.startswith("lumped.cable_stiffness = 850 N/m is 1.94 times EA / L = 438 N/m")
+    assert rotor.startswith(
+        "the rotor alone is 0.001449 kg m^2 through the gear, above motor.inertia = 0.0011"
+    )
+
+
 @pytest.mark.parametrize(
     "name", ["dissertation-1", "dissertation-2", "dissertation-transporter", "finger-tendon"]
 )

@@ -227,7 +227,8 @@ def test_each_row_equals_the_drive_alone(name):
 
 def test_a_line_with_free_ends_has_the_roots_of_its_equation():
     """Two equal masses m on a line of impedance Z: Z/(m w) = tan(w t/2), -cot(w t/2)."""
-    line = batch([Chain(rigidity=[3.0 / 0.7], density=[3.0 * 0.7], lengths=[1.0], masses=[2.0, 2.0])])
+    ends = np.full(2, 2.0)
+    line = batch([Chain(rigidity=3.0 / 0.7, density=3.0 * 0.7, lengths=np.ones(1), masses=ends)])
     (omega,), done = many_spectra(line, 4)
     assert done.all()
     half = 0.5 * omega * 0.7
@@ -239,7 +240,6 @@ def test_a_line_with_free_ends_has_the_roots_of_its_equation():
 
 def test_modes_of_one_frequency_are_left_to_the_search_of_one_chain():
     """A ring of equal spans without masses has every frequency twice."""
-    two = np.ones(2)
-    ring = batch([Chain(rigidity=two, density=two, lengths=two, masses=0.0 * two, closed=True)])
+    ring = batch([Chain(rigidity=1.0, density=1.0, lengths=np.ones(2), masses=np.zeros(2), closed=True)])
     _, done = many_spectra(ring, 3)
     assert not done.any()

@@ -1,4 +1,4 @@
-"""Hoists by scipy, without any part of the package: a winch of material points, and a traction sheave."""
+"""Hoists and an elastic axis by scipy, without any part of the package: plain Newton."""
 
 from dataclasses import dataclass
 
@@ -105,3 +105,25 @@ class Traction:
         y = np.concatenate([np.zeros(4), start])
         solved = solve_ivp(rate, (0.0, duration), y, "LSODA", samples, rtol=1e-10, atol=1e-12)
         return solved.y[:2].T
+
+
+def span_tensions(time, torque, radius, motor, load, stiffness, pretension):
+    """Tensions of two spans between a motor and a load, shape (2, t); the torque on straight lines."""
+
+    def rates(t, state):
+        turn_motor, turn_load, speed_motor, speed_load = state
+        pull = 2.0 * stiffness * radius**2 * (turn_motor - turn_load)
+        push = np.interp(t, time, torque)
+        return [speed_motor, speed_load, (push - pull) / motor, pull / load]
+
+    found = solve_ivp(
+        rates,
+        (time[0], time[-1]),
+        np.zeros(4),
+        t_eval=time,
+        rtol=1e-10,
+        atol=1e-14,
+        max_step=time[1] - time[0],
+    )
+    rise = stiffness * radius * (found.y[0] - found.y[1])
+    return np.array([pretension + rise, pretension - rise])

@@ -30,10 +30,6 @@ def drives():
     return [load_drive("dissertation-1")]
 
 
-def page():
-    return report_html(drives(), written_at=TIME)
-
-
 def test_the_file_is_the_page_with_a_card_for_each_linked_page(tmp_path):
     (tmp_path / "beside").mkdir()
     other = tmp_path / "beside" / "campaign.html"

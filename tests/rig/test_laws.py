@@ -210,17 +210,12 @@ def loop_of(name: str, motion: Motion):
     return close_loop(DRIVE, DRIVE, made, motion, RigOptions(), np.random.default_rng(0))
 
 
-def written(folder, law: str, **changes):
-    data = controller_numbers(loop_of(law, SHORT), DRIVE, "motor") | changes
-    (folder / "controller.json").write_text(json.dumps(data, allow_nan=False))
-    return folder / "controller.json"
-
-
 @pytest.mark.parametrize(
     "name", ["pd", "pid", "lqg", "lqi", "dob", "shaper", "darc-3-damped", "darc-4-damped"]
 )
 def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name, tmp_path, measured):
-    path = written(tmp_path, name)
+    path = tmp_path / "controller.json"
+    path.write_text(json.dumps(controller_numbers(loop_of(name, SHORT), DRIVE, "motor"), allow_nan=False))
     found = best_track(DRIVE, controller=str(path), motion=OTHER)
     loop, first = loop_of(name, OTHER), loop_of(name, SHORT)  # adaptation and filter are tuned to a motion
     settled = first.observer._replace(gains=first.observer.gains[-1:])

@@ -120,10 +120,6 @@ def test_the_pair_keeps_its_flanks_closed_and_comes_to_rest_within_a_count(draws
     assert np.mean(alone > 1.0) > 0.5
 
 
-def shock(torque):
-    return Disturbance(torque=torque, start=0.7, end=0.75)
-
-
 def test_where_the_torque_exceeds_the_preload_a_flank_opens_and_the_result_says_so():
     """Take-over: a shock of 1.2 N m, the load 20 % heavier than believed; then both flanks close again."""
     tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, "cable.pretension=60 N"])

@@ -9,7 +9,6 @@ import xarray
 
 from cabledrive import __version__
 from cabledrive.parameters.drive_file import load_drive
-from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.schema import content_hash
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.channels import CHANNELS
@@ -85,8 +84,3 @@ def test_the_error_estimate_covers_the_error_and_sees_its_order(shape, order):
             f"{name}: estimated {found.error:.2e}, true {error:.2e}"
         )
     assert estimate.upper_midpoint.order == pytest.approx(order, abs=0.5)
-
-
-def test_an_error_estimate_of_too_few_segments_is_refused():
-    with pytest.raises(InputRefused, match="segments = 11: an error estimate halves them twice and needs 12"):
-        simulate(DRIVE, 0.01, scheme=Scheme(segments=11), error_estimate=True)

@@ -142,6 +142,7 @@ LINE = replace(DRIVE, kind="line")
         ("fields = -1 must be a whole number", {"recording": {"fields": -1}}),
         ("records of this run take .* GB", {"duration": 1e4, "recording": {"rate": 1e5}}),
         ("does not know carriages", {"drive": GUIDED, "scheme": {"method": "node-centred"}}),
+        ("11: an error estimate halves", {"scheme": {"segments": 11}, "error_estimate": True}),
         ("does not know slack", {"scheme": {"method": "node-centred", "slack": "tension-only"}}),
     ],
 )

@@ -10,7 +10,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.studies.motion_margins import EXCEEDED, motion_margins
 from cabledrive.studies.planned_motion import PlannedMotion
-from oracles.elastic_axis import span_tensions
+from oracles.hoists import span_tensions
 
 ATWOOD = """
 schema = 1
