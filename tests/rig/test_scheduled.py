@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_load_learning import at_99
 
 from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.law_kernels import law_step
@@ -44,6 +43,10 @@ def loop_of(name, drive=DRIVE, motion=TWO):
 def over_plants(name, draws, seed, ranges=CHANGES):
     law = law_as_tuned(name, HERTZ, "by uncertainty", spec_for(DRIVE, TWO, options=COMPARED))
     return scored(law, None, ranges, COMPARED, seed, range(draws))
+
+
+def at_99(scores):
+    return float(np.degrees(np.quantile(scores.peaks, 0.99)))
 
 
 def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured):
