@@ -11,6 +11,8 @@ from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
 from report_page import TIME
 
+DRIVES = [load_drive("dissertation-1")]
+
 
 @pytest.fixture(autouse=True)
 def one_study(monkeypatch):
@@ -23,21 +25,17 @@ def one_study(monkeypatch):
 @cache
 def machine():
     """The page of the machine, computed once."""
-    return machine_view(make_context(drives()), 0)
-
-
-def drives():
-    return [load_drive("dissertation-1")]
+    return machine_view(make_context(DRIVES), 0)
 
 
 def test_the_file_is_the_page_with_a_card_for_each_linked_page(tmp_path):
     (tmp_path / "beside").mkdir()
     other = tmp_path / "beside" / "campaign.html"
     other.write_text("<html><head><title>Fleet &amp; field</title></head></html>")
-    written = write_report(drives(), tmp_path / "report.html", written_at=TIME, links=[other])
+    written = write_report(DRIVES, tmp_path / "report.html", written_at=TIME, links=[other])
     text = written.read_text(encoding="utf-8")
     linked = (("Fleet & field", "beside/campaign.html"),)
-    assert text == report_html(drives(), written_at=TIME, links=linked)
+    assert text == report_html(DRIVES, written_at=TIME, links=linked)
     assert '<a href="beside/campaign.html">Fleet &amp; field</a>' in text
 
 
@@ -47,5 +45,5 @@ def test_a_report_that_fails_on_the_way_leaves_nothing(tmp_path, monkeypatch):
 
     monkeypatch.setattr(writing, "effect_of_parameters", fail)
     with pytest.raises(NotComputed):
-        write_report(drives(), tmp_path / "report.html")
+        write_report(DRIVES, tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []
