@@ -39,7 +39,7 @@ FILES = {
     "results.json": "{}",
 }
 D2, D3, MAP = "dissertation-2", "dissertation-3", "map corexy --vary"
-RESPONSE, RUN = "response log.csv --input torque --output", f"simulate {D2} --duration"
+RESPONSE, RUN = "response log.csv --input torque --response", f"simulate {D2} --duration"
 WINCH = f"study {FOLDER / 'winch.toml'} -o out"
 ROWS = {
     "words that are no command or option": [
@@ -111,7 +111,7 @@ ROWS = {
         (f"{RESPONSE} angle --offset 1", "--offset", "--coulomb"),
         (f"{RESPONSE} angle -o r.csv", ".json"),
         (f"{RESPONSE} torque", '"torque"', "time, torque, angle"),
-        ('response log.csv --input torque --output "torque [N m]"', '"torque"', "time, torque, angle"),
+        ('response log.csv --input torque --response "torque [N m]"', '"torque"', "time, torque, angle"),
         (f"response {D3}", D3),
         ("response printer-idlers --response tail", '"tail"', "head.x"),
         ("shaper log.csv -o s.csv", ".json"),

@@ -51,7 +51,7 @@ def test_an_experiment_is_identified(log, capsys):
 
 def test_a_plain_column_serves_as_input(log, capsys):
     status, out, _ = run(
-        capsys, "response", log, "--input", "command voltage [V]", "--output", "torque", "--json"
+        capsys, "response", log, "--input", "command voltage [V]", "--response", "torque", "--json"
     )
     answer = json.loads(out)
     at = answer["frequency_hz"].index(pytest.approx(3.0, abs=1e-6))

@@ -1,14 +1,13 @@
 """`cabledrive response`: a frequency response from a log, or of a machine."""
 
-import re
 from typing import Any
 
 import click
 import numpy as np
 
 from cabledrive.app.combinations import Chooser, reading_options, refuse_given, refuse_not_of
-from cabledrive.app.options import Subcommand, answering, force_option, option
-from cabledrive.app.results import OBJECT, Answer, NewFile, NewFileType, json_text, provenance
+from cabledrive.app.options import Subcommand, answering, option, saves_answer
+from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route import RoutedDrive
@@ -16,35 +15,16 @@ from cabledrive.parameters.route import RoutedDrive
 LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
 
 
-class _Response(Subcommand):
-    """``--output`` names the column of the output, as in version 0.1, where ``--response`` is not given."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments."""
-        if any(re.match("--response(=|$)", arg) for arg in args):
-            args = [re.sub("^--output(?:=|$)", "-o", arg) for arg in args]
-        return super().parse_args(ctx, args)
-
-
-class _OutputPath(click.Option):
-    """``-o``, which the help calls ``-o, --output`` as in every command."""
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """What the help says of it."""
-        return f"-o, --output {self.metavar}", self.help or ""
-
-
 @click.command(
-    cls=_Response,
+    cls=Subcommand,
     example="cabledrive response log.csv --input torque --response angle --differentiate --json",
     short_help="Measure a frequency response from a log.",
 )
 @answering
-@force_option
+@saves_answer
 @click.argument("log", metavar="LOG")
 @option("--input input_", "COL", "Channel or column of the input.")
 @option("--response column", "COL", "Channel or column of the output.")
-@click.option("--output", "former", hidden=True)
 @reading_options
 @option("--config", "path", "TOML file with [log].", of=LOG)
 @option("--segment", "s", "Length of the Hann windows.", 1.0, of=LOG)
@@ -56,14 +36,10 @@ class _OutputPath(click.Option):
 @option("--coulomb", "N m", "Coulomb friction to take off the input first.", of=LOG)
 @option("--offset", "N m", "Offset to add to the input first.", 0.0, of=LOG)
 @option("--amplifier", "flag", "Fit gain and bandwidth, from a command [V] to a torque [N m].", of=LOG)
-@option(
-    "-o file", NewFileType(*OBJECT), "Write the JSON object to FILE as well.", cls=_OutputPath, metavar="FILE"
-)
 def command(
     log: str,
     input_: str | None,
     column: str | None,
-    former: str | None,
     choose: Chooser,
     config: str | None,
     segment: float,
@@ -75,7 +51,6 @@ def command(
     coulomb: float | None,
     offset: float,
     amplifier: bool,
-    file: NewFile | None,
 ) -> Answer:
     """Measure the response from one channel of LOG to another: magnitude, phase, coherence.
 
@@ -86,24 +61,20 @@ def command(
     from cabledrive.identification.log_response import coherence_words, read_pair, response
     from cabledrive.identification.one_log import IdentifyOptions, load_options
 
-    output = column or former
     if is_machine(log):
         refuse_not_of("drive", "is for logs: leave it out with a drive file")
-        answer = response_of_machine(log, input_, output, below, speed=differentiate)
-        if file is not None:
-            file.write(json_text(answer) + "\n")
-        return answer
-    if input_ is None and output is None:
+        return response_of_machine(log, input_, column, below, speed=differentiate)
+    if input_ is None and column is None:
         refuse_given("below", why="is for drive files: leave it out with a log")
         refuse_not_of("file", "is for logs: name the channels with --input and --response, or leave it out")
-        return _of_a_file(log, file)
+        return _of_a_file(log)
     refuse_not_of("log", "is for drive files: leave it out with a log")
-    if input_ is None or output is None:
+    if input_ is None or column is None:
         raise InputRefused("a response needs both --input COL and --response COL: name the columns")
     if coulomb is None:
         refuse_given("offset", why="belongs to --coulomb: add that (0 for none), or leave it out")
     options = IdentifyOptions() if config is None else load_options(config)
-    read, source, target = read_pair(log, choose(options.columns), input_, output)
+    read, source, target = read_pair(log, choose(options.columns), input_, column)
     found = response(
         read,
         source,
@@ -118,12 +89,12 @@ def command(
     )
     fitted, words = _amplifier(read, source, target, segment) if amplifier else ({}, "")
     said, warnings = coherence_words(found, read.channel(source), read.interval)
-    answer = Answer(
+    return Answer(
         data=_lines_of(found)
         | {
             "left_out": [{"start": b.start, "end": b.end, "reason": b.reason} for b in found.blows],
             "input": input_,
-            "output": output,
+            "output": column,
             "warnings": warnings,
         }
         | fitted,
@@ -133,9 +104,6 @@ def command(
         + words,
         provenance=provenance(method=f"{estimator}, Hann windows of {segment:g} s"),
     )
-    if file is not None:
-        file.write(json_text(answer) + "\n")
-    return answer
 
 
 def _lines_of(found: Any) -> dict[str, Any]:
@@ -151,20 +119,17 @@ def _lines_of(found: Any) -> dict[str, Any]:
     }
 
 
-def _of_a_file(path: str, file: NewFile | None) -> Answer:
+def _of_a_file(path: str) -> Answer:
     """A response that was measured elsewhere, averaged over its repeats."""
     from cabledrive.identification.log_response import read_response
 
     found = read_response(path)
-    answer = Answer(
+    return Answer(
         data=_lines_of(found) | {"left_out": []},
         text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} repeats, "
         f"{found.left_out} outliers",
         provenance=provenance(method="median of the repeats at each frequency"),
     )
-    if file is not None:
-        file.write(json_text(answer) + "\n")
-    return answer
 
 
 def _amplifier(log: Any, command_: str, torque: str, segment: float) -> tuple[dict[str, Any], str]:
