@@ -225,4 +225,5 @@ SCRIPTS = sorted((Path(__file__).resolve().parent.parent / "examples").glob("*.p
 def test_example_runs_in_an_empty_folder(script, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(script.parent)
+    monkeypatch.setattr(sys, "argv", [str(script)])
     runpy.run_path(str(script), run_name="__main__")

@@ -133,7 +133,6 @@ def batch_state(transition, noise, output, reading, start, readings):
     return covariance[-n:] @ seen.T @ np.linalg.solve(spread, np.concatenate(readings))
 
 
-@pytest.mark.kernel
 @pytest.mark.parametrize(("states", "encoders"), [(2, 1), (5, 2), (7, 3)])
 def test_the_recursion_ends_where_a_regression_on_all_readings_does(states, encoders):
     rng = np.random.default_rng(states)
