@@ -330,32 +330,27 @@ def answering(function: Function) -> Function:
     return _answered
 
 
-def pulse_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `--angle`, `--rise` and `--dwell` to a command that takes them by these names [deg, s, s]."""
-    for add in (  # the last one added stands first in the help
-        option("--dwell", "s", "Rest after a move.", 0.5),
-        option("--rise", "s", "Rise time.", 0.5),
-        option("--angle", ANGLE, "Of each pulse.", 45.0, metavar="DEG"),
-    ):
-        function = add(function)
-    return function
+def together(*own: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that several commands share, in the order of the help."""
+    return lambda function: functools.reduce(lambda made, add: add(made), reversed(own), function)
 
 
-def payload_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `--payload`, `--payload-range` and `--load-change` to a command that takes them by these names."""
-    for add in (  # the last one added stands first in the help
-        option("--load-change", "FACTOR:START", "The plant's load from a time on, as 3:0.7s."),
-        option(
-            "--payload-range",
-            "LOW:HIGH",
-            "Loads that lqi-scheduled is designed for; default: 0.5:3 times the drive's.",
-        ),
-        option(
-            "--payload payloads",
-            "FACTOR:START",
-            "Load announced to lqi-scheduled (gain scheduling), as 3:0.7s; repeatable.",
-            multiple=True,
-        ),
-    ):
-        function = add(function)
-    return function
+pulse_options = together(
+    option("--angle", ANGLE, "Of each pulse.", 45.0, metavar="DEG"),
+    option("--rise", "s", "Rise time.", 0.5),
+    option("--dwell", "s", "Rest after a move.", 0.5),
+)
+payload_options = together(
+    option(
+        "--payload payloads",
+        "FACTOR:START",
+        "Load announced to lqi-scheduled (gain scheduling), as 3:0.7s; repeatable.",
+        multiple=True,
+    ),
+    option(
+        "--payload-range",
+        "LOW:HIGH",
+        "Loads that lqi-scheduled is designed for; default: 0.5:3 times the drive's.",
+    ),
+    option("--load-change", "FACTOR:START", "The plant's load from a time on, as 3:0.7s."),
+)

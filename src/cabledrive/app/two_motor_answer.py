@@ -1,12 +1,11 @@
 """`cabledrive track` of a body between two motors: its options, its run, its text."""
 
-from collections.abc import Callable
 from typing import Any
 
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import option
+from cabledrive.app.options import option, together
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route import RoutedDrive
@@ -21,28 +20,19 @@ NOT_HERE = (
 )
 
 
-def winch_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `--move`, `--least-tension` and `--gust` to a command that takes them by these names."""
-    for add in (  # the last one added stands first in the help
-        option(
-            "--gust",
-            "N",
-            "Force on the body for which the tension is promised; default: a tenth of its weight.",
-        ),
-        option(
-            "--least-tension",
-            "N",
-            "Winches: no line falls below; default: a fifth of the smaller tension at rest.",
-        ),
-        option(
-            "--move moves",
-            "NAME=M",
-            "Winches: how far the body goes, as camera.x=2m; repeatable.",
-            multiple=True,
-        ),
-    ):
-        function = add(function)
-    return function
+winch_options = together(
+    option(
+        "--move moves", "NAME=M", "Winches: how far the body goes, as camera.x=2m; repeatable.", multiple=True
+    ),
+    option(
+        "--least-tension",
+        "N",
+        "Winches: no line falls below; default: a fifth of the smaller tension at rest.",
+    ),
+    option(
+        "--gust", "N", "Force on the body for which the tension is promised; default: a tenth of its weight."
+    ),
+)
 
 
 def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
