@@ -11,7 +11,7 @@ from pathlib import Path
 
 import cabledrive as cd
 from cabledrive.rig.bench.experiment import Excitation, experiment
-from cabledrive.rig.log_file import log_csv
+from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals, run_study
 
 machine = cd.load_drive("dissertation-3", overrides=["sensors.sample_rate=1 kHz"])

@@ -10,11 +10,10 @@ import numpy as np
 from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.rig.bench.experiment import Excitation, experiment
-from cabledrive.rig.log_file import log_csv
 from cabledrive.rig.setting import DEGREE
+from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult
-from cabledrive.studies.study.candidates import score
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, score
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.verdict_stage import Verdict, judge

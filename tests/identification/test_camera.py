@@ -9,7 +9,7 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.tension.tones import Tones, fit_tones
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
-from cabledrive.rig.log_file import log_csv
+from cabledrive.rig.tracking import log_csv
 
 RATE = 480.0
 TONES = (34.2, 71.7, 143.1)

@@ -125,33 +125,3 @@ def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):
         assert expected in words, expected
     with pytest.raises(InputRefused, match="exists"):
         write_log_report(log, found, tmp_path / "a.html")
-
-
-@pytest.mark.verify
-def test_chapter_4_is_identified_as_its_rig_was_made(measured):
-    """99.9 % intervals at the seed of the report; the coupling within 99.9 %; the amplifier within 95 %."""
-    from scipy import stats
-
-    from cabledrive.studies.chapter_4 import chapter_4
-
-    found = chapter_4()
-    values = []
-    for one in found.experiments:
-        truth = (one.test.inertia, one.test.viscous, one.test.coulomb, one.test.offset)
-        t = stats.t.ppf(0.9995, one.found.freedom)
-        for (name, estimate), value in zip(one.found.parameters.items(), truth, strict=True):
-            values.append((one.title, name, estimate, value, t))
-    inside = sum(estimate.low < value < estimate.high for _, _, estimate, value, _ in values)
-    km, bm = (found.coupled.fit.bounds(name, 0.95) for name in ("joint_stiffness", "joint_damping"))
-    measured(
-        f"{inside} of {len(values)} values in their 95 % intervals; k_m {km[0]:.0f} to {km[1]:.0f} N m/rad, "
-        f"b_m {bm[0]:.3f} to {bm[1]:.3f} N m s/rad; amplifier {found.amplifier.decibels:.3f} dB"
-    )
-    for title, name, estimate, value, t in values:
-        assert abs(estimate.value - value) < t * estimate.standard_error, (title, name, estimate)
-    for name, value in (("joint_stiffness", 135.0), ("joint_damping", 0.075)):
-        low, high = found.coupled.fit.bounds(name, 0.999)
-        assert low < value < high, (name, low, high)
-    assert found.amplifier.decibels == pytest.approx(4.2, abs=0.01)
-    tanh = found.experiments[-1].printed_regressor
-    assert tanh["viscous_friction"] < 0.0, "tanh(0.5 w) does not part the frictions of a slow axis"

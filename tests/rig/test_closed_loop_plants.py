@@ -2,7 +2,7 @@
 
 Compiled modules under test: cabledrive.rig.closed_loop.chain_kernels,
 cabledrive.rig.closed_loop.cable_kernels,
-cabledrive.rig.closed_loop.sample_kernels.
+cabledrive.rig.closed_loop.loop_numbers.
 """
 
 from dataclasses import replace

@@ -17,7 +17,7 @@ from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.disturbed_plants import Disturbances, disturbed_plant, load_disturbances
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.log_file import log_text
+from cabledrive.rig.tracking import log_text
 from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track

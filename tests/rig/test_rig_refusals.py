@@ -16,13 +16,13 @@ from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions,
 from cabledrive.rig.carriage.transporter import CarriageMove, move_carriage
 from cabledrive.rig.closed_loop.loop import close_loop
 from cabledrive.rig.disturbed_plants import Disturbances, disturbances_of, disturbed_loop
+from cabledrive.rig.front_door import track_two_motors
 from cabledrive.rig.laws.controller_file import controller_numbers
 from cabledrive.rig.laws.load_learning import NAME as LEARNING
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
-from cabledrive.rig.two_motors.run import track_two_motors
 from cabledrive.studies.transporter_moves import scaled_transporter
 
 DRIVE = cd.load_drive("dissertation-3")

@@ -11,10 +11,19 @@ from cabledrive.control.tension_position import first_state, step
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
 from cabledrive.rig import BodyMotion, Disturbance, RigOptions
-from cabledrive.rig.two_motors.front import drawn_gusts, drawn_plant, wilson
+from cabledrive.rig.front_door import track_two_motors
 from cabledrive.rig.two_motors.plan import design_tensions, plan_motion
-from cabledrive.rig.two_motors.run import Setup, forces_of, run_plant, track_two_motors
-from cabledrive.rig.two_motors.summary import bound_of_place, part_used, summarize
+from cabledrive.rig.two_motors.run import (
+    Setup,
+    bound_of_place,
+    drawn_gusts,
+    drawn_plant,
+    forces_of,
+    part_used,
+    run_plant,
+    wilson,
+)
+from cabledrive.rig.two_motors.summary import summarize
 from oracles.two_winches import Winches, run
 
 CAMERA = cd.load_drive("camera-winches")

@@ -9,8 +9,7 @@ import pytest
 from cabledrive.report.blocks import Figure
 from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import accept
-from cabledrive.studies.study.candidates import score
+from cabledrive.studies.study.acceptance_stage import accept, score
 from cabledrive.studies.study.controller_stage import ControllerResult, LawSetting
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS

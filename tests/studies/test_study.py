@@ -19,7 +19,7 @@ from cabledrive.studies.study.bandwidth_cost import sensor_bound
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
-from cabledrive.studies.study.log_finding import LogFinding
+from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
 from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.results_file import results_of

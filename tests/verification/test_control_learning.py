@@ -10,7 +10,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.expected_bound import expected_bound
-from cabledrive.rig.learning_samples import RUBBING_LOAD, LearningSamples, run_learning_samples
+from cabledrive.rig.laws.indirect import RUBBING_LOAD, LearningSamples, run_learning_samples
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design

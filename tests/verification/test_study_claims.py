@@ -20,8 +20,8 @@ from cabledrive.parameters.drive_file import drive_text
 from cabledrive.reduction.quality import model_quality
 from cabledrive.rig.bench.experiment import Excitation, experiment
 from cabledrive.rig.closed_loop.loop import run
-from cabledrive.rig.log_file import log_csv
 from cabledrive.rig.setting import DEGREE, Motion
+from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.chain_regression import identify_chain

@@ -15,7 +15,7 @@ from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
 from cabledrive.rig.closed_loop.own_plant import models_of
-from cabledrive.rig.laws.fitting import load_gear
+from cabledrive.rig.laws.controllers import load_gear
 from cabledrive.rig.setting import Motion, RigOptions
 
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}

@@ -9,7 +9,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
-from cabledrive.rig.laws.fitting import fitted_encoders
+from cabledrive.rig.laws.controllers import fitted_encoders
 from cabledrive.rig.setting import Disturbance, RigOptions
 
 

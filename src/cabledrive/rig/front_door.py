@@ -1,20 +1,24 @@
 """`track`: the one door to the rig, for pulses of a load pulley and for a body between two winches."""
 
+from dataclasses import fields
 from os import PathLike
-from typing import overload
+from typing import Any, overload
+
+import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.reduction.two_motors import is_winched
+from cabledrive.reduction.two_motors import is_winched, winched_machine
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.setting import BodyMotion, Motion, RigOptions
+from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking
 from cabledrive.rig.trial import track_pulses
-from cabledrive.rig.two_motors.front import track_winches
-from cabledrive.rig.two_motors.run import TwoMotorTracking
+from cabledrive.rig.two_motors.plan import ORDER, design_tensions, plan_motion, way_of
+from cabledrive.rig.two_motors.run import Setup, TwoMotorTracking, forces_of, run_plant, run_samples
+from cabledrive.rig.two_motors.summary import CONTROLLER, summarize
 
 
 @overload
@@ -133,22 +137,19 @@ def track(
         If a name is unknown, data are missing, or the motion exceeds what the drive can do.
     """
     if isinstance(drive, RoutedDrive) and axis is None and is_winched(drive):
-        return track_winches(
+        others = (plant, gains, adapt, feedforward, repeat)
+        _refuse_pulses(controller, motion, options or RigOptions(), dict(zip(PULSES, others, strict=True)))
+        if isinstance(plant_drive, Drive):
+            raise InputRefused("plant_drive has no winches: give the same machine with other figures")
+        assert not isinstance(motion, Motion)
+        return track_two_motors(
             drive,
-            controller=controller,
             motion=motion,
-            options=options,
-            plant_drive=plant_drive,
-            others={
-                "plant": (plant, None),
-                "gains": (gains, "best"),
-                "adapt": (adapt, True),
-                "feedforward": (feedforward, "damped"),
-                "repeat": (repeat, 0),
-            },
-            bandwidth=bandwidth,
             least_tension=least_tension,
             gust=gust,
+            bandwidth=bandwidth,
+            disturbances=() if options is None else options.disturbances,
+            plant_drive=plant_drive,
             seed=seed,
             draws=draws,
         )
@@ -174,3 +175,68 @@ def track(
         feedforward=feedforward,
         repeat=repeat,
     )
+
+
+OWN = (None, CONTROLLER, "best")
+"""Names of the one law that moves a body between two winches."""
+PULSES: dict[str, Any] = {
+    "plant": None, "gains": "best", "adapt": True, "feedforward": "damped", "repeat": 0
+}  # fmt: skip
+"""Arguments of `track` that winches do not have, by default."""
+
+
+def _refuse_pulses(
+    controller: Any, motion: Motion | BodyMotion | None, options: RigOptions, others: dict[str, Any]
+) -> None:
+    """Refuse what is asked of two winches and is for pulses of a load pulley."""
+    if controller not in OWN:
+        raise InputRefused(
+            f'controller = "{str(controller)[:60]}" moves a load by one motor: a body between two winches '
+            f"has {CONTROLLER}: leave it out"
+        )
+    if isinstance(motion, Motion):
+        raise InputRefused(
+            "motion = Motion(...) is a pulse of a load pulley: two winches move a body, give "
+            'BodyMotion(moves={"camera.x": 2.0})'
+        )
+    names = [field.name for field in fields(RigOptions) if field.name != "disturbances"]
+    plain = PULSES | {name: getattr(RigOptions(), name) for name in names}
+    for name, value in (others | {name: getattr(options, name) for name in names}).items():
+        if value != plain[name]:
+            raise InputRefused(
+                f"{name} is for pulses of a load pulley: two winches move a body: leave it out"
+            )
+
+
+def track_two_motors(
+    drive: RoutedDrive,
+    *,
+    motion: BodyMotion | None = None,
+    least_tension: float | None = None,
+    gust: float | None = None,
+    bandwidth: float | None = None,
+    disturbances: tuple[Disturbance, ...] = (),
+    plant_drive: RoutedDrive | None = None,
+    seed: int = 0,
+    draws: int = 0,
+) -> TwoMotorTracking:
+    """Move a body that two motors hold between them and keep both lines tight; arguments as of `track`."""
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    machine, motion = winched_machine(drive), motion or BodyMotion()
+    design = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
+    plan = plan_motion(
+        machine,
+        design,
+        way_of(machine, motion.moves),
+        rise=motion.rise,
+        dwell=motion.dwell,
+        pulses=motion.pulses,
+        order=ORDER if motion.order is None else motion.order,
+    )
+    setup = Setup(machine=machine, design=design, plan=plan)
+    actual = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
+    force, rng = forces_of(setup, disturbances), np.random.default_rng(seed)
+    done = run_plant(setup, actual, force, rng)
+    drawn = run_samples(setup, draws, rng) if draws else None
+    return summarize(setup, actual, done, force, seed=seed, drawn=drawn)

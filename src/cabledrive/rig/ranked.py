@@ -13,8 +13,7 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop, standard_disturbances
-from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.fitting import load_count, load_gear
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
 from cabledrive.rig.laws.indirect import NAME as INDIRECT
 from cabledrive.rig.laws.indirect import run_indirect
 from cabledrive.rig.laws.load_learning import CHANGING

@@ -19,7 +19,7 @@ from cabledrive.rig.assumptions import true_parameters
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
 from cabledrive.rig.law_checks import LearningCheck, check_learning, check_scheduled
-from cabledrive.rig.laws.fitting import place
+from cabledrive.rig.laws.controllers import place
 from cabledrive.rig.run_facts import disturbance_bound
 from cabledrive.rig.setting import DEGREE
 

@@ -21,9 +21,8 @@ from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
-from cabledrive.rig.laws.indirect import NAME, run_indirect
+from cabledrive.rig.laws.indirect import NAME, run_indirect, run_learning_samples
 from cabledrive.rig.laws.registry import CONTROLLERS, known_name, needed_order
-from cabledrive.rig.learning_samples import run_learning_samples
 from cabledrive.rig.plant_samples import draw_words, run_samples
 from cabledrive.rig.ranked import BEST, best_controller, best_words
 from cabledrive.rig.repetition import repeat_motion

@@ -25,9 +25,8 @@ from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop, standard_disturbances
 from cabledrive.rig.laws.baselines import BASELINES
-from cabledrive.rig.laws.controllers import Controller, DesignSpec
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, fitted_encoders
 from cabledrive.rig.laws.eigenvalues import check_least_bandwidth, tuning_by_uncertainty
-from cabledrive.rig.laws.fitting import fitted_encoders
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS, NO_FILTER, OPEN_LOOPS, check_sample_rate, known_name
 from cabledrive.rig.margins import Margins, margins_of

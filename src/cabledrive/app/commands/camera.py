@@ -39,7 +39,7 @@ def command(
     """Follow a white marker through VIDEO, or a folder of pictures, and write a log that `identify` reads."""
     from cabledrive.identification.camera.clip import open_clip
     from cabledrive.identification.camera.marker import marker_log, scale_from, track_marker
-    from cabledrive.rig.log_file import log_csv
+    from cabledrive.rig.tracking import log_csv
 
     if scale is not None:
         refuse_given("known_length", "known_pixels", why="has no effect beside --scale: give one of the two")

@@ -43,8 +43,8 @@ def command(
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
     from cabledrive.app.run_limits import check_excitation
     from cabledrive.rig.bench.experiment import Excitation, experiment, load_excitation
-    from cabledrive.rig.log_file import log_csv
     from cabledrive.rig.run_facts import motor_words
+    from cabledrive.rig.tracking import log_csv
 
     if plan:
         refuse_given("output", why="writes nothing with --plan, which runs nothing: leave one of them out")

@@ -107,13 +107,13 @@ def command(
     from cabledrive.app.run_limits import check_run
     from cabledrive.reduction.network_axis import as_axis
     from cabledrive.rig import Motion, RigOptions, track
-    from cabledrive.rig.log_file import log_text
     from cabledrive.rig.setting import (
         parse_disturbance,
         parse_encoder_dropout,
         parse_payload,
         parse_payload_range,
     )
+    from cabledrive.rig.tracking import log_text
 
     if isinstance(drive, RoutedDrive):
         return two_motor_answer(drive, plant_settings, spec)

@@ -15,8 +15,7 @@ from cabledrive.report.typesetting import number
 from cabledrive.report.words import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
-from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, LawScore, WorstCase
 from cabledrive.studies.study.carriage_case import CarriageModel
 from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult

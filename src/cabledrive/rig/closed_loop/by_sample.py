@@ -15,9 +15,8 @@ from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
 from cabledrive.rig.closed_loop.cable_plant import cable_parts
 from cabledrive.rig.closed_loop.chain_kernels import VIEW, move_chain, see_chain
-from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, Array, LoopState
+from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, Array, LoopState, farthest, finish_sample, sense
 from cabledrive.rig.closed_loop.own_plant import moved
-from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
 
 Decide = Callable[[int], tuple[float, float, float]]
 Ends = Callable[[], int]

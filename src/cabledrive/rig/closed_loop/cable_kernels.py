@@ -6,8 +6,15 @@ from typing import NamedTuple
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
-from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
-from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
+from cabledrive.rig.closed_loop.loop_numbers import (
+    DIVERGED,
+    WENT_SLACK,
+    LoopState,
+    RigNumbers,
+    decide,
+    farthest,
+    finish_sample,
+)
 from cabledrive.simulation.channels import MEAN_TENSION
 from cabledrive.simulation.kernels import integrate
 from cabledrive.simulation.plan import WEIGHT_U, Plan, State, Workspace

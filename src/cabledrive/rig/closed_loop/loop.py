@@ -38,8 +38,7 @@ from cabledrive.rig.disturbances import (
     slack_twist,
     torque_limit,
 )
-from cabledrive.rig.laws.controllers import Controller
-from cabledrive.rig.laws.fitting import fit_observer, fitted_encoders, load_gear
+from cabledrive.rig.laws.controllers import Controller, fit_observer, fitted_encoders, load_gear
 from cabledrive.rig.setting import Motion, RigOptions, sample_interval
 
 

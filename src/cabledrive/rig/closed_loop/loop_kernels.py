@@ -30,8 +30,16 @@ from cabledrive.rig.closed_loop.chain_kernels import (
     move_chain,
     see_chain,
 )
-from cabledrive.rig.closed_loop.loop_numbers import Array, Integers, LoopState, RigNumbers
-from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, read_encoders, sense
+from cabledrive.rig.closed_loop.loop_numbers import (
+    Array,
+    Integers,
+    LoopState,
+    RigNumbers,
+    farthest,
+    finish_sample,
+    read_encoders,
+    sense,
+)
 
 
 class PairNumbers(NamedTuple):

@@ -1,10 +1,12 @@
 """What the closed loop of the rig needs to run, as its compiled form takes it."""
 
+from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.numbers import (
     ESTIMATES,
     ControllerState,
@@ -12,6 +14,7 @@ from cabledrive.control.numbers import (
     ObserverNumbers,
     new_controller_state,
 )
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -93,3 +96,122 @@ def new_state(
         work=np.zeros(plant_states),
         summary=np.zeros(len(SUMMARY)),
     )
+
+
+@njit_in_place
+def read_encoders(
+    encoders: Integers,
+    counts: Array,
+    phases: Array,
+    dropout: Integers,
+    angles: Array,
+    sample: int,
+    readings: Array,
+) -> None:
+    """Angles in whole counts, each encoder with its own phase; NaN from one that drops out."""
+    for j in range(readings.size):
+        angle = angles[encoders[j]]
+        if counts[j] > 0.0:
+            readings[j] = counts[j] * np.rint(angle / counts[j] + phases[j])
+        else:
+            readings[j] = angle
+    if dropout[0] >= 0 and dropout[1] <= sample <= dropout[2]:
+        readings[dropout[0]] = nan
+
+
+@njit_in_place
+def keep_score(score: Array, early: bool, error: float, own: float, wanted: float, command: float) -> None:
+    """Peaks and sums of a run, as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them."""
+    size = abs(error)
+    score[0] = max(score[0], size)
+    if early:
+        score[1] = max(score[1], size)
+    else:
+        score[2] = max(score[2], size)
+    score[3] += size * size
+    score[4] = max(score[4], abs(command))
+    if wanted != command:
+        score[5] += 1.0
+    score[8] = max(score[8], abs(own))
+
+
+@njit_in_place
+def write_row(
+    row: Array, x: Array, readings: Array, command: float, slip: int, sigma: float, c: ControllerState
+) -> None:
+    """One row of the log."""
+    i = _put(row, 0, x)
+    i = _put(row, i, readings)
+    row[i], row[i + 1], row[i + 2] = command, slip, sigma
+    i = _put(row, i + 3, c.parameters)
+    i = _put(row, i, c.regressor)
+    _put(row, i, c.states)
+
+
+@njit_in_place
+def _put(row: Array, start: int, values: Array) -> int:
+    for i in range(values.size):
+        row[start + i] = values[i]
+    return start + values.size
+
+
+@njit_part
+def finish_sample(
+    rig: RigNumbers,
+    target: Array,
+    k: int,
+    s: LoopState,
+    log: Array,
+    shafts: Array,
+    wanted: float,
+    command: float,
+    sigma: float,
+    slip: int,
+) -> None:
+    """Score and log of a sample whose command is known; ``shafts``: angles, speeds and shaft torque."""
+    own = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
+    error = shafts[shafts.size // 2 - 1] - target[k]
+    keep_score(s.summary, k < rig.first_end, error, error + own, wanted, command)
+    if log.shape[0] > 0:
+        write_row(log[k], shafts, s.readings, command, slip, sigma, s.controller)
+
+
+@njit_part
+def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, x: Array, s: LoopState) -> None:
+    """Read the encoders at angles (and speeds) ``x``; ideal sensors and lost readings go into the states."""
+    read_encoders(rig.encoders, rig.counts, rig.phases, rig.dropout, x, k, s.readings)
+    if observer.kind == 0:
+        seen, states = True, s.controller.states
+        for j in range(s.readings.size):
+            seen = seen and isfinite(s.readings[j])
+        for i in range(states.size):
+            states[i] = x[observer.chosen[i]] if seen else nan
+
+
+@njit_part
+def decide(
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    rig: RigNumbers,
+    reference: Array,
+    k: int,
+    x: Array,
+    s: LoopState,
+) -> tuple[float, float, float]:
+    """Command wanted, limited command and sigma of one sample; without states the last command is kept."""
+    sense(observer, rig, k, x, s)
+    wanted, command, sigma, valid = controller_step(
+        observer, law, rig.torque_limit, s.controller, s.readings, reference, k
+    )
+    if not valid:
+        s.summary[6] += 1.0
+    return wanted, command, sigma
+
+
+@njit_in_place
+def farthest(target: Array) -> float:
+    """Load angle beyond which the plant has run away: ten times what is wanted, and 10 rad [rad]."""
+    largest = 0.0
+    for k in range(target.size):
+        largest = max(largest, abs(target[k]))
+    return 10.0 * (1.0 + largest)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
-from cabledrive.rig.laws.fitting import fitted_encoders, load_gear
+from cabledrive.rig.laws.controllers import fitted_encoders, load_gear
 from cabledrive.rig.setting import RigOptions
 
 Array = NDArray[np.float64]

@@ -35,8 +35,7 @@ from cabledrive.control.reference import AT_ONCE, FlatOutput, flat_output, flat_
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, natural_frequencies_of, state_space
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.fitting import law_shafts, load_count
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, law_shafts, load_count
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
 INTEGRAL_TIMES = 3.0

@@ -15,8 +15,15 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_space
 from cabledrive.rig.closed_loop.loop import Loop, plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, own_filter
-from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts, place
+from cabledrive.rig.laws.controllers import (
+    Controller,
+    DesignSpec,
+    chain_law,
+    fitted_encoders,
+    law_shafts,
+    own_filter,
+    place,
+)
 from cabledrive.rig.plant_samples import Spreads
 
 

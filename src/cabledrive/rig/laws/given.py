@@ -19,8 +19,7 @@ from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table
 from cabledrive.rig.laws.controller_file import ControllerFile
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers
-from cabledrive.rig.laws.fitting import place
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers, place
 from cabledrive.rig.laws.load_learning import KINDS, load_learning
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.laws.scheduled import announced, told_otherwise

@@ -22,9 +22,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.baselines import feedforward_table, inverse_of, weights
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion, fit_observer
 from cabledrive.rig.laws.eigenvalues import read_encoders, tuning_by_uncertainty
-from cabledrive.rig.laws.fitting import fit_observer
 from cabledrive.rig.setting import RigOptions
 
 NAME, CHANGING = "lqi-learning", "lqg-learning"

@@ -118,6 +118,8 @@ def _last_spans(machine: TwoMotorMachine) -> Array:
 
 
 ORDER = 9
+DEFAULT_WAY = 0.05
+"""Of the distance between the last pulleys."""
 USED = 0.8
 """Part of torque, speed and tension below rest that the motion may use where its rise is chosen."""
 LONGEST_RISE = 600.0
@@ -148,7 +150,12 @@ class Plan:
 
 
 def way_of(machine: TwoMotorMachine, moves: Mapping[str, float]) -> Array:
-    """How far each coordinate goes, shape (m,) [m]."""
+    """How far each coordinate goes, shape (m,) [m]; without moves a little way towards the nearer middle."""
+    if not moves:
+        axis, centre = "xy".index(machine.names[0][-1]), machine.numbers.centre
+        size = DEFAULT_WAY * float(np.abs(centre[1] - centre[0]).max())
+        before = machine.numbers.anchor[:, axis].mean() <= float(centre[:, axis].mean())
+        moves = {machine.names[0]: size if before else -size}
     for name, value in moves.items():
         if name not in machine.names:
             raise InputRefused(

@@ -1,21 +1,21 @@
 """Run the law of two motors on a machine, and what is left of a run."""
 
 from dataclasses import dataclass
-from math import ceil, exp, pi
+from math import ceil, exp, pi, sqrt
 from typing import Any
 
 import numpy as np
 
+from cabledrive.control.position_bound import place_answers, place_bound
 from cabledrive.control.tension_position import first_state
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.terminal import ResultCard
-from cabledrive.reduction.two_motors import TwoMotorMachine, winched_machine
+from cabledrive.reduction.two_motors import TwoMotorMachine
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 from cabledrive.rig.disturbances import stepped_in
-from cabledrive.rig.setting import BodyMotion, Disturbance
-from cabledrive.rig.two_motors.plan import ORDER, Plan, TensionDesign, design_tensions, plan_motion, way_of
+from cabledrive.rig.setting import Disturbance
+from cabledrive.rig.two_motors.plan import Plan, TensionDesign, lines_along
 from cabledrive.rig.two_motors.plant_kernels import COLUMNS, RigNumbers, close_loop
 
 
@@ -59,8 +59,6 @@ class TwoMotorTracking(ResultCard):
 INTERNAL_STEP = 1e-4
 """Largest internal step of the plant [s]; smaller where the lines are stiff."""
 STEPS_PER_RADIAN = 20.0
-DEFAULT_WAY = 0.05
-"""Of the distance between the last pulleys."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,75 +79,6 @@ class PlantRun:
     record: Array
     least: Array  # (2,): least tension, between samples as well [N]
     substeps: int
-
-
-def track_two_motors(
-    drive: RoutedDrive,
-    *,
-    motion: BodyMotion | None = None,
-    least_tension: float | None = None,
-    gust: float | None = None,
-    bandwidth: float | None = None,
-    disturbances: tuple[Disturbance, ...] = (),
-    plant_drive: RoutedDrive | None = None,
-    seed: int = 0,
-    draws: int = 0,
-) -> TwoMotorTracking:
-    """Move a body that two motors hold between them, and keep both lines tight.
-
-    Parameters
-    ----------
-    drive : RoutedDrive
-        As the law believes it to be: two motors, each winding a line that ends at the same body.
-    motion : BodyMotion, optional
-        Default: a twentieth of the distance between the last pulleys and back.
-    least_tension : float, optional
-        Tension that no line may fall below [N]; default: a fifth of the smaller one at rest.
-    gust : float, optional
-        Force on the body for which that is promised [N]; default: a tenth of its weight.
-    bandwidth : float, optional
-        Of the position [Hz]; default: what sampling and lines allow.
-    disturbances : tuple of Disturbance
-        Forces on the body.
-    plant_drive : RoutedDrive, optional
-        The machine as it is, where that differs.
-    seed : int, default 0
-        Of encoder phases and load cells, and of what is drawn.
-    draws : int, default 0
-        Plants to draw besides, with gusts.
-
-    Returns
-    -------
-    TwoMotorTracking
-
-    Raises
-    ------
-    InputRefused
-        If the machine is another, data are missing, or the tension at rest leaves no room.
-    """
-    from cabledrive.rig.two_motors.front import run_samples
-    from cabledrive.rig.two_motors.summary import summarize
-
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
-    machine, motion = winched_machine(drive), motion or BodyMotion()
-    design = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
-    way = way_of(machine, motion.moves) if motion.moves else _default_way(machine)
-    plan = plan_motion(
-        machine,
-        design,
-        way,
-        rise=motion.rise,
-        dwell=motion.dwell,
-        pulses=motion.pulses,
-        order=ORDER if motion.order is None else motion.order,
-    )
-    setup = Setup(machine=machine, design=design, plan=plan)
-    actual = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
-    force, rng = forces_of(setup, disturbances), np.random.default_rng(seed)
-    done = run_plant(setup, actual, force, rng)
-    drawn = run_samples(setup, draws, rng) if draws else None
-    return summarize(setup, actual, done, force, seed=seed, drawn=drawn)
 
 
 def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:
@@ -204,13 +133,111 @@ def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
     return stepped_in(disturbances, setup.machine.names, interval, samples)
 
 
-def _default_way(machine: TwoMotorMachine) -> Array:
-    """A twentieth of the distance between the last pulleys, towards the nearer middle."""
-    centre = machine.numbers.centre
-    way = np.zeros(len(machine.names))
-    number = 0
-    axis = "xy".index(machine.names[number][-1])
-    size = DEFAULT_WAY * float(np.abs(centre[1] - centre[0]).max())
-    middle = float(centre[:, axis].mean())
-    way[number] = size if machine.numbers.anchor[:, axis].mean() <= middle else -size
-    return way
+CHECKED_PLACES = 50
+"""At most so many places of the way are looked at."""
+
+
+def bound_of_place(setup: Setup) -> Array:
+    """Bound of each coordinate along the way, for gusts as the tension is promised for, shape (m,) [m]."""
+    machine, gains, design = setup.machine, setup.design.gains, setup.design
+    numbers, sensors = machine.numbers, machine.drive.sensors
+    assert sensors is not None  # the design has read it
+    m = numbers.mass.size
+    places = np.ascontiguousarray(setup.plan.table[:: max(1, len(setup.plan.table) // CHECKED_PLACES), :m])
+    along, _, free = lines_along(numbers, places)
+    turns, pulls = np.abs(np.linalg.pinv(along)), np.abs(along)
+    stretch = (sensors.load_cell_noise or 0.0) * free / numbers.rigidity
+    rounded = np.pi / (sensors.motor_encoder or np.inf) * numbers.drum
+    return place_bound(
+        place_answers(gains.position, gains.filter, gains.observer),
+        gains.interval,
+        unexpected=(design.gust + numbers.coulomb) / numbers.mass,
+        tension=np.einsum("kim,i->km", pulls, design.margin).max(axis=0) / numbers.mass,
+        counts=np.einsum("kmi,i->km", turns, rounded).max(axis=0),
+        place_noise=np.sqrt(np.einsum("kmi,ki->km", turns**2, stretch**2)).max(axis=0),
+        acceleration_noise=(sensors.load_cell_noise or 0.0)
+        * np.sqrt((pulls**2).sum(axis=1)).max(axis=0)
+        / numbers.mass,
+    )
+
+
+def part_used(bound: Array, error: Array) -> float:
+    """Largest part of the bound, shape (m,), that an error used, shape (samples, m); above 1: left."""
+    return float((np.abs(error).max(axis=0, initial=0.0) / bound).max())
+
+
+MASS, RIGIDITY, FRICTION = 0.1, 0.1, 0.5
+"""Each true value is drawn evenly within this part of what is believed."""
+GUSTS = 3
+MOST_DRAWS = 100_000
+
+
+def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str, Any]:
+    """Run drawn plants with gusts; how many kept every line tight, with the 95 % interval of Wilson."""
+    if not 0 < draws <= MOST_DRAWS:
+        raise InputRefused(f"draws = {draws} must lie between 1 and {MOST_DRAWS}: ask for fewer")
+    least, errors, used = [], [], []
+    bound = bound_of_place(setup)
+    for _ in range(draws):
+        actual = drawn_plant(setup, rng)
+        done = run_plant(setup, actual, drawn_gusts(setup, rng), rng)
+        m = actual.mass.size
+        complete = len(done.record) == len(setup.plan.table)
+        least.append(float(done.least.min()) if complete else 0.0)
+        off = done.record[:, :m] - setup.plan.table[: len(done.record), :m]
+        errors.append(float(np.sqrt((off**2).sum(axis=1)).max()) if complete else np.inf)
+        used.append(part_used(bound, off) if complete else np.inf)
+    kept = sum(value >= setup.design.floor for value in least)
+    low, high = wilson(kept, draws)
+    return {
+        "draws": draws,
+        "kept": kept,
+        "share": kept / draws,
+        "share_low": low,
+        "share_high": high,
+        "least_tension": min(least),
+        "median_peak_error_mm": 1e3 * float(np.median(errors)),
+        "worst_peak_error_mm": 1e3 * max(errors),
+        "position_bound_left": sum(part > 1.0 for part in used),
+        "drawn": f"mass and stiffness within {MASS:.0%}, friction within {FRICTION:.0%}, {GUSTS} gusts of up "
+        f"to {setup.design.gust:.4g} N in any direction",
+    }
+
+
+def drawn_plant(setup: Setup, rng: np.random.Generator) -> TwoMotors:
+    """A plant around the believed one that rests where it is believed to rest."""
+    numbers = setup.machine.numbers
+    heavier, stiffer = 1.0 + rng.uniform(-MASS, MASS), 1.0 + rng.uniform(-RIGIDITY, RIGIDITY)
+    rougher = 1.0 + rng.uniform(-FRICTION, FRICTION, 2)
+    along = numbers.bearing @ numbers.frame
+    extra = np.linalg.lstsq(along.T, (heavier - 1.0) * numbers.force, rcond=None)[0]
+    rest = setup.machine.tension + extra
+    ratio = rest / setup.machine.tension / stiffer
+    return numbers._replace(
+        mass=numbers.mass * heavier,
+        force=numbers.force * heavier,
+        rigidity=numbers.rigidity * stiffer,
+        unwound=numbers.unwound * ratio,
+        turning_coulomb=numbers.turning_coulomb * rougher,
+    )
+
+
+def drawn_gusts(setup: Setup, rng: np.random.Generator) -> Array:
+    """Gusts that step in and out at random, together never above the stated force, shape (samples, m) [N]."""
+    samples, m = len(setup.plan.table), setup.machine.numbers.mass.size
+    force = np.zeros((samples, m))
+    edges = np.sort(rng.integers(0, samples, 2 * GUSTS)).reshape(GUSTS, 2)
+    for first, last in edges:
+        direction = rng.normal(size=m)
+        size = setup.design.gust * rng.uniform() / np.linalg.norm(direction)
+        force[first:last] = size * direction
+    return force
+
+
+def wilson(successes: int, runs: int) -> tuple[float, float]:
+    """Two-sided 95 % interval of a share, E. B. Wilson, J. Am. Stat. Assoc. 22, 209-212, 1927."""
+    z = 1.959963984540054
+    share, scale = successes / runs, 1.0 + z * z / runs
+    middle = share + 0.5 * z * z / runs
+    half = z * sqrt(share * (1.0 - share) / runs + 0.25 * (z / runs) ** 2)
+    return max((middle - half) / scale, 0.0), min((middle + half) / scale, 1.0)

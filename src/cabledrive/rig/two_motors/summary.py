@@ -6,15 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.position_bound import place_answers, place_bound
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED
 from cabledrive.reduction.two_motors_kernels import TwoMotors
-from cabledrive.rig.two_motors.plan import least_damping, lines_along
-from cabledrive.rig.two_motors.run import PlantRun, Setup, TwoMotorTracking
+from cabledrive.rig.two_motors.plan import least_damping
+from cabledrive.rig.two_motors.run import PlantRun, Setup, TwoMotorTracking, bound_of_place, part_used
 
-CHECKED_PLACES = 50
-"""At most so many places of the way are looked at."""
 NAMES = {
     "mass": "mass of the body",
     "rigidity": "stiffness of the lines",
@@ -29,35 +26,6 @@ ALWAYS = (
     "the loop is sampled, and a drum's friction sticks and slides",
     "the lines turn and change their stiffness on the way: the bound is that of the linear loop",
 )
-
-
-def bound_of_place(setup: Setup) -> Array:
-    """Bound of each coordinate along the way, for gusts as the tension is promised for, shape (m,) [m]."""
-    machine, gains, design = setup.machine, setup.design.gains, setup.design
-    numbers, sensors = machine.numbers, machine.drive.sensors
-    assert sensors is not None  # the design has read it
-    m = numbers.mass.size
-    places = np.ascontiguousarray(setup.plan.table[:: max(1, len(setup.plan.table) // CHECKED_PLACES), :m])
-    along, _, free = lines_along(numbers, places)
-    turns, pulls = np.abs(np.linalg.pinv(along)), np.abs(along)
-    stretch = (sensors.load_cell_noise or 0.0) * free / numbers.rigidity
-    rounded = np.pi / (sensors.motor_encoder or np.inf) * numbers.drum
-    return place_bound(
-        place_answers(gains.position, gains.filter, gains.observer),
-        gains.interval,
-        unexpected=(design.gust + numbers.coulomb) / numbers.mass,
-        tension=np.einsum("kim,i->km", pulls, design.margin).max(axis=0) / numbers.mass,
-        counts=np.einsum("kmi,i->km", turns, rounded).max(axis=0),
-        place_noise=np.sqrt(np.einsum("kmi,ki->km", turns**2, stretch**2)).max(axis=0),
-        acceleration_noise=(sensors.load_cell_noise or 0.0)
-        * np.sqrt((pulls**2).sum(axis=1)).max(axis=0)
-        / numbers.mass,
-    )
-
-
-def part_used(bound: Array, error: Array) -> float:
-    """Largest part of the bound, shape (m,), that an error used, shape (samples, m); above 1: left."""
-    return float((np.abs(error).max(axis=0, initial=0.0) / bound).max())
 
 
 def place_departures(setup: Setup, actual: TwoMotors, reshaped: float) -> list[str]:

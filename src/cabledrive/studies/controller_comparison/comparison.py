@@ -24,7 +24,7 @@ from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import check_motion, spec_for
 from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
-from cabledrive.studies.study.candidates import share_low
+from cabledrive.studies.study.acceptance_stage import share_low
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
 

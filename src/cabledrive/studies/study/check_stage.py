@@ -17,7 +17,7 @@ from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
-from cabledrive.rig.laws.fitting import SHAFTS
+from cabledrive.rig.laws.controllers import SHAFTS
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.studies.study.carriage_machine import MARGIN, ORDER, missing_for_carriage
 from cabledrive.studies.study.goals import Goals

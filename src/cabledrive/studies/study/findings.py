@@ -7,8 +7,7 @@ from math import ceil, floor, log10
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import percent, rounded
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult
-from cabledrive.studies.study.candidates import CONFIDENCE, ENOUGH, LawScore
+from cabledrive.studies.study.acceptance_stage import CONFIDENCE, ENOUGH, AcceptanceResult, LawScore
 from cabledrive.studies.study.carriage_case import CarriageModel
 from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.check_stage import CheckResult, DemandResult

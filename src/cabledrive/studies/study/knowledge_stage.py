@@ -10,8 +10,7 @@ from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import identify_chain, whole_drive, with_torque_at
-from cabledrive.studies.study.log_finding import LogFinding, coarser_encoders, encoder_findings
-from cabledrive.studies.study.log_replay import Replay, replay
+from cabledrive.studies.study.log_replay import LogFinding, Replay, coarser_encoders, encoder_findings, replay
 from cabledrive.studies.study.machine import (
     GOAL,
     LOAD_FRICTIONS,

@@ -19,8 +19,7 @@ from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModesResult, find_modes, resonance_of
-from cabledrive.studies.study.plant import Plant
-from cabledrive.studies.study.plants import CarriagePlant, LoadPlant
+from cabledrive.studies.study.plants import CarriagePlant, LoadPlant, Plant
 from cabledrive.studies.study.stage_cache import StageCache, key_of, log_files, logs_of
 from cabledrive.studies.study.tried_laws import Trial, TriedLaws, try_laws
 from cabledrive.studies.study.verdict_stage import Verdict, judge

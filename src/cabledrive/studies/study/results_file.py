@@ -14,8 +14,7 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
 from cabledrive.rig.laws.controller_file import plain_numbers
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult
-from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, LawScore
 from cabledrive.studies.study.carriage_case import case_of, loop_at
 from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.controller_stage import law_of

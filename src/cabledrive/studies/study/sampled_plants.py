@@ -21,8 +21,7 @@ from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, with_plant
 from cabledrive.rig.disturbances import joint_backlash
-from cabledrive.rig.laws.controllers import Controller, chain_law
-from cabledrive.rig.laws.fitting import fitted_encoders
+from cabledrive.rig.laws.controllers import Controller, chain_law, fitted_encoders
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import spec_for
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with

@@ -3,12 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, accept, no_runs
-from cabledrive.studies.study.candidates import LawScore, closest, lost, score
+from cabledrive.studies.study.acceptance_stage import (
+    AcceptanceResult,
+    LawScore,
+    accept,
+    closest,
+    lost,
+    no_runs,
+    score,
+)
 from cabledrive.studies.study.controller_stage import LawSetting
 from cabledrive.studies.study.goals import Goals, goal_of
 from cabledrive.studies.study.knowledge_stage import Knowledge
-from cabledrive.studies.study.plant import Plant
+from cabledrive.studies.study.plants import Plant
 from cabledrive.studies.study.stage_cache import StageCache
 
 NONE_ASKED = "no runs on the distributed cable were requested"

@@ -12,7 +12,7 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
-from cabledrive.studies.study.candidates import ENOUGH, LawScore, ReachedError
+from cabledrive.studies.study.acceptance_stage import ENOUGH, LawScore, ReachedError
 from cabledrive.studies.study.carriage_case import CarriageModel
 from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult
