@@ -11,8 +11,8 @@ from cabledrive.control.linear_laws import pd_law, pid_law
 from cabledrive.mechanics.compiled import numba_at_hand, why_plain
 from cabledrive.reduction.lumped_chain import lumped_model, reflected
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
-from cabledrive.rig.closed_loop.by_sample import run_own
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
+from cabledrive.rig.closed_loop.own_plant import run_own
 from cabledrive.rig.laws.given import own_law
 from cabledrive.rig.setting import DEGREE, sample_interval
 from cabledrive.rig.trial import spec_for

@@ -167,14 +167,12 @@ def pair_words(loop: Loop, done: Run) -> dict[str, Any]:
         ],
     }
     if not said["flanks_closed"]:
-        share, short = opened / max(len(flanks), 1), _short(pair.law.limit, flanks)
+        share, short = (
+            opened / max(len(flanks), 1),
+            np.abs(flanks[:, 2:4]).max(initial=0.0) >= limit * (1.0 - 1e-9),
+        )
         said["reason"] = (
             f"a flank was open at {share:.2%} of the samples: half the joint's torque exceeded the preload"
             + (", and a motor was at its torque limit" if short else ": raise the preload, or move slower")
         )
     return {"pair": said}
-
-
-def _short(limit: float, flanks: Array) -> bool:
-    """Whether a motor was at its limit."""
-    return bool((np.abs(flanks[:, 2:4]) >= limit * (1.0 - 1e-9)).any())

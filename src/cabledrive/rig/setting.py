@@ -205,7 +205,8 @@ class RigOptions:
     load_change: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        _check_load_change(self)
+        if self.load_change is not None:
+            Payload(factor=self.load_change[1], start=self.load_change[0])  # refuses no time and no inertia
         for name, words in (
             ("observer", ("kalman", "difference")),
             ("feedback", ("motor", "drive")),
@@ -215,25 +216,12 @@ class RigOptions:
                 raise InputRefused(
                     f"{name} = {getattr(self, name)!r} is not known: take {' or '.join(words)}"
                 )
-        _check_pair(self)
+        if self.preload is not None and not self.pair:
+            raise InputRefused("preload is that of a pair of motors: add --pair (pair=True), or leave it out")
         if self.segments < 3:
             raise InputRefused(f"segments = {self.segments} per span are too few: give at least 3")
         if not isfinite(self.jitter) or self.jitter < 0.0:
             raise InputRefused(f"jitter = {self.jitter:.4g} s must not be negative: give a time in seconds")
-
-
-def _check_load_change(options: RigOptions) -> None:
-    """Refuse a load that changes at no time or to no inertia."""
-    if options.load_change is None:
-        return
-    start, factor = options.load_change
-    Payload(factor=factor, start=start)
-
-
-def _check_pair(options: RigOptions) -> None:
-    """Refuse a preload of one motor."""
-    if options.preload is not None and not options.pair:
-        raise InputRefused("preload is that of a pair of motors: add --pair (pair=True), or leave it out")
 
 
 def sample_interval(drive: Drive) -> float:

@@ -301,10 +301,5 @@ def worst_error(loop: Loop, disturbances: Disturbances, options: RigOptions, dra
         done = run(plant, log=False)
         return float("inf") if done.failed else float(done.state.summary[SUMMARY.index("peak")])
 
-    return max(in_threads(one, draws))
-
-
-def in_threads(one: Callable[[int], float], draws: int) -> list[float]:
-    """Runs in two threads, which the compiled loop lets work at once."""
-    with ThreadPoolExecutor(2) as pool:
-        return list(pool.map(one, range(draws)))
+    with ThreadPoolExecutor(2) as pool:  # the compiled loop lets two threads work at once
+        return max(pool.map(one, range(draws)))

@@ -84,19 +84,19 @@ class ResonanceSummary:
         Tuned pretension of each span under the steady load, where there is one [N].
     """
 
-    frequency_ratio: float | None
-    detuning: float | None
-    tuned_pretension: float | None
-    threshold_torque: float | None
+    frequency_ratio: float | None = None
+    detuning: float | None = None
+    tuned_pretension: float | None = None
+    threshold_torque: float | None = None
     verdict: str
-    pulley_frequency: float | None
+    pulley_frequency: float | None = None
     torque: float
-    threshold_here: float | None
-    growth_torque: float | None
-    coulomb_onset: float | None
-    instability: InstabilityMargin | None
-    pairs: tuple[Pair, ...]
-    coupled: tuple[CoupledPair, ...]
+    threshold_here: float | None = None
+    growth_torque: float | None = None
+    coulomb_onset: float | None = None
+    instability: InstabilityMargin | None = None
+    pairs: tuple[Pair, ...] = ()
+    coupled: tuple[CoupledPair, ...] = ()
     reasons: tuple[str, ...]
     missing: dict[str, str]
     split: dict[str, float | None] = field(default_factory=dict)
@@ -167,7 +167,9 @@ def resonance(
         pulley_frequency=pulley,
         torque=tau,
         threshold_here=_finite(float(threshold_torque(model))),
-        growth_torque=_growth_torque(at_tuning) if details else None,
+        growth_torque=(_finite(growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME)) if at_tuning else None)
+        if details
+        else None,
         coulomb_onset=coulomb_onset_torque(model),
         instability=instability,
         pairs=resonant_pairs(drive) if details else (),
@@ -207,10 +209,6 @@ def _tuned_threshold(model: AutoparametricModel | None) -> float | None:
     return float(threshold_torque(model))
 
 
-def _growth_torque(at_tuning: AutoparametricModel | None) -> float | None:
-    return _finite(growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME)) if at_tuning else None
-
-
 def _guessed_threshold(model: AutoparametricModel) -> float:
     """Threshold with an estimate for every damping that is zero."""
     across = float(np.max(model.transverse)) / (2 * pi)
@@ -229,19 +227,8 @@ def _finite(value: float | None) -> float | None:
 def _without_pulley_mode(torque: float, why: str) -> ResonanceSummary:
     names = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque", "pulley_frequency")
     return ResonanceSummary(
-        frequency_ratio=None,
-        detuning=None,
-        tuned_pretension=None,
-        threshold_torque=None,
         verdict=SAFE,
-        pulley_frequency=None,
         torque=torque,
-        threshold_here=None,
-        growth_torque=None,
-        coulomb_onset=None,
-        instability=None,
-        pairs=(),
-        coupled=(),
         reasons=(f"no 1:2 pair in range: {why}",),
         missing=dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), why),
     )

@@ -1,7 +1,7 @@
 """A virtual experiment: excitation by a file, a log like a laboratory's, and what it would identify."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -67,19 +67,6 @@ def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
 Array = NDArray[np.float64]
 
 KINDS = ("sines", "multisine", "idinput", "chirp", "steps")
-KEYS = (
-    "kind",
-    "duration",
-    "frequencies",
-    "amplitudes",
-    "amplitude",
-    "bias",
-    "band",
-    "lines",
-    "period",
-    "odd",
-    "trials",
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,10 +119,11 @@ def excitation_of(table: Mapping[str, Any]) -> Excitation:
     """An excitation from a table of TOML."""
     units = {"duration": "s", "period": "s", "amplitude": "V", "bias": "V"}
     lists = {"frequencies": "Hz", "amplitudes": "V", "band": "Hz"}
+    keys = [field.name for field in fields(Excitation)]
     found: dict[str, Any] = {}
     for key, value in table.items():
-        if key not in KEYS:
-            raise InputRefused(f"{key}: unknown key{nearest(key, KEYS)}")
+        if key not in keys:
+            raise InputRefused(f"{key}: unknown key{nearest(key, keys)}")
         if key in units:
             found[key] = quantity_of(key, value, units[key])
         elif key in lists:

@@ -13,7 +13,6 @@ from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
-from cabledrive.rig.closed_loop.by_sample import run_by_sample, run_own
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, drive_like, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
 from cabledrive.rig.closed_loop.chain_plant import (
@@ -26,7 +25,7 @@ from cabledrive.rig.closed_loop.chain_plant import (
 )
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, run_loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
-from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, user_plant
+from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, run_by_sample, run_own, user_plant
 from cabledrive.rig.disturbances import (
     control_delay,
     current_rate,

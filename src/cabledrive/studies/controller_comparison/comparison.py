@@ -19,7 +19,6 @@ from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed_plants import Disturbances, load_disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
-from cabledrive.rig.margins import Margins
 from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import check_motion, spec_for
@@ -33,39 +32,15 @@ class TuningRecord:
     """How a law was tuned."""
 
     name: str
-    bandwidth: float | None  # [Hz]; None: no setting keeps the limits
-    filter: str
+    bandwidth: float | None = None  # [Hz]; None: no setting keeps the limits
+    filter: str = ""
     # disk, gain, phase, ripple: of `cabledrive.rig.margins.Margins`; None: infinite, or no setting
-    disk: float | None
-    gain: float | None
-    phase: float | None
-    ripple: float | None
-    seconds: float  # what the tuning took [s]
+    disk: float | None = None
+    gain: float | None = None
+    phase: float | None = None
+    ripple: float | None = None
+    seconds: float = 0.0  # what the tuning took [s]
     reason: str = ""  # why there is no setting; empty where there is one
-
-
-def recorded(name: str, bandwidth: float, words: str, margins: Margins, seconds: float) -> TuningRecord:
-    """A tuned law as plain data."""
-    return TuningRecord(
-        name=name,
-        bandwidth=bandwidth,
-        filter=words,
-        disk=_finite(margins.disk),
-        gain=_finite(margins.gain),
-        phase=_finite(margins.phase),
-        ripple=_finite(margins.ripple),
-        seconds=seconds,
-    )
-
-
-def untuned(name: str, reason: str, seconds: float = 0.0) -> TuningRecord:
-    """A law without a setting, and why."""
-    nothing = dict.fromkeys(("bandwidth", "disk", "gain", "phase", "ripple"))
-    return TuningRecord(name=name, filter="", seconds=seconds, reason=reason, **nothing)
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -307,11 +282,19 @@ def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbance
     try:
         found = tuned(name, spec, disturbances)
     except (NotComputed, InputRefused) as failure:
-        return untuned(name, str(failure))
+        return TuningRecord(name=name, reason=str(failure))
     if not found.accepted:
         why = f"{name}: no bandwidth keeps a disk margin of {LEAST_DISK:g} and a torque ripple of "
-        return untuned(name, f"{why}{ripple_limit(spec):.3g} N m", found.seconds)
-    return recorded(name, found.bandwidth, found.filter, found.margins, found.seconds)
+        reason = f"{why}{ripple_limit(spec):.3g} N m"
+        return TuningRecord(name=name, seconds=found.seconds, reason=reason)
+    limits = {key: getattr(found.margins, key) for key in ("disk", "gain", "phase", "ripple")}
+    return TuningRecord(
+        name=name,
+        bandwidth=found.bandwidth,
+        filter=found.filter,
+        seconds=found.seconds,
+        **{key: value if np.isfinite(value) else None for key, value in limits.items()},
+    )
 
 
 def tuned_again(record: TuningRecord, drive: Drive, motion: Motion) -> TunedLaw:

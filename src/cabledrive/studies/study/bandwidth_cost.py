@@ -16,7 +16,7 @@ from cabledrive.control.numbers import NOMINAL, LawNumbers
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.rig.closed_loop.loop import Loop, run
-from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
+from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.tracking import summarize
 from cabledrive.studies.study.machine import Quantity
@@ -123,15 +123,15 @@ class Candidate:
 
     model: int  # {1, 3, 4}: of the law
     bandwidth: float  # lambda/(2 pi) [Hz]
-    theorem: float | None  # largest value of the theorem's tube, matched uncertainty and friction [rad]
+    theorem: float | None = None  # largest value of the theorem's tube, friction included [rad]
     # what the springs, dampers and the load within their bounds add, the filter in the loop: each by itself,
     # summed, or all at once, whichever is more [rad]
-    unmatched: float | None
+    unmatched: float | None = None
     # what counting and unknown encoder phases add, at the best values or at the ends that push one way [rad]
-    sensors: float | None
-    bound: float | None  # all of it [rad]
-    torque: float | None  # largest torque of a run with encoders, and what their counts add to it [N m]
-    refused: str  # why it cannot be used; empty where it can
+    sensors: float | None = None
+    bound: float | None = None  # all of it [rad]
+    torque: float | None = None  # largest of a run with encoders, their counts included [N m]
+    refused: str = ""  # why it cannot be used; empty where it can
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -158,11 +158,11 @@ def evaluate(
     law = make_law(drive, motion, quantities, model, hertz)
     ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
     real = joined_loop(drive, drive, law, motion, torque)
-    smooth = replace(real, rig=without_counts(real.rig))
+    fine = {"counts": FINE * real.rig.counts, "phases": np.zeros_like(real.rig.phases)}
+    smooth = replace(real, rig=real.rig._replace(**fine))
     nominal = summarize(ideal, run(ideal), drive, drive, motion, rig_options(drive, ideal=True), 0)
     seen = summarize(real, run(real), drive, drive, motion, rig_options(drive), 0)
-    none = dict.fromkeys(("theorem", "unmatched", "sensors", "bound", "torque"))
-    empty = Candidate(model=model, bandwidth=hertz, refused="", **none)
+    empty = Candidate(model=model, bandwidth=hertz)
     incomplete = nominal.incomplete or seen.incomplete
     sensors = sensor_bound(real)
     if incomplete or nominal.bound is None or sensors is None:
@@ -193,11 +193,6 @@ def evaluate(
         torque=peak,
         refused=f"the torque reaches its limit of {peak:.4g} N m" if saturated else "",
     ), found.shares
-
-
-def without_counts(rig: RigNumbers) -> RigNumbers:
-    """The same encoders, so fine that counting adds nothing."""
-    return rig._replace(counts=FINE * rig.counts, phases=np.zeros_like(rig.phases))
 
 
 def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity]) -> Unmatched | None:

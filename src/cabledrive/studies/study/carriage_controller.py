@@ -40,15 +40,15 @@ class CarriageCandidate:
     """One bandwidth and what it costs."""
 
     bandwidth: float  # of the loop round the rigid whole [Hz]
-    nominal: float | None  # largest error at the best values, encoders that do not count [m]
+    nominal: float | None = None  # largest error at the best values, encoders that do not count [m]
     # what each number within its bounds adds, by itself; the root of the squares' sum [m]
-    uncertain: float | None
-    sensors: float | None  # what counting adds [m]
-    estimate: float | None  # all of it, with what the model leaves out [m]: computed, no theorem's bound
-    torque: float | None  # largest torque with encoders that count [N m]
+    uncertain: float | None = None
+    sensors: float | None = None  # what counting adds [m]
+    estimate: float | None = None  # all of it, with what the model leaves out [m]; no theorem's bound
+    torque: float | None = None  # largest torque with encoders that count [N m]
     # largest real part of a pole along the way, the cable at its best value and at its bounds [1/s]
-    growth: float | None
-    refused: str  # why it cannot be used; empty where it can
+    growth: float | None = None
+    refused: str = ""  # why it cannot be used; empty where it can
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,8 +107,7 @@ def evaluate(
     case: CarriageCase, quantities: Mapping[str, Quantity], hertz: float, left_out: float
 ) -> tuple[CarriageCandidate, dict[str, float]]:
     """What one bandwidth costs: ``shares``: what each number adds [m]; ``hertz``, ``left_out`` [Hz], [m]."""
-    none = dict.fromkeys(("nominal", "uncertain", "sensors", "estimate", "torque", "growth"))
-    empty = CarriageCandidate(bandwidth=hertz, refused="", **none)
+    empty = CarriageCandidate(bandwidth=hertz)
     try:
         ideal, real = (loop_at(case, hertz, ideal=kind) for kind in (True, False))
     except LinAlgError as failure:

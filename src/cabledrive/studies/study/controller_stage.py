@@ -6,8 +6,8 @@ what is known of the drive; the acceptance draws others.
 
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from typing import Any, Protocol, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from cabledrive.control.darc import RATIO
 from cabledrive.control.numbers import HIGH, LOW
@@ -40,29 +40,13 @@ RIPPLE = 1.5
 LOUD = "quantisation raises the torque by half and more"
 
 
-class Costed(Protocol):
-    """A bandwidth that was tried."""
-
-    @property
-    def torque(self) -> float | None:
-        """Largest torque [N m]; None: it was not run."""
-
-    @property
-    def refused(self) -> str:
-        """Why it cannot be used; empty where it can."""
-
-
-One = TypeVar("One", bound=Costed)
-
-
-def while_quiet(tried: Iterable[tuple[One, dict[str, float]]]) -> Iterator[tuple[One, dict[str, float]]]:
-    """Those up to the first that is too loud, which is refused."""
+def while_quiet(tried: Iterable[tuple[Any, dict[str, float]]]) -> Iterator[tuple[Any, dict[str, float]]]:
+    """Candidates, with their shares, up to the first that is too loud, which is refused."""
     least = float("inf")
     for found, shares in tried:
         least = min(least, found.torque if found.torque is not None else least)
         loud = found.torque is not None and found.torque > RIPPLE * least
-        refused: Any = replace(found, refused=LOUD) if loud and not found.refused else found  # type: ignore[type-var]
-        yield refused, shares
+        yield (replace(found, refused=LOUD) if loud and not found.refused else found), shares
         if loud:
             return
 
@@ -77,17 +61,17 @@ class ControllerResult:
     model: int
     name: str
     # bandwidth, sliding_rate: [Hz]; None: no bandwidth could be used
-    bandwidth: float | None
-    sliding_rate: float | None
-    bound: float | None  # stated bound of the load's error [rad]
-    chosen: Candidate | None
+    bandwidth: float | None = None
+    sliding_rate: float | None = None
+    bound: float | None = None  # stated bound of the load's error [rad]
+    chosen: Candidate | None = None
     candidates: tuple[Candidate, ...]
     # lower, upper: bounds of the estimates p2 to p5 [kg m^2], [N m s/rad], [N m], [N m]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    shares: dict[str, float]  # what each uncertain quantity adds to the bound [rad]
+    lower: tuple[float, ...] = ()
+    upper: tuple[float, ...] = ()
+    shares: dict[str, float] = field(default_factory=dict)  # what each quantity adds to the bound [rad]
     # assumptions of the theorem that do not hold on the rig; the other parts of the bound answer them
-    broken: tuple[str, ...]
+    broken: tuple[str, ...] = ()
     reason: str
 
 
@@ -103,19 +87,21 @@ def design_controller(
     assert drive.sensors.sample_rate is not None
     rate = drive.sensors.sample_rate / SAMPLES_PER_PERIOD
     candidates: list[Candidate] = []
-    best, parts = None, {}
+    best, parts, least = None, {}, float("inf")
     for model, holds in models.items():
         hertz = [h for h in BANDWIDTHS if h <= min(holds, rate)]
         for found, shares in while_quiet(
             evaluate(drive, motion, quantities, model, h, torque) for h in hertz
         ):
             candidates.append(found)
-            if found.bound is not None and not found.refused and (best is None or _below(found, best)):
-                best, parts = found, shares
+            if found.bound is not None and not found.refused and found.bound < least:
+                best, parts, least = found, shares, found.bound
     if best is None:
         return _without(models, tuple(candidates), rate)
     model = best.model
     law = make_law(drive, motion, quantities, best.model, best.bandwidth)
+    loop = joined_loop(drive, drive, law, motion, None)
+    seen = summarize(loop, run(loop), drive, drive, motion, rig_options(drive), 0)
     return ControllerResult(
         model=model,
         name=law.name,
@@ -127,15 +113,9 @@ def design_controller(
         lower=tuple(float(v) for v in law.law.learning[LOW]),
         upper=tuple(float(v) for v in law.law.learning[HIGH]),
         shares=parts,
-        broken=_broken(drive, motion, law),
+        broken=tuple(seen.summary["broken_assumptions"]),
         reason=_reason(best, models, rate),
     )
-
-
-def _below(one: Candidate, other: Candidate) -> bool:
-    assert one.bound is not None
-    assert other.bound is not None
-    return one.bound < other.bound
 
 
 def _without(models: Mapping[int, float], candidates: tuple[Candidate, ...], rate: float) -> ControllerResult:
@@ -148,23 +128,9 @@ def _without(models: Mapping[int, float], candidates: tuple[Candidate, ...], rat
     return ControllerResult(
         model=model,
         name=f"darc-{model}-damped",
-        bandwidth=None,
-        sliding_rate=None,
-        bound=None,
-        chosen=None,
         candidates=candidates,
-        lower=(),
-        upper=(),
-        shares={},
-        broken=(),
         reason=f"no bandwidth can be used: {why}",
     )
-
-
-def _broken(drive: Drive, motion: Motion, law: Controller) -> tuple[str, ...]:
-    loop = joined_loop(drive, drive, law, motion, None)
-    found = summarize(loop, run(loop), drive, drive, motion, rig_options(drive), 0)
-    return tuple(found.summary["broken_assumptions"])
 
 
 def _reason(best: Candidate, models: Mapping[int, float], rate: float) -> str:
