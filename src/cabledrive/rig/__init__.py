@@ -1,6 +1,5 @@
 """The drive as a laboratory sees it: sampled, counted, delayed, limited, with friction that sticks."""
 
-from cabledrive.rig.bench.virtual_rig import VirtualCamera, filmed
 from cabledrive.rig.carriage.transporter import CarriageMove, CarriageRun, move_carriage
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.front_door import track
@@ -20,8 +19,6 @@ __all__ = [
     "RigOptions",
     "Tracking",
     "TwoMotorTracking",
-    "VirtualCamera",
-    "filmed",
     "move_carriage",
     "track",
 ]

@@ -6,10 +6,8 @@ the machine reach its goal? Begin with `frequency_against` and `cabledrive.studi
 
 from cabledrive.studies.frequency_curves import frequency_against
 from cabledrive.studies.planned_motion import read_motion
-from cabledrive.studies.steady_motion import steady_branches
 
 __all__ = [
     "frequency_against",
     "read_motion",
-    "steady_branches",
 ]

@@ -116,36 +116,10 @@ def excitation(
     hold: Sequence[str] = (),
     workers: int = 1,
 ) -> Campbell:
-    """Speeds at which orders of excitation come near a mode of a machine, over a grid of its figures.
+    """Speeds at which orders of excitation come near a mode, over a grid of a machine's figures.
 
-    Every mode is searched up to the frequency that the fastest order reaches at the highest speed, with its
-    margin: nothing above that is called clear.
-
-    Parameters
-    ----------
-    drive : Drive or RoutedDrive
-        Of kind "route".
-    vary : mapping
-        As of `cabledrive.studies.mode_map.map_modes`.
-    orders : sequence of Order
-    speed : (str, float, float)
-        A coordinate with the range of its speed [m/s] or [rad/s].
-    margin : float, default 0.05
-        Share of a mode's frequency that is too near.
-    motor : {"free", "held", "holding"}, optional
-    hold : sequence of str, optional
-        Both as of `cabledrive.modes`.
-    workers : int, default 1
-        Processes that share the points.
-
-    Returns
-    -------
-    Campbell
-
-    Raises
-    ------
-    InputRefused
-        For a range or a margin that is none, and for orders that are not tied to the motion.
+    Modes are searched up to the frequency of the fastest order at the highest ``speed``, a coordinate with
+    its range [m/s] or [rad/s], with ``margin``: nothing above that is called clear.
     """
     coordinate, low, high = speed
     if not 0.0 <= low < high < np.inf:

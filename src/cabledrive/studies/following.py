@@ -41,15 +41,7 @@ class Station:
 
 
 class Follower:
-    """Follows the modes of a drive that depends on one parameter.
-
-    Parameters
-    ----------
-    drive_at : callable
-        Drive at a value of the parameter.
-    cells : int
-        Cells per span in which shapes are compared: several for each half wave.
-    """
+    """Follows the modes of a drive of one parameter, shapes compared in some ``cells`` per span."""
 
     def __init__(self, drive_at: Callable[[float], Drive], cells: int) -> None:
         self._drive_at, self._cells = drive_at, cells

@@ -50,56 +50,25 @@ GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResonanceSummary:
-    """What there is to say about the internal resonance of a drive.
+    """What there is to say about the internal resonance of a drive; None: see ``missing``."""
 
-    Attributes
-    ----------
-    frequency_ratio, detuning : float or None
-        Lowest transverse frequency of an empty span over the pulley mode's, and that minus one half.
-    tuned_pretension : float or None
-        [N].
-    threshold_torque : float or None
-        At the tuned pretension [N m].
-    verdict : {"resonant", "close", "safe", "no excitation given"}
-    pulley_frequency : float or None
-        [Hz].
-    torque : float
-        Torque of the verdict; where no excitation is given, that of the other figures [N m].
-    threshold_here : float or None
-        Threshold at the drive's own pretension [N m].
-    growth_torque : float or None
-        Torque for tenfold growth in one second at the tuned pretension [N m].
-    coulomb_onset : float or None
-        Torque below which Coulomb friction keeps the pulley mode from growing [N m].
-    standing : Standing or None
-    pairs : tuple of Pair
-        Of the pulley mode, with their tuned pretensions.
-    coupled : tuple of CoupledPair
-        Of the pulley mode and of others near resonance, 1:2 and sum type, with their thresholds.
-    reasons : tuple of str
-        Of the verdict, and of whatever is missing.
-    missing : dict of str to str
-        Why a number does not exist, by its name.
-    split : dict of str to float or None
-        Tuned pretension of each span under the steady load, where there is one [N].
-    """
-
+    # lowest transverse frequency of an empty span over the pulley mode's, and that minus one half
     frequency_ratio: float | None = None
     detuning: float | None = None
-    tuned_pretension: float | None = None
-    threshold_torque: float | None = None
-    verdict: str
-    pulley_frequency: float | None = None
-    torque: float
-    threshold_here: float | None = None
-    growth_torque: float | None = None
-    coulomb_onset: float | None = None
+    tuned_pretension: float | None = None  # [N]
+    threshold_torque: float | None = None  # at the tuned pretension [N m]
+    verdict: str  # {"resonant", "close", "safe", "no excitation given"}
+    pulley_frequency: float | None = None  # [Hz]
+    torque: float  # of the verdict; where no excitation is given, of the other figures [N m]
+    threshold_here: float | None = None  # at the drive's own pretension [N m]
+    growth_torque: float | None = None  # for tenfold growth in one second at the tuned pretension [N m]
+    coulomb_onset: float | None = None  # below which friction keeps the pulley mode from growing [N m]
     instability: InstabilityMargin | None = None
-    pairs: tuple[Pair, ...] = ()
-    coupled: tuple[CoupledPair, ...] = ()
-    reasons: tuple[str, ...]
-    missing: dict[str, str]
-    split: dict[str, float | None] = field(default_factory=dict)
+    pairs: tuple[Pair, ...] = ()  # of the pulley mode, with their tuned pretensions
+    coupled: tuple[CoupledPair, ...] = ()  # of it and of others near resonance, with their thresholds
+    reasons: tuple[str, ...]  # of the verdict
+    missing: dict[str, str]  # why a number does not exist, by its name
+    split: dict[str, float | None] = field(default_factory=dict)  # tuned under a steady load, by span [N]
 
 
 def default_torque(drive: Drive) -> float:
@@ -113,29 +82,10 @@ def default_torque(drive: Drive) -> float:
 def resonance(
     drive: Drive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
 ) -> ResonanceSummary:
-    """Frequency ratio, tuned pretension, threshold torque and verdict of a drive.
+    """Ratio, tuned pretension, threshold and verdict of a loop or line under a ``torque`` [N m].
 
-    Parameters
-    ----------
-    drive : Drive
-    torque : float, optional
-        Amplitude of the torque at the pulley mode's frequency [N m]; default: the file's [excitation].
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower one, and splits
-        their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
-    details : bool, default True
-        Whether to list the pairs, and to find the torque of tenfold growth, which take most of the time.
-
-    Returns
-    -------
-    ResonanceSummary
-
-    Raises
-    ------
-    InputRefused
-        If the torque is negative, or the steady one takes a span's tension away.
-    NotComputed
-        If a span hangs slack at rest.
+    Ratio, tuned pretension and its threshold are those without ``load_torque`` [N m], which splits the tuning
+    of the spans; ``details``: list the pairs and find the torque of tenfold growth, most of the time's work.
     """
     require_two_pulleys(drive, "`resonance`")
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None

@@ -126,30 +126,9 @@ def steady_branches(
     load_torque: float = 0.0,
     forcing: float | None = None,
 ) -> tuple[SteadyBranch, ...]:
-    """Every branch of steady motion that exists under some torque, followed down and up to three times it.
+    """Branches of steady motion under some ``torque`` [N m], followed down and up to three times it.
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop of two plain spans.
-    torque : float
-        Amplitude at which steady motions are searched [N m].
-    rng : numpy.random.Generator
-        For the starts of the search.
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one.
-    forcing : float, optional
-        Omega [rad/s]; the pulley mode's own unless given.
-
-    Returns
-    -------
-    tuple of SteadyBranch
-        First of single spans, then of both.
-
-    Raises
-    ------
-    NotComputed
-        If the drive has not two vibrating sections, or nothing damps the pulley mode.
+    Of single spans first, then of both; ``load_torque`` [N m]; ``forcing`` [rad/s], default: the pulley mode.
     """
     model = autoparametric_model(drive, load_torque=load_torque)
     if model.coupling.size != 2:

@@ -67,28 +67,7 @@ class Sway:
 def sway(
     drive: RoutedDrive, building: float, amplitude: float, vary: Mapping[tuple[str, ...], Array] | None = None
 ) -> Sway:
-    """How far the ropes of a machine move across in a building that sways.
-
-    Parameters
-    ----------
-    drive : RoutedDrive
-    building : float
-        Frequency of the building [Hz].
-    amplitude : float
-        Horizontal amplitude at the highest part of the machine [m].
-    vary : mapping, optional
-        Keys that move together, with rows of places, shape (keys, places): ``{("car.y",): [[5.0, 20.0]]}``.
-
-    Returns
-    -------
-    Sway
-
-    Raises
-    ------
-    InputRefused
-        For a frequency or an amplitude out of range, a rope without transverse damping, several ranges, and
-        places that are no machine.
-    """
+    """How far ropes move across in a building that sways by ``amplitude`` [m] at ``building`` [Hz]."""
     for word, value, unit in (("building", building, "Hz"), ("amplitude", amplitude, "m")):
         if not 0.0 < value <= LARGEST:
             raise InputRefused(f"{word} = {value:.6g} {unit} must be above 0 and finite")

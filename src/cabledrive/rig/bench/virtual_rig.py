@@ -269,59 +269,23 @@ def response_command(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualCamera:
-    """A camera as in section 4.1.
-
-    Attributes
-    ----------
-    rows, columns : int
-        Of a frame.
-    frame_rate : float
-        [Hz].
-    exposure : float
-        Share of the time between frames during which the shutter is open: motion blurs the marker.
-    blur : float
-        Deviation of the lens's blur [pixel].
-    noise : float
-        Deviation of a pixel's noise, of 255 levels.
-    clutter : int
-        Bright spots that stand still, at most nine tenths as bright as the marker, beside hot pixels.
-    marker : (float, float)
-        Height and width of the painted segment [pixel].
-    contrast : float
-        Grey level of the marker above the dark background; it hides what is behind it.
-    """
+    """A camera as in section 4.1."""
 
     rows: int = 160
     columns: int = 224
-    frame_rate: float = 480.0
-    exposure: float = 0.5
-    blur: float = 1.0
-    noise: float = 8.0
-    clutter: int = 6
-    marker: tuple[float, float] = (6.0, 12.0)
-    contrast: float = 170.0
+    frame_rate: float = 480.0  # [Hz]
+    exposure: float = 0.5  # share of the time between frames with an open shutter: motion blurs the marker
+    blur: float = 1.0  # deviation of the lens's blur [pixel]
+    noise: float = 8.0  # deviation of a pixel's noise, of 255 levels
+    clutter: int = 6  # bright spots that stand still, nine tenths of the marker at most, beside hot pixels
+    marker: tuple[float, float] = (6.0, 12.0)  # height and width of the painted segment [pixel]
+    contrast: float = 170.0  # grey level of the marker above the dark background
 
 
 def filmed(
     camera: VirtualCamera, position: Array, rng: np.random.Generator, *, column: float = 112.3
 ) -> Iterator[NDArray[np.uint8]]:
-    """Frames of a marker that moves up and down.
-
-    Parameters
-    ----------
-    camera : VirtualCamera
-    position : ndarray, shape (frames, instants)
-        Row of the marker's middle at instants spread evenly over the exposure of each frame [pixel].
-    rng : Generator
-        Draws the clutter and every frame's noise.
-    column : float, default 112.3
-        Column of the marker's middle [pixel].
-
-    Yields
-    ------
-    ndarray of uint8, shape (rows, columns)
-        One frame after another.
-    """
+    """Frames of a marker, shape (rows, columns), whose middle has rows ``position``, (frames, instants)."""
     backdrop = _backdrop(camera, rng)
     across = _box(
         np.arange(camera.columns, dtype=np.float64), np.array([column]), camera.marker[1], camera.blur

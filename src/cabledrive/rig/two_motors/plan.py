@@ -68,7 +68,9 @@ def design_tensions(
             'of both lines: add sample_rate = "1 kHz", motor_encoder = COUNTS and load_cell_noise = "5 N"'
         )
     interval = 1.0 / sensors.sample_rate
-    delay = 1.5 * interval + sensors.delay + _torque_lag(machine)
+    rates = [motor.current_bandwidth for motor in drive.motor if motor.current_bandwidth is not None]
+    lag = 1.0 / (2.0 * pi * min(rates)) if rates else 0.0  # of the slower torque loop
+    delay = 1.5 * interval + sensors.delay + lag
     fastest = min(DELAY_SHARE / delay, LINE_SHARE * machine.left_out)
     position = POSITION_SHARE * fastest if bandwidth is None else 2.0 * pi * bandwidth
     if not 0.0 < position <= 2.0 * POSITION_SHARE * fastest:
@@ -76,7 +78,8 @@ def design_tensions(
             f"bandwidth = {position / 2.0 / pi:.4g} Hz must lie above 0 and not above "
             f"{2.0 * POSITION_SHARE * fastest / 2.0 / pi:.4g} Hz, a sixth of that of the tension: lower it"
         )
-    stiffness = numbers.rigidity / (numbers.fixed + _last_spans(machine))
+    last = np.sqrt(((numbers.anchor - numbers.centre) ** 2).sum(axis=1) - numbers.radius**2)
+    stiffness = numbers.rigidity / (numbers.fixed + last)
     unexpected = gust / numbers.mass.min() + numbers.drum * numbers.turning_coulomb / numbers.inertia
     noise = 3.0 * sensors.load_cell_noise * sqrt(fastest * interval)
     margin = stiffness * unexpected / fastest**2 + noise
@@ -103,18 +106,6 @@ def design_tensions(
         interval=interval,
     )
     return TensionDesign(gains=gains, floor=floor, gust=gust, margin=margin)
-
-
-def _torque_lag(machine: TwoMotorMachine) -> float:
-    """Time constant of the slower torque loop [s]."""
-    rates = [motor.current_bandwidth for motor in machine.drive.motor if motor.current_bandwidth is not None]
-    return 1.0 / (2.0 * pi * min(rates)) if rates else 0.0
-
-
-def _last_spans(machine: TwoMotorMachine) -> Array:
-    """Length of the span of each line that ends at the body, at rest, shape (2,) [m]."""
-    numbers = machine.numbers
-    return np.sqrt(((numbers.anchor - numbers.centre) ** 2).sum(axis=1) - numbers.radius**2)
 
 
 ORDER = 9

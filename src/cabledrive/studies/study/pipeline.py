@@ -128,7 +128,8 @@ def run_study(
         "runs": no_runs(plant.kind, found.reason) if laws is None else laws.runs,
         "cable": no_runs("cable", plant.no_models or found.reason) if laws is None else laws.cable,
     }
-    verdict, key = judge(Findings(**stages)), study_key(drive, hashes, goals)
+    inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": hashes}
+    verdict, key = judge(Findings(**stages)), key_of("study", {**inputs, "goals": goals})
     return StudyResult(drive=drive, modes=modes, verdict=verdict, key=key, **stages)
 
 
@@ -137,12 +138,6 @@ def plant_of(drive: Drive, goals: Goals, cache: StageCache, checked: CheckResult
     if drive.carriage and not checked.missing:
         return CarriagePlant(drive=drive, goals=goals, cache=cache)
     return LoadPlant(drive=drive, goals=goals, cache=cache, missing="; ".join(checked.missing))
-
-
-def study_key(drive: Drive, hashes: Sequence[str], goals: Goals) -> str:
-    """Hash of all inputs of a study; ``hashes``: of the log files."""
-    inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": list(hashes)}
-    return key_of("study", {**inputs, "goals": goals})
 
 
 COUNT = 6
