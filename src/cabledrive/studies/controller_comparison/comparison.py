@@ -287,13 +287,14 @@ def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbance
         why = f"{name}: no bandwidth keeps a disk margin of {LEAST_DISK:g} and a torque ripple of "
         reason = f"{why}{ripple_limit(spec):.3g} N m"
         return TuningRecord(name=name, seconds=found.seconds, reason=reason)
-    limits = {key: getattr(found.margins, key) for key in ("disk", "gain", "phase", "ripple")}
+    limits: dict[str, Any] = {key: getattr(found.margins, key) for key in ("disk", "gain", "phase", "ripple")}
+    limits = {key: value if np.isfinite(value) else None for key, value in limits.items()}
     return TuningRecord(
         name=name,
         bandwidth=found.bandwidth,
         filter=found.filter,
         seconds=found.seconds,
-        **{key: value if np.isfinite(value) else None for key, value in limits.items()},
+        **limits,
     )
 
 

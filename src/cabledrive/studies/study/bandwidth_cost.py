@@ -158,8 +158,8 @@ def evaluate(
     law = make_law(drive, motion, quantities, model, hertz)
     ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
     real = joined_loop(drive, drive, law, motion, torque)
-    fine = {"counts": FINE * real.rig.counts, "phases": np.zeros_like(real.rig.phases)}
-    smooth = replace(real, rig=real.rig._replace(**fine))
+    fine = real.rig._replace(counts=FINE * real.rig.counts, phases=np.zeros_like(real.rig.phases))
+    smooth = replace(real, rig=fine)
     nominal = summarize(ideal, run(ideal), drive, drive, motion, rig_options(drive, ideal=True), 0)
     seen = summarize(real, run(real), drive, drive, motion, rig_options(drive), 0)
     empty = Candidate(model=model, bandwidth=hertz)
