@@ -155,7 +155,7 @@ def snapshot(shape, across):
         coupling=coupling,
         shape=shape,
         certified=True,
-        reach=100.0,
+        top=100.0,
     )
 
 
