@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -106,12 +106,8 @@ def read_spec(
     path: str | Path, *, design: Design | None = None, computation: Computation | None = None
 ) -> CampaignSpec:
     """Read the SPEC of a campaign, design and computation replaced if given; refused if not understood."""
-    path = Path(path)
-    content = read_toml(path, "write TOML with drive = ..., [vary], [design] and [compute]")
-    try:
-        return spec_of(content, path.parent, design=design, computation=computation)
-    except InputRefused as refusal:
-        raise refusal.at(path.name) from None
+    make = partial(spec_of, folder=Path(path).parent, design=design, computation=computation)
+    return read_toml(path, "write TOML with drive = ..., [vary], [design] and [compute]", make)
 
 
 def spec_of(

@@ -177,16 +177,15 @@ class IdentifyOptions:
 
 def load_options(path: str | Path) -> IdentifyOptions:
     """Read a TOML file with tables ``[identify]`` and ``[log]``."""
-    path = Path(path)
-    content = read_toml(path, "write TOML with tables [identify] and [log]")
-    try:
-        for key in content:
-            if key not in ("identify", "log"):
-                raise InputRefused(f"{key}: unknown table{nearest(key, ('identify', 'log'))}")
-        columns = column_map(table_of("log", content.get("log", {})))
-        return with_model(_options(table_of("identify", content.get("identify", {})), columns), None)
-    except InputRefused as refusal:
-        raise refusal.at(path.name) from None
+    return read_toml(path, "write TOML with tables [identify] and [log]", _options_of)
+
+
+def _options_of(content: dict[str, Any]) -> IdentifyOptions:
+    for key in content:
+        if key not in ("identify", "log"):
+            raise InputRefused(f"{key}: unknown table{nearest(key, ('identify', 'log'))}")
+    columns = column_map(table_of("log", content.get("log", {})))
+    return with_model(_options(table_of("identify", content.get("identify", {})), columns), None)
 
 
 def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:

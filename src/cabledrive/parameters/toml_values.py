@@ -2,10 +2,10 @@
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import written
@@ -16,9 +16,20 @@ LARGEST_WHOLE = 2**53
 """Whole numbers up to here are floats as well."""
 _DEEP_KEY = re.compile(r"(?<![^\s.=])(?:[^\s.=,\[\]{}]+[ \t]*\.[ \t]*){20}")  # would take tomllib minutes
 
+Made = TypeVar("Made")
 
-def read_toml(path: Path, remedy: str) -> dict[str, Any]:
-    """Read a TOML file; refused, with a remedy, if it cannot be read or is none."""
+
+def read_toml(path: str | Path, remedy: str, make: Callable[[dict[str, Any]], Made]) -> Made:
+    """What ``make`` makes of a TOML file, which its refusals name; refused if unreadable or none."""
+    path = Path(path)
+    content = _read(path, remedy)
+    try:
+        return make(content)
+    except InputRefused as refusal:
+        raise refusal.at(path.name) from None
+
+
+def _read(path: Path, remedy: str) -> dict[str, Any]:
     try:
         return toml_of(_content(path))
     except FileNotFoundError:

@@ -141,12 +141,7 @@ def standard_disturbances(drive: Drive) -> Disturbances:
 
 def load_disturbances(path: str | Path) -> Disturbances:
     """Read disturbances; a key that the file leaves out does not disturb."""
-    path = Path(path)
-    content = read_toml(path, 'write TOML such as load_coulomb = ["0 N m", "0.02 N m"]')
-    try:
-        return disturbances_of(content)
-    except InputRefused as refusal:
-        raise refusal.at(path.name) from None
+    return read_toml(path, 'write TOML such as load_coulomb = ["0 N m", "0.02 N m"]', disturbances_of)
 
 
 def disturbances_of(content: Mapping[str, Any]) -> Disturbances:

@@ -87,6 +87,17 @@ def motor_words(actual: Drive, *, stepper: bool = False) -> dict[str, str]:
     return {"motor": FREE} | ({"motor_reason": reason} if reason else {})
 
 
+def motion_words(motion: Motion) -> dict[str, Any]:
+    """Pulses as the answer has them, the angle in degrees."""
+    return {
+        "angle_deg": motion.angle,
+        "rise": motion.rise,
+        "dwell": motion.dwell,
+        "pulses": motion.pulses,
+        "order": motion.rise_order,
+    }
+
+
 def payload_words(motion: Motion) -> dict[str, Any]:
     """Loads that are announced along a motion, as factors of the drive's; nothing where none is."""
     if not motion.payload:

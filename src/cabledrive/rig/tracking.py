@@ -20,6 +20,7 @@ from cabledrive.rig.laws.registry import NO_FILTER
 from cabledrive.rig.run_facts import (
     condition_words,
     disturbance_facts,
+    motion_words,
     motor_words,
     pair_words,
     payload_words,
@@ -232,14 +233,7 @@ def summary_of(
         "invalid_samples": int(score["invalid"]),
         "slack_share": float(score["twist"] / loop.slack) if np.isfinite(loop.slack) else None,
         "encoder_phases": [float(v) for v in loop.rig.phases],
-        "motion": {
-            "angle_deg": motion.angle,
-            "rise": motion.rise,
-            "dwell": motion.dwell,
-            "pulses": motion.pulses,
-            "order": motion.rise_order,
-            **payload_words(motion),
-        },
+        "motion": motion_words(motion) | payload_words(motion),
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,
         "internal_step": loop.driven.step if loop.cable is None else loop.cable.case.grid.step,

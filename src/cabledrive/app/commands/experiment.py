@@ -6,7 +6,7 @@ import click
 
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import Subcommand, answering, axis_argument, force_option, option
-from cabledrive.app.results import Absent, Answer, NewFile, provenance
+from cabledrive.app.results import Answer, NewFile, known, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 METHOD = (
@@ -98,11 +98,9 @@ def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | N
         )
     lines += [f"warning: {warning}" for warning in found["warnings"]]
     found["relative_standard_error"] = {
-        name: Absent(reason="not identifiable from this test") if value is None else value
-        for name, value in errors.items()
+        name: known(value, "not identifiable from this test") for name, value in errors.items()
     }
-    if found["amplitude_factor"] is None:
-        found["amplitude_factor"] = Absent(reason="the drive file has no limit")
+    found["amplitude_factor"] = known(found["amplitude_factor"], "the drive file has no limit")
     method = (
         "motion simulated with the parameters of the drive file; noise of torque and encoder "
         "propagated through the regression"

@@ -1,6 +1,7 @@
 """Pictures of a study: intervals, bounds over bandwidth, responses, errors of many plants."""
 
 from collections.abc import Mapping, Sequence
+from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -157,12 +158,22 @@ def _end_of_axis(runs: Sequence[AcceptanceResult], limit: float) -> float:
 
 def worst_picture(name: str, worst: WorstCase) -> Picture:
     """Motion, error and torque of the worst run. ``name``: unique on the page."""
+    return _run_picture(name, worst, "motion [deg]", "error [deg]", 180.0 / pi)
+
+
+def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
+    """Position, error and torque of the worst run. ``name``: unique on the page."""
+    return _run_picture(name, worst, "position [mm]", "error [mm]", 1e3)
+
+
+def _run_picture(name: str, worst: WorstCase, motion: str, error: str, scale: float) -> Picture:
+    """Motion and error times a scale, and torque, over the time."""
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         panels = figure.subplots(3, 1, sharex=True)
         rows = (
-            ("motion [deg]", np.degrees(worst.reference), QUIET),
-            ("error [deg]", np.degrees(worst.error), BLUE),
+            (motion, scale * np.array(worst.reference), QUIET),
+            (error, scale * np.array(worst.error), BLUE),
             ("torque [N m]", np.array(worst.torque), GREEN),
         )
         for axes, (words, values, colour) in zip(panels, rows, strict=True):
@@ -228,25 +239,6 @@ def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None
         axes.set_ylabel("runs below [%]")
 
     return picture(name, _draw, wide=280.0, narrow=260.0)
-
-
-def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
-    """Position, error and torque of the worst run. ``name``: unique on the page."""
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        panels = figure.subplots(3, 1, sharex=True)
-        rows = (
-            ("position [mm]", 1e3 * np.array(worst.reference), QUIET),
-            ("error [mm]", 1e3 * np.array(worst.error), BLUE),
-            ("torque [N m]", np.array(worst.torque), GREEN),
-        )
-        for axes, (words, values, colour) in zip(panels, rows, strict=True):
-            axes.axhline(0.0, color=LINE, linewidth=1.0)
-            axes.plot(worst.time, values, color=colour, linewidth=1.3)
-            axes.set_ylabel(words)
-        panels[-1].set_xlabel("time [s]")
-
-    return picture(name, _draw, wide=380.0, narrow=380.0)
 
 
 MODEL_COLOURS = {1: QUIET, 2: ORANGE, 3: GREEN, 4: BLUE}

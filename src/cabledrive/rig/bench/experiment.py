@@ -107,12 +107,7 @@ class Excitation:
 
 def load_excitation(path: str | Path) -> Excitation:
     """Read an excitation from a TOML file."""
-    path = Path(path)
-    content = read_toml(path, "write TOML")
-    try:
-        return excitation_of(content)
-    except InputRefused as refusal:
-        raise refusal.at(path.name) from None
+    return read_toml(path, "write TOML", excitation_of)
 
 
 def excitation_of(table: Mapping[str, Any]) -> Excitation:

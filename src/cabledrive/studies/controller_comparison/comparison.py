@@ -20,6 +20,7 @@ from cabledrive.rig.disturbed_plants import Disturbances, load_disturbances, sta
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
+from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import check_motion, spec_for
 from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
@@ -336,13 +337,7 @@ def _summary(
         "draws": draws,
         "seed": seed,
         "goal_deg": goal / DEGREE,
-        "motion": {
-            "angle_deg": motion.angle,
-            "rise": motion.rise,
-            "dwell": motion.dwell,
-            "pulses": motion.pulses,
-            "order": motion.rise_order,
-        },
+        "motion": motion_words(motion),
         "disturbances": {name: list(ends) for name, ends in asdict(disturbances).items()},
         "limits": {
             "disk_margin": LEAST_DISK,

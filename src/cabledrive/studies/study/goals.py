@@ -179,12 +179,7 @@ def load_goals(path: str | Path) -> Goals:
     InputRefused
         If it cannot be read or is not understood.
     """
-    path = Path(path)
-    content = read_toml(path, "write TOML with a table [goals]")
-    try:
-        return goals_of(content)
-    except InputRefused as refusal:
-        raise refusal.at(path.name) from None
+    return read_toml(path, "write TOML with a table [goals]", goals_of)
 
 
 def goals_of(content: Mapping[str, Any]) -> Goals:
