@@ -13,7 +13,7 @@ from cabledrive.reduction import fast_simulation
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.uniform_tension import integrate
-from cabledrive.simulation import Pluck, Recording, Scheme, Setting, Start, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from cabledrive.simulation.case import case_of
 
 TITLE = "Fast model"
@@ -148,7 +148,7 @@ def ensemble(pretensions, sines: int, threads: int):
         DRIVE,
         1.0,
         {"pretension": pretensions, "torque_amplitude": TORQUES},
-        common=Setting(torque_frequency=TORQUE.frequency, pluck_upper=1e-3, pluck_lower=1e-3),
+        common={"torque_frequency": TORQUE.frequency, "pluck_upper": 1e-3, "pluck_lower": 1e-3},
         scheme=FastScheme(sines=sines, step=STEP),
         threads=threads,
     )

@@ -8,7 +8,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
-from cabledrive.simulation import Pluck, Recording, Scheme, Setting, Sine, Start, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from resonance_samples import envelope
 
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
@@ -71,7 +71,7 @@ def test_a_motion_that_outgrows_everything_ends_there_and_keeps_what_came_before
 
 FORCED = cd.load_drive("dissertation-2", overrides=["cable.transverse_damping=2"])
 SCHEME = FastScheme(sines=3, step=2e-4)
-COMMON = Setting(torque_frequency=81.6, pluck_upper=1e-3, pluck_lower=-5e-4)
+COMMON = {"torque_frequency": 81.6, "pluck_upper": 1e-3, "pluck_lower": -5e-4}
 
 
 def test_members_are_single_runs(measured):

@@ -19,7 +19,7 @@ from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.oscillators import averaged_ensemble
 from cabledrive.reduction.threshold import growth_torque
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.simulation import Pluck, Setting, Sine, Start
+from cabledrive.simulation import Pluck, Sine, Start
 from resonance_samples import TUNED
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
@@ -39,7 +39,7 @@ def several_sections():
 
 
 def over(axes):
-    return lambda: fast_ensemble(DRIVE, 0.05, axes, common=Setting(torque_amplitude=0.01))
+    return lambda: fast_ensemble(DRIVE, 0.05, axes, common={"torque_amplitude": 0.01})
 
 
 def without_fit(*overrides):

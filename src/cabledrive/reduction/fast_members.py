@@ -3,16 +3,18 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from math import pi
+from dataclasses import dataclass, replace
+from itertools import product
+from math import pi, prod
 from os import cpu_count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.fast_simulation import STEEPEST, FastScheme, check_band, grid_of, start_amplitudes
 from cabledrive.reduction.uniform_tension import (
@@ -21,15 +23,22 @@ from cabledrive.reduction.uniform_tension import (
     integrate,
     uniform_tension_model,
 )
-from cabledrive.simulation import Pluck, Recording, Setting, Start
-from cabledrive.simulation.ensemble import UNITS, members_of
+from cabledrive.simulation import Pluck, Recording, Start
 
 if TYPE_CHECKING:
     import xarray
 
 
 SPANS = ("upper", "lower")
-OF_THE_DRIVE = ("pretension", "transverse_damping", "axial_damping", "load_inertia", "load_friction")
+OF_THE_CABLE = ("pretension", "transverse_damping", "axial_damping")
+OF_THE_LOAD = {"load_inertia": "inertia", "load_friction": "viscous_friction"}
+UNITS = {
+    **dict(zip(OF_THE_CABLE, ("N", "1/s", "N s"), strict=True)),
+    **{"load_inertia": "kg m^2", "load_friction": "N m s/rad"},
+    **{"torque_amplitude": "N m", "torque_frequency": "Hz", "pluck_upper": "m", "pluck_lower": "m"},
+}
+"""What may be varied; where it is not given, the drive's own value, and no torque and no pluck."""
+MOST_NUMBERS = 500_000_000
 _SMALL = 1e-6  # m, height of the pluck from which all are scaled
 
 
@@ -41,7 +50,7 @@ class _Sharing:
     sines: Array  # (2, m)
     offset: float
     numbers: list[int]
-    settings: list[Setting]
+    settings: list[dict[str, float]]
 
 
 def fast_ensemble(
@@ -49,7 +58,7 @@ def fast_ensemble(
     duration: float,
     axes: Mapping[str, Sequence[float] | Array],
     *,
-    common: Setting | None = None,
+    common: Mapping[str, float] | None = None,
     pluck_shape: str = "half-sine",
     scheme: FastScheme | None = None,
     rate: float = 100.0,
@@ -66,9 +75,11 @@ def fast_ensemble(
     duration : float
         Length of the runs [s].
     axes : mapping of str to sequence of float
-        Values of each parameter that is varied, by its name in `Setting`.
-    common : Setting, optional
-        Parameters that are not varied.
+        Values of what is varied: pretension [N], transverse_damping [1/s], axial_damping [N s],
+        load_inertia [kg m^2], load_friction [N m s/rad], torque_amplitude [N m], torque_frequency [Hz]
+        (0: constant), pluck_upper, pluck_lower [m].
+    common : mapping of str to float, optional
+        The same parameters where they are not varied; by default the drive's own, no torque, no pluck.
     pluck_shape : str, default "half-sine"
         Shape of the plucks.
     scheme : FastScheme, optional
@@ -92,7 +103,7 @@ def fast_ensemble(
         memory.
     """
     scheme = scheme or FastScheme()
-    values, members = members_of(axes, common or Setting(), duration * rate)
+    values, members = _members(axes, common or {}, duration * rate)
     groups = _grouped(drive, members, pluck_shape, scheme.sines)
     steps, stride, step = max(grid_of(g.model, duration, scheme, Recording(rate=rate)) for g in groups)
     stride = max(1, int(1.0 / (rate * step)))
@@ -112,13 +123,41 @@ def fast_ensemble(
     return _labelled(values, times, motion, least, stopped)
 
 
-def _grouped(drive: Drive, members: list[Setting], shape: str, sines: int) -> list[_Sharing]:
+def _members(
+    axes: Mapping[str, Sequence[float] | Array], common: Mapping[str, float], records: float
+) -> tuple[dict[str, Array], list[dict[str, float]]]:
+    """Values as arrays, and every combination of them, the last axis quickest; ``records``: of each run."""
+    values = {name: np.atleast_1d(np.asarray(given, dtype=np.float64)) for name, given in axes.items()}
+    for name, given in (values | {name: np.array([value]) for name, value in common.items()}).items():
+        if name not in UNITS:
+            raise InputRefused(f'ensemble: "{name}" cannot be varied{nearest(name, UNITS)}')
+        if given.ndim != 1 or given.size == 0 or not np.isfinite(given).all():
+            raise InputRefused(f"ensemble: {name} needs a row of finite values in {UNITS[name]}")
+    members = prod(given.size for given in values.values())
+    if members * records * 4 > MOST_NUMBERS:
+        raise InputRefused(
+            f"ensemble: {members} runs of {records:.3g} records do not fit into memory: lower rate"
+        )
+    combinations = product(*(given.tolist() for given in values.values()))
+    still = dict.fromkeys(list(UNITS)[5:], 0.0) | dict(common)
+    return values, [still | dict(zip(values, one, strict=True)) for one in combinations]
+
+
+def _varied(drive: Drive, member: Mapping[str, float]) -> Drive:
+    """The drive of a member."""
+    cable: dict[str, Any] = {name: member[name] for name in OF_THE_CABLE if name in member}
+    load: dict[str, Any] = {own: member[name] for name, own in OF_THE_LOAD.items() if name in member}
+    pulleys = (drive.drive_pulley, replace(drive.load_pulley, **load))
+    return replace(drive, cable=replace(drive.cable, **cable), pulley=pulleys)
+
+
+def _grouped(drive: Drive, members: list[dict[str, float]], shape: str, sines: int) -> list[_Sharing]:
     same = defaultdict(list)
     for number, member in enumerate(members):
-        same[tuple(getattr(member, name) for name in OF_THE_DRIVE)].append(number)
+        same[tuple(member.get(name) for name in list(UNITS)[:5])].append(number)
     groups = []
     for numbers in same.values():
-        own = members[numbers[0]].drive(drive)
+        own = _varied(drive, members[numbers[0]])
         model = uniform_tension_model(own, sines)
         plucks = tuple(Pluck(height=_SMALL, span=span, shape=shape) for span in SPANS)
         plucked = start_amplitudes(own, model, Start(plucks=plucks))[2][0] / _SMALL
@@ -127,12 +166,14 @@ def _grouped(drive: Drive, members: list[Setting], shape: str, sines: int) -> li
     return groups
 
 
-def _waves(groups: list[_Sharing], members: list[Setting], steps: int, step: float) -> dict[float, Array]:
+def _waves(
+    groups: list[_Sharing], members: list[dict[str, float]], steps: int, step: float
+) -> dict[float, Array]:
     """Torque of amplitude 1 for each frequency, refused where a model has no modes."""
     times = np.arange(steps + 1, dtype=np.float64) * step
     waves = {
         f: np.sin(2 * pi * f * times) if f else np.ones_like(times)
-        for f in {member.torque_frequency for member in members}
+        for f in {member["torque_frequency"] for member in members}
     }
     lowest = min((group.model for group in groups), key=lambda model: model.span_resonance)
     for wave in waves.values():
@@ -151,9 +192,9 @@ def _run(
     peaks = np.empty((len(group.settings), 2, 2))
     rest = np.zeros(model.natural.size)
     for i, member in enumerate(group.settings):
-        heights = np.array([[member.pluck_upper], [member.pluck_lower]])
+        heights = np.array([[member["pluck_upper"]], [member["pluck_lower"]]])
         start = (heights * group.sines)[None]
-        torque = member.torque_amplitude * waves[member.torque_frequency] + group.offset
+        torque = member["torque_amplitude"] * waves[member["torque_frequency"]] + group.offset
         one = integrate(c, rest.copy(), rest.copy(), start, np.zeros_like(start), torque, step, stride)
         along[i], across[i], peaks[i] = one.along[:, 0], one.across[:, 0, 0], one.peaks
     reasons = np.full(len(peaks), "", dtype=object)

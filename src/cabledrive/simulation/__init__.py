@@ -1,7 +1,6 @@
 """The nonlinear cable loop in time, with an audit of its own error."""
 
 from cabledrive.simulation.case import CarriageForce, Recording
-from cabledrive.simulation.ensemble import Setting
 from cabledrive.simulation.error_estimate import ErrorEstimate
 from cabledrive.simulation.one_run import simulate
 from cabledrive.simulation.result import SimulationResult, SlackEvent
@@ -27,7 +26,6 @@ __all__ = [
     "Recording",
     "Sampled",
     "Scheme",
-    "Setting",
     "Signal",
     "SimulationInterrupted",
     "SimulationResult",

@@ -17,10 +17,12 @@ from cabledrive.simulation.node_motion import finish, kick_nodes, move_rims, sha
 from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import (
     DRIVE_LOST,
+    EXACT,
     FORCE,
     INVERSE_SPACING,
     KICK_T,
     KICK_U,
+    LINEAR,
     LOAD_LOST,
     MOTOR_LOST,
     NEW,
@@ -33,7 +35,7 @@ from cabledrive.simulation.plan import (
     State,
     Workspace,
 )
-from cabledrive.simulation.segment_laws import EXACT, LINEAR, gradients, transverse_stretch
+from cabledrive.simulation.segment_laws import gradients, transverse_stretch
 
 MOST_TRIALS, SETTLED = 20, 1e-12
 

@@ -18,6 +18,7 @@ from cabledrive.simulation.own_law import compiled_law, slack_of, stiffness_over
 from cabledrive.simulation.plan import (
     DONE,
     ENERGY,
+    EXACT,
     INVERSE_SPACING,
     KERNEL_LAWS,
     MOTOR_LOST,
@@ -115,9 +116,8 @@ class Method:
         given = plan, state, work
         if plan.law != OWN or self.law is None:
             law_of(plan)
-            quick = {"verlet": plan.axial_damping == 0.0, "energy-conserving": plan.uniform}
-            if plan.law == 0 and quick.get(self.name):
-                return _taut_or_any(extra, given, torque, forces, every, rows, fields)
+            if plan.law == EXACT and self.name == "verlet" and plan.axial_damping == 0.0:
+                return _taut_or_any(given, torque, forces, every, rows, fields)
             return int(
                 integrate(None, NONE, centred, extra, False, *given, torque, forces, every, rows, fields)
             )
@@ -140,31 +140,21 @@ class Method:
 
 
 def _taut_or_any(
-    extra: Array | None,
-    given: tuple[Plan, State, Workspace],
-    torque: Array,
-    forces: Array,
-    every: int,
-    rows: Array,
-    fields: Array,
+    given: tuple[Plan, State, Workspace], torque: Array, forces: Array, every: int, rows: Array, fields: Array
 ) -> int:
     """Steps of the exact law: one pass while all is taut, else one record's worth of the long loop."""
-    from cabledrive.simulation.energy_equal_segments import integrate_equal_segments
     from cabledrive.simulation.kernels import integrate
     from cabledrive.simulation.taut import integrate_taut, rows_of
 
     lines, j = rows_of(given[1]), 0
     while j < torque.size:
-        if extra is None:
-            j, finite = integrate_taut(*given, torque, forces, every, rows, fields, j, *lines)
-        else:
-            j, finite = integrate_equal_segments(*given, torque, every, rows, fields, j, *lines)
+        j, finite = integrate_taut(*given, torque, forces, every, rows, fields, j, *lines)
         if j >= torque.size or not finite:
             return DONE if finite else NOT_FINITE
         stop = min(torque.size, j - j % every + every)
         here, row = slice(j, stop), slice(j // every, j // every + 1)
         inputs = torque[here], forces[here], every if j % every == 0 else 0
-        if code := int(integrate(None, NONE, None, extra, False, *given, *inputs, rows[row], fields[row])):
+        if code := int(integrate(None, NONE, None, None, False, *given, *inputs, rows[row], fields[row])):
             return code
         j = stop
     return DONE

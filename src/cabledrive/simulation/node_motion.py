@@ -20,6 +20,7 @@ from cabledrive.simulation.plan import (
     COMPLIANCE,
     COULOMB,
     DRAG,
+    EXACT,
     FALL_U,
     FALL_W,
     FORCE,
@@ -29,16 +30,17 @@ from cabledrive.simulation.plan import (
     KEEP_T,
     KICK_T,
     KICK_U,
+    LINEAR,
     NEW,
     OLD,
     RIGHT,
     SMOOTH,
     TURNS,
+    WEAK,
     WEIGHT_U,
     Plan,
     Workspace,
 )
-from cabledrive.simulation.segment_laws import EXACT, LINEAR, WEAK
 
 MOST_SWEEPS = 100
 

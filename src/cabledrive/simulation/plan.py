@@ -87,6 +87,7 @@ AnyState = TypeVar("AnyState", bound=tuple[Any, ...])
 
 # The laws that the kernels know, by their numbers there, and what stands for any other.
 KERNEL_LAWS: tuple[type[CableLaw], ...] = (ExactLaw, WeakLaw, ConsistentWeakLaw, LinearLaw)
+EXACT, WEAK, WEAK_CONSISTENT, LINEAR = range(4)
 OWN = -1
 MOST_EVENTS = 1000
 

@@ -7,17 +7,19 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.plan import (
     EVENTS,
+    EXACT,
     INVERSE_SPACING,
     LARGEST_Z,
+    LINEAR,
     MOST_EVENTS,
     SERIES,
     STEPS,
     UPPER_SLACK,
+    WEAK,
+    WEAK_CONSISTENT,
     Plan,
     State,
 )
-
-EXACT, WEAK, WEAK_CONSISTENT, LINEAR = range(4)
 
 C0, C1, C2, C3, C4, C5, C6, C7 = SERIES
 

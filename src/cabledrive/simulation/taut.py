@@ -21,6 +21,7 @@ from cabledrive.simulation.plan import (
     CENTRE,
     DRAG,
     ENERGY,
+    EXACT,
     FALL_U,
     FALL_W,
     GAIN,
@@ -45,7 +46,7 @@ from cabledrive.simulation.plan import (
     State,
     Workspace,
 )
-from cabledrive.simulation.segment_laws import EXACT, segment_tensions, strains
+from cabledrive.simulation.segment_laws import segment_tensions, strains
 
 BEFORE, AFTER, PLACE = range(3)
 
