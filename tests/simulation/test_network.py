@@ -119,7 +119,7 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
     places = []
     for number in range(count + 1):
         places.append(state.q.copy())
-        node, body = forces_of(mesh, case.laws, state.x, state.q, case.torque(number, 1)[0])
+        node, body = forces_of(mesh, case.laws, state.x, state.q, case.inputs(number, 1)[0][0])
         state.x_t[...] += step * node / mass
         state.q_t[...] += step * np.linalg.solve(mesh.mass, body)
         state.x[...] += step * state.x_t

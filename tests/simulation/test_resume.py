@@ -20,12 +20,11 @@ from cabledrive.simulation import (
     SimulationInterrupted,
     Sine,
     Start,
+    keeping,
     netcdf,
-    records,
     run,
     simulate,
 )
-from cabledrive.simulation.netcdf import content_of
 
 DRIVE = load_drive("dissertation-2")
 DURATION = 0.05
@@ -37,18 +36,18 @@ OPTIONS = {
 }
 KILLED = """
 import os, signal
-from cabledrive.simulation import run, records
+from cabledrive.simulation import run, keeping
 import test_resume as t
 run.NODE_STEPS_PER_CHUNK, run.SECONDS_PER_COMMIT = 3000, 0.0
-commit, done = records.RecordsInFolder.commit, []
+commit, done = keeping.RecordsInFolder.commit, []
 def commit_and_die(self, state, number):
     if len(done) == 3:
-        self._rows.write(b"half a record")  # written, but not committed
-        self._rows.flush()
+        self.files[0].write(b"half a record")  # written, but not committed
+        self.files[0].flush()
         os.kill(os.getpid(), signal.SIGKILL)
     commit(self, state, number)
     done.append(number)
-records.RecordsInFolder.commit = commit_and_die
+keeping.RecordsInFolder.commit = commit_and_die
 t.simulate(t.DRIVE, t.DURATION, output="run.nc", **t.OPTIONS)
 """
 
@@ -78,8 +77,8 @@ def interrupt(*arguments):
 def broken_off(monkeypatch, path, call):
     """What there is of a run that is interrupted where it writes its n-th chunk."""
     with monkeypatch.context() as patched:
-        append = records.RecordsInFolder.append
-        patched.setattr(records.RecordsInFolder, "append", at_call(append, call, interrupt))
+        append = keeping.RecordsInFolder.append
+        patched.setattr(keeping.RecordsInFolder, "append", at_call(append, call, interrupt))
         with pytest.raises(SimulationInterrupted, match="go on with the same command and --resume") as caught:
             simulate(DRIVE, DURATION, output=path, **OPTIONS)
     return caught.value.result
@@ -169,8 +168,8 @@ def test_who_compiles_and_who_loads_what_was_compiled_compute_the_same(tmp_path,
 def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, method, measured):
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
-        original = getattr(records.RecordsInFolder, method)
-        patched.setattr(records.RecordsInFolder, method, at_call(original, 4, disk_full))
+        original = getattr(keeping.RecordsInFolder, method)
+        patched.setattr(keeping.RecordsInFolder, method, at_call(original, 4, disk_full))
         result = simulate(DRIVE, DURATION, output=path, **OPTIONS)
     assert "No space left on device" in result.stopped
     assert "free space and resume" in result.stopped
@@ -186,7 +185,7 @@ def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch,
     monkeypatch.setattr(netcdf, "_write", lambda *arguments: pytest.fail("begun"))
     monkeypatch.setattr(netcdf, "BESIDES", 1 << 60)
     with pytest.raises(OSError, match=r"No space left|File too large"):
-        netcdf.write_netcdf(content_of(result), tmp_path / "run.nc", tmp_path / "run.nc.new")
+        netcdf.write_netcdf(result.content, tmp_path / "run.nc", tmp_path / "run.nc.new")
     measured(f"{len(os.listdir(tmp_path))} files written")
     assert os.listdir(tmp_path) == []
 
@@ -274,17 +273,16 @@ def test_files_that_no_run_wrote_are_not_deleted(stopped):
 @pytest.mark.parametrize("option", ["resume", "force"])
 def test_a_second_process_on_a_run_is_refused(tmp_path, monkeypatch, option):
     """Neither resume nor force takes a run from the process that works on it."""
-    path, refusals = tmp_path / "run.nc", []
+    path, refusals, append = tmp_path / "run.nc", [], keeping.RecordsInFolder.append
 
     def second(*arguments):
         with pytest.raises(InputRefused, match="another process works there") as caught:
             simulate(DRIVE, DURATION, output=path, **{option: True}, **OPTIONS)
         refusals.append(str(caught.value))
-        return records.RecordsInFolder._append(*arguments)
+        return append(*arguments)
 
     with monkeypatch.context() as patched:
-        append = records.RecordsInFolder.append
-        patched.setattr(records.RecordsInFolder, "append", at_call(append, 3, second))
+        patched.setattr(keeping.RecordsInFolder, "append", at_call(append, 3, second))
         simulate(DRIVE, DURATION, output=path, **OPTIONS)
     assert len(refusals) == 1
     assert path.read_bytes() == uninterrupted(tmp_path)

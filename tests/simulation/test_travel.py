@@ -12,8 +12,8 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route import moved
 from cabledrive.simulation import Recording, Scheme, SimulationInterrupted, run
+from cabledrive.simulation.keeping import RecordsInFolder
 from cabledrive.simulation.network import NetworkStart
-from cabledrive.simulation.records import RecordsInFolder
 from cabledrive.simulation.travel import PlannedMove
 from oracles.hoists import Hoist, Traction
 

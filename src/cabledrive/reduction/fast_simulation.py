@@ -24,10 +24,9 @@ from cabledrive.reduction.uniform_tension import (
 )
 from cabledrive.simulation import Recording, Signal, SimulationResult, SlackEvent, Start
 from cabledrive.simulation.channels import COLUMN, WIDTH
-from cabledrive.simulation.checkpoint import RESULT, part_of
+from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
 from cabledrive.simulation.methods import check_resolved
-from cabledrive.simulation.netcdf import content_of, write_netcdf
-from cabledrive.simulation.records import MOST_MEMORY
+from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.signals import Function, check_lasts, signal_of
 from cabledrive.simulation.start import place_at_start, velocity_at_start
 
@@ -292,7 +291,7 @@ def _keep(result: SimulationResult, path: Path, *, force: bool) -> None:
     """Write the result, beside what another process may be writing under the same name."""
     with one_process(part_of(path)):
         try:
-            write_netcdf(content_of(result), path, part_of(path) / RESULT, force=force)
+            write_netcdf(result.content, path, part_of(path) / RESULT, force=force)
         except OSError as error:
             raise not_written(path, error) from None
 

@@ -1,9 +1,9 @@
 """The nonlinear cable loop in time, with an audit of its own error."""
 
-from cabledrive.simulation.case import CarriageForce, Recording
+from cabledrive.simulation.case import CarriageForce
 from cabledrive.simulation.error_estimate import ErrorEstimate
+from cabledrive.simulation.loop_result import SimulationResult, SlackEvent
 from cabledrive.simulation.one_run import simulate
-from cabledrive.simulation.result import SimulationResult, SlackEvent
 from cabledrive.simulation.run import SimulationInterrupted
 from cabledrive.simulation.signals import (
     Constant,
@@ -14,7 +14,7 @@ from cabledrive.simulation.signals import (
     Sine,
     Sweep,
 )
-from cabledrive.simulation.start import Pluck, Scheme, Start
+from cabledrive.simulation.start import Pluck, Recording, Scheme, Start
 
 __all__ = [
     "CarriageForce",

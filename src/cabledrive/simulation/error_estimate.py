@@ -11,7 +11,7 @@ from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.case import Case
 from cabledrive.simulation.channels import COLUMN, probe_columns
-from cabledrive.simulation.records import RecordsInMemory
+from cabledrive.simulation.keeping import Records
 from cabledrive.simulation.run import integrate_run
 from cabledrive.simulation.start import Scheme
 
@@ -67,17 +67,12 @@ def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Sc
             f"{4 * FEWEST_SEGMENTS}: use more"
         )
     counts = (scheme.segments, scheme.segments // 2, scheme.segments // 4)
-    runs = [rows, *(_rows(prepare(replace(scheme, segments=n, step=None))) for n in counts[1:])]
+    coarser = (prepare(replace(scheme, segments=n, step=None)) for n in counts[1:])
+    runs = [rows, *(integrate_run(case, Records(case)).rows for case in coarser)]
     whole = min(len(run) for run in runs)
     columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
     estimates = {name: _estimate(*(run[:whole, column] for run in runs)) for name, column in columns.items()}
     return ErrorEstimate(segments=counts, **estimates)
-
-
-def _rows(case: Case) -> Array:
-    records = RecordsInMemory(case)
-    integrate_run(case, records)
-    return records.arrays()[0]
 
 
 def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:

@@ -8,22 +8,23 @@ from typing import Any, cast
 
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_own_spans
-from cabledrive.simulation.case import CarriageForce, Recording, case_of
+from cabledrive.simulation.case import CarriageForce, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
-from cabledrive.simulation.netcdf import content_of
+from cabledrive.simulation.keeping import RESULT, part_of
+from cabledrive.simulation.loop_result import SimulationResult, result_of
+from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.network.case import NetworkStart, network_case
-from cabledrive.simulation.network.door import refuse_of_routes
-from cabledrive.simulation.network.result import network_content, network_result
-from cabledrive.simulation.result import SimulationResult
-from cabledrive.simulation.run import SimulationInterrupted, how_to_go_on, keep_again, keep_run, result_of
+from cabledrive.simulation.network.result import network_result
+from cabledrive.simulation.run import keep_run
 from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import Scheme, Start
+from cabledrive.simulation.start import Recording, Scheme, Start
 from cabledrive.simulation.travel.case import PlannedMove
-from cabledrive.simulation.travel.door import travel_result
 from cabledrive.simulation.travel.prepare import travel_case
+from cabledrive.simulation.travel.result import travel_result
 
 
 def simulate(
@@ -98,18 +99,25 @@ def simulate(
         scheme = replace(scheme or Scheme(), model=model)
     keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}
     if isinstance(drive, RoutedDrive):
-        refuse_of_routes(start, forces=bool(forces), error_estimate=error_estimate)
+        for name, given in (("forces", bool(forces)), ("error_estimate", error_estimate)):
+            if given:
+                raise InputRefused(
+                    f'kind = "route": {name} is for drives of kind "loop" or "line": leave it out'
+                )
+        if start is not None and not isinstance(start, NetworkStart):
+            raise InputRefused(
+                'kind = "route": start must be a NetworkStart: spans are called by their names'
+            )
         asked: Any = {"torque": torque, "start": start, "scheme": scheme, "recording": recording}
+        routed: Any  # with its own channels: a caller knows what drive it gave
         if travel:
             move = travel if isinstance(travel, PlannedMove) else None
             moving = travel_case(drive, duration, move=move, **asked)
-            routed, outcome = keep_run(moving, partial(travel_result, moving), network_content, **keeping)
+            routed = keep_run(moving, partial(travel_result, moving), **keeping)
         else:
             case = network_case(drive, duration, **asked)
-            routed, outcome = keep_run(case, partial(network_result, case), network_content, **keeping)
-        if outcome.interrupted:
-            raise SimulationInterrupted(how_to_go_on(routed.steps * routed.step, output), routed)
-        return cast(Any, routed)  # with its own channels: a caller knows what drive it gave
+            routed = keep_run(case, partial(network_result, case), **keeping)
+        return cast(SimulationResult, routed)
     require_own_spans(drive, "`simulate`")
     scheme = scheme or Scheme()
     if travel:
@@ -122,7 +130,7 @@ def simulate(
         case_of, drive, duration, torque=torque, forces=forces, start=start, recording=recording
     )
     loop = prepare(scheme=scheme)
-    result, outcome = keep_run(loop, partial(result_of, loop), content_of, **keeping)
+    result = keep_run(loop, partial(result_of, loop), **keeping)
     if error_estimate and result.stopped is None:
         try:
             estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)
@@ -131,8 +139,11 @@ def simulate(
                 raise
             raise KeyboardInterrupt(f"{output} is written, its error was not estimated") from None
         result = replace(result, error_estimate=estimate)
-        if result.path is not None:
-            keep_again(content_of(result), result.path)
-    if outcome.interrupted:
-        raise SimulationInterrupted(how_to_go_on(result.steps * result.step, output), result)
+        if (path := result.path) is not None:
+            with one_process(part_of(path)):
+                try:
+                    write_netcdf(result.content, path, part_of(path) / RESULT, force=True)
+                except OSError as error:
+                    why = f"cannot be written again ({error.strerror or error})"
+                    raise NotComputed(f"{path}: {why}: it lacks the estimate of its error") from error
     return result

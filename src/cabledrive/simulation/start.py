@@ -18,6 +18,30 @@ PLANES = ("u", "v", "w")
 Profile = ArrayLike | Callable[[Array], ArrayLike]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """What is kept of a run.
+
+    Attributes
+    ----------
+    rate : float, default 10000.0
+        Least number of records per second [Hz].
+    probes : tuple of (str, float)
+        Points to record beside the midpoints: span, and distance from its start along the pretensioned cable
+        [m].
+    fields : int, default 0
+        Keep the displacements of all nodes at every so many records; 0: not at all.
+    """
+
+    rate: float = 10_000.0
+    probes: tuple[tuple[str, float], ...] = ()
+    fields: int = 0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.fields, bool) or not isinstance(self.fields, int) or self.fields < 0:
+            raise InputRefused(f"fields = {self.fields!r} must be a whole number of records, or 0: give one")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pluck:
     """A displacement of one span at the start, zero at both pulleys and at guided carriages.

@@ -1,34 +1,37 @@
 """Everything that is decided before the first step of a run of a network."""
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.schema import content_hash
-from cabledrive.parameters.version import __version__
-from cabledrive.simulation.case import Recording
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import TimeGrid, check_resolved, time_grid
 from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, rubbing_of, wraps_of
-from cabledrive.simulation.network.plan import NetworkPlan, NetworkState, network_plan, new_network_state
+from cabledrive.simulation.network.plan import (
+    EVENTS,
+    MOST_EVENTS,
+    STEPS,
+    NetworkPlan,
+    NetworkState,
+    NetworkWorkspace,
+    network_plan,
+    new_network_state,
+    new_network_workspace,
+)
+from cabledrive.simulation.plan import SLACK
+from cabledrive.simulation.prepared import PreparedRun
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
-from cabledrive.simulation.start import PLANES, Pluck, Scheme, named_shape
-
-if TYPE_CHECKING:
-    from cabledrive.simulation.network.door import NetworkStepper
+from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, named_shape
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,7 +130,7 @@ def slides(name: str) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class NetworkCase:
+class NetworkCase(PreparedRun):
     """A run that has not begun."""
 
     network: Network
@@ -149,9 +152,9 @@ class NetworkCase:
         return channels_of(self.mesh, self.mesh.driven)
 
     @property
-    def width(self) -> int:
-        """Numbers per record."""
-        return len(self.channels)
+    def machine(self) -> RoutedDrive:
+        """The drive of the run."""
+        return self.network.drive
 
     @property
     def nodes(self) -> int:
@@ -159,42 +162,51 @@ class NetworkCase:
         return self.mesh.size
 
     @property
-    def field_records(self) -> int:
-        """Whole fields that are kept: none of a network."""
-        return 0
+    def law_name(self) -> str:
+        """Name of the cable law."""
+        return taut_law(self.laws[0]).name
 
-    @cached_property
-    def fingerprint(self) -> dict[str, Any]:
-        """What a resumed run must have in common with the interrupted one; plain data."""
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Torques and start."""
         start = b"".join(array.tobytes() for array in (self.x, self.x_t, self.q, self.q_t))
-        content = {
-            "cabledrive": __version__,
-            "drive_hash": content_hash(self.network.drive),
-            "scheme": asdict(replace(self.scheme, model=taut_law(self.laws[0]).name)),
-            "recording": asdict(self.recording),
-            "grid": asdict(self.grid),
+        return {
             "torque": [signal.fingerprint for signal in self.torques],
             "start": sha256(start).hexdigest(),
-            "sources": digest_with_imports(Path(__file__)),
         }
-        plain: dict[str, Any] = json.loads(json.dumps(content))
-        return plain
 
-    def stepper(self) -> "NetworkStepper":
-        """What takes the steps."""
-        from cabledrive.simulation.network.door import NetworkStepper
+    @cached_property
+    def work(self) -> NetworkWorkspace:
+        """Work space of the steps."""
+        return new_network_workspace(self.plan)
 
-        return NetworkStepper(self)
+    def integrate(
+        self, state: NetworkState, inputs: list[Array], every: int, rows: Array, fields: Array
+    ) -> int:
+        """Take the steps, the first of every ``every`` recorded; why they end."""
+        from cabledrive.simulation.network.kernels import integrate_network
 
-    def torque(self, first: int, steps: int) -> Array:
+        return int(integrate_network(self.plan, state, self.work, inputs[0], every, rows))
+
+    def why(self, code: int, state: NetworkState, before: NetworkState, inputs: tuple[Array, ...]) -> str:
+        """Why steps ended early, in one line."""
+        if code != SLACK:
+            return f"diverged at t = {state.counts[STEPS] * self.grid.step:.6g} s: lower the input"
+        step, piece, tension = state.events[min(int(state.counts[EVENTS]), MOST_EVENTS) - 1]
+        return (
+            f"span {self.mesh.pieces[int(piece)]} goes slack at t = {step * self.grid.step:.6g} s "
+            f"({tension:.3g} N): raise pretension, lower the input or allow slack"
+        )
+
+    def inputs(self, first: int, steps: int) -> tuple[Array]:
         """Torques at the times of some steps, shape (steps, motors) [N m]."""
         time = np.arange(first, first + steps, dtype=np.float64) * self.grid.step
         columns = [signal.at(time) for signal in self.torques]
-        return np.stack(columns, axis=1) if columns else np.zeros((steps, 0))
+        return (np.stack(columns, axis=1) if columns else np.zeros((steps, 0)),)
 
     def first_state(self) -> NetworkState:
         """State before the first step: velocities half a step before the start."""
-        node, body = forces_of(self.mesh, self.laws, self.x, self.q, self.torque(0, 1)[0])
+        node, body = forces_of(self.mesh, self.laws, self.x, self.q, self.inputs(0, 1)[0][0])
         half = 0.5 * self.grid.step
         mass = np.repeat(
             self.mesh.density * self.mesh.spacing, self.mesh.nodes[:, 1] - self.mesh.nodes[:, 0] + 1

@@ -1,34 +1,37 @@
 """Everything that is decided before the first step of a run in which bodies travel."""
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from math import degrees
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive, moved
-from cabledrive.parameters.schema import content_hash
-from cabledrive.parameters.version import __version__
-from cabledrive.simulation.case import Recording
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import TimeGrid
 from cabledrive.simulation.network.case import slides
+from cabledrive.simulation.plan import SLACK
+from cabledrive.simulation.prepared import PreparedRun
 from cabledrive.simulation.signals import Signal
-from cabledrive.simulation.start import Scheme
-from cabledrive.simulation.travel.plan import TALLIES, TravelPlan, TravelState
+from cabledrive.simulation.start import Recording, Scheme
+from cabledrive.simulation.travel.plan import (
+    NO_SPAN,
+    OFF_THE_PULLEY,
+    TALLIES,
+    TOO_SHORT,
+    TravelPlan,
+    TravelState,
+    TravelWorkspace,
+    new_travel_workspace,
+)
 from cabledrive.trajectories import smooth_rise
-
-if TYPE_CHECKING:
-    from cabledrive.simulation.travel.door import TravelStepper
 
 
 def travel_channels(
@@ -169,7 +172,7 @@ class PlannedMove:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TravelCase:
+class TravelCase(PreparedRun):
     """A run that has not begun."""
 
     network: Network
@@ -198,9 +201,9 @@ class TravelCase:
         return travel_channels(self.names, self.motors, self.spans)
 
     @property
-    def width(self) -> int:
-        """Numbers per record."""
-        return len(self.channels)
+    def machine(self) -> RoutedDrive:
+        """The drive of the run."""
+        return self.network.drive
 
     @property
     def nodes(self) -> int:
@@ -208,37 +211,57 @@ class TravelCase:
         return int(self.plan.cells[-1])
 
     @property
-    def field_records(self) -> int:
-        """Whole fields that are kept: none."""
-        return 0
+    def law_name(self) -> str:
+        """Name of the cable law."""
+        return "exact"
 
-    @cached_property
-    def fingerprint(self) -> dict[str, Any]:
-        """What a resumed run must have in common with the interrupted one; plain data."""
-        content = {
-            "cabledrive": __version__,
-            "drive_hash": content_hash(self.network.drive),
-            "scheme": asdict(self.scheme),
-            "recording": asdict(self.recording),
-            "grid": asdict(self.grid),
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Move, torques and start."""
+        return {
             "move": None if self.move is None else [dict(self.move.moves), self.move.rise],
             "torque": [signal.fingerprint for signal in self.torques],
             "start": sha256(self.q_t.tobytes()).hexdigest(),
-            "sources": digest_with_imports(Path(__file__)),
         }
-        plain: dict[str, Any] = json.loads(json.dumps(content))
-        return plain
 
-    def given(self, first: int, steps: int) -> Array:
+    @cached_property
+    def work(self) -> TravelWorkspace:
+        """Work space of the steps."""
+        return new_travel_workspace(self.plan)
+
+    def integrate(
+        self, state: TravelState, inputs: list[Array], every: int, rows: Array, fields: Array
+    ) -> int:
+        """Take the steps, the first of every ``every`` recorded; why they end."""
+        from cabledrive.simulation.travel.kernels import integrate_travel
+
+        return int(integrate_travel(self.plan, state, self.work, inputs[0], every, rows))
+
+    def why(self, code: int, state: TravelState, before: TravelState, inputs: tuple[Array, ...]) -> str:
+        """Why steps ended early, in one line."""
+        when = f"at t = {state.counts[0] * self.grid.step:.6g} s"
+        number, figure = int(state.events[0, 0]), float(state.events[0, 1])
+        span = self.network.drive.free_spans[number]
+        words = {
+            SLACK: f"span {span.name} goes slack {when}: move more slowly, or raise pretension",
+            TOO_SHORT: f"span {span.name} is {figure:.4g} m long {when}: the step of {self.grid.step:.4g} s "
+            f"is stable down to {self.plan.shortest[number]:.4g} m: go less far",
+            OFF_THE_PULLEY: f"the rope leaves {span.end.name} {when} (wrap {degrees(figure):.3g} deg): go "
+            "less far",
+            NO_SPAN: f"span {span.name} has no free length any more {when}: go less far",
+        }
+        return words.get(code, f"diverged {when}: lower the input, or give a smaller step")
+
+    def inputs(self, first: int, steps: int) -> tuple[Array]:
         """Torques of the motors at the times of some steps [N m], or their speeds over them [rad/s]."""
         number = np.arange(first, first + steps + 1, dtype=np.float64)
         time = number * self.grid.step
         if self.move is None or self.way is None:
-            return np.stack([signal.at(time[:-1]) for signal in self.torques], axis=1) + self.holding
+            return (np.stack([signal.at(time[:-1]) for signal in self.torques], axis=1) + self.holding,)
         # The state lies half a step behind its speeds: turns at the times of the steps, speeds between them.
         part = smooth_rise(np.minimum(time / self.move.rise, 1.0), ORDER)[0]
         turns = np.stack([self.way.turns(part, int(rotor)) for rotor in self.plan.rotor], axis=1)
-        return np.asarray(np.diff(turns, axis=0) / self.grid.step)
+        return (np.asarray(np.diff(turns, axis=0) / self.grid.step),)
 
     def first_state(self) -> TravelState:
         """State before the first step: speeds half a step before the start."""
@@ -246,7 +269,7 @@ class TravelCase:
         q_t = self.q_t.copy()
         if not plan.prescribed:
             force = np.zeros(n)
-            force[plan.rotor] = self.given(0, 1)[0] - self.holding
+            force[plan.rotor] = self.inputs(0, 1)[0][0] - self.holding
             q_t -= 0.5 * self.grid.step * np.linalg.solve(plan.mass, force - plan.damping @ self.q_t)
         ends = np.einsum("sin,n->si", self._rows_at_rest, self.q_t)
         speeds = [
@@ -272,9 +295,3 @@ class TravelCase:
     def _rows_at_rest(self) -> Array:
         along = self.plan.bearing
         return np.asarray(np.einsum("sc,sicn->sin", along, self.plan.frame) + self.plan.turn)
-
-    def stepper(self) -> "TravelStepper":
-        """What takes the steps."""
-        from cabledrive.simulation.travel.door import TravelStepper
-
-        return TravelStepper(self)

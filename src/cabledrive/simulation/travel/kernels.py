@@ -177,12 +177,12 @@ def pass_end(
 
 @njit_in_place
 @for_kernels
-def move_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace, before: Array) -> None:
-    """Places of the rope a step on, Eq. (N.12); ``before``: spans' directions and lengths at the step."""
+def move_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
+    """Places of the rope a step on, Eq. (N.12)."""
     for s in range(plan.rim.shape[0]):
         first, last = plan.cells[s], plan.cells[s + 1]
         n = last - first
-        ax, ay, bx, by = before[s, 0], before[s, 1], work.along[s, 0], work.along[s, 1]
+        ax, ay, bx, by = work.before[s, 0], work.before[s, 1], work.along[s, 0], work.along[s, 1]
         turned = atan2(ax * by - ay * bx, ax * bx + ay * by)
         advance = plan.rim[s, 0] * turned  # of the point of contact along the span
         runs_in, runs_out = 0.0, 0.0
@@ -242,9 +242,7 @@ def watch(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
 
 @njit_in_place
 @for_kernels
-def step_travel(
-    plan: TravelPlan, state: TravelState, work: TravelWorkspace, given: Array, before: Array
-) -> int:
+def step_travel(plan: TravelPlan, state: TravelState, work: TravelWorkspace, given: Array) -> int:
     """One step; ``given``: torques of the motors [N m], or speeds over the step where they are prescribed."""
     slack = pull_spans(plan, state, work)
     if slack >= 0:
@@ -262,12 +260,12 @@ def step_travel(
         state.q_t[k] = work.new[k]
         state.q[k] += plan.step * work.new[k]
     for s in range(plan.rim.shape[0]):
-        before[s, 0], before[s, 1] = work.along[s, 0], work.along[s, 1]
+        work.before[s, 0], work.before[s, 1] = work.along[s, 0], work.along[s, 1]
     lost = lay_spans(plan, state.q, work)
     if lost >= 0:
         state.events[0, 0] = lost
         return NO_SPAN
-    move_cells(plan, state, work, before)
+    move_cells(plan, state, work)
     state.counts[0] += 1
     return DONE
 
@@ -280,7 +278,6 @@ def integrate_travel(
     given: Array,
     every: int,
     rows: Array,
-    before: Array,
 ) -> int:
     """Take a step per row of ``given``, recording the first of every ``every``."""
     if lay_spans(plan, state.q, work) >= 0:
@@ -292,7 +289,7 @@ def integrate_travel(
             pull_spans(plan, state, work)
             damp_spans(plan, state, work)
             note_places(plan, state, work, rows[j // every])
-        code = step_travel(plan, state, work, given[j], before)
+        code = step_travel(plan, state, work, given[j])
         if code != DONE:
             return code
         if recorded and not note_speeds(plan, state, work, rows[j // every]):

@@ -76,6 +76,7 @@ class TravelState(NamedTuple):
 class TravelWorkspace(NamedTuple):
     """Arrays that are filled anew at each step."""
 
+    before: Array  # (spans, 2): directions of the spans at the step before
     along: Array  # (spans, 2): unit vectors
     free: Array  # (spans,): free lengths [m]
     pull: Array  # (spans, 2, 3): tensions of one rope at both ends, along, - and - [N]
@@ -98,6 +99,37 @@ class TravelWorkspace(NamedTuple):
     bound: Array  # (frictions,)
     torque: Array  # (motors,) [N m]
     kept: Array  # (4, ...): from before a recorded step, see `cabledrive.simulation.travel.kernels`
+
+
+def new_travel_workspace(plan: TravelPlan) -> TravelWorkspace:
+    """Room for what is filled anew at each step."""
+    n, spans, cells = len(plan.mass), len(plan.rim), int(plan.cells[-1])
+    frictions = plan.bound.size
+    return TravelWorkspace(
+        before=np.zeros((spans, 2)),
+        along=np.zeros((spans, 2)),
+        free=np.zeros(spans),
+        pull=np.zeros((spans, 2, 3)),
+        tension=np.zeros(cells + spans),
+        damped=np.zeros(cells + spans),
+        rate=np.zeros(cells),
+        pivot=np.zeros(cells),
+        trial=np.zeros(cells),
+        rows=np.zeros((spans, 2, n)),
+        across=np.zeros((spans, 2, n)),
+        speed=np.zeros((spans, 2)),
+        matrix=np.zeros((2, n, n)),
+        elimination=np.zeros((n, 2 * n)),
+        force=np.zeros(n),
+        carried=np.zeros(n),
+        fallen=np.zeros(n),
+        right=np.zeros(n),
+        new=np.zeros(n),
+        friction=np.zeros(frictions),
+        bound=np.zeros(frictions),
+        torque=np.zeros(plan.rotor.size),
+        kept=np.zeros((4, max(n, spans, cells, TALLIES))),
+    )
 
 
 def largest_travel_step(network: Network, counts: Integers, shortest: Array) -> float:

@@ -11,12 +11,11 @@ from cabledrive.mechanics.network.motion import condition, gravity
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.simulation.case import Recording
 from cabledrive.simulation.methods import check_resolved, time_grid
 from cabledrive.simulation.network.case import NetworkStart, motor_torques
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import Scheme
+from cabledrive.simulation.start import Recording, Scheme
 from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
 from cabledrive.simulation.travel.plan import (
     ANCHOR,
