@@ -8,7 +8,7 @@ from pathlib import Path
 
 from markupsafe import Markup, escape
 
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Paragraph, Section, Table, table
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
 from cabledrive.report.typesetting import number
@@ -95,9 +95,7 @@ def _section(entry: Entry, items: tuple[Item, ...], panels: tuple[Panel, ...], q
 
 
 def _items(caption: str, items: Sequence[Item]) -> Table:
-    words = (Column(title=title) for title in ("Item", "Verdict", "Printed", "Computed"))
-    columns = (*words, Column(title="Deviation", unit="%", numeric=True), Column(title="Reason"))
-    return Table(caption=caption, columns=columns, groups=(RowGroup(rows=tuple(map(_row, items))),))
+    return table(caption, "Item | Verdict | Printed | Computed | Deviation [%] | Reason", map(_row, items))
 
 
 def _row(item: Item) -> tuple[Cell, ...]:

@@ -65,19 +65,22 @@ def _rounded(values: np.ndarray) -> list[float | None]:
 def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
     """Panels of one figure as a figure of the page; `name` is unique there."""
 
-    def draw(drawing: "Drawing", narrow: bool) -> None:
+    def draw(drawing: "Drawing") -> None:
         rows = drawing.subplots(len(panels), 1, squeeze=False)[:, 0]
         for axes, one in zip(rows, panels, strict=True):
-            _fill(axes, one, narrow)
+            _fill(axes, one)
 
     height = HEIGHT * len(panels) + EXTRA
     titles = "; ".join(dict.fromkeys(one.title for one in panels))
-    return picture(name, draw, wide=height, narrow=height).figure(
-        name=name, alt=". ".join(_seen(one) for one in panels), caption=f"{panels[0].figure}: {titles}."
+    return Figure(
+        name=name,
+        alt=". ".join(_seen(one) for one in panels),
+        caption=f"{panels[0].figure}: {titles}.",
+        drawing=picture(name, draw, height=height),
     )
 
 
-def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
+def _fill(axes: "Axes", panel: Panel) -> None:
     for number, one in enumerate(panel.curves):
         few, style = len(one["x"]) < 12, _STYLES[number % len(_STYLES)] if len(panel.curves) > 2 else "-"
         x, y = (np.array(one[axis], dtype=float) for axis in "xy")
@@ -87,14 +90,14 @@ def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
         axes.plot(x, y, color=_COLOURS[number % len(_COLOURS)], label=one["name"], linewidth=1.2, **look)
     axes.set(xlabel=panel.x, ylabel=panel.y)
     for axis, asked, size in (
-        ("x", panel.log_x, 250.0 if narrow else 600.0),
+        ("x", panel.log_x, 600.0),
         ("y", panel.log_y, HEIGHT - 60.0),
     ):
         if asked:
             axes.set(**{f"{axis}lim": _limits(panel, axis)})
             log_axis(axes, axis, size)
     if len(panel.curves) > 1:
-        axes.legend(fontsize=SMALL - 1.0, frameon=False, ncols=1 if narrow else 2, loc="best")
+        axes.legend(fontsize=SMALL - 1.0, frameon=False, ncols=2, loc="best")
 
 
 def _finite(values: Iterable[float | None]) -> list[float]:

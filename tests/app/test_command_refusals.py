@@ -158,13 +158,13 @@ ROWS = {
         (f"{RUN} 1 --torque-amplitude 1 --torque-frequency 1e300", "two steps"),
         (f"{RUN} 1 --torque-amplitude 1 --torque-frequency -5", "must not be negative"),
         (f"{RUN} 1 --model fast --torque-amplitude 1 --torque-frequency 1e9", "two"),
-        (f"{RUN} 1 --model fast --animate x.gif", "--animate"),
+        (f"{RUN} 1 --model fast --animate x.html", "--animate"),
         (f"{RUN} 1 --model cubic", "'cubic'"),
         (f"{RUN} 1 --resume", "resume", "output"),
         (f"{RUN} 1 -o run.csv", ".nc"),
         (f"{RUN} 5e5 --rate '1 MHz' -o run.nc", "are free in ."),
         (f"{RUN} '1 ms' --rate 1 --plot run.png", "16 records"),
-        (f"{RUN} '10 ms' --fields 1000 --animate run.gif", "two pictures"),
+        (f"{RUN} '10 ms' --fields 1000 --animate run.html", "two pictures"),
         *[
             (f"simulate printer-idlers --duration '1 ms' {option}", option.split()[0].strip("-"))
             for option in ("--pluck-upper '1 mm'", "--model fast", "--fields 2 -o run.nc", "--pluck '1 mm'")

@@ -16,7 +16,7 @@ from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.report.animation import animation_page, controlled_film
 from cabledrive.report.figures import ladder, run_histories, shapes
 from cabledrive.report.figures import machine as machine_layout
-from cabledrive.report.figures.machine import machine_picture
+from cabledrive.report.figures.moving_machine import moving_machine
 from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
 from cabledrive.report.mode_figure import mode_figure, mode_picture, route_mode_figure
 from cabledrive.rig import Motion, track
@@ -69,13 +69,13 @@ def spread(drive):
 def test_the_drawing_keeps_the_proportions_of_the_machine(name, width):
     """Spans to scale; pulleys to one scale of their own that is said where it differs."""
     drive = load_drive(name)
-    layout = machine_layout.machine_layout(drive, width, width < 500)
+    layout = machine_layout.machine_layout(drive, width)
     distance = np.hypot(layout.load[0] - layout.drive[0], layout.load[1] - layout.drive[1])
     per_metre = distance / drive.span_length
     for drawn, pulley in zip(layout.radii, drive.pulley, strict=True):
         assert drawn == pytest.approx(pulley.radius * per_metre * layout.enlarged, rel=1e-9)
-    said = "times too large" in machine_picture(drive).wide
-    assert said == (machine_layout.machine_layout(drive, 720, False).enlarged > 1.0)
+    said = "times too large" in moving_machine(drive, None)
+    assert said == (machine_layout.machine_layout(drive, 720).enlarged > 1.0)
     for (x, y), r in zip((layout.drive, layout.load), layout.radii, strict=True):
         assert r < x < layout.size[0] - r
         assert r < y < layout.size[1] - r
@@ -208,7 +208,7 @@ def test_the_animation_on_a_page_needs_no_script_and_obeys_who_wants_less_motion
     (switch,) = reader.root.all("input")
     assert switch.attributes["type"] == "checkbox"
     assert [e.attributes["for"] for e in reader.root.all("label")] == [switch.attributes["id"]]
-    assert len(reader.root.all("g")) == 2 * len(run().fields)  # a drawing for wide pages, one for narrow ones
+    assert len(reader.root.all("g")) == len(run().fields)
 
 
 # --- The film of a controlled run: every picture shows the run at its time
@@ -217,7 +217,7 @@ def test_every_picture_says_the_error_at_its_time():
     found = track(drive, controller="pd", bandwidth=20.0, plant="model-3", motion=motion)
     page = controlled_film(drive, found)
     said = re.findall(r">(\d+\.\d+) s, error (-?[\d.]+) deg<", page)
-    assert len(said) == 2 * 64  # wide and narrow
+    assert len(said) == 64
     for time, error in said:
         at = np.abs(found.time - float(time)) <= 0.0005 + 1e-9
         errors = np.degrees(found.error[at])

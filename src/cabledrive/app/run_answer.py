@@ -178,7 +178,6 @@ def fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
 
 
 def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:
-    from cabledrive.report.animation import animation_gif, animation_page
+    from cabledrive.report.animation import animation_page
 
-    gif = animate.path.suffix.lower() == ".gif"
-    animate.write(animation_gif(drive, result) if gif else animation_page(drive, result))
+    animate.write(animation_page(drive, result))

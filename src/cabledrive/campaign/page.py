@@ -19,7 +19,7 @@ from cabledrive.campaign.tolerance import FEWEST_ROWS, Tolerance, tolerance
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.parameters.toml_values import toml_of
-from cabledrive.report.blocks import Block, Chapter, Column, Figure, Paragraph, RowGroup, Table
+from cabledrive.report.blocks import Block, Chapter, Figure, Paragraph, Table, table
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
 
@@ -63,7 +63,7 @@ def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
         Chapter(
             title="The campaign",
             anchor="campaign",
-            blocks=(_table("What was varied and computed.", ("key", "value"), _about(identity), text=2),),
+            blocks=(table("What was varied and computed.", "key | value", _about(identity)),),
         ),
     )
     hashes = tuple((k.partition(".")[2], str(v)) for k, v in identity.items() if k.startswith("drive."))
@@ -84,12 +84,6 @@ def _about(identity: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What makes the campaign, but for its drives, whose hashes stand at the end of the page."""
     said = {key: str(value) for key, value in identity.items() if not key.startswith("drive.")}
     return [(key, f"{text[:77]}..." if len(text) > 80 else text) for key, text in said.items()]
-
-
-def _table(caption: str, heads: Sequence[str], rows: Sequence[tuple[Any, ...]], *, text: int = 1) -> Table:
-    """A table whose first columns are text."""
-    columns = tuple(Column(title=head, numeric=place >= text) for place, head in enumerate(heads))
-    return Table(caption=caption, columns=columns, groups=(RowGroup(rows=tuple(rows)),))
 
 
 def _yield(judged: Tolerance | None, counts: Mapping[str, int]) -> Iterator[Block]:
@@ -124,12 +118,11 @@ def _yield(judged: Tolerance | None, counts: Mapping[str, int]) -> Iterator[Bloc
         )
         for key, one in judged.keys.items()
     ]
-    yield _table(
+    yield table(
         "What limits the rest: yield of the twentieth of the rows at each end of a key, and the widest "
         f"interval of that key alone in which {100 * judged.target:.4g} % hold.",
-        ("key", "interval that is enough", "from", "to", "yield at the low end", "yield at the high end"),
+        "key | interval that is enough | from [] | to [] | yield at the low end [] | at the high end []",
         rows,
-        text=2,
     )
 
 
@@ -151,7 +144,7 @@ def _charts(
             caption=f"Blue: rows that are done{hold}; red: the others. At most {MOST_POINTS} rows are drawn, "
             "a sample of more.",
             switch=Markup("<style>{}</style>").format(Markup(text["charts.css"])) + CHOICE,
-            wide=Markup('<div class="chart" id="chart"></div>'),
+            drawing=Markup('<div class="chart" id="chart"></div>'),
         ),
         Figure(
             name="lines",
@@ -159,7 +152,7 @@ def _charts(
             caption="Colours as above, columns with one value left out; rows outside a chosen interval are "
             "grey. A click on an axis lets its interval go.",
             switch=INTERVALS,
-            wide=Markup('<div class="parallel" id="parallel"></div>'),
+            drawing=Markup('<div class="parallel" id="parallel"></div>'),
         ),
         Paragraph(
             text=Markup('<script type="application/json" id="data">{}</script><script>{}{}</script>').format(
@@ -196,9 +189,7 @@ def _reasons(results: Results) -> Iterator[Table]:
     rows = [
         (STATUS_WORDS[kind[0]], examples[kind], str(count)) for kind, count in kinds.most_common(MOST_REASONS)
     ]
-    yield _table(
-        "Why rows have no result, with an example of each kind.", ("status", "example", "rows"), rows, text=2
-    )
+    yield table("Why rows have no result, with an example of each kind.", "status | example | rows []", rows)
 
 
 def _quantiles(results: Results, columns: dict[str, NDArray[np.float64]]) -> Table:
@@ -208,9 +199,8 @@ def _quantiles(results: Results, columns: dict[str, NDArray[np.float64]]) -> Tab
         kept = values[np.isfinite(values) & (results.code == 0)]
         if name not in results.keys and kept.size:
             rows.append((_headed(results, name), *(_short(v) for v in np.quantile(kept, QUANTILES))))
-    return _table(
-        "Over the rows that are done.", ("output", "smallest", "1 %", "median", "99 %", "largest"), rows
-    )
+    heads = "output | smallest [] | 1 % [] | median [] | 99 % [] | largest []"
+    return table("Over the rows that are done.", heads, rows)
 
 
 def _headed(results: Results, name: str) -> str:
@@ -233,7 +223,8 @@ def _machines(results: Results, columns: dict[str, NDArray[np.float64]], judged:
         (str(row), _link(results, int(row)), *(_short(columns[name][row]) for name in names)) for row in worst
     ]
     far = "Farthest beyond a goal" if judged else "Farthest from the median of the first output"
-    return _table(f"{far}; each with its drive file.", ("row", "file", *names), rows, text=2)
+    heads = " | ".join(("row", "file", *(f"{name} []" for name in names)))
+    return table(f"{far}; each with its drive file.", heads, rows)
 
 
 def _link(results: Results, row: int) -> Markup:

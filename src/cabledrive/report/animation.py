@@ -1,4 +1,4 @@
-"""The loop in motion: frames of a run, on a page without a script, as a GIF, under control.
+"""The loop in motion: frames of a run, on a page without a script, and under control.
 
 Deflections across the cable and turns of the pulleys are drawn larger than they are, by factors that are
 said; the spokes turn with the pulleys, clockwise where the cable of the upper span moves to the right.
@@ -6,9 +6,7 @@ said; the spokes turn with the pulleys, clockwise where the cable of the upper s
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from math import cos, degrees, hypot, sin
-from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
@@ -19,14 +17,10 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.report.figures.machine import MachineLayout, machine_layout
 from cabledrive.report.figures.moving_machine import tension_colour
 from cabledrive.report.figures.sheet import Point, Sheet
-from cabledrive.report.picture import INK, NARROW, PAPER, QUIET, SPAN_COLOURS, WIDE, house_style, theme_css
+from cabledrive.report.picture import WIDE, theme_css
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.rig import Tracking
 from cabledrive.simulation import SimulationResult
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
 
 MOST_FRAMES = 72
 SECONDS_PER_FRAME = 1.0 / 16.0
@@ -107,16 +101,14 @@ def spokes(layout: MachineLayout, motion: Motion, frame: int) -> list[tuple[Poin
     return ends
 
 
-def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Markup, Markup, Markup]:
-    """The loop in motion for a page: a switch, and the drawing for wide and for narrow pages.
+def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Markup, Markup]:
+    """The loop in motion for a page: a switch that pauses it, and the drawing, which stands beside it.
 
-    The switch pauses both drawings and stands before them, all three beside one another in one element.
     Whoever asks for less motion gets a drawing at rest, and starts it with the switch. Less than two whole
     fields are refused.
     """
     motion = motion_of(result)
-    drawings = [_moving_svg(name, drive, motion, width, width == NARROW) for width in (WIDE, NARROW)]
-    return switch(name, motion.time.size), drawings[0], drawings[1]
+    return switch(name, motion.time.size), _moving_svg(name, drive, motion)
 
 
 def animation_page(drive: Drive, result: SimulationResult) -> str:
@@ -125,7 +117,7 @@ def animation_page(drive: Drive, result: SimulationResult) -> str:
     return moving_page(drive.title or drive.name, *animation_svg("loop", drive, result), alt=alt)
 
 
-def moving_page(title: str, control: Markup, wide: Markup, narrow: Markup, *, alt: str) -> str:
+def moving_page(title: str, control: Markup, drawing: Markup, *, alt: str) -> str:
     """Drawings that move as a page of their own; ``control``: their switch, ``alt``: what is seen."""
     frame = Markup(
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -134,20 +126,15 @@ def moving_page(title: str, control: Markup, wide: Markup, narrow: Markup, *, al
         "--sans: system-ui, sans-serif; font: 1rem/1.5 var(--sans); background: var(--paper); "
         "color: var(--ink); }}\nh1 {{ font-size: 1.5rem; line-height: 1.25; }}\n"
         ".drawing svg {{ display: block; width: 100%; height: auto; }}\n"
-        "@media (max-width: 40rem) {{ .wide {{ display: none; }} }}\n"
-        "@media (min-width: 40.01rem) {{ .narrow {{ display: none; }} }}"
         '</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<figure style="margin: 0">'
-        '\n{control}\n<div class="drawing wide" role="img" aria-label="{alt}">{wide}</div>\n'
-        '<div class="drawing narrow" role="img" aria-label="{alt}">{narrow}</div>\n'
+        '\n{control}\n<div class="drawing" role="img" aria-label="{alt}">{drawing}</div>\n'
         "</figure>\n</main>\n</body>\n</html>\n"
     )
-    return str(
-        frame.format(title=title, css=Markup(theme_css()), control=control, wide=wide, narrow=narrow, alt=alt)
-    )
+    return str(frame.format(title=title, css=Markup(theme_css()), control=control, drawing=drawing, alt=alt))
 
 
-def _moving_svg(name: str, drive: Drive, motion: Motion, width: float, narrow: bool) -> Markup:
-    layout = machine_layout(drive, width, narrow)
+def _moving_svg(name: str, drive: Drive, motion: Motion) -> Markup:
+    layout = machine_layout(drive, WIDE)
     still = Sheet()
     for axle, radius in zip((layout.drive, layout.load), layout.radii, strict=True):
         still.circle(axle, radius, colour="quiet")
@@ -212,63 +199,6 @@ def switch(name: str, frames: int) -> Markup:
     )
 
 
-_COLOURS = 32
-_WIDTH = 560  # px
-
-
-def animation_gif(drive: Drive, result: SimulationResult) -> bytes:
-    """The loop in motion as a GIF; refused with less than two whole fields."""
-    from PIL.Image import Dither
-
-    motion = motion_of(result)
-    frames = _painted(drive, motion, _WIDTH)
-    palette = frames[len(frames) // 4].quantize(_COLOURS)
-    reduced = [frame.quantize(palette=palette, dither=Dither.NONE) for frame in frames]
-    with BytesIO() as file:
-        reduced[0].save(
-            file,
-            "GIF",
-            save_all=True,
-            append_images=reduced[1:],
-            duration=round(1000 * SECONDS_PER_FRAME / 10) * 10,
-            loop=0,
-            optimize=True,
-        )
-        return file.getvalue()
-
-
-def _painted(drive: Drive, motion: Motion, width: int) -> "list[Image]":
-    """Frames as pictures of colours."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
-    from PIL import Image
-
-    layout = machine_layout(drive, width, False)
-    with house_style():
-        figure = Figure(figsize=(width / 72, layout.size[1] / 72), facecolor=PAPER)
-        canvas = FigureCanvasAgg(figure)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set(xlim=(0.0, layout.size[0]), ylim=(layout.size[1], 0.0), aspect="equal")
-        axes.set_axis_off()
-        for axle, radius in zip((layout.drive, layout.load), layout.radii, strict=True):
-            axes.add_patch(Circle(axle, radius, fill=False, edgecolor=QUIET, linewidth=1.2))
-        axes.text(12.0, FIRST_LINE, motion_words(layout, drive, motion), color=QUIET)
-        clock = axes.text(layout.size[0] - 12.0, layout.size[1] - 10.0, "", color=QUIET, ha="right")
-        diameters = [axes.plot([], [], color=INK, linewidth=2.0)[0] for _ in range(2)]
-        cables = {span: axes.plot([], [], color=SPAN_COLOURS[span])[0] for span in motion.across}
-        frames = []
-        for frame in range(motion.time.size):
-            for line, ends in zip(diameters, spokes(layout, motion, frame), strict=True):
-                line.set_data(*zip(*ends, strict=True))
-            for span, cable in cables.items():
-                cable.set_data(*zip(*span_curve(layout, motion, span, frame), strict=True))
-            clock.set_text(f"{1e3 * (motion.time[frame] - motion.time[0]):.1f} ms")
-            canvas.draw()
-            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
-    return frames
-
-
 FRAMES = 64
 NAME = "controlled"
 
@@ -284,21 +214,19 @@ def controlled_film(drive: Drive, run: Tracking) -> str:
     if run.time.size < 2:
         raise InputRefused(f"the run ended at once: {run.incomplete}")
     shown = np.unique(np.linspace(0, run.time.size - 1, FRAMES).astype(int))
-    wide, narrow = (_drawn(drive, run, shown, width) for width in (WIDE, NARROW))
     plant = run.summary["plant"]
     return moving_page(
         f"{drive.title or drive.name}: {run.summary['controller']} on {plant}",
         switch(NAME, shown.size),
-        wide,
-        narrow,
+        _drawn(drive, run, shown),
         alt=f"The drive under control: the load pulley follows its reference, plant {plant}.",
     )
 
 
-def _drawn(drive: Drive, run: Tracking, shown: NDArray[np.int64], width: float) -> Markup:
-    """The film on a sheet of a width; ``shown``: samples of the run."""
+def _drawn(drive: Drive, run: Tracking, shown: NDArray[np.int64]) -> Markup:
+    """The film; ``shown``: samples of the run."""
     assert run.tensions is not None
-    layout = machine_layout(drive, width, width == NARROW)
+    layout = machine_layout(drive, WIDE)
     low, high = float(run.tensions.min()), float(run.tensions.max())
     still = Sheet()
     for axle, radius in zip((layout.drive, layout.load), layout.radii, strict=True):

@@ -2,7 +2,7 @@
 
 import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
@@ -88,8 +88,7 @@ class Figure:
     name: str  # anchor, unique on the page
     alt: str  # what is seen, for whoever does not see it
     caption: Text  # what it says
-    wide: Markup  # inline SVG for a page of ordinary width
-    narrow: Markup | None = None  # inline SVG for a narrow page; None: the wide one scrolls inside its box
+    drawing: Markup  # inline SVG, which scales, and scrolls inside its box where the page is narrow
     switch: Markup | None = None  # before the drawings: starts and stops one that moves, its styles included
 
     def __post_init__(self) -> None:
@@ -132,34 +131,38 @@ class Table:
                     raise ValueError(f"row {row} has {len(row)} cells, the table {len(self.columns)} columns")
 
 
+def table(
+    caption: Text,
+    heads: str,
+    rows: Iterable[tuple[Cell, ...] | RowGroup],
+    *,
+    bars: Iterable[str] = (),
+    note: Text = "",
+) -> Table:
+    """A table of rows or of groups, with heads such as "Span | Length [m] | Runs []": brackets mean numbers.
+
+    ``bars``: heads of further columns, of shares that are shown in per cent with a bar behind.
+    """
+    named = (head.partition(" [") for head in heads.split(" | "))
+    columns = [Column(title=t, unit=u.removesuffix("]"), numeric=bool(n)) for t, n, u in named]
+    columns += [Column(title=head, unit="%", bar=True) for head in bars]
+    given = tuple(rows)
+    groups = tuple(one for one in given if isinstance(one, RowGroup))
+    single = tuple(one for one in given if not isinstance(one, RowGroup))
+    groups = groups or (RowGroup(rows=single),)
+    return Table(caption=caption, columns=tuple(columns), groups=groups, note=note)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equation:
     """A displayed formula."""
 
     kind: ClassVar[str] = "equation"
-    formula: Markup  # content of a MathML ``math`` element, see `cabledrive.report.typesetting`
+    formula: Markup  # content of a MathML ``math`` element
     words: str  # the formula as it is read aloud
-    number: str = ""  # number in the documentation, such as "3.13"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Details:
-    """Longer text that opens on demand; printed in full."""
-
-    kind: ClassVar[str] = "details"
-    summary: str  # what it is about
-    paragraphs: tuple[Text, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Beside:
-    """Tables beside one another where the page is wide enough."""
-
-    kind: ClassVar[str] = "beside"
-    blocks: tuple[Table, ...]
-
-
-Block = Paragraph | Note | Figure | Plot | Table | Equation | Details | Beside
+Block = Paragraph | Note | Figure | Plot | Table | Equation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,11 +188,8 @@ class Chapter:
 
     @property
     def all_blocks(self) -> tuple[Block, ...]:
-        """Every block in order, those of the sections included, and those that stand beside one another."""
-        blocks = (*self.blocks, *(block for section in self.sections for block in section.blocks))
-        return tuple(
-            part for block in blocks for part in (block.blocks if isinstance(block, Beside) else (block,))
-        )
+        """Every block in order, those of the sections included."""
+        return (*self.blocks, *(block for section in self.sections for block in section.blocks))
 
 
 _UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"

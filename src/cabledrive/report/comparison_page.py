@@ -5,7 +5,7 @@ from typing import Any
 
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.fields import percent
-from cabledrive.report.blocks import Block, Chapter, Column, Note, Paragraph, RowGroup, Table
+from cabledrive.report.blocks import Block, Chapter, Note, Paragraph, Table, table
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
 from cabledrive.report.typesetting import number
@@ -81,19 +81,11 @@ def _errors(said: dict[str, Any]) -> Table:
                 f"{one['failed']} of {one['runs']} ended early" if one["failed"] else "",
             )
         )
-    return Table(
-        caption=f"Error of the load over {said['draws']} plants",
-        columns=(
-            Column(title="law"),
-            Column(title="median", unit="deg", numeric=True),
-            Column(title="99 %", unit="deg", numeric=True),
-            Column(title="worst", unit="deg", numeric=True),
-            Column(title="worst, first pulse included", unit="deg", numeric=True),
-            Column(title="within the goal", unit="%", numeric=True),
-            Column(title="at least, with 95 % confidence", unit="%", numeric=True),
-            Column(title=""),
-        ),
-        groups=(RowGroup(rows=tuple(rows)),),
+    return table(
+        f"Error of the load over {said['draws']} plants",
+        "law | median [deg] | 99 % [deg] | worst [deg] | worst, first pulse included [deg] | "
+        "within the goal [%] | at least, with 95 % confidence [%] | ",
+        rows,
     )
 
 
@@ -116,20 +108,11 @@ def _costs(said: dict[str, Any]) -> Table:
         for one in said["controllers"]
         if one["bandwidth_hz"] is not None
     )
-    return Table(
-        caption="What each law costs: torque, margins at the motor's torque, time to tune",
-        columns=(
-            Column(title="law"),
-            Column(title="bandwidth", unit="Hz", numeric=True),
-            Column(title="filter"),
-            Column(title="peak torque", unit="N m", numeric=True),
-            Column(title="ripple, 5 deviations", unit="N m", numeric=True),
-            Column(title="disk margin", numeric=True),
-            Column(title="gain margin", numeric=True),
-            Column(title="phase margin", unit="deg", numeric=True),
-            Column(title="tuning", unit="s", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        "What each law costs: torque, margins at the motor's torque, time to tune",
+        "law | bandwidth [Hz] | filter | peak torque [N m] | ripple, 5 deviations [N m] | disk "
+        "margin [] | gain margin [] | phase margin [deg] | tuning [s]",
+        rows,
     )
 
 
@@ -139,9 +122,5 @@ def _plants(said: dict[str, Any]) -> Table:
         for name, (low, high) in said["disturbances"].items()
         if (low, high) != (0.0, 0.0)
     )
-    columns = (Column(title="quantity"), Column(title="from", numeric=True), Column(title="to", numeric=True))
-    return Table(
-        caption="Ranges from which each plant draws, SI, beside the drive's own intervals",
-        columns=columns,
-        groups=(RowGroup(rows=rows),),
-    )
+    caption = "Ranges from which each plant draws, SI, beside the drive's own intervals"
+    return table(caption, "quantity | from [] | to []", rows)

@@ -15,18 +15,7 @@ from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.report.blocks import (
-    Block,
-    Chapter,
-    Column,
-    Figure,
-    Note,
-    Paragraph,
-    RowGroup,
-    Section,
-    Table,
-    regressors_plot,
-)
+from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, Section, regressors_plot, table
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.figures.followed import measured_picture
 from cabledrive.report.page import Page, render
@@ -84,20 +73,15 @@ def _numbers(found: Identification) -> list[Block]:
         interval = f"{number(one.low, 4)} to {number(one.high, 4)}" if np.isfinite(one.low) else "none"
         stated = (number(one.value), interval) if known else ("none", "")
         rows.append((name.replace("_", " "), *stated, unit_name(one.unit)))
-    table = Table(
-        caption="Identified parameters.",
-        columns=(
-            Column(title="Parameter"),
-            Column(title="Value", numeric=True),
-            Column(title="95 %", numeric=True),
-            Column(title="Unit"),
-        ),
-        groups=(RowGroup(rows=tuple(rows)),),
+    parameters = table(
+        "Identified parameters.",
+        "Parameter | Value [] | 95 % [] | Unit",
+        rows,
         note=f"Residual {number(100 * found.residual['relative'], 3)} % of the measured "
         f"{found.method.get('residual_of', 'torque')}.",
     )
     words = [*found.unidentifiable, *found.findings]
-    return [table, *(Note(text=word[:1].upper() + word[1:], tone="warning") for word in words)]
+    return [parameters, *(Note(text=word[:1].upper() + word[1:], tone="warning") for word in words)]
 
 
 def _data(log: Log) -> list[Block]:
@@ -150,9 +134,10 @@ def _response(
     measured = response_by_segments(torque, speed, log.interval, segment=window, overlap=0.5 * window)
     unit = "m/(N s)" if linear else "rad/(N m s)"
     drawn = measured_picture("log-response", measured.between(0.0, 0.4 * log.sample_rate), model, unit)
-    return drawn.figure(
+    return Figure(
         name="log-response",
         alt="Magnitude and phase from torque to speed with their band, and the identified model.",
         caption=f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. Valid only at the "
         "frequencies excited in the log, where the band is narrow.",
+        drawing=drawn,
     )

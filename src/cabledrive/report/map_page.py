@@ -15,15 +15,13 @@ from cabledrive.report.blocks import (
     COLOURS,
     Block,
     Chapter,
-    Column,
     Figure,
     Note,
     Panel,
     Plot,
-    RowGroup,
     Series,
-    Table,
     instants,
+    table,
 )
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.mode_figure import draw_campbell, draw_map, fields_of, plane_of
@@ -79,18 +77,14 @@ def _notes(found: "xr.Dataset") -> Note:
 
 def _field(found: "xr.Dataset") -> Figure:
     rows = len(fields_of(found))
-    drawn = picture(
-        "map-field",
-        lambda figure, narrow: draw_map(figure, found, 1 if narrow else 2),
-        wide=330.0 * -(-rows // 2),
-        narrow=330.0 * rows,
-    )
-    return drawn.figure(
+    drawn = picture("map-field", lambda figure: draw_map(figure, found, 2), height=330.0 * -(-rows // 2))
+    return Figure(
         name="map-field",
         alt="Fields of natural frequency over two figures of the machine.",
         caption="Frequency of the mode in which each coordinate has most of its energy."
         if "coordinate_hz" in found
         else "The lowest longitudinal modes.",
+        drawing=drawn,
     )
 
 
@@ -147,12 +141,13 @@ def _curves(found: "xr.Dataset") -> Plot:
 def _excited(found: Campbell) -> tuple[Block, ...]:
     """Campbell picture, its modes over the first key to be read off, and the table of zones."""
     unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
-    drawn = picture("campbell", lambda figure, narrow: draw_campbell(figure, found), wide=520.0, narrow=420.0)
-    shown = drawn.figure(
+    drawn = picture("campbell", lambda figure: draw_campbell(figure, found), height=520.0)
+    shown = Figure(
         name="campbell",
         alt="Frequencies of the modes over speed with the orders of excitation as lines.",
         caption="Each mode is the band of its frequencies over all places; shaded speeds are to be avoided. "
         f"Every mode up to {number(found.covered, 4)} Hz was searched.",
+        drawing=drawn,
     )
     places, first = np.unique(found.places, return_index=True)
     series = [
@@ -188,20 +183,13 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
         for z in found.zones
     )
     clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
-    table = Table(
-        caption=f"Speeds of {found.coordinate} [{unit}] at which an excitation comes near a mode, heaviest "
+    zones = table(
+        f"Speeds of {found.coordinate} [{unit}] at which an excitation comes near a mode, heaviest "
         f"first. Clear of all modes: {clear or 'none'}.",
-        columns=(
-            Column(title="Order"),
-            Column(title="Mode"),
-            Column(title="From", numeric=True),
-            Column(title="To", numeric=True),
-            Column(title=f"{found.key} from", numeric=True),
-            Column(title="to", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows or (("none", "", "", "", "", ""),)),),
+        f"Order | Mode | From [] | To [] | {found.key} from [] | to []",
+        rows or (("none", "", "", "", "", ""),),
     )
-    return shown, curves, table
+    return shown, curves, zones
 
 
 _TEMPLATES = resources.files("cabledrive.report") / "templates"

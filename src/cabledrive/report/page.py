@@ -9,7 +9,6 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from cabledrive.report import typesetting as formula
 from cabledrive.report.blocks import Block, Chapter, Figure, Plot, Table, Text, library, plot_json
 from cabledrive.report.context import Provenance
 from cabledrive.report.picture import theme_css
@@ -112,13 +111,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {
-        "count_formula": formula.MODE_COUNT,
-        "inline": formula.inline,
-        "math": formula.block,
-        "sub": formula.sub,
-        "unit_name": unit_name,
-    }
+    environment.globals["unit_name"] = unit_name
     environment.filters |= {"capital": capital, "identity": id, "plot_json": plot_json}
     return environment
 

@@ -14,14 +14,12 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from io import BytesIO
 from math import log10
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from cabledrive.report import blocks
 from cabledrive.report.typesetting import SPACE, number, typeset_words
 
 if TYPE_CHECKING:
@@ -31,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation
 
 
-WIDE, NARROW = 720, 350  # px
+WIDE, CARD_WIDTH = 720, 350  # px
 TEXT, SMALL = 12.0, 11.0  # px
 
 COLOURS: dict[str, tuple[str, str]] = {
@@ -114,7 +112,7 @@ def short_family(family: str) -> str:
 
 
 def text_width(words: str) -> float:
-    """About how wide small words [px] will be; rather too much than too little."""
+    """About how long small words [px] will be; rather too much than too little."""
     return 0.6 * SMALL * len(words)
 
 
@@ -159,47 +157,21 @@ _PLACES = re.compile(r' (?:d|x|y)="[^"]*"')  # not the words of a picture, nor i
 _LONG = re.compile(r"-?\d+\.\d{3,}(?![\de])")  # finer than a hundredth of a pixel
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
-    """One picture for wide pages and one for narrow ones."""
+def picture(name: str, draw: Callable[["Figure"], None], *, height: float) -> Markup:
+    """Draw a figure, whose name is unique on the page, of a height [px]. Returns inline SVG that scales.
 
-    wide: Markup  # inline SVG
-    narrow: Markup  # inline SVG
-
-    def figure(self, *, name: str, alt: str, caption: blocks.Text) -> blocks.Figure:
-        """The picture on a page, with its words."""
-        return blocks.Figure(name=name, alt=alt, caption=caption, wide=self.wide, narrow=self.narrow)
-
-
-def picture(
-    name: str,
-    draw: Callable[["Figure", bool], None],
-    *,
-    wide: float,
-    narrow: float,
-) -> Picture:
-    """Draw a figure, whose name is unique on the page, twice, of heights for wide and for narrow pages [px].
-
-    ``draw(figure, narrow)`` puts axes on an empty figure.
+    ``draw(figure)`` puts axes on an empty figure.
     """
-    return Picture(
-        wide=_drawn(f"{name}-w", draw, False, (WIDE, wide)),
-        narrow=_drawn(f"{name}-n", draw, True, (NARROW, narrow)),
-    )
-
-
-def _drawn(
-    name: str, draw: Callable[["Figure", bool], None], narrow: bool, size: tuple[float, float]
-) -> Markup:
     import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
+    size = (WIDE, height)
     with house_style():
         matplotlib.rcParams["svg.hashsalt"] = name
         figure = Figure(figsize=(size[0] / 72, size[1] / 72), layout="constrained")
         FigureCanvasSVG(figure)
-        draw(figure, narrow)
+        draw(figure)
         buffer = BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None})
         scales = [_scales(axes, size) for axes in figure.axes if axes.axison]

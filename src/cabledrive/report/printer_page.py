@@ -13,10 +13,10 @@ from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.modal import modes
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report import blocks
 from cabledrive.report.blocks import (
     Block,
     Chapter,
-    Column,
     Note,
     Panel,
     Paragraph,
@@ -24,6 +24,7 @@ from cabledrive.report.blocks import (
     RowGroup,
     Series,
     Table,
+    table,
 )
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.mode_figure import file_style
@@ -121,17 +122,9 @@ def _peaks(axis: PrinterShaper, name: str, machine: RoutedDrive | None) -> Table
         own = computed(machine, axis.axis or "x").items()
         rows_of = tuple((key, fixed(hertz, 1), "", "", "") for key, hertz in own)
         groups += [RowGroup(title="computed", rows=rows_of)] if own else []
-    return Table(
-        caption=f"Peaks of axis {name}, and what the shaper keeps" + (", beside computed" if machine else ""),
-        columns=(
-            Column(title="log" if machine is None else "log, or what moves"),
-            Column(title="frequency", unit="Hz", numeric=True),
-            Column(title="damping ratio", unit="%", numeric=True),
-            Column(title="height", unit="%", numeric=True),
-            Column(title="kept", unit="%", numeric=True),
-        ),
-        groups=tuple(groups),
-    )
+    caption = f"Peaks of axis {name}, and what the shaper keeps" + (", beside computed" if machine else "")
+    first = "log, or what moves" if machine else "log"
+    return table(caption, f"{first} | frequency [Hz] | damping ratio [%] | height [%] | kept [%]", groups)
 
 
 def _spectra(axis: PrinterShaper, name: str) -> Plot:
@@ -180,16 +173,10 @@ def _shapers(axis: PrinterShaper, name: str) -> Table:
         )
         for fit in axis.shapers
     )
-    return Table(
-        caption=f"Shapers for axis {name}",
-        columns=(
-            Column(title="type"),
-            Column(title="frequency", unit="Hz", numeric=True),
-            Column(title="left", unit="%", numeric=True),
-            Column(title="smoothing", unit="mm", numeric=True),
-            Column(title="max_accel", unit="mm/s^2", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        f"Shapers for axis {name}",
+        "type | frequency [Hz] | left [%] | smoothing [mm] | max_accel [mm/s^2]",
+        rows,
     )
 
 
@@ -200,17 +187,17 @@ def _sweep(name: str, spectrum: PrinterSpectrum, found: Printer) -> Block | None
         return None
     time, frequency, level = seen
 
-    def draw(figure: "Figure", narrow: bool) -> None:
+    def draw(figure: "Figure") -> None:
         axes = figure.add_subplot()
         mesh = axes.pcolormesh(
             time, frequency, level, cmap="viridis", vmin=-50.0, vmax=0.0, shading="nearest", rasterized=True
         )
         axes.set_xlabel("time [s]")
         axes.set_ylabel("frequency [Hz]")
-        if not narrow:
-            figure.colorbar(mesh, ax=axes).set_label("level [dB]")
+        figure.colorbar(mesh, ax=axes).set_label("level [dB]")
 
-    return picture(name, draw, wide=320, narrow=260).figure(
+    return blocks.Figure(
+        drawing=picture(name, draw, height=320),
         name=name,
         alt=f"Level of the head's acceleration over time and frequency in {spectrum.source}.",
         caption=(
@@ -241,17 +228,12 @@ def _belts_chapter(belts: Belts) -> Chapter:
         ),
     )
     rows = tuple(_belt_row(a, b) for a, b in _paired(belts.peaks_a, belts.peaks_b))
-    table = Table(
-        caption="Peaks of the belts, the highest first",
-        columns=(
-            Column(title="peak"),
-            Column(title="belt A", unit="Hz", numeric=True),
-            Column(title="belt B", unit="Hz", numeric=True),
-            Column(title="difference", unit="Hz", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows),),
+    peaks = table(
+        "Peaks of the belts, the highest first",
+        "peak | belt A [Hz] | belt B [Hz] | difference [Hz]",
+        rows,
     )
-    return Chapter(title="Belts", anchor="belts-chapter", blocks=(both, table), headline=similar_words(belts))
+    return Chapter(title="Belts", anchor="belts-chapter", blocks=(both, peaks), headline=similar_words(belts))
 
 
 def _paired(

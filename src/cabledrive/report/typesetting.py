@@ -1,4 +1,4 @@
-"""Numbers as people read them, formulas as MathML, and the last touch on a page.
+"""Numbers as people read them, and the last touch on a page.
 
 Powers and indices are raised and lowered, a minus is a minus, and no line ends between a number and its unit.
 Formulas, code, styles and scripts stay as they are, and so does what stands inside a tag.
@@ -6,8 +6,6 @@ Formulas, code, styles and scripts stay as they are, and so does what stands ins
 
 import re
 from math import degrees, floor, isfinite, log10, pi
-
-from markupsafe import Markup, escape
 
 SPACE = "\N{NARROW NO-BREAK SPACE}"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -126,64 +124,3 @@ def _symbol(found: re.Match[str]) -> str:
     if found[3]:
         return _LETTERS[found[3]]
     return _LETTERS.get(found[1], found[1]) + found[2].translate(_LOWERED)
-
-
-Part = str | Markup
-
-
-def _part(part: Part) -> Markup:
-    """Markup as it is; a number, an operator or a letter in the element where it belongs."""
-    if isinstance(part, Markup):
-        return part
-    if part.replace(".", "", 1).isdigit():
-        return Markup("<mn>{}</mn>").format(part)
-    if part.isalpha():
-        return Markup("<mi>{}</mi>").format(part)
-    return Markup("<mo>{}</mo>").format(part)
-
-
-def row(*parts: Part) -> Markup:
-    """Parts side by side. ``*parts``: letters, numbers, operators, or parts made by the functions here."""
-    return Markup("<mrow>{}</mrow>").format(Markup("").join(map(_part, parts)))
-
-
-def sub(base: Part, index: Part) -> Markup:
-    """A letter with an index."""
-    return Markup("<msub>{}{}</msub>").format(_part(base), _part(index))
-
-
-def power(base: Part, exponent: Part) -> Markup:
-    """A power."""
-    return Markup("<msup>{}{}</msup>").format(_part(base), _part(exponent))
-
-
-def fraction(above: Part, below: Part) -> Markup:
-    """A fraction."""
-    return Markup("<mfrac>{}{}</mfrac>").format(_part(above), _part(below))
-
-
-def root(*parts: Part) -> Markup:
-    """A square root."""
-    return Markup("<msqrt>{}</msqrt>").format(row(*parts))
-
-
-def total(index: Part, *parts: Part) -> Markup:
-    """A sum over an index. ``index``: the index that runs; ``*parts``: what is summed."""
-    return Markup("<munder><mo>∑</mo>{}</munder>{}").format(_part(index), row(*parts))
-
-
-def inline(*parts: Part) -> Markup:
-    """A formula inside running text. Returns a ``math`` element."""
-    return Markup("<math>{}</math>").format(row(*parts))
-
-
-def block(formula: Markup, words: str) -> Markup:
-    """A displayed formula. ``words``: the formula as it is read aloud. Returns a ``math`` element."""
-    return Markup('<math display="block" aria-label="{}">{}</math>').format(escape(words), formula)
-
-
-MODE_COUNT = row(
-    "J", "(", "ω", ")", "=", "s", "{", "K", "(", "ω", ")", "}", "+",
-    total("i", "⌊", fraction(row("ω", sub("l", "i")), row("π", "c")), "⌋"),
-)  # fmt: skip
-"""The count of Wittrick and Williams."""

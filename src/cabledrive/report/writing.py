@@ -26,12 +26,13 @@ def overview_figure(context: ReportContext) -> Figure:
     """The lowest mode of each kind of every machine on one logarithmic axis."""
     names = [machine.name for machine in context.machines]
     picture = overview_picture("overview-modes", names, context.modes)
-    return picture.figure(
+    return Figure(
         name="overview-modes",
         alt="Lowest longitudinal and transverse frequency of each machine on a logarithmic axis; the "
         "numbers are on the cards.",
         caption="The lowest longitudinal (along) and transverse (across) mode of each machine. Where the "
         "second is near half the first, longitudinal motion can excite transverse motion parametrically.",
+        drawing=picture,
     )
 
 
@@ -97,12 +98,13 @@ def _pretension(drive: Drive) -> Iterator[Block]:
         "several frequency ratios; at half the lowest longitudinal frequency, the motion of the "
         "pulleys can excite it parametrically."
     )
-    yield picture.figure(
+    yield Figure(
         name="against-pretension",
         alt="Frequencies against pretension: the longitudinal modes are horizontal lines, the lowest "
         "transverse one rises.",
         caption=f"{drive.name}: frequencies against pretension, from a tenth to ten times its "
         f"{quantity(tension, 'N')}.",
+        drawing=picture,
     )
 
 
@@ -113,12 +115,13 @@ def _inertia(drive: Drive) -> Iterator[Block]:
     label = "inertia of the load pulley, relative to this drive's"
     picture = followed_picture("against-inertia", data, label, scale=inertia, here=inertia, across=False)
     ends = data["frequency"].to_numpy()[0]
-    yield picture.figure(
+    yield Figure(
         name="against-inertia",
         alt=f"Frequencies of {data.sizes['mode']} modes against the inertia of the load pulley; the lowest "
         f"goes from {number(ends[0], 3)} Hz to {number(ends[-1], 3)} Hz.",
         caption=f"{drive.name}: {data.sizes['mode']} modes tracked by their shapes while the load pulley "
         "grows from a hundredth to a hundred times its inertia.",
+        drawing=picture,
     )
 
 
@@ -140,12 +143,13 @@ def _travel(drive: Drive) -> Iterator[Block]:
         "each other they veer: they exchange their shapes without touching. Without a symmetry they do "
         "not cross."
     )
-    yield picture.figure(
+    yield Figure(
         name="against-position",
         alt=f"Frequencies of {data.sizes['mode']} modes against the position of the carriage, with "
         f"{data.sizes['crossing']} near-crossings marked.",
         caption=f"{drive.name}: modes tracked by their shapes while the carriage goes from one pulley to "
         "the other. Colours: parts that move; rings: veerings.",
+        drawing=picture,
     )
 
 

@@ -20,7 +20,7 @@ from cabledrive.parameters.units import to_si
 from cabledrive.report.figures.ladder import rungs
 from cabledrive.report.figures.moving_machine import moving_machine
 from cabledrive.report.map_page import resonance_map_page
-from cabledrive.report.picture import NARROW, WIDE
+from cabledrive.report.picture import WIDE
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.words import DATASHEET
 from cabledrive.studies.pair_thresholds import CoupledPair
@@ -145,13 +145,11 @@ def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
     found = modes(drive, count=look.count, motor=look.motor or None)
     rows = mode_rows(found)
     row = min(look.row, len(rows) - 1)
-    wide, narrow = moving_machine(drive, rows[row].modes[0] if rows else None)
     part = pages.fragment(
         "machine_part.html",
         drive=drive,
-        wide=wide,
-        narrow=narrow,
-        ladders=[rungs(rows, row, width) for width in (WIDE, NARROW)] if rows else [],
+        drawing=moving_machine(drive, rows[row].modes[0] if rows else None),
+        ladder=rungs(rows, row, WIDE) if rows else "",
         rows=rows,
         chosen=row,
         held=how_held(found),

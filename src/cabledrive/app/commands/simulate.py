@@ -8,7 +8,7 @@ import click
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import Subcommand, answering, force_option, machine_argument, option
-from cabledrive.app.results import Answer, NewFile, NewFileType, provenance
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.run_answer import fields_to_animate, simulated_route, undrawn
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
@@ -72,8 +72,8 @@ _OF_ROUTES = ("pluck", "torque_on", "moves", "rise", "travel")
 @option("--plot", "picture", "Draw time histories and spectrum: .png, .svg or .pdf.")
 @option(
     "--animate",
-    NewFileType(".gif", ".html"),
-    "Animate the first periods of the loop: .gif, or .html with a switch. Not with --model fast.",
+    ".html",
+    "Animate the first periods of the loop, with a switch. Not with --model fast.",
     metavar="FILE",
 )
 @option("--resume", "flag", "Resume an interrupted run.")

@@ -5,6 +5,7 @@ from math import log10
 from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
 from cabledrive.identification.frequency_response import FrequencyResponse
 from cabledrive.modal import Modes
@@ -15,7 +16,6 @@ from cabledrive.report.picture import (
     LINE,
     ORANGE,
     QUIET,
-    Picture,
     family_colour,
     label,
     log_axis,
@@ -43,7 +43,7 @@ def followed_picture(
     here: float | None = None,
     logarithmic: bool = True,
     across: bool = True,
-) -> Picture:
+) -> Markup:
     """Draw the curves of `cabledrive.studies.frequency_against`, named where they end, crossings marked.
 
     The horizontal axis is ``quantity`` in ``unit``, ``scale`` SI units in one; ``here``: value of the drive
@@ -51,16 +51,16 @@ def followed_picture(
     """
     values = data["value"].to_numpy() / scale
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes = figure.add_subplot()
         axes.set_yscale("log")
         ends = [_draw_curve(axes, values, data, curve) for curve in range(data.sizes["mode"])]
         if across:
-            ends.append(_draw_across(axes, values, data, unit, narrow))
-        _draw_crossings(axes, data, scale, "" if narrow else unit)
+            ends.append(_draw_across(axes, values, data, unit))
+        _draw_crossings(axes, data, scale, unit)
         axes.set_xlim(values[0], values[-1])
         if logarithmic:
-            log_axis(axes, "x", 230.0 if narrow else 560.0)
+            log_axis(axes, "x", 560.0)
         log_axis(axes, "y", HEIGHT - 60.0)
         axes.set_xlabel(f"{quantity} [{unit}]" if unit else quantity)
         axes.set_ylabel("frequency [Hz]")
@@ -70,12 +70,10 @@ def followed_picture(
             label(axes, "this drive", (here / scale, 0.0), (4, 5), xycoords=foot, color=QUIET)
         _name_ends(axes, ends)
 
-    return picture(name, _draw, wide=HEIGHT, narrow=HEIGHT)
+    return picture(name, _draw, height=HEIGHT)
 
 
-def _draw_across(
-    axes: "Axes", x: Array, data: "xr.Dataset", unit: str, narrow: bool
-) -> tuple[float, str, str]:
+def _draw_across(axes: "Axes", x: Array, data: "xr.Dataset", unit: str) -> tuple[float, str, str]:
     """The lowest mode across the cable, and where it is half the lowest along it."""
     across, along = data["lowest_transverse"].to_numpy(), data["frequency"].to_numpy().min(axis=0)
     axes.plot(x, across, color=INK, dashes=(5, 3))
@@ -83,13 +81,9 @@ def _draw_across(
     if np.all(np.diff(ratio) > 0.0) and ratio[0] < -np.log(2.0) < ratio[-1]:
         place, height = (np.exp(np.interp(-np.log(2.0), ratio, np.log(y))) for y in (x, across))
         axes.plot(place, height, "o", markersize=11, markerfacecolor="none", markeredgecolor=INK)
-        words = (
-            f"1:2 at {number(place, 3)} {unit}"
-            if narrow
-            else f"half the lowest longitudinal: {number(place, 3)} {unit}"
-        )
+        words = f"half the lowest longitudinal: {number(place, 3)} {unit}"
         label(axes, words, (place, height), (-10, 6), ha="right")
-    return float(across[-1]), "across" if narrow else "lowest transverse", INK
+    return float(across[-1]), "lowest transverse", INK
 
 
 def _draw_curve(axes: "Axes", x: Array, data: "xr.Dataset", curve: int) -> tuple[float, str, str]:
@@ -139,34 +133,27 @@ def _name_ends(axes: "Axes", ends: list[tuple[float, str, str]]) -> None:
 _ROW, _FOOT = 27.0, 72.0  # heights [px]
 
 
-def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Modes]) -> Picture:
+def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Modes]) -> Markup:
     """Draw the lowest frequency of each kind for every machine, machines in order of the first."""
     rows = [(machine, lowest(modes)) for machine, modes in zip(machines, all_modes, strict=True)]
     rows.sort(key=lambda row: row[1])
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes = figure.add_subplot()
         widest = max(rows, key=lambda row: max(row[1]) / min(row[1]))
         for place, row in enumerate(rows):
-            _draw_row(axes, place * (1.6 if narrow else 1.0), row, narrow, named=row is widest)
+            _draw_row(axes, place, row[1], named=row is widest)
         values = [value for _, pair in rows for value in pair]
         room = (max(values) / min(values)) ** 0.2  # for what stands beside the outermost marks
-        axes.set_xlim(
-            min(values) / max(room, 3.0 if narrow else 3.4),
-            max(values) * max(room**0.7, 3.0 if narrow else 2.6),
-        )
-        log_axis(axes, "x", 300.0 if narrow else 560.0)
+        axes.set_xlim(min(values) / max(room, 3.4), max(values) * max(room**0.7, 2.6))
+        log_axis(axes, "x", 560.0)
         axes.set_xlabel("frequency [Hz]")
-        last = (len(rows) - 1) * (1.6 if narrow else 1.0)
-        axes.set_ylim(last + 0.6, -1.3 if narrow else -0.9)
+        axes.set_ylim(len(rows) - 0.4, -0.9)
         axes.spines["left"].set_visible(False)
-        if narrow:
-            axes.set_yticks([])
-        else:
-            axes.set_yticks(range(len(rows)), [machine for machine, _ in rows])
-            axes.tick_params(axis="y", length=0)
+        axes.set_yticks(range(len(rows)), [machine for machine, _ in rows])
+        axes.tick_params(axis="y", length=0)
 
-    return picture(name, _draw, wide=_ROW * len(rows) + _FOOT, narrow=1.6 * _ROW * len(rows) + _FOOT)
+    return picture(name, _draw, height=_ROW * len(rows) + _FOOT)
 
 
 def lowest(modes: Modes) -> tuple[float, float]:
@@ -174,16 +161,12 @@ def lowest(modes: Modes) -> tuple[float, float]:
     return modes.longitudinal[0].frequency, modes.transverse[0].frequency
 
 
-def _draw_row(
-    axes: "Axes", place: float, row: tuple[str, tuple[float, float]], narrow: bool, *, named: bool
-) -> None:
+def _draw_row(axes: "Axes", place: float, pair: tuple[float, float], *, named: bool) -> None:
     """One machine; in the row where there is most room the two marks are named."""
-    machine, (along, across) = row
+    along, across = pair
     axes.hlines(place, min(along, across), max(along, across), color=LINE, linewidth=1.2)
     axes.plot(along, place, "o", color=BLUE, markersize=7)
     axes.plot(across, place, "D", color=ORANGE, markersize=6)
-    if narrow:
-        label(axes, machine, (0.0, place), (0, 9), xycoords=("axes fraction", "data"))
     for value, other, colour, word in ((along, across, BLUE, "along"), (across, along, ORANGE, "across")):
         words = [number(value, 3), word] if named else [number(value, 3)]
         side = 1 if value >= other else -1
@@ -203,12 +186,12 @@ def measured_picture(
     measured: FrequencyResponse,
     model: tuple[np.ndarray, np.ndarray] | None,
     unit: str,
-) -> Picture:
+) -> Markup:
     """A measured response with its 95 % band, and a model's, at frequencies [Hz], where there is one."""
     low = np.maximum(measured.magnitude - 2 * measured.deviation, 0.3 * measured.magnitude)
     high = measured.magnitude + 2 * measured.deviation
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1]})
         above.fill_between(measured.frequency, low, high, color=BLUE, alpha=0.18, linewidth=0)
         above.plot(measured.frequency, measured.magnitude, color=BLUE, linewidth=1.0)
@@ -217,7 +200,7 @@ def measured_picture(
             above.plot(model[0], np.abs(model[1]), "--", color=INK, linewidth=1.2)
             below.plot(model[0], np.degrees(np.angle(model[1])), "--", color=INK, linewidth=1.2)
         below.set_xlim(float(measured.frequency[0]), float(measured.frequency[-1]))
-        log_axis(below, "x", 250.0 if narrow else 600.0)
+        log_axis(below, "x", 600.0)
         above.set_ylim(low.min(), high.max())
         log_axis(above, "y", 170.0)
         above.set_ylabel(unit)
@@ -227,4 +210,4 @@ def measured_picture(
         below.set_ylabel("phase [deg]")
         below.set_xlabel("frequency [Hz]")
 
-    return picture(name, _draw, wide=330.0, narrow=330.0)
+    return picture(name, _draw, height=330.0)

@@ -21,16 +21,13 @@ from cabledrive.report.picture import (
     FAINT,
     INK,
     LINE,
-    NARROW,
     QUIET,
     SMALL,
     WIDE,
-    Picture,
     family_colour,
     label,
     log_axis,
     picture,
-    short_family,
     text_width,
 )
 from cabledrive.report.typesetting import number
@@ -41,7 +38,7 @@ if TYPE_CHECKING:
 
 
 _STEP, _LANE, _AXIS = 25.0, 21.0, 52.0  # heights [px]
-_BESIDE = {False: 105.0, True: 52.0}  # what stands left of the axes [px], on a wide and on a narrow page
+_BESIDE = 105.0  # what stands left of the axes [px]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,26 +72,26 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
     return Staircase(frequency=frequency, count=np.array(count))
 
 
-def ladder_picture(name: str, drive: Drive, modes: Modes) -> Picture:
+def ladder_picture(name: str, drive: Drive, modes: Modes) -> Markup:
     """Draw the staircase of the count with the listed modes on it, and every mode of both kinds as a rung."""
     steps = staircase(drive, modes)
     stairs, lanes = max(int(steps.count[-1]), 4) + 1.2, 1 + len(drive.spans)
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[_STEP * stairs, _LANE * lanes])
         left, right = steps.frequency[0], modes.certificate.below * 1.06
-        length = (NARROW if narrow else WIDE) - _BESIDE[narrow]
-        _draw_staircase(top, steps, modes, narrow, length / log10(right / left))
-        _draw_rungs(bottom, modes, drive.spans, "" if narrow else "across, ")
+        length = WIDE - _BESIDE
+        _draw_staircase(top, steps, modes, length / log10(right / left))
+        _draw_rungs(bottom, modes, drive.spans)
         bottom.set_xlim(left, right)
         log_axis(bottom, "x", length)
         bottom.set_xlabel("frequency [Hz]")
 
     height = _STEP * stairs + _LANE * lanes + _AXIS
-    return picture(name, _draw, wide=height, narrow=height)
+    return picture(name, _draw, height=height)
 
 
-def _draw_staircase(axes: "Axes", steps: Staircase, modes: Modes, narrow: bool, decade: float) -> None:
+def _draw_staircase(axes: "Axes", steps: Staircase, modes: Modes, decade: float) -> None:
     from matplotlib.ticker import MaxNLocator
 
     below = modes.certificate.below
@@ -103,23 +100,21 @@ def _draw_staircase(axes: "Axes", steps: Staircase, modes: Modes, narrow: bool, 
     for mode in modes.longitudinal:
         if mode.frequency < below:
             height += mode.multiplicity
-            _label_step(axes, mode, height, narrow, decade * log10(mode.frequency / steps.frequency[0]))
+            _label_step(axes, mode, height, decade * log10(mode.frequency / steps.frequency[0]))
     axes.axvline(below, color=QUIET, linewidth=1.0, dashes=(2, 3))
-    if not narrow:
-        label(axes, f"counted to {number(below)} Hz", (below, 0.0), (-5, 5), ha="right", color=QUIET)
+    label(axes, f"counted to {number(below)} Hz", (below, 0.0), (-5, 5), ha="right", color=QUIET)
     axes.set_ylim(-0.15, max(steps.count[-1], 2) + 0.6)
-    axes.set_ylabel("modes below f" if narrow else "longitudinal modes\nbelow f")
+    axes.set_ylabel("longitudinal modes\nbelow f")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.tick_params(axis="x", which="both", length=0)
     axes.spines["bottom"].set_visible(False)
 
 
-def _label_step(axes: "Axes", mode: Mode, height: int, narrow: bool, room: float) -> None:
+def _label_step(axes: "Axes", mode: Mode, height: int, room: float) -> None:
     """A dot on the step and its words: left above the stairs, or right below them where there is no room."""
     colour = family_colour(mode.family)
     times = f" ×{mode.multiplicity}" if mode.multiplicity > 1 else ""
-    family = short_family(mode.family) if narrow else mode.family
-    words = f"{family}, {number(mode.frequency, 4 if narrow else 5)} Hz{times}"
+    words = f"{mode.family}, {number(mode.frequency, 5)} Hz{times}"
     axes.plot(mode.frequency, height, "o", color=colour, markersize=6.5, clip_on=False)
     left = text_width(words) + 12 < room
     label(
@@ -133,12 +128,12 @@ def _label_step(axes: "Axes", mode: Mode, height: int, narrow: bool, room: float
     )
 
 
-def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...], prefix: str) -> None:
+def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...]) -> None:
     below = modes.certificate.below
     lanes = {"along": [(m.frequency, family_colour(m.family)) for m in modes.longitudinal]}
     for span in spans:
         across = [m.frequency for m in modes.transverse if m.span in (span, BOTH) and m.plane == "w"]
-        lanes[f"{prefix}{span}"] = [(frequency, INK) for frequency in across]
+        lanes[f"across, {span}"] = [(frequency, INK) for frequency in across]
     for row, rungs in enumerate(lanes.values()):
         axes.axhspan(-row - 0.36, -row + 0.36, color=FAINT, linewidth=0, zorder=0)
         shown = [(frequency, colour) for frequency, colour in rungs if frequency < below]

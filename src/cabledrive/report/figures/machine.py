@@ -10,13 +10,13 @@ from cabledrive.parameters import Carriage, Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.report.figures.sheet import Point, Sheet
 from cabledrive.report.machine.rest import sag_of
-from cabledrive.report.picture import NARROW, SMALL, WIDE, Picture
+from cabledrive.report.picture import CARD_WIDTH, SMALL
 from cabledrive.report.typesetting import number, quantity
 
 SEEN = 1.5  # px
 LEVEL = 0.1  # sine of the slope up to which sag is drawn
 SMALLEST_PULLEY, PULLEY = 15.0, 24.0  # px
-MOTOR_ROOM = {False: 112.0, True: 84.0}
+MOTOR_ROOM = 112.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,11 +71,11 @@ class MachineLayout:
         return [self.on_span(span, float(share)) for share in shares]
 
 
-def machine_layout(drive: Drive, width: float, narrow: bool) -> MachineLayout:
-    """Lay out a machine on a sheet of given width [px], with small margins on a narrow one."""
+def machine_layout(drive: Drive, width: float) -> MachineLayout:
+    """Lay out a machine on a sheet of given width [px]."""
     slope = drive.layout.inclination
     c, s = abs(cos(slope)), abs(sin(slope))
-    ends = (MOTOR_ROOM[narrow] if drive.motor else 36.0, 36.0)
+    ends = (MOTOR_ROOM if drive.motor else 36.0, 36.0)
     side = 62.0 if c > s else 120.0
     room = (width - sum(ends) * c - 2 * side * s, 330.0 - sum(ends) * s)
     true = [pulley.radius for pulley in drive.pulley]
@@ -145,28 +145,19 @@ UPRIGHT = 1.5  # rad
 NAME_PLACES = (0.5, 0.62, 0.38, 0.72, 0.28, 0.8, 0.2)
 
 
-def machine_picture(drive: Drive) -> Picture:
-    """Draw a machine from its data: spans, places of carriages, slope and sag to scale."""
-    wide, narrow = (_drawn(Sheet(), drive, width) for width in (WIDE, NARROW))
-    return Picture(wide=wide, narrow=narrow)
-
-
 def machine_sketch(drive: Drive) -> Markup:
     """The machine without words, for a card."""
-    return _drawn(Sheet(wordless=True), drive, NARROW)
-
-
-def _drawn(sheet: Sheet, drive: Drive, width: float) -> Markup:
-    return sheet.svg(draw_machine(sheet, drive, width).size)
+    sheet = Sheet(wordless=True)
+    return sheet.svg(draw_machine(sheet, drive, CARD_WIDTH).size)
 
 
 def draw_machine(sheet: Sheet, drive: Drive, width: float) -> MachineLayout:
     """Draw a machine on a sheet of a width [px]; returns where its parts stand."""
-    layout = machine_layout(drive, width, width == NARROW)
+    layout = machine_layout(drive, width)
     _cable(sheet, drive, layout)
     _pulleys(sheet, drive, layout)
     if drive.motor is not None:
-        _motor(sheet, drive, layout, width == NARROW)
+        _motor(sheet, drive, layout)
     for span in drive.spans:
         _carriages(sheet, drive.carriages_on(span), drive.span_length, span, layout)
         if not sheet.wordless:
@@ -235,10 +226,10 @@ def _support(sheet: Sheet, axle: Point, radius: float) -> None:
         sheet.line((x + a * first, y + a * (step - first)), (x + a * last, y + a * (step - last)), width=0.8)
 
 
-def _motor(sheet: Sheet, drive: Drive, layout: MachineLayout, narrow: bool) -> None:
+def _motor(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
     """The motor on the drive pulley's shaft, behind a zigzag where the joint is flexible."""
     assert drive.motor is not None
-    r, reach = layout.radii[0], 40.0 if narrow else 62.0
+    r, reach = layout.radii[0], 62.0
     place = layout.off(layout.drive, -(r + reach), 0.0)
     rim = layout.off(layout.drive, -(r + 4), 0.0)
     if drive.motor.joint_stiffness is None:
@@ -246,9 +237,8 @@ def _motor(sheet: Sheet, drive: Drive, layout: MachineLayout, narrow: bool) -> N
     else:
         steps = [layout.off(rim, -(reach - 20) * k / 8, 5 * sin(pi * k / 2)) for k in range(9)]
         sheet.line(layout.drive, *steps, place, width=1.4)
-        if not narrow:
-            stiffness = quantity(drive.motor.joint_stiffness, "N m/rad", 3)
-            sheet.words(stiffness, (place[0] + 8, place[1] - 22), colour="quiet", size=SMALL)
+        stiffness = quantity(drive.motor.joint_stiffness, "N m/rad", 3)
+        sheet.words(stiffness, (place[0] + 8, place[1] - 22), colour="quiet", size=SMALL)
     sheet.box(place, (30, 26))
     sheet.words("M", (place[0], place[1] + 4.5), size=13)
     at = (place[0], place[1] + 29) if layout.level else (place[0] + 22, place[1] + 4)

@@ -18,7 +18,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.figures.machine import draw_machine
 from cabledrive.report.figures.sheet import Point, Sheet, draw_route
-from cabledrive.report.picture import NARROW, WIDE
+from cabledrive.report.picture import CARD_WIDTH, WIDE
 from cabledrive.report.typesetting import quantity
 
 POINTS = 49
@@ -50,27 +50,22 @@ class DrawnPulley:
     turn: float
 
 
-def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> tuple[Markup, Markup]:
-    """The machine for wide and for narrow pages, with the motion of a mode as data of the drawing."""
-    wide, narrow = (_drawn(drive, mode, width) for width in (WIDE, NARROW))
-    return wide, narrow
-
-
 def route_sketch(drive: RoutedDrive) -> Markup:
     """A machine with routes without words, for a card."""
     sheet = Sheet(wordless=True)
-    size, spans, _ = _route(sheet, drive, NARROW)
+    size, spans, _ = _route(sheet, drive, CARD_WIDTH)
     for span in spans:
         sheet.line(*((float(x), float(y)) for x, y in span.points[[0, -1]]), colour="blue", width=2.6)
     return sheet.svg(size)
 
 
-def _drawn(drive: Drive | RoutedDrive, mode: Mode | None, width: float) -> Markup:
+def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> Markup:
+    """The machine, with the motion of a mode as data of the drawing."""
     sheet = Sheet()
     if isinstance(drive, RoutedDrive):
-        size, spans, pulleys = _route(sheet, drive, width)
+        size, spans, pulleys = _route(sheet, drive, WIDE)
     else:
-        size, spans, pulleys = _loop(sheet, drive, width)
+        size, spans, pulleys = _loop(sheet, drive)
     tensions = np.concatenate([span.tension for span in spans])
     low, high = float(tensions.min()), float(tensions.max())
     for span in spans:
@@ -81,8 +76,8 @@ def _drawn(drive: Drive | RoutedDrive, mode: Mode | None, width: float) -> Marku
     return Markup(drawing.replace("<svg ", f'<svg data-motion="{escape(motion)}" ', 1))
 
 
-def _loop(sheet: Sheet, drive: Drive, width: float) -> tuple[Point, list[DrawnSpan], list[DrawnPulley]]:
-    layout = draw_machine(sheet, drive, width)
+def _loop(sheet: Sheet, drive: Drive) -> tuple[Point, list[DrawnSpan], list[DrawnPulley]]:
+    layout = draw_machine(sheet, drive, WIDE)
     shares = np.linspace(0.0, 1.0, POINTS)
     spans = []
     for name in drive.spans:

@@ -5,6 +5,7 @@ from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
@@ -20,7 +21,6 @@ from cabledrive.report.picture import (
     ORANGE,
     QUIET,
     SPAN_COLOURS,
-    Picture,
     picture,
     short_family,
 )
@@ -59,11 +59,11 @@ def _positions(drive: Drive, span: str) -> Array:
     return np.unique(np.concatenate((np.linspace(0.0, drive.span_length, POINTS), carried)))
 
 
-def shapes_picture(name: str, drive: Drive, modes: Sequence[Mode]) -> Picture:
+def shapes_picture(name: str, drive: Drive, modes: Sequence[Mode]) -> Markup:
     """Draw mode shapes, one panel each, with the pulleys' rims and the carriages marked on them."""
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        columns = 1 if narrow else 2
+    def _draw(figure: "Figure") -> None:
+        columns = 2
         rows = -(-len(modes) // columns)
         height = _PANEL * rows + _FOOT
         sides = {"left": 0.02, "right": 0.98, "bottom": _FOOT / height, "top": 1.0 - 18.0 / height}
@@ -80,7 +80,7 @@ def shapes_picture(name: str, drive: Drive, modes: Sequence[Mode]) -> Picture:
                 _name_places(axes, drive)
 
     rows = -(-len(modes) // 2)
-    return picture(name, _draw, wide=_PANEL * rows + _FOOT, narrow=_PANEL * len(modes) + _FOOT)
+    return picture(name, _draw, height=_PANEL * rows + _FOOT)
 
 
 def _draw_shape(axes: "Axes", mode: Mode, drive: Drive) -> None:
@@ -123,16 +123,13 @@ MOVES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
 _ROUTE_PANEL, _ROUTE_FOOT = 210.0, 8.0  # heights [px]
 
 
-def route_modes_picture(name: str, drive: RoutedDrive, modes: Sequence[Mode]) -> Picture:
+def route_modes_picture(name: str, drive: RoutedDrive, modes: Sequence[Mode]) -> Markup:
     """Draw modes, one panel each; ``name``: unique on the page."""
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        draw_route_modes(figure, drive, modes, 1 if narrow else 2)
+    def _draw(figure: "Figure") -> None:
+        draw_route_modes(figure, drive, modes, 2)
 
-    rows = -(-len(modes) // 2)
-    return picture(
-        name, _draw, wide=_ROUTE_PANEL * rows + _ROUTE_FOOT, narrow=_ROUTE_PANEL * len(modes) + _ROUTE_FOOT
-    )
+    return picture(name, _draw, height=_ROUTE_PANEL * -(-len(modes) // 2) + _ROUTE_FOOT)
 
 
 def draw_route_modes(figure: "Figure", drive: RoutedDrive, modes: Sequence[Mode], columns: int) -> None:

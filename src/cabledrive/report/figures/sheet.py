@@ -11,7 +11,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.parameters.route.geometry import Point as Metres
-from cabledrive.report.picture import NARROW, SMALL, text_width
+from cabledrive.report.picture import CARD_WIDTH, SMALL, text_width
 
 Point = tuple[float, float]
 
@@ -121,7 +121,7 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
         words.append(_Words(body.name, place(body.at), 10.0, "green"))
     for here, after in _neighbours(drive):
         _arc(sheet, here, after, place, scale)
-    few = len(drive.pulley) <= FEW and width > NARROW
+    few = len(drive.pulley) <= FEW and width > CARD_WIDTH
     for number, pulley in enumerate(drive.pulley):
         driven = number in drive.driven
         centre, radius = place(pulley.at), max(scale * pulley.radius, SMALLEST)
@@ -243,7 +243,7 @@ def _points(drive: RoutedDrive) -> list[Metres]:
 
 def _placer(drive: RoutedDrive, width: float) -> tuple[Point, Placer, float]:
     """Size of the sheet [px], the map from m, and its scale [px/m]."""
-    margin = MARGIN / 2 if width == NARROW else MARGIN
+    margin = MARGIN / 2 if width == CARD_WIDTH else MARGIN
     xs, ys = zip(*_points(drive), strict=True)
     wide, tall = max(max(xs) - min(xs), 1e-9), max(max(ys) - min(ys), 1e-9)
     scale = min((width - 2 * margin) / wide, TALLEST / tall)

@@ -5,6 +5,7 @@ from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
@@ -19,7 +20,6 @@ from cabledrive.report.picture import (
     PURPLE,
     QUIET,
     RED,
-    Picture,
     label,
     log_axis,
     picture,
@@ -41,11 +41,11 @@ PLANT_LOOKS = {"lumped": (BLUE, "-"), "cable": (ORANGE, "--")}
 WIDEST = 2.0
 
 
-def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[str, Quantity]) -> Picture:
+def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[str, Quantity]) -> Markup:
     """Every number over its data sheet value, beside what the data sheet leaves open."""
     shown = [key for key in known if sheet[key].value > 0.0 and key != "offset_torque"]
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
         for row, key in enumerate(shown):
             unit, now = sheet[key].value, known[key]
@@ -62,24 +62,20 @@ def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[s
                 markersize=5,
             )
         axes.axvline(1.0, color=LINE, linewidth=1.0, zorder=0)
-        axes.set_yticks(range(len(shown)), [_short(key) if narrow else WORDS[key] for key in shown])
+        axes.set_yticks(range(len(shown)), [WORDS[key] for key in shown])
         axes.invert_yaxis()
         axes.set_xlabel("over the data sheet's value")
 
     height = 26.0 * len(shown) + 70.0
-    return picture(name, _draw, wide=height, narrow=height)
+    return picture(name, _draw, height=height)
 
 
-def _short(key: str) -> str:
-    return key.replace("_", " ").replace("stiffness", "k").replace("damping", "b").replace("inertia", "J")
-
-
-def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
+def bandwidths_picture(name: str, found: ControllerResult) -> Markup:
     """The bound and its parts over the bandwidth. ``name``: unique on the page."""
     usable = [one for one in found.candidates if one.model == found.model and one.bound is not None]
     hertz = np.array([one.bandwidth for one in usable])
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
         bound = np.degrees([one.bound or 0.0 for one in usable])
         axes.plot(hertz, bound, color=INK, linewidth=2.4)
@@ -97,7 +93,7 @@ def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
         axes.set_xlabel("bandwidth [Hz]")
         axes.set_ylabel("error [deg]")
 
-    return picture(name, _draw, wide=280.0, narrow=260.0)
+    return picture(name, _draw, height=280.0)
 
 
 def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]]) -> None:
@@ -114,10 +110,10 @@ def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]
 
 def peaks_picture(
     name: str, runs: Sequence[AcceptanceResult], bound: float | None, error: float | None
-) -> Picture:
+) -> Markup:
     """Share of the runs below an error, of laws with lasting runs, with bound and wanted error [rad]."""
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
         right = _end_of_axis(runs, max(bound or 0.0, error or 0.0))
         furthest = max(runs, key=lambda one: one.peaks[len(one.peaks) // 2])
@@ -140,7 +136,7 @@ def peaks_picture(
         axes.set_xlabel("largest error of the load in a run [deg]")
         axes.set_ylabel("runs below [%]")
 
-    return picture(name, _draw, wide=280.0, narrow=260.0)
+    return picture(name, _draw, height=280.0)
 
 
 def shares_below(one: AcceptanceResult) -> tuple[Array, Array]:
@@ -156,20 +152,20 @@ def _end_of_axis(runs: Sequence[AcceptanceResult], limit: float) -> float:
     return 1.15 * float(np.degrees(shown))
 
 
-def worst_picture(name: str, worst: WorstCase) -> Picture:
+def worst_picture(name: str, worst: WorstCase) -> Markup:
     """Motion, error and torque of the worst run. ``name``: unique on the page."""
     return _run_picture(name, worst, "motion [deg]", "error [deg]", 180.0 / pi)
 
 
-def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
+def carriage_worst_picture(name: str, worst: WorstCase) -> Markup:
     """Position, error and torque of the worst run. ``name``: unique on the page."""
     return _run_picture(name, worst, "position [mm]", "error [mm]", 1e3)
 
 
-def _run_picture(name: str, worst: WorstCase, motion: str, error: str, scale: float) -> Picture:
+def _run_picture(name: str, worst: WorstCase, motion: str, error: str, scale: float) -> Markup:
     """Motion and error times a scale, and torque, over the time."""
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         panels = figure.subplots(3, 1, sharex=True)
         rows = (
             (motion, scale * np.array(worst.reference), QUIET),
@@ -182,7 +178,7 @@ def _run_picture(name: str, worst: WorstCase, motion: str, error: str, scale: fl
             axes.set_ylabel(words)
         panels[-1].set_xlabel("time [s]")
 
-    return picture(name, _draw, wide=380.0, narrow=380.0)
+    return picture(name, _draw, height=380.0)
 
 
 CARRIAGE_PARTS = (
@@ -193,13 +189,13 @@ CARRIAGE_PARTS = (
 """Name, words, look, and where the words stand: by which bandwidth, and how far above."""
 
 
-def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture:
+def carriage_bandwidths_picture(name: str, found: CarriageController) -> Markup:
     """The estimated error and its parts over the bandwidth. ``name``: unique on the page."""
     usable = [one for one in found.candidates if one.estimate is not None]
     hertz = np.array([one.bandwidth for one in usable])
     whole = 1e3 * np.array([one.estimate or 0.0 for one in usable])
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes, least = figure.subplots(), whole.min()
         axes.plot(hertz, whole, color=INK, linewidth=2.4)
         label(axes, "estimate", (hertz[0], whole[0]), (6, 5), color=INK)
@@ -215,14 +211,14 @@ def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture
         axes.set_xlabel("bandwidth [Hz]")
         axes.set_ylabel("mm")
 
-    return picture(name, _draw, wide=280.0, narrow=260.0)
+    return picture(name, _draw, height=280.0)
 
 
-def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None) -> Picture:
+def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None) -> Markup:
     """Share of the runs below an error, all the way and at rest, with the goal [m]."""
     looks = ((runs.peaks, "all the way", BLUE, "-"), (runs.rests, "at rest", ORANGE, "--"))
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes, right = figure.subplots(), 1.15e3 * max(runs.peaks[-1], min(goal or 0.0, 4.0 * runs.peaks[-1]))
         for errors, words, colour, style in looks:
             shown = 1e3 * np.append(0.0, errors)
@@ -238,19 +234,19 @@ def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None
         axes.set_xlabel("largest error in a run [mm]")
         axes.set_ylabel("runs below [%]")
 
-    return picture(name, _draw, wide=280.0, narrow=260.0)
+    return picture(name, _draw, height=280.0)
 
 
 MODEL_COLOURS = {1: QUIET, 2: ORANGE, 3: GREEN, 4: BLUE}
 STYLES = ("-", "--", "-.", ":")
 
 
-def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture:
+def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Markup:
     """Magnitude from motor torque to load angle: the distributed cable and the models."""
     hertz = np.geomspace(0.5, 500.0, 700)
     omega = 2.0 * np.pi * hertz
 
-    def _draw(figure: "Figure", narrow: bool) -> None:
+    def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
         axes.plot(hertz, np.abs(distributed_response(drive, omega)), color=INK, linewidth=3.0, alpha=0.35)
         for number in models:
@@ -260,12 +256,12 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
             label(axes, str(number), end, (4, -4), color=MODEL_COLOURS[number], annotation_clip=False)
         axes.set_xlim(0.5, 500.0)
         axes.set_ylim(np.abs(distributed_response(drive, omega)).min(), 1e3)
-        log_axis(axes, "x", 280.0 if narrow else 600.0)
+        log_axis(axes, "x", 600.0)
         log_axis(axes, "y", 200.0)
         axes.set_xlabel("frequency [Hz]")
         axes.set_ylabel("load angle per torque [rad/(N m)]")
 
-    return picture(name, _draw, wide=300.0, narrow=280.0)
+    return picture(name, _draw, height=300.0)
 
 
 def spectrum(run: Tracking, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:

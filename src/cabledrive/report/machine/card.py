@@ -11,7 +11,7 @@ from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.modal.rigid_supports import against_lumped_springs, against_rigid_supports
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import Cell, Column, Figure, RowGroup, Table
+from cabledrive.report.blocks import Cell, Figure, Table, table
 from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import shapes_picture
 from cabledrive.report.mode_figure import draw_map
@@ -140,12 +140,13 @@ def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
     bound = modes.certificate.below
     steps = ", ".join(f"{number(mode.frequency)} Hz" for mode in modes.longitudinal if mode.frequency < bound)
     below = f"{number(bound)} Hz"
-    return picture.figure(
+    return Figure(
         name=f"ladder-{name}",
         alt=f"Staircase of the number of longitudinal modes below a frequency, up to {below}; it rises at "
         f"{steps}. Under it each mode as a rung, {len(modes.transverse)} of them transverse.",
         caption=f"Longitudinal modes, counted up to {below} (line) and listed (dots); under "
         "it, each mode of both kinds as a rung.",
+        drawing=picture,
     )
 
 
@@ -162,14 +163,11 @@ def along_table(modes: Modes) -> Table:
         )
         for mode, shares in rows
     ]
-    return Table(
-        caption="Longitudinal modes and their kinetic energy.",
-        columns=(
-            Column(title="Frequency", unit="Hz", numeric=True),
-            Column(title="What moves"),
-            *(Column(title=part.removesuffix(" pulley"), unit="%", bar=True) for part in parts),
-        ),
-        groups=(RowGroup(rows=tuple(cells)),),
+    return table(
+        "Longitudinal modes and their kinetic energy.",
+        "Frequency [Hz] | What moves",
+        cells,
+        bars=(part.removesuffix(" pulley") for part in parts),
     )
 
 
@@ -192,15 +190,10 @@ def across_table(modes: Modes) -> Table:
     rows = mode_rows(modes.transverse)
     decimals = _decimals([row.frequency for row in rows[:SHOWN_ACROSS]])
     more = f"The lowest {SHOWN_ACROSS} of {len(rows)} frequencies." if len(rows) > SHOWN_ACROSS else ""
-    return Table(
-        caption="Transverse modes.",
-        columns=(
-            Column(title="Frequency", unit="Hz", numeric=True),
-            Column(title="Modes", numeric=True),
-            Column(title="Where"),
-            Column(title="Model"),
-        ),
-        groups=(RowGroup(rows=tuple(_across_cells(row, decimals) for row in rows[:SHOWN_ACROSS])),),
+    return table(
+        "Transverse modes.",
+        "Frequency [Hz] | Modes [] | Where | Model",
+        (_across_cells(row, decimals) for row in rows[:SHOWN_ACROSS]),
         note=more,
     )
 
@@ -218,11 +211,12 @@ def shapes(drive: Drive, name: str, modes: Modes) -> Figure:
     picture = shapes_picture(f"shapes-{name}", drive, shown)
     seen = "; ".join(f"{number(m.frequency)} Hz, {m.family}" for m in shown)
     what = "drive to load" if drive.kind == "line" else "drive, load and back to the drive"
-    return picture.figure(
+    return Figure(
         name=f"shapes-{name}",
         alt=f"Displacement along the unrolled cable in {len(shown)} modes: {seen}.",
         caption=f"Shapes of the lowest longitudinal and transverse modes along the unrolled cable ({what}). "
         "Dots are the rims of the pulleys, squares the carriages; the largest displacement is scaled to one.",
+        drawing=picture,
     )
 
 
@@ -253,18 +247,11 @@ def _verdict(found: RouteResonance) -> ResonanceVerdict:
 
 def _table(found: RouteResonance) -> Table:
     more = len(found.pairs) - SHOWN
-    return Table(
-        caption="Longitudinal modes and the transverse modes that they can excite parametrically, lowest "
+    return table(
+        "Longitudinal modes and the transverse modes that they can excite parametrically, lowest "
         "threshold first.",
-        columns=(
-            Column(title="Longitudinal", unit="Hz", numeric=True),
-            Column(title="Transverse", unit="Hz", numeric=True),
-            Column(title="Kind"),
-            Column(title="Span"),
-            Column(title="Detuning", unit="Hz", numeric=True),
-            Column(title="Threshold torque", numeric=True),
-        ),
-        groups=(RowGroup(rows=tuple(_pair_row(pair) for pair in found.pairs[:SHOWN])),),
+        "Longitudinal [Hz] | Transverse [Hz] | Kind | Span | Detuning [Hz] | Threshold torque []",
+        (_pair_row(pair) for pair in found.pairs[:SHOWN]),
         note=f"{more} more with higher thresholds." if more > 0 else "",
     )
 
@@ -302,19 +289,20 @@ def travel_figures(drive: RoutedDrive, name: str) -> Iterator[Figure]:
 
 
 def _figure(name: str, keys: tuple[str, ...], found: "xr.Dataset") -> Figure:
-    def _draw(figure: Any, narrow: bool) -> None:
+    def _draw(figure: Any) -> None:
         draw_map(figure, found, 1)
 
-    drawn = picture(name, _draw, wide=_HEIGHT, narrow=_HEIGHT)
+    drawn = picture(name, _draw, height=_HEIGHT)
     along = keys[0] + (f" (with {', '.join(keys[1:])})" if len(keys) > 1 else "")
     certified, points = int(found["certified"].sum()), int(found["certified"].size)
     lost = int((found["reason"] != "").sum())
     said = f"The lists of {certified} of {points} places are certified"
     said += f"; at {lost} the machine cannot be" if lost else ""
-    return drawn.figure(
+    return Figure(
         name=name,
         alt=f"Natural frequencies of the first {COUNT} modes of each kind over {along}.",
         caption=f"Natural frequencies over {along}, from end to end of the machine's drawing. {said}.",
+        drawing=drawn,
     )
 
 
@@ -323,15 +311,10 @@ _FEW = 4
 
 def simple_models_table(drive: Drive) -> Table:
     """Frequencies by closed formulas beside the exact ones, as far as each formula applies."""
-    return Table(
-        caption="What simpler models make of this machine.",
-        columns=(
-            Column(title="Model"),
-            Column(title="Its frequency", unit="Hz", numeric=True),
-            Column(title="Exact", unit="Hz", numeric=True),
-            Column(title="Deviation", unit="%", numeric=True),
-        ),
-        groups=(RowGroup(rows=tuple(_row(*line) for line in _models(drive))),),
+    return table(
+        "What simpler models make of this machine.",
+        "Model | Its frequency [Hz] | Exact [Hz] | Deviation [%]",
+        (_row(*line) for line in _models(drive)),
     )
 
 

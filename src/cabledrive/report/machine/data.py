@@ -1,19 +1,19 @@
 """What a machine is: a drawing of it, its data, what follows from them."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
-from cabledrive.report.blocks import Column, Figure, RowGroup, Table
-from cabledrive.report.figures.machine import machine_picture
+from cabledrive.report.blocks import Figure, RowGroup, Table, Text, table
+from cabledrive.report.figures.moving_machine import moving_machine
 from cabledrive.report.typesetting import capital, quantity
 from cabledrive.report.words import DATASHEET
 
 MOST_CARRIAGES = 4
 NOTHING = 1e-12  # in SI; what round-off leaves of a weight across a vertical cable
-_QUANTITY = (Column(title="Quantity"), Column(title="Value", numeric=True))
+_HEADS = "Quantity | Value []"
 
 
 def source_paragraphs(source: str) -> tuple[str, ...]:
@@ -24,12 +24,12 @@ def source_paragraphs(source: str) -> tuple[str, ...]:
 
 def drawing(drive: Drive, name: str) -> Figure:
     """The machine, spans and positions of carriages to scale."""
-    picture = machine_picture(drive)
-    return picture.figure(
+    return Figure(
         name=f"drawing-{name}",
         alt=_seen(drive),
         caption="Spans, positions of carriages and sag are to scale; motor, rails and boxes are symbols. "
-        "Arrows show the positive direction of displacements.",
+        "Arrows show the positive direction of displacements; the colour of a span is its tension at rest.",
+        drawing=moving_machine(drive, None),
     )
 
 
@@ -68,7 +68,7 @@ def data_table(drive: Drive) -> Table:
         RowGroup(title=title, rows=_rows(part)) for title, part in parts if part is not None and _rows(part)
     ]
     groups[4:4] = _carriages(drive)
-    return Table(caption="Data of the drive file.", columns=_QUANTITY, groups=tuple(groups))
+    return table("Data of the drive file.", _HEADS, groups)
 
 
 def _rows(table: Any) -> tuple[tuple[str, str], ...]:
@@ -110,15 +110,15 @@ def _many(drive: Drive) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def derived_table(drive: Drive) -> Table:
-    """What closed formulas give."""
-    sheet = derived_with_lowest(drive)
+def derived_table(sheet: Mapping[str, float | None], caption: Text = "Derived quantities.") -> Table:
+    """What closed formulas give. ``sheet``: in SI, by name."""
     groups = []
     for title, lines in DATASHEET.items():
-        known = [(words, sheet[name], unit) for name, words, unit in lines if sheet.get(name) is not None]
-        rows = [
-            (words, quantity(0.0 if abs(value) < NOTHING else value, unit)) for words, value, unit in known
-        ]
+        rows = []
+        for name, words, unit in lines:
+            value = sheet.get(name)
+            if value is not None:
+                rows.append((words, quantity(0.0 if abs(value) < NOTHING else value, unit)))
         if rows:
             groups.append(RowGroup(title=title, rows=tuple(rows)))
-    return Table(caption="Derived quantities.", columns=_QUANTITY, groups=tuple(groups))
+    return table(caption, _HEADS, groups)

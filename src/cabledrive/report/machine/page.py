@@ -10,11 +10,11 @@ from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
 from cabledrive.modal import Modes
-from cabledrive.modal.lowest import how_held, lowest_frequencies
+from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import Block, Column, Figure, RowGroup, Table
+from cabledrive.report.blocks import Block, Figure, Table, table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.machine import machine_sketch
 from cabledrive.report.figures.moving_machine import moving_machine, route_sketch
@@ -155,7 +155,7 @@ def _of_a_loop(drive: Drive, name: str, modes: Modes) -> dict[str, Any]:
                 anchor="data",
                 title="Data and derived quantities",
                 text="Lengths, densities and positions are of the unstretched cable unless stated otherwise.",
-                blocks=(data_table(drive), derived_table(drive)),
+                blocks=(data_table(drive), derived_table(derived_with_lowest(drive))),
                 folded=True,
             ),
         ),
@@ -188,7 +188,6 @@ SHOWN_MODES = 3
 
 def _drawing(drive: RoutedDrive, name: str) -> Figure:
     """The machine from its coordinates, spans coloured by tension."""
-    wide, narrow = moving_machine(drive, None)
     parts = (
         f"{len(drive.route)} {'rope' if len(drive.route) == 1 else 'ropes'}, {len(drive.pulley)} pulleys, "
         f"{len(drive.body)} bodies, {len(drive.motor)} motors"
@@ -198,8 +197,7 @@ def _drawing(drive: RoutedDrive, name: str) -> Figure:
         alt=f"The machine from its coordinates: {parts}.",
         caption="The machine from the coordinates of its file; the colour of a span is its tension "
         "at rest. Bands are bodies with what they carry, dots anchors, boxes carriages.",
-        wide=wide,
-        narrow=narrow,
+        drawing=moving_machine(drive, None),
     )
 
 
@@ -207,11 +205,12 @@ def _shapes(drive: RoutedDrive, name: str, modes: Modes) -> Figure:
     across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
     shown = [*modes.longitudinal[:SHOWN_MODES], *across[:1]]
     picture = route_modes_picture(f"shapes-{name}", drive, shown)
-    return picture.figure(
+    return Figure(
         name=f"shapes-{name}",
         alt=f"{len(shown)} modes drawn on the machine: {'; '.join(map(mode_title, shown))}.",
         caption="The lowest modes on the machine. Blue: displacement along a span, drawn across it; orange: "
         "across. Arrows: bodies that slide; rings: bodies that turn; radii: pulleys at rest and turned.",
+        drawing=picture,
     )
 
 
@@ -221,15 +220,10 @@ def _along(modes: Modes) -> Table:
         (number(row.frequency, 6), str(row.count), row.family, row.where)
         for row in mode_rows(modes.longitudinal)
     ]
-    return Table(
-        caption="Longitudinal modes and the parts that hold their kinetic energy.",
-        columns=(
-            Column(title="Frequency", unit="Hz", numeric=True),
-            Column(title="Modes", numeric=True),
-            Column(title="What moves"),
-            Column(title="Kinetic energy"),
-        ),
-        groups=(RowGroup(rows=tuple(rows)),),
+    return table(
+        "Longitudinal modes and the parts that hold their kinetic energy.",
+        "Frequency [Hz] | Modes [] | What moves | Kinetic energy",
+        rows,
     )
 
 
@@ -247,17 +241,10 @@ def _spans(drive: RoutedDrive) -> Table:
                 Markup("&ndash;") if safety is None else number(safety, 3),
             )
         )
-    return Table(
-        caption="Free spans at rest.",
-        columns=(
-            Column(title="Span"),
-            Column(title="Length", numeric=True),
-            Column(title="Mean tension", numeric=True),
-            Column(title="Ropes", numeric=True),
-            Column(title="String", unit="Hz", numeric=True),
-            Column(title="Safety factor", numeric=True),
-        ),
-        groups=(RowGroup(rows=tuple(rows)),),
+    return table(
+        "Free spans at rest.",
+        "Span | Length [] | Mean tension [] | Ropes [] | String [Hz] | Safety factor []",
+        rows,
         note="The safety factor is the rope's strength over its largest tension at rest.",
     )
 
@@ -275,13 +262,8 @@ def _pulleys(drive: RoutedDrive) -> Table | None:
     ]
     if not rows:
         return None
-    return Table(
-        caption="Pulleys that a rope passes.",
-        columns=(
-            Column(title="Pulley"),
-            Column(title="Wrap", unit="deg", numeric=True),
-            Column(title="Friction needed at rest", numeric=True),
-            Column(title="Friction given", numeric=True),
-        ),
-        groups=(RowGroup(rows=tuple(rows)),),
+    return table(
+        "Pulleys that a rope passes.",
+        "Pulley | Wrap [deg] | Friction needed at rest [] | Friction given []",
+        rows,
     )

@@ -5,7 +5,7 @@ import numpy as np
 from cabledrive.mechanics.rest import RestingStretch, RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.blocks import Column, Panel, Plot, RowGroup, Series, Table
+from cabledrive.report.blocks import Panel, Plot, Series, Table, table
 from cabledrive.report.typesetting import quantity
 
 POINTS = 65
@@ -113,14 +113,10 @@ def rest_table(drive: Drive) -> Table | None:
     rest = resting(drive)
     if rest is None or not _worth_showing(drive, rest) or len(rest.stretches) > MOST_ROWS:
         return None
-    return Table(
-        caption="Tension of every stretch at rest.",
-        columns=(
-            Column(title="Stretch"),
-            Column(title="Tension at its start", numeric=True),
-            Column(title="at its end", numeric=True),
-        ),
-        groups=(RowGroup(rows=tuple(_row(stretch) for stretch in rest.stretches)),),
+    return table(
+        "Tension of every stretch at rest.",
+        "Stretch | Tension at its start [] | at its end []",
+        (_row(stretch) for stretch in rest.stretches),
     )
 
 

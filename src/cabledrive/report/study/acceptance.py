@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from cabledrive.parameters.fields import percent
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Figure, Note, Paragraph, Table, table
 from cabledrive.report.figures.study_runs import (
     carriage_bandwidths_picture,
     carriage_peaks_picture,
@@ -26,19 +26,11 @@ from cabledrive.studies.study.verdict_stage import NO_BOUND
 def laws_table(scores: Sequence[LawScore], unit: str, size: float) -> Table:
     """Every law, simplest first, with its errors and the share of the plants it holds within the goal."""
     rows: tuple[tuple[Cell, ...], ...] = tuple(_row(one, size) for one in scores)
-    return Table(
-        caption="Laws tried, simplest first.",
-        columns=(
-            Column(title="Law"),
-            Column(title="Setting"),
-            Column(title="Runs", numeric=True),
-            Column(title="99 %", unit=unit, numeric=True),
-            Column(title="Worst", unit=unit, numeric=True),
-            Column(title="In goal", numeric=True),
-            Column(title="At least", numeric=True),
-            Column(title="Ended early", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        "Laws tried, simplest first.",
+        f"Law | Setting | Runs [] | 99 % [{unit}] | Worst [{unit}] | In goal [] | At least [] | "
+        "Ended early []",
+        rows,
         note="; ".join(f"{one.controller}: {one.reason}" for one in scores if one.reason),
     )
 
@@ -69,11 +61,7 @@ def shares_table(caption: str, shares: Mapping[str, float], unit: str, size: flo
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (named(name), number(share / size, 3)) for name, share in ordered
     )
-    return Table(
-        caption=caption,
-        columns=(Column(title="Quantity"), Column(title="Share", unit=unit, numeric=True)),
-        groups=(RowGroup(rows=rows),),
-    )
+    return table(caption, f"Quantity | Share [{unit}]", rows)
 
 
 def worst_plant_table(
@@ -89,15 +77,10 @@ def worst_plant_table(
         )
         for name, value in values.items()
     )
-    return Table(
-        caption="The plant of the worst run.",
-        columns=(
-            Column(title="Quantity"),
-            Column(title="Its value", numeric=True),
-            Column(title="Best value", numeric=True),
-            Column(title="Unit"),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        "The plant of the worst run.",
+        "Quantity | Its value [] | Best value [] | Unit",
+        rows,
         note=f"Encoder phases in counts: {', '.join(f'{phase:+.2f}' for phase in phases)}.",
     )
 
@@ -164,19 +147,11 @@ def _table(runs: list[AcceptanceResult]) -> Table:
         )
         for one in runs
     )
-    return Table(
-        caption=say("table"),
-        columns=(
-            Column(title="Plants"),
-            Column(title="Runs", numeric=True),
-            Column(title="Median", numeric=True),
-            Column(title="99 %", numeric=True),
-            Column(title="Worst", numeric=True),
-            Column(title=f"In {asked}" if asked else "", numeric=True),
-            Column(title="Torque", unit="N m", numeric=True),
-            Column(title="Ended early", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        say("table"),
+        f"Plants | Runs [] | Median [] | 99 % [] | Worst [] | {f'In {asked}' if asked else ''} [] | "
+        "Torque [N m] | Ended early []",
+        rows,
         note=" ".join(say("ended_early", one=one) for one in runs if one.failed),
     )
 
@@ -185,19 +160,21 @@ def _peaks(result: StudyResult, runs: list[AcceptanceResult]) -> Figure:
     control, stated = result.controller, runs[0].inside is not None
     bound = control.bound if stated and isinstance(control, ControllerResult) else None
     picture = peaks_picture("peaks", runs, bound, result.goals.error)
-    return picture.figure(
+    return Figure(
         name="peaks",
         alt=say("peaks_seen", runs=runs, bound=bound),
         caption=say("peaks"),
+        drawing=picture,
     )
 
 
 def _worst(result: StudyResult, worst: WorstCase) -> Figure:
     picture = worst_picture("worst", worst)
-    return picture.figure(
+    return Figure(
         name="worst",
         alt=say("worst_seen", worst=worst),
         caption=say("worst", draw=worst.draw),
+        drawing=picture,
     )
 
 
@@ -238,33 +215,20 @@ def _model(model: CarriageModel) -> Table:
         (number(x, 4), number(lumped, 5), number(exact, 5), f"{100 * abs(lumped / exact - 1.0):.2g}")
         for x, lumped, exact in zip(model.positions, model.lumped, model.exact, strict=True)
     )
-    return Table(
-        caption=say_carriage("model"),
-        columns=(
-            Column(title="Place", unit="m", numeric=True),
-            Column(title="Model", unit="Hz", numeric=True),
-            Column(title="Exact", unit="Hz", numeric=True),
-            Column(title="Apart", unit="%", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        say_carriage("model"),
+        "Place [m] | Model [Hz] | Exact [Hz] | Apart [%]",
+        rows,
         note=say_carriage("left_out", error=model.left_out),
     )
 
 
 def _candidates(found: CarriageController) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(_carriage_row(one, found.chosen) for one in found.candidates)
-    return Table(
-        caption=say_carriage("candidates"),
-        columns=(
-            Column(title="Bandwidth"),
-            Column(title="Best values", numeric=True),
-            Column(title="Uncertain", numeric=True),
-            Column(title="Encoders", numeric=True),
-            Column(title="Estimate", numeric=True),
-            Column(title="Torque", unit="N m", numeric=True),
-            Column(title=""),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        say_carriage("candidates"),
+        "Bandwidth | Best values [] | Uncertain [] | Encoders [] | Estimate [] | Torque [N m] | ",
+        rows,
         note=say_carriage("refused", candidates=found.candidates),
     )
 
@@ -281,10 +245,11 @@ def _carriage_row(one: CarriageCandidate, chosen: CarriageCandidate | None) -> t
 
 def _bandwidths(found: CarriageController) -> Figure:
     picture = carriage_bandwidths_picture("bandwidths", found)
-    return picture.figure(
+    return Figure(
         name="bandwidths",
         alt=say_carriage("bandwidths_seen", candidates=found.candidates),
         caption=say_carriage("bandwidths"),
+        drawing=picture,
     )
 
 
@@ -324,16 +289,10 @@ def _runs(runs: AcceptanceResult) -> Table:
     assert runs.largest_torque is not None
     assert runs.smallest_tension is not None
     reached = "no goal" if runs.reached is None else f"{100 * runs.reached:.1f} %"
-    return Table(
-        caption=say_carriage("runs", draws=runs.draws),
-        columns=(
-            Column(title="When"),
-            Column(title="Median", numeric=True),
-            Column(title="99 %", numeric=True),
-            Column(title="Worst", numeric=True),
-            Column(title="In goal", numeric=True),
-        ),
-        groups=(RowGroup(rows=(("All the way", *whole, reached), ("At rest", *rest, ""))),),
+    return table(
+        say_carriage("runs", draws=runs.draws),
+        "When | Median [] | 99 % [] | Worst [] | In goal []",
+        (("All the way", *whole, reached), ("At rest", *rest, "")),
         note=say_carriage("runs_note", runs=runs),
     )
 
@@ -341,17 +300,19 @@ def _runs(runs: AcceptanceResult) -> Table:
 def _carriage_peaks(result: StudyResult, runs: AcceptanceResult) -> Figure:
     goal = result.goals.carriage_error
     picture = carriage_peaks_picture("peaks", runs, goal)
-    return picture.figure(
+    return Figure(
         name="peaks",
         alt=say_carriage("peaks_seen", peaks=runs.peaks, goal=goal),
         caption=say_carriage("peaks"),
+        drawing=picture,
     )
 
 
 def _worst_carriage(worst: WorstCase) -> Figure:
     picture = carriage_worst_picture("worst", worst)
-    return picture.figure(
+    return Figure(
         name="worst",
         alt=say_carriage("worst_seen", worst=worst),
         caption=say_carriage("worst", draw=worst.draw),
+        drawing=picture,
     )

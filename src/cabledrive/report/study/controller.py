@@ -1,5 +1,7 @@
 """Chapters "Modes and models", "Internal resonance" and "Controller" of a study."""
 
+from markupsafe import Markup
+
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
@@ -8,18 +10,18 @@ from cabledrive.report.blocks import (
     Block,
     Cell,
     Chapter,
-    Column,
     Equation,
     Figure,
     Note,
     Paragraph,
     RowGroup,
     Table,
+    table,
 )
 from cabledrive.report.figures.study_runs import bandwidths_picture, responses_picture
 from cabledrive.report.study.acceptance import shares_table
 from cabledrive.report.study.verdict import listed
-from cabledrive.report.typesetting import fraction, number, quantity, row, sub, total
+from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.words import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.simulation import Recording, Scheme, simulate
@@ -43,7 +45,8 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
     if found.bandwidth is None:
         blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
     else:
-        blocks += [Paragraph(text=say("law", found=found)), _equation(), _bounds(found)]
+        formula = Equation(formula=Markup(say("formula")), words=say("equation"))
+        blocks += [Paragraph(text=say("law", found=found)), formula, _bounds(found)]
     if found.candidates:
         blocks.append(_candidates(found))
     if sum(one.bound is not None for one in found.candidates if one.model == found.model) > 1:
@@ -60,32 +63,12 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
     )
 
 
-def _equation() -> Equation:
-    tube = row(sub("h", "θ"), "(", "t", ")")
-    moved = total("i", "|", "Δ", sub("e", "i"), "(", "t", ")", "|")
-    norm = row("‖", sub("g", "j"), "‖", "+", "max", "|", sub("s", "j"), "|")
-    counts = total("j", fraction(sub("q", "j"), "2"), "(", norm, ")")
-    return Equation(
-        formula=row(sub("e", "max"), "≤", sub("max", "t"), "(", tube, "+", moved, ")", "+", counts),
-        words=say("equation"),
-    )
-
-
 def _bounds(found: ControllerResult) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (name, number(low, 4), number(high, 4), unit)
         for name, low, high, unit in zip(ESTIMATES, found.lower, found.upper, UNITS, strict=True)
     )
-    return Table(
-        caption=say("bounds"),
-        columns=(
-            Column(title="Estimate"),
-            Column(title="Low", numeric=True),
-            Column(title="High", numeric=True),
-            Column(title="Unit"),
-        ),
-        groups=(RowGroup(rows=rows),),
-    )
+    return table(say("bounds"), "Estimate | Low [] | High [] | Unit", rows)
 
 
 def _candidates(found: ControllerResult) -> Table:
@@ -99,18 +82,10 @@ def _candidates(found: ControllerResult) -> Table:
         )
         for one in found.candidates
     )
-    return Table(
-        caption=say("candidates"),
-        columns=(
-            Column(title="Law"),
-            Column(title="Theorem", numeric=True),
-            Column(title="Unmatched", numeric=True),
-            Column(title="Encoders", numeric=True),
-            Column(title="Bound", numeric=True),
-            Column(title="Torque", unit="N m", numeric=True),
-            Column(title="Outcome"),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        say("candidates"),
+        "Law | Theorem [] | Unmatched [] | Encoders [] | Bound [] | Torque [N m] | Outcome",
+        rows,
         note=say("refused", reasons=_refusals(found)),
     )
 
@@ -127,10 +102,11 @@ def _refusals(found: ControllerResult) -> dict[str, str]:
 
 def _picture(found: ControllerResult) -> Figure:
     picture = bandwidths_picture("bandwidths", found)
-    return picture.figure(
+    return Figure(
         name="bandwidths",
         alt=say("bandwidths_seen", candidates=found.candidates),
         caption=say("bandwidths"),
+        drawing=picture,
     )
 
 
@@ -159,7 +135,7 @@ def loop_in_motion(result: StudyResult) -> Block:
                 recording=Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES))),
             )
         )
-        switch, wide, narrow = animation_svg("loop-in-motion", machine, run)
+        switch, drawing = animation_svg("loop-in-motion", machine, run)
     except (InputRefused, NotComputed) as failure:
         return Paragraph(text=say_motion("refused", failure=failure))
     return Figure(
@@ -167,8 +143,7 @@ def loop_in_motion(result: StudyResult) -> Block:
         alt=say_motion("seen"),
         caption=say_motion("caption"),
         switch=switch,
-        wide=wide,
-        narrow=narrow,
+        drawing=drawing,
     )
 
 
@@ -212,15 +187,7 @@ def _rows(result: StudyResult) -> Table:
         )
         if rows:
             groups.append(RowGroup(title=kind.capitalize(), rows=rows))
-    return Table(
-        caption="Certified modes of the distributed drive.",
-        columns=(
-            Column(title="Frequency", unit="Hz", numeric=True),
-            Column(title="Modes", numeric=True),
-            Column(title="Family"),
-        ),
-        groups=tuple(groups),
-    )
+    return table("Certified modes of the distributed drive.", "Frequency [Hz] | Modes [] | Family", groups)
 
 
 def _models(result: StudyResult) -> Table:
@@ -236,16 +203,10 @@ def _models(result: StudyResult) -> Table:
         )
         for q in result.modes.models
     )
-    return Table(
-        caption=say_mechanics("models"),
-        columns=(
-            Column(title="Model"),
-            Column(title="Its modes", unit="Hz", numeric=True),
-            Column(title="Exact", unit="Hz", numeric=True),
-            Column(title="Right to 5 % up to", unit="Hz", numeric=True),
-            Column(title="Neglected", unit="deg", numeric=True),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        say_mechanics("models"),
+        "Model | Its modes [Hz] | Exact [Hz] | Right to 5 % up to [Hz] | Neglected [deg]",
+        rows,
         note=say_mechanics("models_note"),
     )
 
@@ -253,10 +214,11 @@ def _models(result: StudyResult) -> Table:
 def _responses(result: StudyResult) -> Figure:
     numbers = [q.model for q in result.modes.models]
     picture = responses_picture("responses", result.known, numbers)
-    return picture.figure(
+    return Figure(
         name="responses",
         alt=say_mechanics("responses_seen", models=result.modes.models),
         caption=say_mechanics("responses"),
+        drawing=picture,
     )
 
 
@@ -289,11 +251,7 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         anchor="resonance",
         blocks=(
             Note(text=say_mechanics("alarm", verdict=found.alarm), tone=tone),
-            Table(
-                caption=say_mechanics("resonance"),
-                columns=(Column(title="Figure"), Column(title="Value", numeric=True)),
-                groups=(RowGroup(rows=tuple(rows)),),
-            ),
+            table(say_mechanics("resonance"), "Figure | Value []", rows),
             *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),
             loop_in_motion(result),
         ),

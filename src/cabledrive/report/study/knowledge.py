@@ -1,6 +1,6 @@
 """Chapter "Parameters": every number with its interval, by the log or by the data sheet."""
 
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Figure, Note, Paragraph, Table, table
 from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.study.acceptance import named, unit_shown
 from cabledrive.report.study.verdict import listed
@@ -56,18 +56,10 @@ def _table(result: StudyResult) -> Table:
         )
         for name, q in result.knowledge.quantities.items()
     )
-    return Table(
-        caption=say("table"),
-        columns=(
-            Column(title="Quantity"),
-            Column(title="Data sheet", numeric=True),
-            Column(title="Value", numeric=True),
-            Column(title="Low", numeric=True),
-            Column(title="High", numeric=True),
-            Column(title="Unit"),
-            Column(title="From"),
-        ),
-        groups=(RowGroup(rows=rows),),
+    return table(
+        say("table"),
+        "Quantity | Data sheet [] | Value [] | Low [] | High [] | Unit | From",
+        rows,
         note=say("table_note"),
     )
 
@@ -77,8 +69,9 @@ def _picture(result: StudyResult) -> Figure:
     picture = intervals_picture("intervals", result.knowledge.quantities, sheet)
     known = result.knowledge.quantities
     widths = {WORDS[name]: q.half_width / abs(q.value) for name, q in known.items() if q.value}
-    return picture.figure(
+    return Figure(
         name="intervals",
         alt=say("intervals_seen", widths=widths),
         caption=say("intervals"),
+        drawing=picture,
     )

@@ -3,9 +3,10 @@
 from markupsafe import Markup
 
 from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Note, Paragraph, Table, table
+from cabledrive.report.machine.data import derived_table
 from cabledrive.report.typesetting import number, quantity
-from cabledrive.report.words import DATASHEET, sentences, texts
+from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import Goals, StudyResult
 from cabledrive.studies.study.check_stage import LogWords
 from cabledrive.studies.study.findings import move_words
@@ -14,11 +15,7 @@ from cabledrive.studies.study.verdict_stage import Margin
 
 def goals_table(rows: list[tuple[Cell, ...]]) -> Table:
     """Goals beside their values; each row two cells."""
-    return Table(
-        caption="Goals.",
-        columns=(Column(title="Goal"), Column(title="Value")),
-        groups=(RowGroup(rows=tuple(rows)),),
-    )
+    return table("Goals.", "Goal | Value", rows)
 
 
 def load_range(goals: Goals, otherwise: str) -> str:
@@ -106,16 +103,7 @@ def _margins(margins: tuple[Margin, ...]) -> Table:
         )
         for m in margins
     )
-    return Table(
-        caption="Margins.",
-        columns=(
-            Column(title="Figure"),
-            Column(title="Value", numeric=True),
-            Column(title="Allowed", numeric=True),
-            Column(title="Used", unit="%", bar=True),
-        ),
-        groups=(RowGroup(rows=rows),),
-    )
+    return table("Margins.", "Figure | Value [] | Allowed []", rows, bars=("Used",))
 
 
 def _asked(goals: Goals) -> Table:
@@ -136,7 +124,7 @@ say_data = texts("study_data")
 def data_chapter(result: StudyResult) -> Chapter:
     """The drive file and the logs."""
     found = result.check
-    blocks: list[Block] = [_datasheet(found.derived)]
+    blocks: list[Block] = [derived_table(found.derived, say_data("datasheet"))]
     if isinstance(result.drive, AxisDrive):
         blocks.append(_chain(result.drive))
     if found.missing:
@@ -154,23 +142,6 @@ def data_chapter(result: StudyResult) -> Chapter:
         anchor="data",
         blocks=tuple(blocks),
         methods=(say_data("method"),),
-    )
-
-
-def _datasheet(derived: dict[str, float | None]) -> Table:
-    groups = []
-    for title, lines in DATASHEET.items():
-        rows: list[tuple[Cell, ...]] = []
-        for name, words, unit in lines:
-            value = derived.get(name)
-            if value is not None:
-                rows.append((words, quantity(value, unit)))
-        if rows:
-            groups.append(RowGroup(title=title, rows=tuple(rows)))
-    return Table(
-        caption=say_data("datasheet"),
-        columns=(Column(title="Quantity"), Column(title="Value", numeric=True)),
-        groups=tuple(groups),
     )
 
 
@@ -192,14 +163,4 @@ def _logs(logs: tuple[LogWords, ...]) -> Table:
         )
         for log in logs
     )
-    return Table(
-        caption="The logs.",
-        columns=(
-            Column(title="File"),
-            Column(title="Rows", numeric=True),
-            Column(title="Length", unit="s", numeric=True),
-            Column(title="Rate", unit="Hz", numeric=True),
-            Column(title="Channels"),
-        ),
-        groups=(RowGroup(rows=rows),),
-    )
+    return table("The logs.", "File | Rows [] | Length [s] | Rate [Hz] | Channels", rows)
