@@ -274,6 +274,19 @@ def test_sides_that_hardly_part_are_known_as_badly_as_they_are(seed, measured):
     assert total == pytest.approx(truth["inertia_motor"] + truth["inertia_load"], rel=0.01)
 
 
+@pytest.mark.verify
+@pytest.mark.parametrize("side", ["angle", "load_angle"])
+def test_one_side_excited_below_the_spring_tells_the_sum_alone(side):
+    """Antiresonance at 80 Hz, resonance at 128, excited to 10: the split would be 40 % off, 3 half widths."""
+    recorded, truth = arm_log(1, 8.0, 0.1, 10.0, kc=20.0)
+    one = log_of(recorded.time, {n: recorded.channel(n) for n in ("torque", side)}, recorded.units)
+    found = identify(one, model="two-inertia")
+    assert found.unidentifiable, found.parameters
+    (finding,) = (one for one in found.findings if "sum of the inertias" in one)
+    total = float(finding.split("sum of the inertias, ")[1].split(",")[0])
+    assert total == pytest.approx(truth["inertia_motor"] + truth["inertia_load"], rel=0.03)
+
+
 def test_a_load_behind_a_gear_is_refused():
     recorded, _ = arm_log(1, 12.0, 0.1, 20.0)
     geared = {**recorded.channels, "load_angle": recorded.channel("load_angle") / 5.0}

@@ -48,6 +48,8 @@ STILL = 0.05
 GEAR = 1.3
 """Turns of the motor over those of the load from which a gear lies between: a spring makes them fewer."""
 UNKNOWN = "not identifiable from the log"
+EXCITED = 0.99
+"""Share of the input's power below the frequency to which a log is said to excite."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,7 +163,9 @@ def identify_by_simulation(
     if agreeing < 2:
         words = f"only one of {made} fits reaches this residual: a better one may exist"
         doubts.append(("one-start-only", words))
-    closed = [name for name in fit.undetermined() if name in NEEDED]
+    closed = {name for name in fit.undetermined() if name in NEEDED}
+    if len(channels.outputs) == 1:
+        doubts += _beyond(fit.values, channels, _excited_to(records), closed)
     shown = set() if not follows else set(fit.values) - set(fit.at_bounds())
     parameters = {}
     for name, value in fit.values.items():
@@ -183,7 +187,7 @@ def identify_by_simulation(
         logs,
         channels,
         parameters,
-        closed,
+        [name for name in NEEDED if name in closed],
         residual={
             "rms": fit.residual,
             "relative": fit.residual / size,
@@ -208,6 +212,36 @@ def identify_by_simulation(
         notes=(f"the {readable(channels.input)} {how}{late}", *channels.notes),
         check_reason="share explained, whiteness of the residual, bounds, several starts",
     )
+
+
+def _excited_to(records: Sequence[Record]) -> float:
+    """Frequency [Hz] below which nearly all power of the input lies, of the log that reaches highest."""
+    found = []
+    for record in records:
+        power = np.abs(np.fft.rfft(record.input - record.input.mean())) ** 2
+        place = int(np.searchsorted(np.cumsum(power), EXCITED * power.sum()))
+        found.append(place / (record.input.size * record.interval))
+    return max(found)
+
+
+def _beyond(
+    values: dict[str, float], channels: Channels, excited: float, closed: set[str]
+) -> list[tuple[str, str]]:
+    """Close what one side does not tell where the spring's own frequency lies beyond the excitation [Hz].
+
+    Below it both sides move as one, and what parts them in the fit is what the model lacks.
+    """
+    motor, load, spring = (values[name] for name in NEEDED)
+    far, what = (load, "antiresonance") if channels.motor else (motor * load / (motor + load), "resonance")
+    own = float(np.sqrt(spring / far)) / (2.0 * np.pi)
+    if own <= excited:
+        return []
+    closed |= set(NEEDED)
+    words = (
+        f"the log excites up to {excited:.3g} Hz, the {what} of the fit lies at {own:.3g} Hz: from one side "
+    )
+    words += f"this tells the sum of the inertias, {motor + load:.4g}, and neither part nor the spring"
+    return [("excited-below-the-spring", f"{words}: excite beyond it, or measure both sides")]
 
 
 def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:

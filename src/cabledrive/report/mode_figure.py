@@ -1,32 +1,27 @@
 """Natural modes in one picture, over figures of a machine, and over speed with their orders."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.modal import Modes
-from cabledrive.modal.mode import BOTH, LONGITUDINAL, TRANSVERSE
-from cabledrive.modal.mode_rows import ModeRow, mode_rows
+from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.figures.shapes import draw_mode
+from cabledrive.report.figures.shapes import draw_mode, name_places
 from cabledrive.report.picture import (
     BLUE,
     GREEN,
-    LINE,
     OCHRE,
     ORANGE,
     PAPER,
     PURPLE,
     QUIET,
     RED,
-    SMALL,
     TEXT,
-    family_colour,
     house_style,
 )
 from cabledrive.studies.excitation_orders import Branch, Campbell
@@ -38,10 +33,8 @@ if TYPE_CHECKING:
 
 
 MOST_ROWS, MOST_PANELS = 10, 4
-POINTS = 400
-_RUNG, _BEND, _WORDS, _SHAPE = 0.07, 0.14, 0.15, 0.54  # across a panel, as shares of its width
-_PANEL_WIDTH, _PANEL_HEIGHT, _ROW_HEIGHT, _MARGINS = 6.4, 3.2, 0.55, 1.4  # inch
-_STYLES = ("-", "--", ":")
+"""Modes of each kind that are drawn, of a loop or line and of a machine with routes."""
+_PANEL_WIDTH, _PANEL_HEIGHT, _MARGINS = 6.4, {False: 1.0, True: 3.2}, 1.4  # inch
 # A file of its own: white paper behind it, and letters as outlines, for wherever it is shown.
 _FILE_STYLE: dict[Any, Any] = {
     "figure.facecolor": PAPER,
@@ -51,41 +44,28 @@ _FILE_STYLE: dict[Any, Any] = {
 }
 
 
-def mode_figure(drive: Drive, found: Modes, *, most: int = MOST_ROWS) -> "Figure":
-    """Draw ``most`` frequencies of each kind as a ladder, each with its family and shape along the cable.
+def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = None) -> "Figure":
+    """Draw the lowest modes, each kind in a column, ``most`` of each, one panel each with its shape.
 
-    The spans are laid out in a line: the upper one from drive pulley to load pulley, then the lower one back.
+    Shapes lie along the unrolled cable of a loop or line, and on a machine with routes.
     """
     from matplotlib.figure import Figure
 
-    kinds = {LONGITUDINAL: mode_rows(found.longitudinal), TRANSVERSE: mode_rows(found.transverse)}
-    panels = {kind: rows for kind, rows in kinds.items() if rows}
-    tallest = max(min(len(rows), most) for rows in panels.values())
-    with file_style():
-        size = (_PANEL_WIDTH * len(panels), _MARGINS + _ROW_HEIGHT * tallest)
-        figure = Figure(figsize=size, layout="constrained")
-        figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1)
-        for number, (kind, rows) in enumerate(panels.items()):
-            _draw_panel(figure.add_subplot(1, len(panels), number + 1), drive, kind, rows, most)
-    return figure
-
-
-def route_mode_figure(drive: RoutedDrive, found: Modes, *, most: int = MOST_PANELS) -> "Figure":
-    """Draw the lowest modes of a machine with routes on it, each kind in a column, ``most`` of each."""
-    from matplotlib.figure import Figure
-
-    kinds = [found.longitudinal[:most], [row.modes[0] for row in mode_rows(found.transverse)][:most]]
+    routed = isinstance(drive, RoutedDrive)
+    most = most or (MOST_PANELS if routed else MOST_ROWS)
+    kinds = [mode_rows(found.longitudinal)[:most], mode_rows(found.transverse)[:most]]
     columns = [column for column in kinds if column]
     rows = max(len(column) for column in columns)
     with file_style():
-        size = (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT * rows)
+        size = (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT[routed] * rows)
         figure = Figure(figsize=size, layout="constrained")
         figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1)
         for number, column in enumerate(columns):
-            for row, mode in enumerate(column):
-                draw_mode(
-                    figure.add_subplot(rows, len(columns), row * len(columns) + number + 1), drive, mode
-                )
+            for row, one in enumerate(column):
+                axes = figure.add_subplot(rows, len(columns), row * len(columns) + number + 1)
+                draw_mode(axes, drive, one.modes[0])
+                if not isinstance(drive, RoutedDrive) and row == len(column) - 1:
+                    name_places(axes, drive)
     return figure
 
 
@@ -93,10 +73,7 @@ def mode_picture(drive: Drive | RoutedDrive, found: Modes, form: str, *, most: i
     """The picture of a machine's modes as "svg", "png" or "pdf", the same for the same modes."""
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
-        if isinstance(drive, RoutedDrive):
-            figure = route_mode_figure(drive, found, most=most or MOST_PANELS)
-        else:
-            figure = mode_figure(drive, found, most=most or MOST_ROWS)
+        figure = mode_figure(drive, found, most=most)
         figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
         return file.getvalue()
 
@@ -109,87 +86,6 @@ def file_style() -> Iterator[None]:
     with house_style():
         matplotlib.rcParams.update(_FILE_STYLE)
         yield
-
-
-def _draw_panel(axes: "Axes", drive: Drive, kind: str, rows: Sequence[ModeRow], most: int) -> None:
-    shown = rows[:most]
-    top = 1.04 * shown[-1].frequency
-    height = top / len(shown)
-    hidden = f", the first {most} of {len(rows)} frequencies" if len(rows) > most else ""
-    axes.set_title(f"{kind} modes{hidden}", loc="left", fontsize=TEXT)
-    axes.set(xlim=(0.0, 1.0), ylim=(0.0, top), ylabel="natural frequency [Hz]", xticks=[])
-    axes.spines[["right", "top", "bottom"]].set_visible(False)
-    for number, row in enumerate(shown):
-        middle = (number + 0.5) * height
-        _draw_rung(axes, row, middle)
-        _draw_shape(axes, drive, row, middle, 0.36 * height)
-    _draw_pulleys(axes, drive, top)
-
-
-def _draw_rung(axes: "Axes", row: ModeRow, middle: float) -> None:
-    """The rung at its frequency, and a line from there to the words about it."""
-    colour = family_colour(row.family)
-    axes.plot([0.0, _RUNG], [row.frequency] * 2, color=colour, linewidth=2.6, solid_capstyle="butt")
-    axes.plot([_RUNG, _BEND], [row.frequency, middle], color=colour, linewidth=0.7)
-    axes.annotate(f"{row.frequency:.6g} Hz", (_WORDS, middle), va="bottom", weight="bold", color=colour)
-    family = row.family if row.count == 1 else f"{row.family}, {row.count} modes"
-    below: dict[str, Any] = {"xytext": (0, -2), "textcoords": "offset points", "va": "top"}
-    axes.annotate(family, (_WORDS, middle), **below, fontsize=SMALL - 1.5)
-
-
-def _draw_shape(axes: "Axes", drive: Drive, row: ModeRow, middle: float, amplitude: float) -> None:
-    """The displacement along the unrolled cable, about the line of rest, to its own scale."""
-    colour = family_colour(row.family)
-    curves = list(_curves(drive, row))
-    largest = max(float(np.max(np.abs(u))) for _, u, _ in curves)
-    axes.plot([_SHAPE, 1.0], [middle, middle], color=LINE, linewidth=0.8, zorder=1)
-    for s, u, style in curves:
-        axes.plot(_across(drive, s), middle + amplitude * u / largest, color=colour, linestyle=style)
-    for place, swing in _carriages(drive, row):
-        axes.plot(
-            _across(drive, place), middle + amplitude * swing / largest, "s", color=colour, markersize=3.2
-        )
-
-
-def _curves(drive: Drive, row: ModeRow) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], str]]:
-    """Unrolled positions [m], displacements, line style: one curve for each span and shape."""
-    positions = np.linspace(0.0, drive.span_length, POINTS)
-    for number, span in enumerate(drive.spans):
-        mode = _on(row, span)
-        if mode is not None:
-            for u, style in zip(mode.shape(span, positions), _STYLES, strict=False):
-                yield positions + number * drive.span_length, u, style
-
-
-def _carriages(drive: Drive, row: ModeRow) -> Iterator[tuple[float, float]]:
-    """Where carriages are on the unrolled cable [m], and how far they move in the first shape."""
-    for number, span in enumerate(drive.spans):
-        mode = _on(row, span)
-        for carriage in drive.carriages_on(span) if mode is not None else ():
-            shape = mode.shape(span, np.array([carriage.position]))
-            yield carriage.position + number * drive.span_length, float(shape[0, 0])
-
-
-def _on(row: ModeRow, span: str) -> Any:
-    """The mode of a row that lives on a span: a longitudinal one, or one that sag couples, on every span."""
-    return next((mode for mode in row.modes if mode.span in (None, BOTH, span)), None)
-
-
-def _across(drive: Drive, s: Any) -> Any:
-    return _SHAPE + (1.0 - _SHAPE) * s / (drive.span_length * len(drive.spans))
-
-
-def _draw_pulleys(axes: "Axes", drive: Drive, top: float) -> None:
-    """Where the pulleys are along the unrolled cable, and the names of the spans between them."""
-    below: dict[str, Any] = {"xytext": (0, -4), "textcoords": "offset points", "va": "top", "color": QUIET}
-    below["ha"] = "center"
-    for number in range(len(drive.spans) + 1):
-        x = _across(drive, number * drive.span_length)
-        axes.plot([x, x], [0.0, top], color=LINE, linestyle=(0, (2, 2)), linewidth=1.0, zorder=0)
-        axes.annotate("load\npulley" if number == 1 else "drive\npulley", (x, 0.0), **below)
-    for number, span in enumerate(drive.spans):
-        middle = _across(drive, (number + 0.5) * drive.span_length)
-        axes.annotate(f"{span}\nspan", (middle, 0.0), **below)
 
 
 LINES = (RED, GREEN, PURPLE, OCHRE)

@@ -22,7 +22,6 @@ from cabledrive.report.picture import (
     QUIET,
     SPAN_COLOURS,
     picture,
-    short_family,
 )
 from cabledrive.report.typesetting import number
 
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 
 
 POINTS = 121
-_PANEL, _FOOT = 96.0, 24.0  # heights [px]
+_PANEL, _FOOT = {False: 96.0, True: 210.0}, 16.0  # heights [px]
 
 
 def unrolled(mode: Mode, drive: Drive) -> dict[str, tuple[Array, Array]]:
@@ -59,28 +58,18 @@ def _positions(drive: Drive, span: str) -> Array:
     return np.unique(np.concatenate((np.linspace(0.0, drive.span_length, POINTS), carried)))
 
 
-def shapes_picture(name: str, drive: Drive, modes: Sequence[Mode]) -> Markup:
-    """Draw mode shapes, one panel each, with the pulleys' rims and the carriages marked on them."""
+def shapes_picture(name: str, drive: Drive | RoutedDrive, modes: Sequence[Mode]) -> Markup:
+    """Draw modes, one panel each; ``name``: unique on the page."""
+    rows, routed = -(-len(modes) // 2), isinstance(drive, RoutedDrive)
 
     def _draw(figure: "Figure") -> None:
-        columns = 2
-        rows = -(-len(modes) // columns)
-        height = _PANEL * rows + _FOOT
-        sides = {"left": 0.02, "right": 0.98, "bottom": _FOOT / height, "top": 1.0 - 18.0 / height}
-        figure.set_layout_engine("none")  # equal panels: nothing to negotiate
-        grid = figure.subplots(
-            rows, columns, squeeze=False, gridspec_kw={**sides, "wspace": 0.06, "hspace": 0.3}
-        )
-        for panel, axes in enumerate(grid.flat):
-            if panel < len(modes):
-                _draw_shape(axes, modes[panel], drive)
-            else:
-                axes.set_visible(False)
-            if panel + columns >= len(modes):
-                _name_places(axes, drive)
+        for place, mode in enumerate(modes):
+            axes = figure.add_subplot(rows, 2, place + 1)
+            draw_mode(axes, drive, mode)
+            if not isinstance(drive, RoutedDrive) and place + 2 >= len(modes):
+                name_places(axes, drive)
 
-    rows = -(-len(modes) // 2)
-    return picture(name, _draw, height=_PANEL * rows + _FOOT)
+    return picture(name, _draw, height=_PANEL[routed] * rows + _FOOT)
 
 
 def _draw_shape(axes: "Axes", mode: Mode, drive: Drive) -> None:
@@ -93,19 +82,14 @@ def _draw_shape(axes: "Axes", mode: Mode, drive: Drive) -> None:
         size = 5.0 if places.size <= 4 else 3.0 if places.size <= 80 else 0.0
         axes.plot(places, np.interp(places, x, u), "s", color=GREEN, markersize=size, linestyle="none")
         axes.plot(x[[0, -1]], u[[0, -1]], "o", color=INK, markersize=5.5, linestyle="none")
-    axes.set_title(_title(mode))
+    axes.set_title(mode_title(mode))
     axes.set_ylim(-1.25, 1.25)
     axes.set_xlim(-0.06, len(drive.spans) + 0.06)
     axes.set_axis_off()
 
 
-def _title(mode: Mode) -> str:
-    times = f" ×{mode.multiplicity}" if mode.multiplicity > 1 else ""
-    what = f"along, {short_family(mode.family)}" if mode.span is None else f"across, {mode.span} span"
-    return f"{number(mode.frequency, 5)} Hz{times}, {what}"
-
-
-def _name_places(axes: "Axes", drive: Drive) -> None:
+def name_places(axes: "Axes", drive: Drive) -> None:
+    """Names of pulleys and spans below a panel of the unrolled cable."""
     below: dict[str, Any] = {"va": "top", "transform": axes.get_xaxis_transform(), "fontsize": 11}
     for place in range(1 + len(drive.spans)):
         axes.text(place, 0.0, "load" if place == 1 else "drive", ha="center", color=QUIET, **below)
@@ -120,27 +104,18 @@ DOTS = 9
 TURN = 0.6
 """Largest turn of a pulley as drawn [rad]."""
 MOVES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
-_ROUTE_PANEL, _ROUTE_FOOT = 210.0, 8.0  # heights [px]
 
 
-def route_modes_picture(name: str, drive: RoutedDrive, modes: Sequence[Mode]) -> Markup:
-    """Draw modes, one panel each; ``name``: unique on the page."""
-
-    def _draw(figure: "Figure") -> None:
-        draw_route_modes(figure, drive, modes, 2)
-
-    return picture(name, _draw, height=_ROUTE_PANEL * -(-len(modes) // 2) + _ROUTE_FOOT)
-
-
-def draw_route_modes(figure: "Figure", drive: RoutedDrive, modes: Sequence[Mode], columns: int) -> None:
-    """Put a panel for each mode on an empty figure."""
-    rows = -(-len(modes) // columns)
-    for place, mode in enumerate(modes):
-        draw_mode(figure.add_subplot(rows, columns, place + 1), drive, mode)
+def draw_mode(axes: "Axes", drive: Drive | RoutedDrive, mode: Mode) -> None:
+    """One mode: along the unrolled cable of a loop or line, on a machine with routes at rest."""
+    if isinstance(drive, RoutedDrive):
+        _draw_on_machine(axes, drive, mode)
+    else:
+        _draw_shape(axes, mode, drive)
 
 
-def draw_mode(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
-    """One mode on the machine at rest; a longitudinal one moves dots along the spans."""
+def _draw_on_machine(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
+    """Displacements of transverse modes across the spans; a longitudinal one moves dots along them."""
     across = mode.kind == TRANSVERSE
     colour = ORANGE if across else BLUE
     shapes = [_shape(mode, span) for span in drive.free_spans]

@@ -13,7 +13,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Cell, Figure, Table, table
 from cabledrive.report.figures.ladder import ladder_picture
-from cabledrive.report.figures.shapes import shapes_picture
+from cabledrive.report.figures.shapes import mode_title, shapes_picture
 from cabledrive.report.mode_figure import draw_map
 from cabledrive.report.page import Badge, Card
 from cabledrive.report.picture import picture, short_family
@@ -128,7 +128,7 @@ def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
     return what, f"{number(modes[0].frequency, 4)} Hz, {where}"
 
 
-SHOWN_SHAPES, SHOWN_ACROSS = 4, 6
+SHOWN_SHAPES, SHOWN_ON_ROUTES, SHOWN_ACROSS = 4, 3, 6
 _PARTS = ("drive pulley", "load pulley", "motor", "carriages", "cable")
 
 
@@ -204,19 +204,29 @@ def _across_cells(row: ModeRow, decimals: int) -> tuple[Cell, ...]:
     return fixed(row.frequency, decimals), str(row.count), carried + row.where, " and ".join(models)
 
 
-def shapes(drive: Drive, name: str, modes: Modes) -> Figure:
-    """The lowest mode shapes along the unrolled cable."""
+ON_ROUTES = (
+    "The lowest modes on the machine. Blue: along a span, by dots that it moves; orange: across. "
+    "Arrows: bodies that slide; rings: bodies that turn; radii: pulleys at rest and turned."
+)
+UNROLLED = {
+    kind: f"Shapes of the lowest modes along the unrolled cable ({way}). Dots are the rims of the pulleys, "
+    "squares the carriages; the largest displacement is scaled to one."
+    for kind, way in (("line", "drive to load"), ("loop", "drive, load and back to the drive"))
+}
+
+
+def shapes(drive: Drive | RoutedDrive, name: str, modes: Modes) -> Figure:
+    """The lowest mode shapes: along the unrolled cable, or on a machine with routes."""
     across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
-    shown = [*modes.longitudinal[:SHOWN_SHAPES], *across[:2]]
-    picture = shapes_picture(f"shapes-{name}", drive, shown)
-    seen = "; ".join(f"{number(m.frequency)} Hz, {m.family}" for m in shown)
-    what = "drive to load" if drive.kind == "line" else "drive, load and back to the drive"
+    if isinstance(drive, RoutedDrive):
+        shown, what = [*modes.longitudinal[:SHOWN_ON_ROUTES], *across[:1]], ON_ROUTES
+    else:
+        shown, what = [*modes.longitudinal[:SHOWN_SHAPES], *across[:2]], UNROLLED[drive.kind]
     return Figure(
         name=f"shapes-{name}",
-        alt=f"Displacement along the unrolled cable in {len(shown)} modes: {seen}.",
-        caption=f"Shapes of the lowest longitudinal and transverse modes along the unrolled cable ({what}). "
-        "Dots are the rims of the pulleys, squares the carriages; the largest displacement is scaled to one.",
-        drawing=picture,
+        alt=f"{len(shown)} modes: {'; '.join(map(mode_title, shown))}.",
+        caption=what,
+        drawing=shapes_picture(f"shapes-{name}", drive, shown),
     )
 
 

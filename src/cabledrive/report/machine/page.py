@@ -18,7 +18,6 @@ from cabledrive.report.blocks import Block, Figure, Table, table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.machine import machine_sketch
 from cabledrive.report.figures.moving_machine import moving_machine, route_sketch
-from cabledrive.report.figures.shapes import mode_title, route_modes_picture
 from cabledrive.report.machine.card import (
     ResonanceVerdict,
     across_table,
@@ -177,13 +176,10 @@ def _of_routes(drive: RoutedDrive, name: str, modes: Modes) -> dict[str, Any]:
         "resonance": verdict,
         "drawing": _drawing(drive, name),
         "along": _along(modes) if modes.longitudinal else None,
-        "shapes": _shapes(drive, name, modes),
+        "shapes": shapes(drive, name, modes),
         "ladder": None,
         "sections": tuple(one for one in sections if one.blocks),
     }
-
-
-SHOWN_MODES = 3
 
 
 def _drawing(drive: RoutedDrive, name: str) -> Figure:
@@ -198,19 +194,6 @@ def _drawing(drive: RoutedDrive, name: str) -> Figure:
         caption="The machine from the coordinates of its file; the colour of a span is its tension "
         "at rest. Bands are bodies with what they carry, dots anchors, boxes carriages.",
         drawing=moving_machine(drive, None),
-    )
-
-
-def _shapes(drive: RoutedDrive, name: str, modes: Modes) -> Figure:
-    across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
-    shown = [*modes.longitudinal[:SHOWN_MODES], *across[:1]]
-    picture = route_modes_picture(f"shapes-{name}", drive, shown)
-    return Figure(
-        name=f"shapes-{name}",
-        alt=f"{len(shown)} modes drawn on the machine: {'; '.join(map(mode_title, shown))}.",
-        caption="The lowest modes on the machine. Blue: displacement along a span, drawn across it; orange: "
-        "across. Arrows: bodies that slide; rings: bodies that turn; radii: pulleys at rest and turned.",
-        drawing=picture,
     )
 
 
