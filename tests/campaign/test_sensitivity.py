@@ -57,7 +57,7 @@ def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say():
         ]
         groups = np.column_stack((a @ [1.0, 2.0], b @ [1.0, 2.0], *mixed))
         for truth, one in zip((0.2, 0.8, 0.2, 0.8), chain(*indices(groups, generator)), strict=True):
-            held, asked = held + (one.low <= truth <= one.high), asked + 1
+            held, asked = held + (one["low"] <= truth <= one["high"]), asked + 1
     assert 0.86 <= held / asked <= 0.99, f"{held} of {asked}"
 
 

@@ -41,6 +41,23 @@ class Output:
     kind: str = NUMBER
 
 
+def declared(
+    table: Mapping[str, tuple[str, str]], dims: tuple[str, ...] = (), shape: tuple[int, ...] = ()
+) -> tuple[Output, ...]:
+    """Outputs from unit, or "flag" or "text", and meaning by name; all of the same dimensions."""
+    return tuple(
+        Output(
+            name=name,
+            unit="" if unit in (FLAG, TEXT) else unit,
+            meaning=meaning,
+            dims=dims,
+            shape=shape,
+            kind=unit if unit in (FLAG, TEXT) else NUMBER,
+        )
+        for name, (unit, meaning) in table.items()
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Row:
     """One row as a computation gets it.

@@ -1,12 +1,11 @@
 """Computations on the drive alone: modes, internal resonance, growth over a map, simulation."""
 
 from collections.abc import Mapping
-from math import nan
 from typing import Any
 
 import numpy as np
 
-from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, padded
+from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, declared, padded
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 
@@ -16,36 +15,22 @@ SPANS = ("upper", "lower")
 
 def _modes_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
     size = (options.get("count", DEFAULT_COUNT),)
+    along = "longitudinal natural frequencies of the taut cable, each by its multiplicity"
+    across = "transverse natural frequencies, of each section and plane"
     return (
-        Output(
-            name="longitudinal_hz",
-            unit="Hz",
-            meaning="longitudinal natural frequencies of the taut cable, each by its multiplicity",
-            dims=("mode",),
-            shape=size,
-        ),
-        Output(
-            name="longitudinal_proven",
-            unit="",
-            kind=FLAG,
-            meaning="whether counts certify each longitudinal frequency and that the list is complete",
-        ),
-        Output(
-            name="transverse_hz",
-            unit="Hz",
-            meaning="transverse natural frequencies, of each section and plane",
-            dims=("transverse_mode",),
-            shape=size,
-        ),
-        Output(
-            name="certified", unit="", kind=FLAG, meaning="whether the whole list of both kinds is certified"
-        ),
-        Output(name="certified_reason", unit="", kind=TEXT, meaning="why it is not"),
-        Output(name="warnings", unit="", kind=TEXT, meaning="warnings that touch the list"),
-        Output(name="rigid_body_modes", unit="1", meaning="motions that strain nothing"),
+        *declared({"longitudinal_hz": ("Hz", along)}, ("mode",), size),
+        *declared({"transverse_hz": ("Hz", across)}, ("transverse_mode",), size),
+        *declared(OF_A_LIST),
     )
 
 
+OF_A_LIST = {
+    "longitudinal_proven": (FLAG, "whether counts certify each longitudinal frequency and a complete list"),
+    "certified": (FLAG, "whether the whole list of both kinds is certified"),
+    "certified_reason": (TEXT, "why it is not"),
+    "warnings": (TEXT, "warnings that touch the list"),
+    "rigid_body_modes": ("1", "motions that strain nothing"),
+}
 OF_BOTH_KINDS = {"transverse_hz", "certified", "certified_reason", "warnings", "rigid_body_modes"}
 """Outputs of `modes` that need transverse modes as well; the state of rest is then computed for each row."""
 
@@ -83,26 +68,12 @@ RESONANCE = {
     "threshold_torque_at_own_pretension": ("N m", "at the drive's own pretension"),
     "tenfold_growth_torque": ("N m", "for tenfold growth in one second, tuned"),
     "pulley_frequency_hz": ("Hz", "of the pulley mode"),
+    "verdict": (TEXT, "resonant, close or safe at the torque given, else at the torque limit"),
 }
 
 IN_DETAIL = "tenfold_growth_torque"
-IN_CLOSED_FORM = {*RESONANCE, "verdict"} - {IN_DETAIL}
+IN_CLOSED_FORM = {*RESONANCE} - {IN_DETAIL}
 """Outputs of `resonance` that many rows get at once; the other is a search over time and torque."""
-
-
-def _resonance_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
-    numbers = tuple(
-        Output(name=name, unit=unit, meaning=meaning) for name, (unit, meaning) in RESONANCE.items()
-    )
-    return (
-        *numbers,
-        Output(
-            name="verdict",
-            unit="",
-            kind=TEXT,
-            meaning="resonant, close or safe at the torque given, else at the torque limit",
-        ),
-    )
 
 
 def _resonance(row: Row) -> Mapping[str, Any]:
@@ -120,30 +91,17 @@ def _resonance(row: Row) -> Mapping[str, Any]:
         "pulley_frequency_hz": found.pulley_frequency,
     }
     plain = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque")
-    named |= {name: getattr(found, name) for name in plain}
-    return {name: nan if value is None else value for name, value in named.items()} | {
-        "verdict": found.verdict
-    }
+    return named | {name: getattr(found, name) for name in (*plain, "verdict")}
 
 
 def _map_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
     shape = tuple(len(options.get(name, ())) for name in ("torques", "pretensions"))
     axes = ("map_torque", "map_pretension")
+    growth = "largest transverse amplitude over the pluck; NaN where a span went slack"
+    least = "threshold torque at each pretension of the map"
     return (
-        Output(
-            name="growth",
-            unit="1",
-            meaning="largest transverse amplitude over the pluck; NaN where a span went slack",
-            dims=axes,
-            shape=shape,
-        ),
-        Output(
-            name="map_threshold_torque",
-            unit="N m",
-            meaning="threshold torque at each pretension of the map",
-            dims=axes[1:],
-            shape=shape[1:],
-        ),
+        *declared({"growth": ("1", growth)}, axes, shape),
+        *declared({"map_threshold_torque": ("N m", least)}, axes[1:], shape[1:]),
     )
 
 
@@ -176,106 +134,75 @@ SIMULATION = {
 }
 
 
-def _simulate_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
-    return tuple(
-        Output(name=name, unit=unit, meaning=meaning) for name, (unit, meaning) in SIMULATION.items()
-    )
+FLAGS = ("from_equilibrium", "tension_only", "smooth_friction")
+OF_LOOPS = {"pluck_upper", "pluck_lower", "model", "method", *FLAGS}
+OF_ROUTES = {"pluck", "pluck_span", "coordinate"}
 
 
 def _simulate(row: Row) -> Mapping[str, Any] | Found:
-    from cabledrive.simulation import (
-        Constant,
-        Pluck,
-        Recording,
-        Scheme,
-        Sine,
-        Start,
-        simulate,
-    )
+    from cabledrive.simulation import Constant, Recording, Scheme, Sine, simulate
 
-    o = row.options
-    if isinstance(row.drive, RoutedDrive):
-        return _simulate_routes(row.drive, o)
-    if {"pluck", "pluck_span", "coordinate"} & set(o):
-        raise InputRefused("pluck, pluck_span and coordinate are for machines with routes: leave them out")
+    o, routed = row.options, isinstance(row.drive, RoutedDrive)
+    others = sorted((OF_LOOPS if routed else OF_ROUTES) & set(o))
+    if others:
+        words = "loops and lines, the drive has" if routed else "machines with routes, the drive has no"
+        raise InputRefused(f"compute.{others[0]} is for {words} routes: leave it out")
     amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
-    heights = {"upper": o.get("pluck_upper", 0.0), "lower": o.get("pluck_lower", 0.0)}
-    shape = o.get("pluck_shape", "triangle")
-    plucks = tuple(Pluck(height=h, span=span, shape=shape) for span, h in heights.items() if h)
-    scheme = Scheme(
-        model=o.get("model", "exact"),
-        method=o.get("method", "verlet"),
-        segments=o.get("segments", Scheme().segments),
-        slack="tension-only" if o.get("tension_only") else "stop",
-        friction="smoothed" if o.get("smooth_friction") else "stick-slip",
-    )
     result = simulate(
         row.drive,
         o["duration"],
         torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude),
-        start=Start(plucks=plucks, from_equilibrium=o.get("from_equilibrium", False)),
-        scheme=scheme,
-        recording=Recording(rate=o.get("rate", 10_000.0)),
-        progress=False,
-    )
-    values = _of_run(result.summary())
-    return values if result.stopped is None else Found(values=values, incomplete=result.stopped)
-
-
-def _simulate_routes(drive: RoutedDrive, o: Mapping[str, Any]) -> Mapping[str, Any] | Found:
-    """A run of a machine with routes: its spans and coordinates have names."""
-    from cabledrive.simulation import Constant, Pluck, Recording, Scheme, Sine, simulate
-    from cabledrive.simulation.network.case import NetworkStart
-
-    taken = {"duration", "torque_amplitude", "torque_frequency", "pluck", "pluck_span", "pluck_shape"}
-    others = sorted(set(o) - taken - {"segments", "rate", "coordinate", "outputs"})
-    if others:
-        raise InputRefused(f"compute.{others[0]} is for loops and lines, the drive has routes: leave it out")
-    amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
-    shape, start = o.get("pluck_shape", "triangle"), None
-    if o.get("pluck"):
-        start = NetworkStart(plucks=(Pluck(height=o["pluck"], span=o.get("pluck_span", ""), shape=shape),))
-    result = simulate(
-        drive,
-        o["duration"],
-        torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude),
-        start=start,
-        scheme=Scheme(segments=o.get("segments", Scheme().segments)),
+        start=_start(o, routed=routed),
+        scheme=Scheme(
+            model=o.get("model", "exact"),
+            method=o.get("method", "verlet"),
+            segments=o.get("segments", Scheme().segments),
+            slack="tension-only" if o.get("tension_only") else "stop",
+            friction="smoothed" if o.get("smooth_friction") else "stick-slip",
+        ),
         recording=Recording(rate=o.get("rate", 10_000.0)),
         progress=False,
     )
     said = result.summary()
+    values = {name: said[name] for name in ("energy_budget_error", "steps")}
+    values |= {"slack_events": len(said["slack_events"])} | (_of_route(said, o) if routed else _of_loop(said))
+    return values if result.stopped is None else Found(values=values, incomplete=result.stopped)
+
+
+def _start(o: Mapping[str, Any], *, routed: bool) -> Any:
+    """Where a run starts: plucked, on a machine with routes on a span by its name."""
+    from cabledrive.simulation import Pluck, Start
+    from cabledrive.simulation.network.case import NetworkStart
+
+    heights = {o.get("pluck_span", ""): o.get("pluck")} if routed else {s: o.get(f"pluck_{s}") for s in SPANS}
+    shape = o.get("pluck_shape", "triangle")
+    plucks = tuple(Pluck(height=h, span=span, shape=shape) for span, h in heights.items() if h)
+    if routed:
+        return NetworkStart(plucks=plucks)
+    return Start(plucks=plucks, from_equilibrium=o.get("from_equilibrium", False))
+
+
+def _of_route(said: Mapping[str, Any], o: Mapping[str, Any]) -> dict[str, Any]:
     known, name = said["coordinates"], o.get("coordinate")
     if name is not None and name not in known:
         raise InputRefused(f'compute.coordinate = "{name[:60]}" is none: take one of {", ".join(known)}')
-    middles = [one["midpoint_peak"] for one in said["spans"] if one["midpoint_peak"] is not None]
-    tensions = [one["least_tension"] for one in said["spans"] if one["least_tension"] is not None]
-    found = dict.fromkeys(SIMULATION, nan) | {
-        "energy_budget_error": nan if said["energy_budget_error"] is None else said["energy_budget_error"],
-        "steps": said["steps"],
-        "slack_events": len(said["slack_events"]),
-        "least_tension": min(tensions, default=nan),
-        "midpoint_peak": max(middles, default=nan),
-        "coordinate_peak_to_peak": nan if name is None else known[name]["peak_to_peak"],
+    tensions, middles = (
+        [s[key] for s in said["spans"] if s[key] is not None] for key in ("least_tension", "midpoint_peak")
+    )
+    return {
+        "least_tension": min(tensions, default=None),
+        "midpoint_peak": max(middles, default=None),
+        "coordinate_peak_to_peak": None if name is None else known[name]["peak_to_peak"],
     }
-    return found if result.stopped is None else Found(values=found, incomplete=result.stopped)
 
 
-def _of_run(said: Mapping[str, Any]) -> dict[str, Any]:
-    numbers = {
-        "energy_budget_error": said["energy_budget_error"],
-        "steps": said["steps"],
-        "slack_events": len(said["slack_events"]),
+def _of_loop(said: Mapping[str, Any]) -> dict[str, Any]:
+    peaks = {f"{s}_midpoint_peak": said[f"{s}_midpoint"]["peak"] for s in SPANS if f"{s}_midpoint" in said}
+    return peaks | {
         "load_angle_peak_to_peak": said["load_angle"]["peak_to_peak"],
-        "upper_midpoint_peak": said["upper_midpoint"]["peak"],
-        "lower_midpoint_peak": said.get("lower_midpoint", {}).get("peak"),
         "least_tension": said["least_tension"],
-        "midpoint_peak": max(
-            said[f"{span}_midpoint"]["peak"] for span in SPANS if f"{span}_midpoint" in said
-        ),
-        "coordinate_peak_to_peak": None,
+        "midpoint_peak": max((peak for peak in peaks.values() if peak is not None), default=None),
     }
-    return {name: nan if value is None else value for name, value in numbers.items()}
 
 
 KINDS = {
@@ -287,8 +214,8 @@ KINDS = {
         options={"count": "count", "motor": TEXT},
     ),
     "resonance": Kind(
-        outputs=_resonance_outputs,
-        default=tuple(name for name in (*RESONANCE, "verdict") if name != IN_DETAIL),
+        outputs=lambda options: declared(RESONANCE),
+        default=tuple(name for name in RESONANCE if name != IN_DETAIL),
         one=_resonance,
         modules=("cabledrive.campaign.columns", "cabledrive.studies.resonance_detuning"),
         options={"torque": "N m", "load_torque": "N m"},
@@ -302,28 +229,14 @@ KINDS = {
         required=("pretensions", "torques"),
     ),
     "simulate": Kind(
-        outputs=_simulate_outputs,
+        outputs=lambda options: declared(SIMULATION),
         default=tuple(SIMULATION),
         one=_simulate,
         modules=("cabledrive.simulation.kernels",),
-        options={
-            "duration": "s",
-            "torque_amplitude": "N m",
-            "torque_frequency": "Hz",
-            "pluck_upper": "m",
-            "pluck_lower": "m",
-            "pluck_shape": TEXT,
-            "pluck": "m",
-            "pluck_span": TEXT,
-            "coordinate": TEXT,
-            "model": TEXT,
-            "method": TEXT,
-            "segments": "count",
-            "rate": "Hz",
-            "from_equilibrium": FLAG,
-            "tension_only": FLAG,
-            "smooth_friction": FLAG,
-        },
+        options={"duration": "s", "torque_amplitude": "N m", "torque_frequency": "Hz", "rate": "Hz"}
+        | {"pluck_upper": "m", "pluck_lower": "m", "pluck": "m", "segments": "count"}
+        | dict.fromkeys(("pluck_shape", "pluck_span", "coordinate", "model", "method"), TEXT)
+        | dict.fromkeys(FLAGS, FLAG),
         required=("duration",),
     ),
 }

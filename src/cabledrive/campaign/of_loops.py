@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import nan
 from typing import Any
 
-from cabledrive.campaign.computation import FLAG, TEXT, Found, Kind, Output, Row
+from cabledrive.campaign.computation import FLAG, TEXT, Found, Kind, Row, declared
 
-TRACKING = {
+TRACK = {
     "peak_error_deg": ("deg", "largest error of the load angle"),
     "first_pulse_error_deg": ("deg", "over the first pulse with its dwell"),
     "later_pulses_error_deg": ("deg", "over the later pulses"),
@@ -16,17 +15,10 @@ TRACKING = {
     "saturated_fraction": ("1", "share of the samples at the torque limit"),
     "slack_samples": ("1", "samples at which a span was slack"),
     "theory_bound_deg": ("deg", "bound of the theorem"),
+    "within_bound": (FLAG, "whether the error kept the bound"),
+    "broken_assumptions": (TEXT, "of the theorem"),
+    "controller": (TEXT, "name of the law"),
 }
-
-
-def _track_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
-    numbers = (Output(name=name, unit=unit, meaning=meaning) for name, (unit, meaning) in TRACKING.items())
-    return (
-        *numbers,
-        Output(name="within_bound", unit="", kind=FLAG, meaning="whether the error kept the bound"),
-        Output(name="broken_assumptions", unit="", kind=TEXT, meaning="of the theorem"),
-        Output(name="controller", unit="", kind=TEXT, meaning="name of the law"),
-    )
 
 
 def _track(row: Row) -> Mapping[str, Any] | Found:
@@ -47,11 +39,8 @@ def _track(row: Row) -> Mapping[str, Any] | Found:
         adapt=not o.get("no_adaptation", False),
     )
     said = found.summary
-    values = {name: nan if said[name] is None else said[name] for name in TRACKING}
-    values |= {
-        "within_bound": said["within_bound"],
-        "broken_assumptions": "; ".join(said["broken_assumptions"]),
-        "controller": said["controller"],
+    values = {name: said[name] for name in TRACK} | {
+        "broken_assumptions": "; ".join(said["broken_assumptions"])
     }
     return values if found.incomplete is None else Found(values=values, incomplete=found.incomplete)
 
@@ -86,15 +75,14 @@ def rig_options(o: Mapping[str, Any]) -> Any:
     return replace(plain, **chosen, forbid_slack=not o.get("tension_only", False))
 
 
-def _study_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
-    return (
-        Output(name="verdict", unit="", kind=TEXT, meaning="yes, no or unknown"),
-        Output(name="headline", unit="", kind=TEXT, meaning="what decides"),
-        Output(name="chosen_controller", unit="", kind=TEXT, meaning="law that is chosen"),
-        Output(name="reached_error_deg", unit="deg", meaning="error of the load angle that is reached"),
-        Output(name="reached_error_mm", unit="mm", meaning="error of the carriage that is reached"),
-        Output(name="confidence", unit="1", meaning="of the reached error"),
-    )
+STUDY = {
+    "verdict": (TEXT, "yes, no or unknown"),
+    "headline": (TEXT, "what decides"),
+    "chosen_controller": (TEXT, "law that is chosen"),
+    "reached_error_deg": ("deg", "error of the load angle that is reached"),
+    "reached_error_mm": ("mm", "error of the carriage that is reached"),
+    "confidence": ("1", "of the reached error"),
+}
 
 
 def _study(row: Row) -> Mapping[str, Any]:
@@ -108,39 +96,22 @@ def _study(row: Row) -> Mapping[str, Any]:
     given |= {name: int(given[name]) for name in counts if name in given}
     result = run_study(row.drive, (), Goals(**given))
     said, chosen = results_of(result), None if result.laws is None else result.laws.chosen
-    numbers = {name: said.get(name) for name in ("reached_error_deg", "reached_error_mm", "confidence")}
-    return {name: nan if value is None else value for name, value in numbers.items()} | {
-        "verdict": said["verdict"],
-        "headline": said["headline"],
-        "chosen_controller": chosen.controller if chosen is not None else "",
-    }
+    return {name: said.get(name) for name in STUDY} | {"chosen_controller": chosen and chosen.controller}
 
 
 KINDS = {
     "track": Kind(
-        outputs=_track_outputs,
+        outputs=lambda options: declared(TRACK),
         default=("peak_error_deg", "rms_error_deg", "peak_torque", "saturated_fraction"),
         one=_track,
         modules=("cabledrive.rig.tracking",),
-        options={
-            "controller": TEXT,
-            "bandwidth": "Hz",
-            "gains": TEXT,
-            "plant": TEXT,
-            "feedforward": TEXT,
-            "observer": TEXT,
-            "feedback": TEXT,
-            "encoder_phase": TEXT,
-            "ideal_sensors": FLAG,
-            "smooth_friction": FLAG,
-            "tension_only": FLAG,
-            "no_adaptation": FLAG,
-            "jitter": "s",
-            "segments": "count",
-        },
+        options={"bandwidth": "Hz", "jitter": "s", "segments": "count"}
+        | dict.fromkeys(("controller", "gains", "plant", "feedforward", "observer", "feedback"), TEXT)
+        | {"encoder_phase": TEXT}
+        | dict.fromkeys(("ideal_sensors", "smooth_friction", "tension_only", "no_adaptation"), FLAG),
     ),
     "study": Kind(
-        outputs=_study_outputs,
+        outputs=lambda options: declared(STUDY),
         default=("verdict", "headline", "chosen_controller", "reached_error_deg", "confidence"),
         one=_study,
         modules=("cabledrive.studies.study.results_file",),

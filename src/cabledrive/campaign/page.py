@@ -107,14 +107,14 @@ def _yield(judged: Tolerance | None, counts: Mapping[str, int]) -> Iterator[Bloc
     )
     rows = [
         (
-            key + (f" [{one.unit}]" if one.unit != "1" else ""),
+            key + (f" [{one['unit']}]" if one["unit"] != "1" else ""),
             "none"
-            if one.tightened is None
-            else f"{_short(one.tightened.low)} to {_short(one.tightened.high)}",
-            _short(one.low),
-            _short(one.high),
-            f"{100 * one.share_at_low:.1f} %",
-            f"{100 * one.share_at_high:.1f} %",
+            if one["tightened"] is None
+            else f"{_short(one['tightened']['low'])} to {_short(one['tightened']['high'])}",
+            _short(one["low"]),
+            _short(one["high"]),
+            f"{100 * one['share_at_low']:.1f} %",
+            f"{100 * one['share_at_high']:.1f} %",
         )
         for key, one in judged.keys.items()
     ]

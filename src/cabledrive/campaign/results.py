@@ -16,6 +16,7 @@ out whole.
 """
 
 import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.design import MORRIS_STEP, Morris
+from cabledrive.campaign.design import GROUPED, MORRIS_STEP, Morris
 from cabledrive.campaign.rows import DONE, REFUSED
 from cabledrive.campaign.store import STATUS, attributes_of, zarr_at_hand
 from cabledrive.parameters import InputRefused, NotComputed
@@ -109,86 +110,71 @@ CONFIDENCE = 0.95
 FEWEST_GROUPS = 8
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Index:
-    """An index with its bootstrap interval."""
+def influence(store: str | Path, output: str, *, generator: np.random.Generator) -> dict[str, Any]:
+    """What an output, such as "longitudinal_hz[0]", owes to each key: indices, or effects of a screening.
 
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sensitivity:
-    """Which keys the variance of an output comes from."""
-
-    output: str
-    rows: int  # that are used
-    first: dict[str, Index]  # share of the variance by a key alone; linked keys stand together
-    total: dict[str, Index]  # with all its interactions
-    groups: int  # of k + 2 rows each
-    groups_left_out: int  # for a row that was refused, not completed or not yet computed
-    refused: int  # rows of the store
-    failed: int  # rows of the store
-    mean: float  # of the output over the samples A and B
-    standard_deviation: float  # likewise
-
-
-def sensitivity(store: str | Path, output: str, *, generator: np.random.Generator) -> Sensitivity:
-    """Sobol indices with bootstrap intervals of an output, such as "longitudinal_hz[0]", of a store.
-
-    Refused: a design that is not of Saltelli's kind, an unknown output, too few groups done. `NotComputed`:
-    the output does not vary.
+    Plain data, an index or size with its bootstrap interval. Refused: a design without groups or paths, an
+    unknown output, too few groups done. `NotComputed`: the output does not vary.
     """
     results = open_results(store)
-    axes = results.attributes["axes"]
-    kind = results.attributes["campaign"]["design.kind"]
-    if kind != "saltelli":
+    campaign = results.attributes["campaign"]
+    kind, names = campaign["design.kind"], [" + ".join(keys) for keys in results.attributes["axes"]]
+    if kind not in GROUPED:
         raise InputRefused(
-            f'design.kind = "{kind}" has no groups for indices: sweep with kind = "saltelli", base = N'
+            f'design.kind = "{kind}" has no groups for indices or effects: sweep with kind = "saltelli" or '
+            '"morris", base = N'
         ).at(str(store))
-    groups = results.output(output).reshape(-1, len(axes) + 2)
-    groups = np.where(results.code.reshape(groups.shape) == 0, groups, np.nan)
-    kept = groups[np.all(np.isfinite(groups), axis=1)]
+    values = results.output(output).reshape(-1, len(names) + GROUPED[kind][1])
+    whole = np.all(np.isfinite(values) & (results.code.reshape(values.shape) == 0), axis=1)
+    kept = values[whole]
     if len(kept) < FEWEST_GROUPS:
         raise InputRefused(
-            f"{len(kept)} of {len(groups)} groups are done in all their rows, {FEWEST_GROUPS} are needed: "
+            f"{len(kept)} of {len(values)} groups are done in all their rows, {FEWEST_GROUPS} are needed: "
             "finish the sweep, or narrow what is varied"
         ).at(str(store))
+    counts = results.counts
+    found = {
+        "output": output,
+        "rows": kept.size,
+        "groups": len(kept),
+        "groups_left_out": len(values) - len(kept),
+        "refused": counts["refused"],
+        "failed": counts["failed"],
+    }
+    if kind == "morris":
+        design = Morris(base=len(values), axes=len(names), seed=int(campaign["design.seed"]))
+        points = design.points(0, design.rows).reshape(*values.shape, len(names))[whole]
+        effects = dict(zip(names, _summaries(elementary_effects(points, kept), generator), strict=True))
+        largest = sorted(effects.items(), key=lambda item: -item[1]["mean_size"]["value"])
+        return found | {"effects": dict(largest)}
     if not np.all(np.isfinite(_estimates(kept))):
         raise NotComputed(f"{output} is the same in all {len(kept)} groups: it depends on none of the keys")
     first, total = indices(kept, generator)
-    names = [" + ".join(keys) for keys in axes]
-    samples = kept[:, :2]
-    counts = results.counts
-    return Sensitivity(
-        output=output,
-        rows=kept.size,
-        first=dict(zip(names, first, strict=True)),
-        total=dict(zip(names, total, strict=True)),
-        groups=len(kept),
-        groups_left_out=len(groups) - len(kept),
-        refused=counts["refused"],
-        failed=counts["failed"],
-        mean=float(samples.mean()),
-        standard_deviation=float(samples.std()),
-    )
+    return found | {
+        "first": dict(zip(names, first, strict=True)),
+        "total": dict(zip(names, total, strict=True)),
+        "mean": float(kept[:, :2].mean()),
+        "standard_deviation": float(kept[:, :2].std()),
+    }
 
 
-def indices(groups: Array, generator: np.random.Generator) -> tuple[list[Index], list[Index]]:
-    """First and total indices, with intervals by drawing groups anew.
+def indices(groups: Array, generator: np.random.Generator) -> list[list[dict[str, float]]]:
+    """First and total indices, each with an interval by drawing groups anew.
 
     ``groups``, (N, k + 2): values at A, B, then at A with each column from B.
     """
-    best, count = _estimates(groups), len(groups)
-    spread = np.array([_estimates(groups[generator.integers(count, size=count)]) for _ in range(RESAMPLES)])
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = np.nanquantile(spread, [tail, 1.0 - tail], axis=0)
-    first, total = (
-        [Index(value=float(v), low=float(a), high=float(b)) for v, a, b in zip(*triple, strict=True)]
-        for triple in zip(best, low, high, strict=True)
-    )
-    return first, total
+    low, high = _interval(groups, _estimates, generator)
+    return [
+        [{"value": float(v), "low": float(a), "high": float(b)} for v, a, b in zip(*triple, strict=True)]
+        for triple in zip(_estimates(groups), low, high, strict=True)
+    ]
+
+
+def _interval(rows: Array, estimate: Callable[[Array], Array], generator: np.random.Generator) -> Array:
+    """Ends of the bootstrap interval of an estimate from rows, shape (2, ...)."""
+    count, tail = len(rows), 0.5 * (1.0 - CONFIDENCE)
+    spread = np.array([estimate(rows[generator.integers(count, size=count)]) for _ in range(RESAMPLES)])
+    return np.asarray(np.nanquantile(spread, [tail, 1.0 - tail], axis=0))
 
 
 def _estimates(groups: Array) -> Array:
@@ -204,92 +190,17 @@ def _estimates(groups: Array) -> Array:
     return np.array([first, total])
 
 
-MORRIS = "morris"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Effect:
-    """What a key does to an output, per whole interval of the key, in the unit of the output."""
-
-    mean_size: Index  # mu*, mean of the size, with its bootstrap interval
-    mean: float  # mu
-    deviation: float  # sigma
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Screening:
-    """Which keys matter to an output, the largest mean size first."""
-
-    output: str
-    rows: int  # that are used
-    effects: dict[str, Effect]  # by key; linked keys stand together
-    groups: int  # paths of k + 1 rows
-    groups_left_out: int  # for a row that was refused, not completed or not yet computed
-    refused: int  # rows of the store
-    failed: int  # rows of the store
-
-
-def is_screening(store: str | Path) -> bool:
-    """Whether a store holds the paths of a screening. Raises `InputRefused` if it is no store."""
-    return _kind(open_results(store)) == MORRIS
-
-
-def _kind(results: Results) -> str:
-    return str(results.attributes["campaign"]["design.kind"])
-
-
-def screening(store: str | Path, output: str, *, generator: np.random.Generator) -> Screening:
-    """Elementary effects of each key on an output; refused: another design, no such output, few paths."""
-    results = open_results(store)
-    if _kind(results) != MORRIS:
-        raise InputRefused(f'design.kind = "{_kind(results)}" has no paths: sweep with kind = "morris"').at(
-            str(store)
-        )
-    names = [" + ".join(keys) for keys in results.attributes["axes"]]
-    values = results.output(output).reshape(-1, len(names) + 1)
-    values = np.where(results.code.reshape(values.shape) == 0, values, np.nan)
-    kept = np.all(np.isfinite(values), axis=1)
-    paths = int(np.count_nonzero(kept))
-    if paths < FEWEST_GROUPS:
-        raise InputRefused(
-            f"{paths} of {len(values)} paths are done in all their rows, {FEWEST_GROUPS} are needed: finish "
-            "the sweep, or narrow what is varied"
-        ).at(str(store))
-    seed = int(results.attributes["campaign"]["design.seed"])
-    design = Morris(base=len(values), axes=len(names), seed=seed)
-    points = design.points(0, design.rows).reshape(len(values), -1, len(names))
-    effects = elementary_effects(points[kept], values[kept])
-    found = dict(zip(names, _summaries(effects, generator), strict=True))
-    counts = results.counts
-    return Screening(
-        output=output,
-        rows=paths * values.shape[1],
-        effects=dict(sorted(found.items(), key=lambda item: -item[1].mean_size.value)),
-        groups=paths,
-        groups_left_out=len(values) - paths,
-        refused=counts["refused"],
-        failed=counts["failed"],
-    )
-
-
 def elementary_effects(points: Array, values: Array) -> Array:
     """Change of the output per whole interval of each key, (N, k), from points, (N, k + 1, k), and values."""
     steps, changes = np.diff(points, axis=1), np.diff(values, axis=1)
     return np.asarray(np.sum(steps * changes[:, :, None], axis=1) / MORRIS_STEP**2)
 
 
-def _summaries(effects: Array, generator: np.random.Generator) -> list[Effect]:
-    """Mean size, mean and standard deviation of each column."""
-    count, size = len(effects), np.abs(effects)
-    spread = np.array([size[generator.integers(count, size=count)].mean(axis=0) for _ in range(RESAMPLES)])
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = np.quantile(spread, [tail, 1.0 - tail], axis=0)
+def _summaries(effects: Array, generator: np.random.Generator) -> Iterator[dict[str, Any]]:
+    """Mean size with its interval, mean and standard deviation of each column, per whole interval."""
+    size = np.abs(effects)
+    low, high = _interval(size, lambda rows: np.asarray(rows.mean(axis=0)), generator)
     columns = (size.mean(axis=0), low, high, effects.mean(axis=0), effects.std(axis=0, ddof=1))
-    return [
-        Effect(
-            mean_size=Index(value=float(value), low=float(a), high=float(b)),
-            mean=float(mean),
-            deviation=float(deviation),
-        )
-        for value, a, b, mean, deviation in zip(*columns, strict=True)
-    ]
+    for value, a, b, mean, deviation in np.column_stack(columns).tolist():
+        sized = {"value": value, "low": a, "high": b}
+        yield {"mean_size": sized, "mean": mean, "deviation": deviation}

@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,37 +38,14 @@ class LimitOf:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Interval:
-    """A narrower interval of one key, the others as they are."""
-
-    low: float  # in SI
-    high: float  # in SI
-    share: float  # yield of the rows inside
-    rows: int  # inside
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KeyTolerance:
-    """What a key does to the yield."""
-
-    unit: str
-    low: float  # smallest value in the campaign, in SI
-    high: float  # largest
-    share_at_low: float  # yield of the twentieth of the rows at this end
-    share_at_high: float  # at the other
-    gain_per_low: float  # gain of the yield per SI unit by which this end is drawn in, at the start
-    gain_per_high: float  # of the other end
-    tightened: Interval | None  # widest in which the yield reaches the target; None: none of this key alone
-
-    @property
-    def gain(self) -> float:
-        """Largest gain of the yield when one end is drawn in by a hundredth of the interval."""
-        return 0.01 * (self.high - self.low) * max(self.gain_per_low, self.gain_per_high)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Tolerance:
-    """Yield of a campaign."""
+    """Yield of a campaign, refused and failed rows counted as not holding.
+
+    Of each key, the one whose tightening gains most first: ``unit``, its ends in the campaign (``low``,
+    ``high``, SI), the yield of the twentieth of the rows at either end (``share_at_low``, ``share_at_high``),
+    the gain of the yield per SI unit by which an end is drawn in (``gain_per_low``, ``gain_per_high``), and
+    ``tightened``, the widest interval of it alone in which the yield reaches the target, or None.
+    """
 
     goals: tuple[LimitOf, ...]
     target: float  # yield that is wanted
@@ -75,11 +53,11 @@ class Tolerance:
     held: int  # hold every goal
     refused: int
     failed: int  # not completed
-    share: float  # yield, refused and failed rows counted as not holding
+    share: float
     share_low: float  # 95 % interval of Clopper and Pearson
     share_high: float
     missed: dict[str, int]  # rows that miss each goal
-    keys: dict[str, KeyTolerance]  # by key, the one whose tightening gains most first
+    keys: dict[str, dict[str, Any]]
 
 
 def goal_of(text: str, results: Results) -> LimitOf:
@@ -130,6 +108,7 @@ def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> T
         if np.ptp(values) > 0.0:
             keys[key] = _key_tolerance(values, held, results.unit(key), target)
     counts = results.counts
+    missed = {one.text: int(np.count_nonzero(fine & ~ok)) for one, ok in zip(limits, each, strict=True)}
     return Tolerance(
         goals=limits,
         target=target,
@@ -140,24 +119,25 @@ def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> T
         share=float(held.mean()),
         share_low=low,
         share_high=high,
-        missed={
-            limit.text: int(np.count_nonzero(fine & ~ok)) for limit, ok in zip(limits, each, strict=True)
-        },
-        keys=dict(sorted(keys.items(), key=lambda item: -item[1].gain)),
+        missed=missed,
+        keys=dict(sorted(keys.items(), key=lambda item: -_gain(item[1]))),
     )
+
+
+def _gain(key: dict[str, Any]) -> float:
+    """Largest gain of the yield when one end of a key is drawn in by a hundredth of the interval."""
+    return float(0.01 * (key["high"] - key["low"]) * max(key["gain_per_low"], key["gain_per_high"]))
 
 
 def yield_bounds(held: int, rows: int) -> tuple[float, float]:
     """Two-sided 95 % interval of Clopper and Pearson."""
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low = beta.ppf(tail, held, rows - held + 1) if held else 0.0
-    high = beta.ppf(1.0 - tail, held + 1, rows - held) if held < rows else 1.0
-    return float(low), float(high)
+    found = binomtest(held, rows).proportion_ci(CONFIDENCE, "exact")
+    return float(found.low), float(found.high)
 
 
-def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> KeyTolerance:
+def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> dict[str, Any]:
     r"""Yield along one key.
 
     Of an interval with a share :math:`d` of the rows per SI unit at its end, where the yield is :math:`Y_e`,
@@ -173,25 +153,25 @@ def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> KeyT
         width = float(x[part[-1]] - x[part[0]])
         return (whole - share) * (part.size / x.size) / width if width > 0.0 else 0.0
 
-    return KeyTolerance(
-        unit=unit,
-        low=float(x[0]),
-        high=float(x[-1]),
-        share_at_low=float(shares[0]),
-        share_at_high=float(shares[-1]),
-        gain_per_low=gain(parts[0], float(shares[0])),
-        gain_per_high=gain(parts[-1], float(shares[-1])),
-        tightened=_widest(x, good, parts, target),
-    )
+    return {
+        "unit": unit,
+        "low": float(x[0]),
+        "high": float(x[-1]),
+        "share_at_low": float(shares[0]),
+        "share_at_high": float(shares[-1]),
+        "gain_per_low": gain(parts[0], float(shares[0])),
+        "gain_per_high": gain(parts[-1], float(shares[-1])),
+        "tightened": _widest(x, good, parts, target),
+    }
 
 
-def _widest(x: Array, good: Array, parts: list[NDArray[np.intp]], target: float) -> Interval | None:
-    """The widest run of parts whose yield reaches the target."""
-    best: Interval | None = None
+def _widest(x: Array, good: Array, parts: list[NDArray[np.intp]], target: float) -> dict[str, Any] | None:
+    """The widest run of parts whose yield reaches the target: its ends, its yield, the rows inside."""
+    best: dict[str, Any] | None = None
     for first in range(len(parts)):
         for last in range(first, len(parts)):
             a, b = int(parts[first][0]), int(parts[last][-1])
             share = float(good[a : b + 1].mean())
-            if share >= target and (best is None or x[b] - x[a] > best.high - best.low):
-                best = Interval(low=float(x[a]), high=float(x[b]), share=share, rows=b - a + 1)
+            if share >= target and (best is None or x[b] - x[a] > best["high"] - best["low"]):
+                best = {"low": float(x[a]), "high": float(x[b]), "share": share, "rows": b - a + 1}
     return best

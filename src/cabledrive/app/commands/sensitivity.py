@@ -1,15 +1,12 @@
 """`cabledrive sensitivity`: which keys a result of a sweep depends on."""
 
-from dataclasses import asdict
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import Any
 
 import click
 
 from cabledrive.app.options import Subcommand, answering, option
 from cabledrive.app.results import Answer, provenance
-
-if TYPE_CHECKING:
-    from cabledrive.campaign.results import Screening, Sensitivity
 
 SOBOL = "Saltelli (first) and Jansen (total) estimators, percentile bootstrap over groups"
 MORRIS = "elementary effects of Morris' paths, percentile bootstrap over paths"
@@ -28,48 +25,35 @@ def command(store: str, output: str, seed: int) -> Answer:
     """Sobol indices of an output of STORE.zarr, first and total; of a design of kind morris, effects."""
     import numpy as np
 
-    from cabledrive.campaign.results import is_screening, screening, sensitivity
+    from cabledrive.campaign.results import influence
 
-    generator = np.random.default_rng(seed)
-    if is_screening(store):
-        effects = screening(store, output, generator=generator)
-        data, text, method = asdict(effects), _effects_text(effects), MORRIS
-    else:
-        indices = sensitivity(store, output, generator=generator)
-        data, text, method = asdict(indices), _indices_text(indices), SOBOL
+    found = influence(store, output, generator=np.random.default_rng(seed))
+    screened = "effects" in found
+    lines = [
+        f"{output}: change per whole interval of each key, over {found['groups']} paths"
+        if screened
+        else f"{output}: mean {found['mean']:.6g}, standard deviation {found['standard_deviation']:.4g}; "
+        f"{found['groups']} groups of {found['rows'] // found['groups']} rows"
+    ]
+    lines[0] += f", {found['groups_left_out']} left out" if found["groups_left_out"] else ""
+    lines += ["", *(_effects(found["effects"]) if screened else _indices(found["first"], found["total"]))]
     return Answer(
-        data=data | {"confidence": 0.95}, text=text, provenance=provenance(method=method, seed=seed)
+        data=found | {"confidence": 0.95},
+        text="\n".join(lines),
+        provenance=provenance(method=MORRIS if screened else SOBOL, seed=seed),
     )
 
 
-def _indices_text(found: "Sensitivity") -> str:
-    lines = [
-        f"{found.output}: mean {found.mean:.6g}, standard deviation {found.standard_deviation:.4g}",
-        f"{found.groups} groups of {found.rows // found.groups} rows"
-        + (f", {found.groups_left_out} left out" if found.groups_left_out else ""),
-        "",
-        f"{'key':<34} {'first':>7} {'95 % interval':>18} {'total':>8} {'95 % interval':>18}",
-    ]
-    for key, first in found.first.items():
-        total = found.total[key]
-        lines.append(
-            f"{key:<34} {first.value:7.3f} {f'{first.low:.3f} to {first.high:.3f}':>18} "
-            f"{total.value:8.3f} {f'{total.low:.3f} to {total.high:.3f}':>18}"
-        )
-    return "\n".join(lines)
+def _indices(first: dict[str, Any], total: dict[str, Any]) -> Iterator[str]:
+    yield f"{'key':<34} {'first':>7} {'95 % interval':>18} {'total':>8} {'95 % interval':>18}"
+    for key, one in first.items():
+        parts = [f"{i['value']:8.3f} {i['low']:8.3f} to {i['high']:6.3f}" for i in (one, total[key])]
+        yield f"{key:<33} {' '.join(parts)}"
 
 
-def _effects_text(found: "Screening") -> str:
-    lines = [
-        f"{found.output}: change per whole interval of each key, over {found.groups} paths"
-        + (f", {found.groups_left_out} left out" if found.groups_left_out else ""),
-        "",
-        f"{'key':<34} {'mean size':>10} {'95 % interval':>22} {'mean':>11} {'deviation':>10}",
-    ]
-    for key, effect in found.effects.items():
-        size = effect.mean_size
-        lines.append(
-            f"{key:<34} {size.value:10.4g} {f'{size.low:.4g} to {size.high:.4g}':>22} "
-            f"{effect.mean:11.4g} {effect.deviation:10.4g}"
-        )
-    return "\n".join(lines)
+def _effects(effects: dict[str, Any]) -> Iterator[str]:
+    yield f"{'key':<34} {'mean size':>10} {'95 % interval':>22} {'mean':>11} {'deviation':>10}"
+    for key, effect in effects.items():
+        size, mean, deviation = effect["mean_size"], effect["mean"], effect["deviation"]
+        between = f"{size['low']:.4g} to {size['high']:.4g}"
+        yield f"{key:<34} {size['value']:10.4g} {between:>22} {mean:11.4g} {deviation:10.4g}"

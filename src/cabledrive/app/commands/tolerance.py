@@ -1,12 +1,9 @@
 """`cabledrive tolerance`: the yield of a campaign against goals, and which key must be tighter."""
 
-from dataclasses import asdict
-from typing import Any
-
 import click
 
 from cabledrive.app.options import Subcommand, answering, option, saves_answer
-from cabledrive.app.results import Absent, Answer, provenance
+from cabledrive.app.results import Answer, known, provenance
 
 METHOD = "share of the rows; conditional yield in twenty parts along each key; Clopper-Pearson, 95 %"
 
@@ -26,11 +23,8 @@ def command(store: str, goals: tuple[str, ...], target: float) -> Answer:
     from cabledrive.campaign.tolerance import tolerance
 
     found = tolerance(store, list(goals), target=target)
-    keys: dict[str, Any] = {}
-    for key, one in found.keys.items():
-        keys[key] = asdict(one)
-        if one.tightened is None:
-            keys[key]["tightened"] = Absent(reason=f"no interval of this key alone yields {target:.4g}")
+    why = f"no interval of this key alone yields {target:.4g}"
+    keys = {key: one | {"tightened": known(one["tightened"], why)} for key, one in found.keys.items()}
     data = {
         "goals": [{"goal": goal.text, "output": goal.output, "limit": goal.limit} for goal in found.goals],
         "target": target,
@@ -49,8 +43,8 @@ def command(store: str, goals: tuple[str, ...], target: float) -> Answer:
         lines.append(f"  {found.refused} rows were refused, {found.failed} not completed: counted as misses")
     lines += ["", f"for a yield of {100 * target:.4g} %, one key alone:"]
     for key, one in found.keys.items():
-        unit = "" if one.unit == "1" else f" {one.unit}"
-        now = f"{one.low:.5g} to {one.high:.5g}{unit}"
-        then = one.tightened and f"{one.tightened.low:.5g} to {one.tightened.high:.5g}{unit}"
+        unit, tight = "" if one["unit"] == "1" else f" {one['unit']}", one["tightened"]
+        now = f"{one['low']:.5g} to {one['high']:.5g}{unit}"
+        then = tight and f"{tight['low']:.5g} to {tight['high']:.5g}{unit}"
         lines.append(f"  {key:<32} {now}: {then or 'not by this key alone'}")
     return Answer(data=data, text="\n".join(lines), provenance=provenance(method=METHOD))
