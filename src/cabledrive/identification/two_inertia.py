@@ -233,8 +233,7 @@ def _beyond(
     """
     motor, load, spring = (values[name] for name in NEEDED)
     far, what = (load, "antiresonance") if channels.motor else (motor * load / (motor + load), "resonance")
-    own = float(np.sqrt(spring / far)) / (2.0 * np.pi)
-    if own <= excited:
+    if (own := float(np.sqrt(spring / far)) / (2.0 * np.pi)) <= excited:
         return []
     closed |= set(NEEDED)
     words = (
