@@ -245,6 +245,20 @@ def fit_from_many_starts(
     return whole, len(own), near
 
 
+EXCITED = 0.99
+"""Share of the input's power below the frequency to which a log is said to excite."""
+
+
+def excited_to(records: Sequence[Record]) -> float:
+    """Frequency [Hz] below which nearly all power of the input lies, of the log that reaches highest."""
+    found = []
+    for record in records:
+        power = np.abs(np.fft.rfft(record.input - record.input.mean())) ** 2
+        place = int(np.searchsorted(np.cumsum(power), EXCITED * power.sum()))
+        found.append(place / (record.input.size * record.interval))
+    return max(found)
+
+
 def starts_for(
     records: Sequence[Record], rectified: bool, rng: np.random.Generator
 ) -> tuple[dict[str, float], list[dict[str, float]]]:

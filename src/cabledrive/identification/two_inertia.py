@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.chain_fit import ChainFit, fit_from_many_starts, fit_of, starts_for
+from cabledrive.identification.chain_fit import ChainFit, excited_to, fit_from_many_starts, fit_of, starts_for
 from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
 from cabledrive.identification.estimates import Estimate, Finding, Identification
 from cabledrive.identification.filters import difference
@@ -48,8 +48,6 @@ STILL = 0.05
 GEAR = 1.3
 """Turns of the motor over those of the load from which a gear lies between: a spring makes them fewer."""
 UNKNOWN = "not identifiable from the log"
-EXCITED = 0.99
-"""Share of the input's power below the frequency to which a log is said to excite."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,7 +163,7 @@ def identify_by_simulation(
         doubts.append(("one-start-only", words))
     closed = {name for name in fit.undetermined() if name in NEEDED}
     if len(channels.outputs) == 1:
-        doubts += _beyond(fit.values, channels, _excited_to(records), closed)
+        doubts += _beyond(fit.values, channels, excited_to(records), closed)
     shown = set() if not follows else set(fit.values) - set(fit.at_bounds())
     parameters = {}
     for name, value in fit.values.items():
@@ -212,16 +210,6 @@ def identify_by_simulation(
         notes=(f"the {readable(channels.input)} {how}{late}", *channels.notes),
         check_reason="share explained, whiteness of the residual, bounds, several starts",
     )
-
-
-def _excited_to(records: Sequence[Record]) -> float:
-    """Frequency [Hz] below which nearly all power of the input lies, of the log that reaches highest."""
-    found = []
-    for record in records:
-        power = np.abs(np.fft.rfft(record.input - record.input.mean())) ** 2
-        place = int(np.searchsorted(np.cumsum(power), EXCITED * power.sum()))
-        found.append(place / (record.input.size * record.interval))
-    return max(found)
 
 
 def _beyond(
