@@ -122,7 +122,7 @@ BAD_SHAPES = {
     'missing key "cable.pretension": pretension T0; a slack cable transmits nothing; add it': changed(
         'pretension = "7 N"', ""
     ),
-    'missing key "cable": a table of the drive; add it': "schema = 1\nname = 'a'\nkind = 'loop'",
+    'missing key "cable": rigidity, mass and pretension; add it': "schema = 1\nname = 'a'\nkind = 'loop'",
     'missing key "kind": cable loop round two pulleys, or one span with its ends on them; add it': changed(
         'kind = "loop"', ""
     ),

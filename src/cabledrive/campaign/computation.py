@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, text_of, whole_of
 
 NUMBER, FLAG, TEXT = "number", "flag", "text"
@@ -16,29 +16,17 @@ LIST = "list of "
 """Before the unit of an option that takes several numbers."""
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Output:
-    """A variable of the store.
+    """A variable of the store."""
 
-    Attributes
-    ----------
-    name : str
-    unit : str
-        SI unit, or that in the name, such as Hz; empty for flags and text.
-    meaning : str
-    dims : tuple of str
-        Dimensions beside ``row``.
-    shape : tuple of int
-        Their sizes.
-    kind : {"number", "flag", "text"}
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    dims: tuple[str, ...] = ()
-    shape: tuple[int, ...] = ()
-    kind: str = NUMBER
+    name: str = meaning("of the variable")
+    unit: str = meaning("SI unit, or that in the name, such as Hz; empty for flags and text")
+    dims: tuple[str, ...] = meaning("dimensions beside ``row``", ())
+    shape: tuple[int, ...] = meaning("their sizes", ())
+    kind: str = meaning('"number", "flag" or "text"', NUMBER)
+    meaning: str = meaning("in words")
 
 
 def declared(
@@ -58,45 +46,27 @@ def declared(
     )
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Row:
-    """One row as a computation gets it.
+    """One row as a computation gets it."""
 
-    Attributes
-    ----------
-    drive : Drive or RoutedDrive
-        As the law believes it to be.
-    plant : Drive, RoutedDrive or None
-        As it is, where keys under ``plant.`` are varied.
-    motion, goals, options, own : mapping
-        Values of the SPEC with those of this row, in SI.
-    seed : int
-        Of the row's random numbers.
-    """
-
-    drive: Any
-    plant: Any
-    motion: Mapping[str, Any]
-    goals: Mapping[str, Any]
-    options: Mapping[str, Any]
-    own: Mapping[str, Any]
-    seed: int
+    drive: Any = meaning("as the law believes it to be")
+    plant: Any = meaning("as it is, where keys under ``plant.`` are varied")
+    motion: Mapping[str, Any] = meaning("values of the SPEC with those of this row, in SI")
+    goals: Mapping[str, Any] = meaning("values of the SPEC with those of this row, in SI")
+    options: Mapping[str, Any] = meaning("values of the SPEC with those of this row, in SI")
+    own: Mapping[str, Any] = meaning("values of the SPEC with those of this row, in SI")
+    seed: int = meaning("of the row's random numbers")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """What a row gave although it could not be completed.
+    """What a row gave although it could not be completed."""
 
-    Attributes
-    ----------
-    values : mapping
-        Outputs by name.
-    incomplete : str
-        Why: the row gets status 3.
-    """
-
-    values: Mapping[str, Any]
-    incomplete: str
+    values: Mapping[str, Any] = meaning("outputs by name")
+    incomplete: str = meaning("why: the row gets status 3")
 
 
 @runtime_checkable

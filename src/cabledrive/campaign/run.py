@@ -12,6 +12,7 @@ from cabledrive.campaign.engine import Engine, chosen_engine, part_words
 from cabledrive.campaign.spec import CampaignSpec, read_spec
 from cabledrive.campaign.work import CampaignProgress, Plan
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard, on_a_terminal
 
 MANY_ROWS, MANY_BYTES = 10**7, 100e9
@@ -20,34 +21,20 @@ SMALL = 9 * 2
 """Bytes of a row beside keys and outputs: status, seed, time, about."""
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class SweepResult(ResultCard):
-    """What a campaign came to.
+    """What a campaign came to."""
 
-    Attributes
-    ----------
-    rows, done, refused, failed : int
-        Rows of the campaign; of them with a status; of these refused, and not completed.
-    seconds : float
-        From the first chunk handed out to the last mark [s].
-    setup_seconds : float
-        Before that [s].
-    store : Path
-    engine : str
-        What did the work.
-    notes : tuple of str
-        What a user should know of the run.
-    """
-
-    rows: int
-    done: int
-    refused: int
-    failed: int
-    seconds: float
-    setup_seconds: float
-    store: Path
-    engine: str
-    notes: tuple[str, ...] = ()
+    rows: int = meaning("rows of the campaign")
+    done: int = meaning("rows with a status")
+    refused: int = meaning("of these refused")
+    failed: int = meaning("of these not completed")
+    seconds: float = meaning("from the first chunk handed out to the last mark [s]")
+    setup_seconds: float = meaning("before that [s]")
+    store: Path = meaning("folder of the store")
+    engine: str = meaning("what did the work")
+    notes: tuple[str, ...] = meaning("what a user should know of the run", ())
 
     def open(self) -> Any:
         """The store as labelled arrays.

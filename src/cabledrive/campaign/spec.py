@@ -21,7 +21,7 @@ from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, si_tables,
 from cabledrive.campaign.vary import Axis, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.toml_values import quantity_of, read_toml, table_of, text_of, whole_of
 
@@ -29,35 +29,20 @@ TABLES = ("drive", "vary", "design", "compute", "motion", "goals")
 AUTO = "auto"
 
 
+@described
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CampaignSpec:
-    """A campaign, ready to run.
+    """A campaign, ready to run."""
 
-    Attributes
-    ----------
-    drives : dict of str to Drive or RoutedDrive
-        By the name that the SPEC gives.
-    axes : tuple of Axis
-    design : Design
-    computation : Computation
-    motion, goals : mapping
-        Values of the SPEC, in SI.
-    seed : int
-    chunk : int or None
-        Rows of a chunk; None: about five seconds of work.
-    identity : dict of str
-        Everything that bears on the results, by key of the SPEC.
-    """
-
-    drives: dict[str, Drive | RoutedDrive]
-    axes: tuple[Axis, ...]
-    design: Design
-    computation: Computation
-    motion: Mapping[str, Any]
-    goals: Mapping[str, Any]
-    seed: int
-    chunk: int | None
-    identity: dict[str, Any]
+    drives: dict[str, Drive | RoutedDrive] = meaning("by the name that the SPEC gives")
+    axes: tuple[Axis, ...] = meaning("dimensions of the design")
+    design: Design = meaning("which points are visited")
+    computation: Computation = meaning("what is computed for each row")
+    motion: Mapping[str, Any] = meaning("values of the SPEC, in SI")
+    goals: Mapping[str, Any] = meaning("values of the SPEC, in SI")
+    seed: int = meaning("of the rows' random numbers")
+    chunk: int | None = meaning("rows of a chunk; None: about five seconds of work")
+    identity: dict[str, Any] = meaning("everything that bears on the results, by key of the SPEC")
 
     @property
     def units(self) -> dict[str, str]:

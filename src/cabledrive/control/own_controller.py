@@ -1,7 +1,7 @@
 """A controller of the user's own: the protocol that the rig runs, and its checks."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning
 
 MEASURES = {"states": "angles, then speeds, of its shafts", "readings": "angles of every encoder"}
 REFERENCES = {
@@ -76,38 +77,28 @@ class ControllerProtocol(Protocol):
         """
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OwnController:
-    """A controller of the user's own, for `cabledrive.track`.
+    """A controller of the user's own, for `cabledrive.track`."""
 
-    Attributes
-    ----------
-    step : callable
-        ``step(gains, state, measurement, reference) -> (state, command)``: plain Python, or compiled by
-        ``numba.njit``, in which case the whole loop is compiled with it.
-    gains : object, optional
-        Handed to every step.
-    initial_state : array_like, shape (m,), optional
-        Default: no memory.
-    name : str, default "own controller"
-    sample_time : float, optional
-        That it was designed for [s]; default: that of the rig.
-    shafts : tuple of str, optional
-        Shafts whose motion it takes; default: every inertia of the highest model.
-    measures : {"states", "readings"}, default "states"
-        What a measurement is, see `ControllerProtocol`.
-    follows : {"inverse", "motion"}, default "inverse"
-        What a reference is, see `ControllerProtocol`.
-    """
-
-    step: Callable[[Any, Any, Any, Any], tuple[Any, Any]]
-    gains: Any = 0.0
-    initial_state: ArrayLike = field(default=())
-    name: str = "own controller"
-    sample_time: float | None = None
-    shafts: tuple[str, ...] = ()
-    measures: str = "states"
-    follows: str = "inverse"
+    step: Callable[[Any, Any, Any, Any], tuple[Any, Any]] = meaning(
+        "``step(gains, state, measurement, reference) -> (state, command)``: plain Python, or "
+        "compiled by ``numba.njit``, in which case the whole loop is compiled with it"
+    )
+    gains: Any = meaning("handed to every step", 0.0)
+    initial_state: ArrayLike = meaning("(m,): default: no memory", ())
+    name: str = meaning("for results", "own controller")
+    sample_time: float | None = meaning("that it was designed for [s]; default: that of the rig", None)
+    shafts: tuple[str, ...] = meaning(
+        "shafts whose motion it takes; default: every inertia of the highest model", ()
+    )
+    measures: str = meaning(
+        'one of "states", "readings"; what a measurement is, see `ControllerProtocol`', "states"
+    )
+    follows: str = meaning(
+        'one of "inverse", "motion"; what a reference is, see `ControllerProtocol`', "inverse"
+    )
 
 
 def checked_controller(given: Any) -> OwnController:

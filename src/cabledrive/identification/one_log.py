@@ -1,7 +1,7 @@
 """The door of the room: from logs, however long, to parameters with intervals and a check."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import LARGEST, SMALLEST, nearest
+from cabledrive.parameters.fields import LARGEST, SMALLEST, described, meaning, nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
 
 SEGMENTS_PER_BLOCK = 20
@@ -148,31 +148,26 @@ METHODS = ("auto", "inverse-dynamics", "output-error", "prediction-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check", "torque")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IdentifyOptions:
-    """What a configuration file may say.
+    """What a configuration file may say."""
 
-    Attributes
-    ----------
-    model : str
-        One of `MODELS`, or "two-inertia"; "rigid-axis" stands for "rigid-axis-coulomb".
-    method : str
-        One of `METHODS`.
-    axis : AxisOptions
-    columns : ColumnMap
-    torque : str
-        When a logged torque acts: one of `TIMINGS`, see `cabledrive.identification.axis.timing`.
-    check : bool
-        Whether the model is tested against faults: by `cabledrive.identification.axis.lines` where the torque
-        is a sum of lines, else by `cabledrive.identification.axis.faults`.
-    """
-
-    model: str = "rigid-axis-coulomb"
-    method: str = "auto"
-    axis: AxisOptions = field(default_factory=AxisOptions)
-    columns: ColumnMap = field(default_factory=ColumnMap)
-    check: bool = True
-    torque: str = "found"
+    model: str = meaning(
+        'one of `MODELS`, or "two-inertia"; "rigid-axis" stands for "rigid-axis-coulomb"',
+        "rigid-axis-coulomb",
+    )
+    method: str = meaning("one of `METHODS`", "auto")
+    axis: AxisOptions = meaning("of the rigid axis", factory=AxisOptions)
+    columns: ColumnMap = meaning("which column is which channel", factory=ColumnMap)
+    check: bool = meaning(
+        "whether the model is tested against faults: by `cabledrive.identification.axis.lines` "
+        "where the torque is a sum of lines, else by `cabledrive.identification.axis.faults`",
+        True,
+    )
+    torque: str = meaning(
+        "when a logged torque acts: one of `TIMINGS`, see `cabledrive.identification.axis.timing`", "found"
+    )
 
 
 def load_options(path: str | Path) -> IdentifyOptions:

@@ -6,6 +6,7 @@ from math import pi, sqrt
 from cabledrive.modal.mode import Mode
 from cabledrive.modal.natural import modes
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import described, meaning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,26 +68,15 @@ def hanging_carriage(drive: Drive, carriage: int = 0) -> HangingCarriage:
     )
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateralMode:
-    """Lateral frequency of one hanging carriage.
+    """Lateral frequency of one hanging carriage."""
 
-    Attributes
-    ----------
-    exact : float
-        Lowest certified transverse mode of the stretch of cable that carries it [Hz].
-    approximate : float
-        As printed, the cable without mass [Hz].
-    corrected : float
-        With a third of the mass of that stretch added to the carriage [Hz].
-    mass_ratio : float
-        Mass of that stretch of cable over the mass of the carriage [-].
-    """
-
-    exact: float
-    approximate: float
-    corrected: float
-    mass_ratio: float
+    exact: float = meaning("lowest certified transverse mode of the stretch of cable that carries it [Hz]")
+    approximate: float = meaning("as printed, the cable without mass [Hz]")
+    corrected: float = meaning("with a third of the mass of that stretch added to the carriage [Hz]")
+    mass_ratio: float = meaning("mass of that stretch of cable over the mass of the carriage [-]")
 
     @property
     def error(self) -> float:

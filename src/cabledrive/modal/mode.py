@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.modal.search import ENCLOSURE
+from cabledrive.parameters.fields import described, meaning
 
 if TYPE_CHECKING:
     from cabledrive.modal.motion import Motion
@@ -25,42 +26,31 @@ SAME = 1e-9
 """Modes closer than this, relative, have one frequency; multiple roots are known to this."""
 
 
+@described
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mode:
-    """One natural frequency, with as many shapes as its multiplicity.
+    """One natural frequency, with as many shapes as its multiplicity."""
 
-    Attributes
-    ----------
-    frequency : float
-        Natural frequency [Hz].
-    kind : {"longitudinal", "transverse"}
-    multiplicity : int
-        Number of independent shapes at this frequency.
-    span : str or None
-        Transverse modes: the span that vibrates, "upper", "lower", or "both" where sag couples them.
-    plane : str or None
-        Transverse modes: "v" (horizontal) or "w" (the plane of the loop).
-    section : (float, float) or None
-        Transverse modes: unstretched ends of the section [m], from the pulley where its span starts; None
-        where both spans vibrate together.
-    model : str or None
-        Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SAGGING`,
-        `BEAM`.
-    clamped : bool, default False
-        Of a machine with routes: a wave of one rope between ends that rest.
-    proven : bool
-        Whether counts just below and just above prove that it exists, with this multiplicity.
-    """
-
-    frequency: float
-    kind: str
-    multiplicity: int
-    span: str | None = None
-    plane: str | None = None
-    section: tuple[float, float] | None = None
-    model: str | None = None
-    clamped: bool = False
-    proven: bool
+    frequency: float = meaning("natural frequency [Hz]")
+    kind: str = meaning('"longitudinal" or "transverse"')
+    multiplicity: int = meaning("number of independent shapes at this frequency")
+    span: str | None = meaning(
+        'transverse modes: the span that vibrates, "upper", "lower", or "both" where sag couples them', None
+    )
+    plane: str | None = meaning('transverse modes: "v" (horizontal) or "w" (the plane of the loop)', None)
+    section: tuple[float, float] | None = meaning(
+        "transverse modes: unstretched ends of the section [m], from the pulley where its span "
+        "starts; None where both spans vibrate together",
+        None,
+    )
+    model: str | None = meaning(
+        "transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SAGGING`, `BEAM`",
+        None,
+    )
+    clamped: bool = meaning("of a machine with routes: a wave of one rope between ends that rest", False)
+    proven: bool = meaning(
+        "whether counts just below and just above prove that it exists, with this multiplicity"
+    )
     _motion: "Motion" = field(repr=False)
 
     @cached_property
@@ -134,72 +124,49 @@ def multiplets(modes: Iterable[Mode]) -> list[list[Mode]]:
     return groups
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Certificate:
-    """Proof that a list of modes is complete.
+    """Proof that a list of modes is complete."""
 
-    Attributes
-    ----------
-    below : float
-        Every mode of both kinds below this frequency [Hz] is in the list.
-    longitudinal_below, transverse_below : float
-        Every mode of the one kind below this frequency [Hz] is in the list; neither is less than `below`.
-    count : int
-        How many lie below `below`, by the count of Wittrick and Williams, multiplicities and both planes
-        included.
-    longitudinal, transverse : int
-        The two parts of `count`.
-    enclosure : float
-        Relative half-width of the interval in which two counts prove each mode to lie.
-    """
-
-    below: float
-    longitudinal_below: float
-    transverse_below: float
-    count: int
-    longitudinal: int
-    transverse: int
-    enclosure: float = ENCLOSURE
+    below: float = meaning("every mode of both kinds below this frequency [Hz] is in the list")
+    longitudinal_below: float = meaning(
+        "every longitudinal mode below this frequency [Hz] is in the list; not less than `below`"
+    )
+    transverse_below: float = meaning(
+        "every transverse mode below this frequency [Hz] is in the list; not less than `below`"
+    )
+    count: int = meaning(
+        "how many lie below `below`, by the count of Wittrick and Williams, multiplicities and both "
+        "planes included"
+    )
+    longitudinal: int = meaning("part of `count`")
+    transverse: int = meaning("part of `count`")
+    enclosure: float = meaning(
+        "relative half-width of the interval in which two counts prove each mode to lie", ENCLOSURE
+    )
 
 
+@described
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Modes:
-    """Natural modes of a drive, certified.
+    """Natural modes of a drive, certified."""
 
-    Attributes
-    ----------
-    modes : tuple of Mode
-        Ascending in frequency, both kinds, without the rigid-body mode.
-    certified : bool
-        Whether every mode is proven, the list below the certificate's bound is as long as the count, and no
-        model of a listed mode is used outside its range.
-    certified_reason : str or None
-        Why it is not certified.
-    warnings : tuple of str
-        Those of the drive's warnings that touch the list, and what sag does to the longitudinal modes.
-    at_torque : float
-        Steady torque on the drive pulley [N m].
-    certificate : Certificate
-    rigid_body_modes : int
-        Motions that strain nothing.
-    drive_hash : str
-        Content hash of the drive; empty for a chain.
-    motor : {"free", "held", "holding"}
-        How the rotor is held.
-    hold : tuple of str
-        Joints that are held as well.
-    """
-
-    modes: tuple[Mode, ...]
-    certified: bool
-    certified_reason: str | None
-    warnings: tuple[str, ...]
-    at_torque: float
-    certificate: Certificate
-    rigid_body_modes: int
-    drive_hash: str
-    motor: str
-    hold: tuple[str, ...]
+    modes: tuple[Mode, ...] = meaning("ascending in frequency, both kinds, without the rigid-body mode")
+    certified: bool = meaning(
+        "whether every mode is proven, the list below the certificate's bound is as long as the "
+        "count, and no model of a listed mode is used outside its range"
+    )
+    certified_reason: str | None = meaning("why it is not certified")
+    warnings: tuple[str, ...] = meaning(
+        "those of the drive's warnings that touch the list, and what sag does to the longitudinal modes"
+    )
+    at_torque: float = meaning("steady torque on the drive pulley [N m]")
+    certificate: Certificate = meaning("what is proven of the list")
+    rigid_body_modes: int = meaning("motions that strain nothing")
+    drive_hash: str = meaning("content hash of the drive; empty for a chain")
+    motor: str = meaning('one of "free", "held", "holding"; how the rotor is held')
+    hold: tuple[str, ...] = meaning("joints that are held as well")
 
     @property
     def longitudinal(self) -> tuple[Mode, ...]:

@@ -7,22 +7,16 @@ from cabledrive.mechanics.holding import lumped_cable_mode
 from cabledrive.modal.natural import modes
 from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import described, meaning
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """A frequency from a simple formula beside the certified one.
+    """A frequency from a simple formula beside the certified one."""
 
-    Attributes
-    ----------
-    simple : float
-        Frequency from the formula [Hz].
-    exact : float
-        Certified frequency [Hz].
-    """
-
-    simple: float
-    exact: float
+    simple: float = meaning("frequency from the formula [Hz]")
+    exact: float = meaning("certified frequency [Hz]")
 
     @property
     def deviation(self) -> float:

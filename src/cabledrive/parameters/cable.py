@@ -8,7 +8,7 @@ from math import sqrt
 from typing import Any
 
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, kind_of, nearest, quantity, words
+from cabledrive.parameters.fields import check_fields, described, kind_of, nearest, quantity, words
 
 
 class Rigidity:
@@ -38,39 +38,12 @@ def check_one_rigidity(cable: Rigidity) -> None:
         )
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cable(Rigidity):
     r"""A uniform flexible cable under pretension, stretched elastically.
 
     Density is per metre of *unstretched* cable, what a user weighs; its mass is conserved when it stretches.
-
-    Attributes
-    ----------
-    youngs_modulus, area : float or None
-        Young's modulus :math:`E` [Pa] and load-bearing cross-section :math:`A` [m^2], of which only the
-        product matters; None where the rigidity is given instead.
-    given_rigidity : float or None, default None
-        Axial rigidity [N] as a data sheet states it, ``axial_rigidity`` of the drive file.
-    mass_per_length : float
-        Mass per unstretched length :math:`\rho_0` [kg/m].
-    pretension : float
-        Pretension :math:`T_0` [N]; positive in traction.
-    transverse_damping : float, default 0.0
-        Transverse damping :math:`\Gamma` [1/s], force per unit momentum, Eq. (2.14).
-    axial_damping : float, default 0.0
-        Kelvin-Voigt damping :math:`b_{kv}` [N s]: force per strain rate.
-    strain_limit : float or None, default None
-        Largest strain of the elastic range [-], if known.
-    strength : float or None, default None
-        Breaking load of a rope, allowed tension of a belt [N].
-    bending_stiffness : float or None, default None
-        EI [N m^2], for information.
-    least_radius : float or None, default None
-        Smallest radius of a pulley [m].
-    tooth_pitch : float or None, default None
-        Pitch of a toothed belt [m].
-    type : str, default ""
-        Name in the packaged table of belts and ropes; what it says has been filled in.
     """
 
     youngs_modulus: float | None = quantity("Pa", "positive", "Young's modulus E", None)

@@ -8,7 +8,7 @@ from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.excitation import StatedExcitation
-from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
+from cabledrive.parameters.fields import check_fields, check_text, choice, described, meaning, nearest
 
 SCHEMA_VERSION = 1
 MOST_CARRIAGES = 100_000
@@ -16,47 +16,24 @@ WORDS = ("name", "title", "source")
 PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 
 
+@described
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """A machine driven by one cable between two pulleys, with the names of its file.
+    """A machine driven by one cable between two pulleys, with the names of its file."""
 
-    Attributes
-    ----------
-    name : str
-        Short name.
-    kind : {"loop", "line"}
-        "loop": a cable loop round both pulleys; "line": one span, its ends fixed to the pulleys.
-    cable : Cable
-    layout : Layout
-    pulley : tuple of Pulley, length 2
-        The drive pulley, without the motor, and the load pulley.
-    carriage : tuple of Carriage
-        Any number of carried masses.
-    motor : Motor or None
-    lumped : Lumped or None
-    sensors : Sensors or None
-    goal : Goal or None
-    excitation : StatedExcitation or None
-        What excites it in operation.
-    title, source : str
-        What it is, and where its figures come from.
-    schema : int
-        Version of the file format.
-    """
-
-    name: str
+    name: str = meaning("short name")
     kind: str = choice(("loop", "line"), "cable loop round two pulleys, or one span with its ends on them")
-    cable: Cable
-    layout: Layout
-    pulley: tuple[Pulley, ...]
-    carriage: tuple[Carriage, ...] = ()
-    motor: Motor | None = None
-    lumped: Lumped | None = None
-    sensors: Sensors | None = None
-    goal: Goal | None = None
-    excitation: StatedExcitation | None = None
-    title: str = ""
-    source: str = ""
+    cable: Cable = meaning("rigidity, mass and pretension")
+    layout: Layout = meaning("distance of the pulleys, gravity")
+    pulley: tuple[Pulley, ...] = meaning("drive pulley, without the motor, and load pulley")
+    carriage: tuple[Carriage, ...] = meaning("any number of carried masses", ())
+    motor: Motor | None = meaning("on the drive pulley", None)
+    lumped: Lumped | None = meaning("measured stiffness and damping", None)
+    sensors: Sensors | None = meaning("encoders and sampling", None)
+    goal: Goal | None = meaning("what is asked of it", None)
+    excitation: StatedExcitation | None = meaning("what excites it in operation", None)
+    title: str = meaning("what it is", "")
+    source: str = meaning("where its figures come from", "")
     schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
 
     def __post_init__(self) -> None:

@@ -2,15 +2,18 @@
 
 import dataclasses
 import difflib
+import inspect
 import math
 import numbers
+import re
 import unicodedata
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from cabledrive.parameters.errors import InputRefused
 
+Made = TypeVar("Made")
 SMALLEST, LARGEST = 1e-24, 1e24  # products of a dozen such quantities stay within a double
 _BOUNDS = {
     "positive": (lambda v: v > 0.0, "must be above 0"),
@@ -63,6 +66,29 @@ def words(meaning: str, default: str) -> Any:
 def pair(unit: str, meaning: str, default: Any = dataclasses.MISSING) -> Any:
     """Declare two quantities of one SI unit along x and y as a dataclass field, with a default."""
     return dataclasses.field(default=default, metadata={"pair": unit, "meaning": meaning})
+
+
+def meaning(text: str, default: Any = dataclasses.MISSING, *, factory: Any = dataclasses.MISSING) -> Any:
+    """Declare a field of any kind with what it means, unit and shape included; see `described`."""
+    if factory is not dataclasses.MISSING:
+        return dataclasses.field(default_factory=factory, metadata={"meaning": text})
+    return dataclasses.field(default=default, metadata={"meaning": text})
+
+
+def described(table: type[Made]) -> type[Made]:
+    """Add to the docstring of a dataclass what its fields say of themselves, as numpydoc has it."""
+    lines = [inspect.getdoc(table) or "", "", "Attributes", "----------"]
+    for field in dataclasses.fields(table):  # type: ignore[arg-type]  # a dataclass
+        if "meaning" in field.metadata:
+            unit = field.metadata.get("unit", field.metadata.get("pair", "1"))
+            kind = field.type.__name__ if isinstance(field.type, type) else str(field.type)
+            kind = re.sub(r"[\w.]+\.(\w+)", r"\1", kind)  # without the modules
+            kind = ", ".join(map(repr, field.metadata.get("options", ()))) or kind
+            default = "" if field.default is dataclasses.MISSING else f", default {field.default!r}"
+            shown = "" if unit in ("1", "count") else f" [{unit}]"
+            lines += [f"{field.name} : {kind}{default}", f"    {field.metadata['meaning']}{shown}"]
+    table.__doc__ = "\n".join(lines)
+    return table
 
 
 def check_fields(table: Any) -> None:

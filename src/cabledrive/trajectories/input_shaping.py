@@ -20,6 +20,7 @@ from numpy.polynomial.polynomial import polyval, polyval2d
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning
 
 TOLERANCE = 0.05
 """Residual amplitude that EI shapers allow at their humps, relative to the motion without a shaper."""
@@ -73,29 +74,16 @@ _AMPLITUDES = {
 }
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InputShaper:
-    """A few positive impulses whose sum is 1.
+    """A few positive impulses whose sum is 1."""
 
-    Attributes
-    ----------
-    type : str
-        "zv", "mzv", "zvd", "ei", "2hump_ei" or "3hump_ei".
-    frequency : float
-        Undamped natural frequency of the mode that it is made for [Hz].
-    damping : float
-        Damping ratio of that mode.
-    times : ndarray, shape (n,)
-        Of the impulses [s], from 0.
-    amplitudes : ndarray, shape (n,)
-        Their sum is 1.
-    """
-
-    type: str
-    frequency: float
-    damping: float
-    times: Array
-    amplitudes: Array
+    type: str = meaning('"zv", "mzv", "zvd", "ei", "2hump_ei" or "3hump_ei"')
+    frequency: float = meaning("undamped natural frequency of the mode that it is made for [Hz]")
+    damping: float = meaning("damping ratio of that mode")
+    times: Array = meaning("(n,): of the impulses [s], from 0")
+    amplitudes: Array = meaning("(n,): their sum is 1")
 
     @property
     def duration(self) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning
 
 HIGHEST_ORDER = 21
 
@@ -130,39 +131,22 @@ def derivative_jump(order: int) -> float:
 _SEARCH_STEPS = 200
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoveLimits:
-    """What a move of the load pulley must not exceed.
+    """What a move of the load pulley must not exceed."""
 
-    Attributes
-    ----------
-    speed : float
-        Of the load pulley [rad/s].
-    acceleration : float
-        Of the load pulley [rad/s^2].
-    torque : float
-        At the motor's output shaft [N m].
-    slack_torque : float
-        At the drive pulley's rim, the torque the cable transmits before a span goes slack [N m].
-    inertia : float
-        Whole inertia at the output shaft, load included [kg m^2].
-    load_inertia : float
-        The part of it that the cable drives [kg m^2].
-    viscous_friction, coulomb_friction : float
-        At the output shaft [N m s/rad], [N m].
-    ratio : float
-        Speed of the output shaft over speed of the load, r2 / r1 [-].
-    """
-
-    speed: float
-    acceleration: float
-    torque: float
-    slack_torque: float
-    inertia: float
-    load_inertia: float
-    viscous_friction: float
-    coulomb_friction: float
-    ratio: float
+    speed: float = meaning("of the load pulley [rad/s]")
+    acceleration: float = meaning("of the load pulley [rad/s^2]")
+    torque: float = meaning("at the motor's output shaft [N m]")
+    slack_torque: float = meaning(
+        "at the drive pulley's rim, the torque the cable transmits before a span goes slack [N m]"
+    )
+    inertia: float = meaning("whole inertia at the output shaft, load included [kg m^2]")
+    load_inertia: float = meaning("the part of it that the cable drives [kg m^2]")
+    viscous_friction: float = meaning("at the output shaft [N m s/rad]")
+    coulomb_friction: float = meaning("at the output shaft [N m]")
+    ratio: float = meaning("speed of the output shaft over speed of the load, r2 / r1 [-]")
 
 
 def move_limits(drive: Drive, *, acceleration: float = inf, slack_share: float = 1.0) -> MoveLimits:

@@ -8,6 +8,7 @@ import numpy as np
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.trajectories.limits import check_order, derivative_jump, peak_factor, smooth_rise
 
 SHORTEST_RISE = 1e-9
@@ -15,45 +16,27 @@ MOST_PULSES = 10_000
 """Below it powers of the rise time leave the range of a double [s]."""
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Move:
-    """A smooth move from rest to rest.
+    """A smooth move from rest to rest."""
 
-    Attributes
-    ----------
-    start : float
-        When it begins [s].
-    duration : float
-        How long it takes [s].
-    distance : float
-        How far it goes, signed [rad or m].
-    """
-
-    start: float
-    duration: float
-    distance: float
+    start: float = meaning("when it begins [s]")
+    duration: float = meaning("how long it takes [s]")
+    distance: float = meaning("how far it goes, signed [rad or m]")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trajectory:
-    """Moves one after another, with rests between them.
+    """Moves one after another, with rests between them."""
 
-    Attributes
-    ----------
-    moves : tuple of Move
-        In order of time, not overlapping.
-    duration : float
-        Whole length, rests included [s].
-    order : int
-        Odd order of the rise; its (order - 1) / 2 first derivatives rest at both ends of each move.
-    initial : float
-        Where it begins [rad or m].
-    """
-
-    moves: tuple[Move, ...]
-    duration: float
-    order: int = 9
-    initial: float = 0.0
+    moves: tuple[Move, ...] = meaning("in order of time, not overlapping")
+    duration: float = meaning("whole length, rests included [s]")
+    order: int = meaning(
+        "odd order of the rise; its (order - 1) / 2 first derivatives rest at both ends of each move", 9
+    )
+    initial: float = meaning("where it begins [rad or m]", 0.0)
 
     def __post_init__(self) -> None:
         check_order(self.order)

@@ -9,7 +9,7 @@ from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count, chec
 from cabledrive.parameters.drive_parts import Goal, Sensors
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.excitation import StatedExcitation
-from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
+from cabledrive.parameters.fields import check_fields, check_text, choice, described, meaning, nearest
 from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
 from cabledrive.parameters.route.parts import (
     Anchor,
@@ -48,44 +48,26 @@ def require_two_pulleys(drive: object, what: str) -> None:
     require_own_spans(drive, what)
 
 
+@described
 @dataclass(frozen=True, kw_only=True)
 class RoutedDrive:
-    """A machine whose cables run over any number of pulleys, with the names of its file.
+    """A machine whose cables run over any number of pulleys, with the names of its file."""
 
-    Attributes
-    ----------
-    name : str
-        Short name.
-    cable : Rope or None
-        What the routes have in common.
-    layout : RouteLayout
-    body, pulley, anchor, route, carriage, motor : tuple
-        Its parts, in the order of the file.
-    sensors : Sensors or None
-    goal : Goal or None
-    excitation : StatedExcitation or None
-        What excites it in operation.
-    title, source : str
-        What it is, and where its figures come from.
-    schema : int
-        Version of the file format.
-    """
-
-    name: str
+    name: str = meaning("short name")
     kind: str = choice(("route",), "the ways of the cables are listed", "route")
-    cable: Rope | None = None
-    layout: RouteLayout = _UNDER_GRAVITY
-    body: tuple[Body, ...] = ()
-    pulley: tuple[RoutedPulley, ...] = ()
-    anchor: tuple[Anchor, ...] = ()
-    route: tuple[Route, ...]
-    carriage: tuple[RoutedCarriage, ...] = ()
-    motor: tuple[RoutedMotor, ...] = ()
-    sensors: Sensors | None = None
-    goal: Goal | None = None
-    excitation: StatedExcitation | None = None
-    title: str = ""
-    source: str = ""
+    cable: Rope | None = meaning("what the routes have in common", None)
+    layout: RouteLayout = meaning("gravity", _UNDER_GRAVITY)
+    body: tuple[Body, ...] = meaning("in the order of the file", ())
+    pulley: tuple[RoutedPulley, ...] = meaning("in the order of the file", ())
+    anchor: tuple[Anchor, ...] = meaning("in the order of the file", ())
+    route: tuple[Route, ...] = meaning("in the order of the file")
+    carriage: tuple[RoutedCarriage, ...] = meaning("in the order of the file", ())
+    motor: tuple[RoutedMotor, ...] = meaning("in the order of the file", ())
+    sensors: Sensors | None = meaning("encoders and sampling", None)
+    goal: Goal | None = meaning("what is asked of it", None)
+    excitation: StatedExcitation | None = meaning("what excites it in operation", None)
+    title: str = meaning("what it is", "")
+    source: str = meaning("where its figures come from", "")
     schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
 
     def __post_init__(self) -> None:

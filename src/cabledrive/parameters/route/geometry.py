@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import atan2, degrees, hypot, pi, sqrt
 
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 
 Point = tuple[float, float]
 
@@ -21,60 +22,34 @@ LARGEST_WRAP = 315.0 * pi / 180.0
 _ROUND_OFF = 1e-9
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """One place of a path: an anchor, or a pulley with the sense in which the cable goes round it.
+    """One place of a path: an anchor, or a pulley with the sense in which the cable goes round it."""
 
-    Attributes
-    ----------
-    name : str
-    pulley, anchor : int or None
-        Number in the file; one of the two is None.
-    sense : {1, -1, 0}
-        1: anticlockwise; 0: an anchor.
-    centre : (float, float)
-        [m].
-    radius : float
-        [m]; 0 of an anchor.
-    turns : int
-        Full turns of the cable beyond the angle.
-    """
-
-    name: str
-    pulley: int | None
-    anchor: int | None
-    sense: int
-    centre: Point
-    radius: float
-    turns: int = 0
+    name: str = meaning("as the path has it")
+    pulley: int | None = meaning("number in the file; None of an anchor")
+    anchor: int | None = meaning("number in the file; None of a pulley")
+    sense: int = meaning("one of 1, -1, 0; 1: anticlockwise; 0: an anchor")
+    centre: Point = meaning("[m]")
+    radius: float = meaning("[m]; 0 of an anchor")
+    turns: int = meaning("full turns of the cable beyond the angle", 0)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FreeSpan:
-    """A free length of cable between two neighbouring places of a route.
+    """A free length of cable between two neighbouring places of a route."""
 
-    Attributes
-    ----------
-    name : str
-        "motor to idler".
-    route : int
-        Number of its route in the file.
-    start, end : Place
-    along : (float, float)
-        Unit vector t in the direction of travel.
-    length : float
-        Free length under tension [m].
-    wrap : float or None
-        Angle of wrap at the pulley where it ends [rad]; None at an anchor or a drum.
-    """
-
-    name: str
-    route: int
-    start: Place
-    end: Place
-    along: Point
-    length: float
-    wrap: float | None = None
+    name: str = meaning('"motor to idler"')
+    route: int = meaning("number of its route in the file")
+    start: Place = meaning("where it begins")
+    end: Place = meaning("where it ends")
+    along: Point = meaning("unit vector t in the direction of travel")
+    length: float = meaning("free length under tension [m]")
+    wrap: float | None = meaning(
+        "angle of wrap at the pulley where it ends [rad]; None at an anchor or a drum", None
+    )
 
     @property
     def across(self) -> Point:

@@ -8,7 +8,16 @@ from typing import Any
 from cabledrive.parameters.cable import Rigidity, check_one_rigidity
 from cabledrive.parameters.drive_parts import Motor
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, choice, pair, quantity, words, written
+from cabledrive.parameters.fields import (
+    check_fields,
+    choice,
+    described,
+    meaning,
+    pair,
+    quantity,
+    words,
+    written,
+)
 
 MOVES = ("x", "y", "turn")
 
@@ -35,37 +44,14 @@ def require_within_travel(body: "Body", value: float) -> None:
         )
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """A mass that moves as the file says and carries pulleys, anchors and other bodies.
-
-    Attributes
-    ----------
-    name : str
-    at : (float, float)
-        Centre of mass [m].
-    moves : tuple of {"x", "y", "turn"}
-        How it moves; "turn": about its pivot.
-    on : str, default ""
-        Body that carries it; the frame if empty.
-    pivot : (float, float) or None
-        Axis of "turn" [m].
-    mass, inertia : float, default 0.0
-        Mass [kg]; moment of inertia about `at` [kg m^2].
-    stiffness : float, default 0.0
-        Spring from its own motion to what carries it [N/m], of a turn [N m/rad]. Its preload balances the
-        forces at rest.
-    damping, coulomb_friction : float, default 0.0
-        Of its own motion [N s/m] and [N], of a turn [N m s/rad] and [N m].
-    load : (float, float), default (0.0, 0.0)
-        Constant force at `at` [N].
-    travel : (float, float) or None
-        Lowest and highest place of its slide [m], or of its turn from the pose of the file [rad].
-    """
+    """A mass that moves as the file says and carries pulleys, anchors and other bodies."""
 
     name: str = words("name by which it is called", "")
     at: tuple[float, float] = pair("m", "centre of mass")
-    moves: tuple[str, ...] = ()
+    moves: tuple[str, ...] = meaning('how it moves; "turn": about its pivot', ())
     on: str = words("body that carries it; absent: the frame", "")
     pivot: tuple[float, float] | None = pair("m", "axis about which it turns", None)
     mass: float = quantity("kg", "nonnegative", "mass", 0.0)
@@ -103,32 +89,10 @@ class Body:
             require_within_travel(self, self.at["xy".index(self.moves[0])])
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoutedPulley:
-    """A pulley, idler or drum that stands somewhere, on the frame or on a body.
-
-    Attributes
-    ----------
-    name : str
-    at : (float, float)
-        Centre [m].
-    on : str, default ""
-        Body that carries it; the frame if empty.
-    radius : float
-        Radius at the cable's centre line [m].
-    inertia : float
-        Moment of inertia about its axis [kg m^2], without the motor; 0 is allowed.
-    mass : float, default 0.0
-        Mass that moves with the body that carries it [kg].
-    viscous_friction, coulomb_friction : float, default 0.0
-        Friction of its bearing [N m s/rad], [N m].
-    fixed : bool, default False
-        A sliding guide that does not turn.
-    capstan_friction : float or None
-        Coefficient of friction between cable and pulley [-].
-    turns : int, default 0
-        Full turns of the cable on top of the angle that the geometry gives.
-    """
+    """A pulley, idler or drum that stands somewhere, on the frame or on a body."""
 
     name: str = words("name by which it is called", "")
     at: tuple[float, float] = pair("m", "centre")
@@ -149,18 +113,10 @@ class RoutedPulley:
         check_name(self.name)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Anchor:
-    """A point of a body or the frame where a cable ends or is clamped.
-
-    Attributes
-    ----------
-    name : str
-    at : (float, float)
-        Place [m].
-    on : str, default ""
-        Body it belongs to; the frame if empty.
-    """
+    """A point of a body or the frame where a cable ends or is clamped."""
 
     name: str = words("name by which it is called", "")
     at: tuple[float, float] = pair("m", "place")
@@ -171,36 +127,18 @@ class Anchor:
         check_name(self.name)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoutedMotor(Motor):
-    """A motor on the shaft of a named pulley.
-
-    Attributes
-    ----------
-    pulley : str, default ""
-        Pulley it drives; the first of the file if empty.
-    """
+    """A motor on the shaft of a named pulley."""
 
     pulley: str = words("pulley it drives; absent: the first", "")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoutedCarriage:
-    """A point mass clamped to the cable of a route.
-
-    Attributes
-    ----------
-    mass : float
-        Mass [kg].
-    position : float
-        Sum of the free span lengths from the route's first contact, arcs not counted [m].
-    route : str, default ""
-        Route that carries it; the first of the file if empty.
-    guided : bool, default True
-        Rides on a rail and has no transverse motion; False: it hangs on the cable.
-    name : str, default ""
-        Name by which it can be called.
-    """
+    """A point mass clamped to the cable of a route."""
 
     mass: float = quantity("kg", "positive", "mass clamped to the cable")
     position: float = quantity("m", "positive", "free span lengths from the route's first contact")
@@ -228,33 +166,10 @@ class RouteLayout:
 _RIGIDITY = ("youngs_modulus", "area", "given_rigidity")
 
 
+@described
 @dataclass(frozen=True, kw_only=True)
 class Rope(Rigidity):
-    """Keys of ``[cable]`` in a file of kind "route"; a route may say any of them otherwise.
-
-    Attributes
-    ----------
-    type : str
-        Name in the packaged table of belts and ropes, from which absent keys are taken.
-    youngs_modulus, area, given_rigidity : float or None
-        Modulus [Pa] and cross-section [m^2], or the axial rigidity [N].
-    mass_per_length : float or None
-        Mass per unstretched metre of one rope [kg/m].
-    pretension : float or None
-        Tension of one rope [N]; statics starts from it, and needs none where weights give the tension.
-    transverse_damping, axial_damping : float
-        [1/s], [N s].
-    strain_limit : float or None
-        Largest strain of the elastic range [-].
-    strength : float or None
-        Breaking load, or the allowed tension of a belt [N].
-    bending_stiffness : float or None
-        EI [N m^2].
-    least_radius : float or None
-        Smallest radius it may be bent to [m].
-    tooth_pitch : float or None
-        Pitch of a toothed belt [m].
-    """
+    """Keys of ``[cable]`` in a file of kind "route"; a route may say any of them otherwise."""
 
     type: str = words("name in the packaged table of belts and ropes", "")
     youngs_modulus: float | None = quantity("Pa", "positive", "Young's modulus E", None)
@@ -298,28 +213,18 @@ class Rope(Rigidity):
         return sqrt(tension * (1.0 + tension / self.axial_rigidity) / self.density)
 
 
+@described
 @dataclass(frozen=True, kw_only=True)
 class Route(Rope):
-    """The way of one cable from anchor to pulley to anchor.
-
-    Attributes
-    ----------
-    name : str
-    path : tuple of str
-        "+name": anticlockwise round a pulley, its centre to the left of travel; "-name": clockwise; a bare
-        name: an anchor. A pulley at an end of an open path is a drum, to which the cable is fixed.
-    closed : bool, default False
-        Whether the last place leads to the first.
-    ropes : int, default 1
-        Parallel ropes, all alike.
-    speed : float, default 0.0
-        Speed at which the cable runs along its path [m/s]; `pretension` is the tension while it runs.
-    crossed : bool, default False
-        Whether spans of this route may cross each other in the drawing.
-    """
+    """The way of one cable from anchor to pulley to anchor."""
 
     name: str = words("name by which it is called", "")
-    path: tuple[str, ...] = ()
+    path: tuple[str, ...] = meaning(
+        '"+name": anticlockwise round a pulley, its centre to the left of travel; "-name": '
+        "clockwise; a bare name: an anchor. A pulley at an end of an open path is a drum, to which "
+        "the cable is fixed",
+        (),
+    )
     closed: bool = choice((False, True), "whether the last place leads to the first", False)
     ropes: int = quantity("count", "positive", "parallel ropes, all alike", 1)
     speed: float = quantity("m/s", "finite", "speed of the cable along its path", 0.0)
