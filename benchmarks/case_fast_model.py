@@ -76,9 +76,9 @@ def fast_run(shape: str, sines: int, exact):
     """Error of the fast model, and the arguments of its integration."""
     taken = []
 
-    def kept(c, q, p, a, b, *rest):
-        taken.append((c, q.copy(), p.copy(), a.copy(), b.copy(), *rest))
-        return integrate(c, q, p, a, b, *rest)
+    def kept(model, numbers, start, *rest):
+        taken.append((model, numbers, tuple(part.copy() for part in start), *rest))
+        return integrate(model, numbers, start, *rest)
 
     with mock.patch.object(fast_simulation, "integrate", kept):
         result = simulate_fast(
@@ -93,8 +93,8 @@ def fast_run(shape: str, sines: int, exact):
 
 
 def integrated(arguments):
-    c, q, p, a, b, *rest = arguments
-    return integrate(c, q.copy(), p.copy(), a.copy(), b.copy(), *rest)
+    model, numbers, start, *rest = arguments
+    return integrate(model, numbers, tuple(part.copy() for part in start), *rest)
 
 
 def envelopes(result):

@@ -18,11 +18,6 @@ from cabledrive.reduction.oscillators import (
     oscillator_ensemble,
 )
 from cabledrive.reduction.uniform_tension import coefficients, integrate, uniform_tension_model
-from cabledrive.reduction.uniform_tension_kernels import (
-    integrate_reference,
-    integration_kernel,
-    single_sine_kernel,
-)
 from resonance_samples import averaged_step, damped
 
 TUNED = cd.load_drive(
@@ -68,18 +63,54 @@ def test_coupling_is_the_integral_of_strain_and_squared_slope():
             assert abs(model.coupling[1, j, m - 1]) == pytest.approx(abs(integral), rel=1e-7)
 
 
+def integrate_reference(model, h, start, torque, stride):
+    """Readable twin of the compiled integrator: records, tallies and peaks of `IntegratedMotion`."""
+    q, p, a, b = start
+    numbers, n_end = coefficients(model, h), torque.size - 1
+    across_loss, stretching = model.transverse_mass * model.transverse_damping, numbers.stretching
+    along, across, tallies, tally = [], [], [], np.zeros(3)
+    peaks = np.array([[np.inf, 0.0], [np.inf, 0.0]])
+    for n in range(n_end + 1):
+        stretched = np.einsum("pjm,m->j", a**2, stretching)
+        tension = model.pretension + numbers.tension @ q + model.axial_rigidity / model.span * stretched
+        peaks[:, 0] = np.minimum(peaks[:, 0], tension)
+        peaks[:, 1] = np.maximum(peaks[:, 1], np.sqrt(np.sum(np.sum(np.abs(a), axis=2) ** 2, axis=0)))
+        stiffening = 2.0 / model.transverse_mass * np.einsum("k,kjm->jm", q, model.coupling)
+        pull = -(stiffening + stretched[:, None] * numbers.carried) * a
+        force = model.torque_shape * torque[n] - np.einsum("kjm,pjm->k", model.coupling, a**2)
+        half, rest = 0.5 * h * (n > 0), 0.5 * h * (n < n_end)
+        speed, swing = p + half * force, b + half * pull
+        lost = across_loss * np.sum(swing**2), speed @ model.damping @ speed
+        power = np.array([torque[n] * (model.torque_shape @ speed), *lost])
+        tally += power * half
+        if n % stride == 0:
+            along.append([q.copy(), speed])
+            across.append([a.copy(), swing])
+            tallies.append(tally.copy())
+        tally += power * rest
+        p += (half + rest) * force
+        b += (half + rest) * pull
+        if n < n_end:
+            q[:], p[:] = np.split(numbers.along @ np.concatenate((q, p)), 2)
+            a[0] -= numbers.sag
+            flow = numbers.across
+            a[:], b[:] = flow[0] * a + flow[1] * b, flow[2] * a + flow[3] * b
+            a[0] += numbers.sag
+    return np.array(along), np.array(across), np.array(tallies), peaks
+
+
 @pytest.mark.kernel
 @pytest.mark.parametrize("planes", [1, 2])
 def test_compiled_integration_equals_its_readable_twin(planes):
-    """cabledrive.reduction.uniform_tension_kernels, compiled and as Python."""
+    """cabledrive.reduction.modal_cable_kernels, compiled and as Python."""
     model = uniform_tension_model(replace(TUNED, layout=replace(TUNED.layout, gravity=9.81)), 5)
     step, rng = 2e-4, np.random.default_rng(7)
     state = tuple(1e-4 * rng.standard_normal(part.shape) for part in rest(model, planes))
     torque = 0.02 * rng.standard_normal(401)
     runs = []
-    for method in (integration_kernel, integrate_reference):
+    for method, numbers in ((integrate, coefficients(model, step)), (integrate_reference, step)):
         start = [part.copy() for part in state]
-        runs.append((*method(coefficients(model, step), *start, torque, step, 4), *start))
+        runs.append((*method(model, numbers, start, torque, 4), *start))
     for compiled, readable in zip(*runs, strict=True):
         np.testing.assert_allclose(compiled, readable, rtol=1e-9, atol=1e-12 * np.max(np.abs(readable)))
 
@@ -105,7 +136,7 @@ def test_one_mode_limit_is_the_nonlinear_string(whirling, measured):
     else:
         parameter = alpha * amplitude**2 / (2 * hardened**2)
         expected = np.pi * hardened / (2 * ellipk(parameter))
-    recorded = integrate(coefficients(model, step), q, p, a, b, np.zeros(100_001), step, 1)
+    recorded = integrate(model, coefficients(model, step), (q, p, a, b), np.zeros(100_001), 1)
     w = recorded.across[:, 0, 0, 0, 0]
     down = np.flatnonzero((w[:-1] > 0) & (w[1:] <= 0))
     crossings = (down + w[down] / (w[down] - w[down + 1])) * step
@@ -126,7 +157,7 @@ def test_integration_converges_with_order_two_against_its_own_law():
         q, p, a, b = rest(model)
         a[0, :, 0] = 3e-3, 1e-3
         steps = round(0.2 / step)
-        integrate(coefficients(model, step), q, p, a, b, np.full(steps + 1, 0.01), step, steps)
+        integrate(model, coefficients(model, step), (q, p, a, b), np.full(steps + 1, 0.01), steps)
         ends.append(np.concatenate((q * 100, a.ravel())))
     errors = [np.linalg.norm(end - ends[-1]) for end in ends[:3]]
     order = np.log2(errors[0] / errors[1]), np.log2(errors[1] / errors[2])
@@ -150,8 +181,8 @@ def test_one_sine_in_one_plane_equals_the_readable_integration(name, overrides, 
     ]
     torque, h = 0.05 * rng.standard_normal(141), 1e-4
     ours, theirs = [part.copy() for part in start], [part.copy() for part in start]
-    found = single_sine_kernel(coefficients(model, h), *ours, torque, h, stride)
-    expected = integrate_reference(coefficients(model, h), *theirs, torque, h, stride)
+    found = integrate(model, coefficients(model, h), ours, torque, stride)
+    expected = integrate_reference(model, h, theirs, torque, stride)
     for mine, other in zip((*found, *ours), (*expected, *theirs), strict=True):
         assert mine.shape == other.shape
         error = np.max(np.abs(mine - other)) / np.max(np.abs(other))
@@ -191,7 +222,7 @@ def test_oscillators_equal_the_uniform_tension_model_of_one_mode():
     a = np.zeros((1, 2, 1))
     a[0, :, 0] = plucks
     wave = torque * np.sin(model.natural * h * np.arange(steps + 1))
-    run = integrate(coefficients(uniform, h), q, p, a, np.zeros_like(a), wave, h, 1)
+    run = integrate(uniform, coefficients(uniform, h), (q, p, a, np.zeros_like(a)), wave, 1)
     relative = run.along[:, 0, 1] * (uniform.rims[1, 1] - uniform.rims[1, 0])
     assert largest.pulley[0] == pytest.approx(np.max(np.abs(relative)), rel=5e-3)
     spans = np.max(np.abs(run.across[:, 0, 0, :, 0]), axis=0)

@@ -16,8 +16,9 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.version import __version__
-from cabledrive.reduction.fast_simulation import STEEPEST, FastScheme, check_band, grid_of, start_amplitudes
+from cabledrive.reduction.fast_simulation import FastScheme, check_band, grid_of, start_amplitudes
 from cabledrive.reduction.uniform_tension import (
+    STEEPEST,
     UniformTensionModel,
     coefficients,
     integrate,
@@ -185,7 +186,7 @@ def _run(
     group: _Sharing, waves: dict[float, Array], step: float, stride: int
 ) -> tuple[Array, Array, NDArray[np.object_]]:
     """Motion, least tensions and reasons of the members of one drive."""
-    model, c = group.model, coefficients(group.model, step)
+    model, numbers = group.model, coefficients(group.model, step)
     records = (next(iter(waves.values())).size - 1) // stride + 1
     along = np.empty((len(group.settings), records, model.natural.size))
     across = np.empty((len(group.settings), records, 2, model.transverse.size))
@@ -195,10 +196,12 @@ def _run(
         heights = np.array([[member["pluck_upper"]], [member["pluck_lower"]]])
         start = (heights * group.sines)[None]
         torque = member["torque_amplitude"] * waves[member["torque_frequency"]] + group.offset
-        one = integrate(c, rest.copy(), rest.copy(), start, np.zeros_like(start), torque, step, stride)
+        one = integrate(
+            model, numbers, (rest.copy(), rest.copy(), start, np.zeros_like(start)), torque, stride
+        )
         along[i], across[i], peaks[i] = one.along[:, 0], one.across[:, 0, 0], one.peaks
     reasons = np.full(len(peaks), "", dtype=object)
-    held = model.pretension + peaks[:, :, 0] >= 0.0
+    held = peaks[:, :, 0] >= 0.0
     held &= model.wave_numbers[0] * peaks[:, :, 1] <= STEEPEST
     for i in np.flatnonzero(~held.all(axis=1)).tolist():
         reasons[i] = _reason(model, peaks[i])
@@ -206,15 +209,15 @@ def _run(
     angles = np.moveaxis(along @ (model.rims / model.radii), -1, 0)
     motion = np.concatenate((angles, np.moveaxis(across @ middle, -1, 0)))
     motion[:, reasons != ""] = np.nan
-    return motion, model.pretension + peaks[:, :, 0].T, reasons
+    return motion, peaks[:, :, 0].T, reasons
 
 
 def _reason(model: UniformTensionModel, peak: Array) -> str:
     """Why the model does not hold for a member."""
     if not np.all(np.isfinite(peak)):
         return "diverged: lower the torque or the plucks"
-    for span, change in zip(SPANS, peak[:, 0], strict=True):
-        if model.pretension + change < 0.0:
+    for span, tension in zip(SPANS, peak[:, 0], strict=True):
+        if tension < 0.0:
             return f"the {span} span goes slack"
     slope = float(model.wave_numbers[0] * peak[:, 1].max())
     return f"slope of {slope:.3g}, the fast model is valid below {STEEPEST}"

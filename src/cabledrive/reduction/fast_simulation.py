@@ -16,6 +16,7 @@ from cabledrive.parameters.files import check_writable, not_written, one_process
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.uniform_tension import (
     HIGHEST_SHARE,
+    STEEPEST,
     IntegratedMotion,
     UniformTensionModel,
     coefficients,
@@ -29,9 +30,6 @@ from cabledrive.simulation.methods import check_resolved
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.signals import Function, check_lasts, signal_of
 from cabledrive.simulation.start import place_at_start, velocity_at_start
-
-STEEPEST = 0.05
-"""Largest slope of the cable for which the tension may count as uniform; (slope)^2 is the relative error."""
 
 
 def bounded_part(recorded: IntegratedMotion, longest: float) -> tuple[IntegratedMotion, int | None]:
@@ -146,7 +144,7 @@ def _limits(
     """Slack and steepness, over all steps."""
     slope = float(model.wave_numbers[0] * recorded.peaks[:, 1].max())
     for j, span in enumerate(("upper", "lower")):
-        if model.pretension + recorded.peaks[j, 0] < 0.0:
+        if recorded.peaks[j, 0] < 0.0:
             tension = rows[:, COLUMN[f"mean_tension_{span}"]]
             first = int(np.argmax(tension < 0.0)) if np.any(tension < 0.0) else int(np.argmin(tension))
             event = SlackEvent(
@@ -272,7 +270,7 @@ def simulate_fast(
     )
     check_band(model, samples, step)
     state = start_amplitudes(drive, model, start)
-    recorded = integrate(coefficients(model, step), *state, samples, step, stride)
+    recorded = integrate(model, coefficients(model, step), state, samples, stride)
     recorded, kept = bounded_part(recorded, model.span)
     steps = steps if kept is None else stride * (kept - 1)
     rows = fast_rows(model, recorded, samples[: steps + 1 : stride])

@@ -16,10 +16,15 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.reduction.fast_simulation import STEEPEST, finest_step
+from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.modal_cable_kernels import ModalCableNumbers
 from cabledrive.reduction.network_chain import coupled_modes
-from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, coefficients, uniform_tension_model
+from cabledrive.reduction.uniform_tension import (
+    HIGHEST_SHARE,
+    coefficients,
+    first_order,
+    uniform_tension_model,
+)
 
 DEFAULT_RATE = 1000.0
 """Of a drive without sensors [Hz]."""
@@ -61,27 +66,14 @@ def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:
     """The equations of `uniform_tension_model`; motion in the plane w of the spans."""
     model = uniform_tension_model(drive, sines)
     steps = ceil(interval / finest_step(model))
-    c = coefficients(model, interval / steps)
     shafts = np.column_stack((model.torque_shape, model.rims / model.radii))
     names = ("motor", "drive", "load") if drive.motor and drive.motor.joint_stiffness else ("drive", "load")
     shafts = shafts[:, -len(names) :]
-    pushed = shafts[:, [0, -1]]
-    numbers = ModalCableNumbers(
+    step = interval / steps
+    numbers = coefficients(model, step)._replace(
         steps=steps,
-        step=interval / steps,
-        along=c.along,
-        push=_push(model.natural**2, model.damping, pushed, interval / steps),
-        across=c.across,
-        sag=c.sag,
-        coupling=c.coupling,
-        carried=c.carried,
-        stretching=c.stretching,
-        wave_numbers=model.wave_numbers,
-        middle=np.sin(0.5 * pi * np.arange(1, sines + 1)),
-        factors=np.array([c.per_mass, c.tension_across, STEEPEST]),
+        push=_push(model.natural**2, model.damping, shafts[:, [0, -1]], step),
         motions=np.ascontiguousarray(shafts.T),
-        rest=np.full(2, model.pretension),
-        tension=np.ascontiguousarray(c.tension_along.T),
     )
     return ModalCable(
         numbers=numbers,
@@ -114,7 +106,7 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
     numbers = ModalCableNumbers(
         steps=1,
         step=interval,
-        along=expm(_system(squares, damping) * interval),
+        along=expm(first_order(squares, damping) * interval),
         push=_push(squares, damping, (rows @ shapes).T, interval),
         across=np.zeros((4, 0)),
         sag=np.zeros((len(along), 0)),
@@ -168,16 +160,11 @@ def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
     return damping
 
 
-def _system(squares: Array, damping: Array) -> Array:
-    zero, one = np.zeros_like(damping), np.eye(squares.size)
-    return np.block([[zero, one], [-np.diag(squares), -damping]])
-
-
 def _push(squares: Array, damping: Array, forces: Array, step: float) -> Array:
     """What unit inputs held over a step add to amplitudes and rates; ``forces``, shape (k, i)."""
     k, i = forces.shape
     block = np.zeros((2 * k + i, 2 * k + i))
-    block[: 2 * k, : 2 * k] = _system(squares, damping)
+    block[: 2 * k, : 2 * k] = first_order(squares, damping)
     block[k : 2 * k, 2 * k :] = forces
     return np.ascontiguousarray(expm(block * step)[: 2 * k, 2 * k :])
 

@@ -22,6 +22,7 @@ from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction import ensemble_kernels as k
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.averaging import AveragedCoefficients
+from cabledrive.reduction.uniform_tension import linear_flow
 
 
 class OscillatorCoefficients(NamedTuple):
@@ -63,15 +64,6 @@ def oscillator_coefficients(
         rigid_cross=np.asarray(cross / model.rigid_mass),
         step=np.asarray(step),
     )
-
-
-def linear_flow(natural: Array, damping: Array, step: float) -> Array:
-    """Exact flow over a step [s], (4, ...): place from place and from rate, rate from place and from rate."""
-    root = np.sqrt((natural**2 - 0.25 * damping**2).astype(complex)) * step
-    decay = np.exp(-0.5 * damping * step)
-    turn = decay * np.cos(root).real
-    push = decay * step * np.sinc(root / np.pi).real
-    return np.array([turn + 0.5 * damping * push, push, -(natural**2) * push, turn - 0.5 * damping * push])
 
 
 def integrate_oscillators_reference(

@@ -35,8 +35,14 @@ from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR,
 from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.uniform_tension_kernels import integration_kernel, single_sine_kernel
+from cabledrive.reduction.modal_cable_kernels import (
+    ModalCableNumbers,
+    integration_kernel,
+    new_modal_cable_state,
+)
 
+STEEPEST = 0.05
+"""Largest slope of the cable for which the tension may count as uniform; (slope)^2 is the relative error."""
 HIGHEST_SHARE = 0.9
 """Longitudinal modes are kept below this share of the first resonance of a span, c_u / (2 Le)."""
 
@@ -182,51 +188,11 @@ class IntegratedMotion(NamedTuple):
     across: Array  # (records, 2, planes, 2, m): transverse amplitudes [m] and their rates
     tallies: Array  # (records, 3): work of the torque, energy lost across and along since the start [J]
     peaks: Array
-    """(2, 2): per span: lowest change of tension [N], largest amplitude summed over the sines, planes
-    together [m]."""
+    """(2, 2): per span: lowest tension [N], largest amplitude summed over the sines, planes together [m]."""
 
 
-class Coefficients(NamedTuple):
-    """What a step needs, for one step length: arrays only, so that a kernel takes one argument."""
-
-    along: Array  # (2 k, 2 k): exact flow of the longitudinal modes, amplitudes then rates, Eq. (R.4)
-    across: Array  # (4, m): exact flow of the sines: x from x, x from v, v from x, v from v
-    torque_shape: Array  # (k,): modal force per torque
-    coupling: Array  # (k, 2, m): G of (R.3)
-    per_mass: float  # 2 / m_t [1/kg]
-    carried: Array  # (m,): carrier kappa^2, tension stiffening per S [1/(m s^2)]
-    stretching: Array  # (m,): kappa^2 Le / 4, S per squared amplitude [1/m]
-    sag: Array  # (2, m): where gravity holds the linear string, in w; the flow turns about it [m]
-    tension_along: Array  # (k, 2): tension of each span per longitudinal amplitude [N kg^1/2]
-    tension_across: float  # tension per S [N/m]
-    loss_along: Array  # (k, k): modal damping, of the power lost along [1/s]
-    loss_across: float  # m_t Gamma, of the power lost across [kg/s]
-
-
-def coefficients(model: UniformTensionModel, step: float) -> Coefficients:
-    """Prepare an integration with one step length. ``step``: step length h [s]."""
-    from scipy.linalg import expm
-
-    zero, one = np.zeros_like(model.damping), np.eye(model.natural.size)
-    system = np.block([[zero, one], [-np.diag(model.natural**2), -model.damping]])
-    return Coefficients(
-        along=expm(system * step),
-        across=_flow(model.transverse, np.full(model.transverse.size, model.transverse_damping), step),
-        torque_shape=model.torque_shape,
-        coupling=model.coupling,
-        per_mass=2.0 / model.transverse_mass,
-        carried=model.carrier * model.wave_numbers**2,
-        stretching=0.25 * model.wave_numbers**2 * model.span,
-        sag=model.gravity_load / model.transverse**2,
-        tension_along=model.stiffness / model.span * model.stretch,
-        tension_across=model.axial_rigidity / model.span,
-        loss_along=model.damping,
-        loss_across=model.transverse_mass * model.transverse_damping,
-    )
-
-
-def _flow(natural: Array, damping: Array, step: float) -> Array:
-    """Exact flow of damped oscillators over one step, shape (4, n)."""
+def linear_flow(natural: Array, damping: Array | float, step: float) -> Array:
+    """Exact flow over a step [s], (4, ...): place from place and from rate, rate from place and from rate."""
     root = np.sqrt((natural**2 - 0.25 * damping**2).astype(complex)) * step
     decay = np.exp(-0.5 * damping * step)
     turn = decay * np.cos(root).real
@@ -234,16 +200,56 @@ def _flow(natural: Array, damping: Array, step: float) -> Array:
     return np.array([turn + 0.5 * damping * push, push, -(natural**2) * push, turn - 0.5 * damping * push])
 
 
+def first_order(squares: Array, damping: Array) -> Array:
+    """Matrix of the rates of amplitudes, then rates, shape (2k, 2k)."""
+    zero, one = np.zeros_like(damping), np.eye(squares.size)
+    return np.block([[zero, one], [-np.diag(squares), -damping]])
+
+
+def coefficients(model: UniformTensionModel, step: float) -> ModalCableNumbers:
+    """Prepare an integration with one step length h [s]; the motions are those of both rims."""
+    from scipy.linalg import expm
+
+    modes, sines = model.natural.size, model.transverse.size
+    return ModalCableNumbers(
+        steps=1,
+        step=step,
+        along=expm(first_order(model.natural**2, model.damping) * step),
+        push=np.zeros((2 * modes, 0)),
+        across=linear_flow(model.transverse, model.transverse_damping, step),
+        sag=model.gravity_load / model.transverse**2,
+        coupling=model.coupling,
+        carried=model.carrier * model.wave_numbers**2,
+        stretching=0.25 * model.wave_numbers**2 * model.span,
+        wave_numbers=model.wave_numbers,
+        middle=np.sin(0.5 * pi * np.arange(1, sines + 1)),
+        factors=np.array([2.0 / model.transverse_mass, model.axial_rigidity / model.span, STEEPEST]),
+        motions=np.ascontiguousarray((model.rims / model.radii).T),
+        rest=np.full(2, model.pretension),
+        tension=np.ascontiguousarray((model.stiffness / model.span * model.stretch).T),
+    )
+
+
 def integrate(
-    c: Coefficients, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
+    model: UniformTensionModel,
+    numbers: ModalCableNumbers,
+    start: tuple[Array, Array, Array, Array],
+    torque: Array,
+    stride: int,
 ) -> IntegratedMotion:
     """Integrate the model in time, Eq. (R.4).
 
-    ``c``: for the step `h`; ``q``, ``p``, shape (k,): longitudinal amplitudes [m kg^1/2] and rates at the
-    start; at the end of the integration on return; ``a``, ``b``, shape (planes, 2, m): transverse amplitudes
-    [m]
-    and rates, planes w (and v); ``torque``, shape (steps + 1,): at the ends of the steps [N m]; ``h``: step
-    [s]; ``stride``: steps between two recorded instants.
+    ``numbers``: of `coefficients` for the step h; ``start``: longitudinal amplitudes [m kg^1/2] and rates,
+    shape (k,), transverse amplitudes [m] and rates, shape (planes, 2, m), planes w (and v), which become
+    those at the end;
+    ``torque``, shape (steps + 1,): at the ends of the steps [N m]; ``stride``: steps between two recorded
+    instants.
     """
-    kernel = single_sine_kernel if a.shape == (1, 2, 1) else integration_kernel
-    return IntegratedMotion(*kernel(c, q, p, a, b, torque, h, stride))
+    q, p, a, b = start
+    state = new_modal_cable_state(numbers, len(a))
+    state.modes[:], state.sines[:], state.rates[:] = np.concatenate((q, p)), a, b
+    losses = model.damping, model.transverse_mass * model.transverse_damping
+    motion = integration_kernel(numbers, model.torque_shape, losses, state, torque, stride)
+    q[:], p[:] = np.split(state.modes, 2)
+    a[:], b[:] = state.sines, state.rates
+    return IntegratedMotion(*motion)
