@@ -8,8 +8,7 @@ from scipy.linalg import eigh, expm
 
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import DIRECTIONS, dampers_of, rotor_turn
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
-from cabledrive.mechanics.network.pieces import Piece
+from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
@@ -25,6 +24,8 @@ from cabledrive.reduction.uniform_tension import (
     first_order,
     uniform_tension_model,
 )
+from cabledrive.simulation.network.case import slides
+from cabledrive.simulation.network.mesh import piece_names
 
 DEFAULT_RATE = 1000.0
 """Of a drive without sensors [Hz]."""
@@ -102,7 +103,7 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
     k = squares.size
     along = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
     pull = (network.impedance / network.time)[along, None] * (network.end - network.start)[along]
-    pieces = [network.pieces[i] for i in network.piece[along]]
+    names, pieces = piece_names(network), [network.pieces[i] for i in network.piece[along]]
     numbers = ModalCableNumbers(
         steps=1,
         step=interval,
@@ -124,8 +125,8 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
         numbers=numbers,
         interval=interval,
         inputs=inputs,
-        motions=tuple((name, _unit(name)) for name in network.motion.names),
-        spans=tuple(_span_names(network, pieces)),
+        motions=tuple((name, "m" if slides(name) else "rad") for name in network.motion.names),
+        spans=tuple(names[i] for i in network.piece[along]),
         highest=top,
         modes=k,
         sine=False,
@@ -177,22 +178,8 @@ def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
     for body in drive.body:
         for move in body.moves:
             rows.append(motion.unit(f"{body.name}.{move}"))
-            turns = _unit(f".{move}") == "rad"
+            turns = not slides(f".{move}")
             names.append((f"{body.name}.{move}_{'torque' if turns else 'force'}", "N.m" if turns else "N"))
     if not rows:
         raise InputRefused("the machine has no motor and no body that moves: nothing can drive it")
     return np.array(rows), tuple(names)
-
-
-def _unit(name: str) -> str:
-    slides = name.endswith((".x", ".y", f" {ALONG}", f" {ACROSS}", f" {OUT_OF_PLANE}"))
-    return "m" if slides else "rad"
-
-
-def _span_names(network: Network, pieces: list[Piece]) -> list[str]:
-    """Name of each piece of a span; pieces of one span are counted."""
-    names = [network.drive.free_spans[piece.span].name for piece in pieces]
-    return [
-        name if names.count(name) == 1 else f"{name} part {1 + names[:i].count(name)}"
-        for i, name in enumerate(names)
-    ]

@@ -16,7 +16,7 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import TimeGrid, check_resolved, time_grid
-from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, rubbing_of, wraps_of
+from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, wraps_of
 from cabledrive.simulation.network.plan import (
     EVENTS,
     MOST_EVENTS,
@@ -262,7 +262,6 @@ def network_case(
     torques = motor_torques(mesh.driven, torque, duration)
     for signal in torques:
         check_resolved(signal, grid.step)
-    rubbing = rubbing_of(network, wraps, mesh.tension)
     x, q = placed(mesh, start.places, "places", start.plucks)
     x_t, q_t = placed(mesh, start.speeds, "speeds", ())
     return NetworkCase(
@@ -272,7 +271,7 @@ def network_case(
         mesh=mesh,
         laws=laws,
         grid=grid,
-        plan=network_plan(mesh, laws, rubbing, step=grid.step, stop_when_slack=scheme.slack == "stop"),
+        plan=network_plan(network, wraps, mesh, laws, step=grid.step, stop_when_slack=scheme.slack == "stop"),
         torques=torques,
         x=x,
         x_t=x_t,

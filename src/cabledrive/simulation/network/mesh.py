@@ -131,7 +131,7 @@ def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkM
     motors = [np.append(rotor_turn(network, number), np.zeros(len(wraps))) for number in driven]
     return NetworkMesh(
         names=(*network.motion.names, *(f"slip at {wrap.name}" for wrap in wraps)),
-        pieces=_names(network),
+        pieces=piece_names(network),
         nodes=nodes,
         length=length,
         spacing=spacing,
@@ -171,7 +171,8 @@ def _padded(matrix: Array, n: int) -> Array:
     return total
 
 
-def _names(network: Network) -> tuple[str, ...]:
+def piece_names(network: Network) -> tuple[str, ...]:
+    """Names of the pieces of rope: the span's, with a number where carriages cut it."""
     spans = [piece.span for piece in network.pieces]
     names = []
     for number, span in enumerate(spans):
@@ -181,84 +182,56 @@ def _names(network: Network) -> tuple[str, ...]:
     return tuple(names)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Rubbing:
-    """What rubs, and how much."""
+def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> tuple[Array, Array, Integers, Array]:
+    """All Coulomb friction; ``tension``, shape (pieces,): at rest, of one rope [N].
 
-    names: tuple[str, ...]
-    rows: Array  # (k, n): speed of what rubs per speed of the coordinates
-    bound: Array  # (k,): largest friction [N], [N m]; of a wrap per tension of its slacker side
-    wrap: Integers  # (k, 2): pieces before and behind a wrap; -1 elsewhere
-    rest: Array
-    """(n,): difference of the tensions at rest on both sides of a wrap, which its friction holds [N]."""
-
-
-def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> Rubbing:
-    """All Coulomb friction; ``tension``, shape (pieces,): at rest, of one rope [N]."""
-    parts, motion = coulomb_of(network), network.motion
-    n, rest = len(motion.names), np.zeros(len(motion.names) + len(wraps))
-    rows = np.zeros((len(parts) + len(wraps), rest.size))
+    Returns rows (k, n): speed of what rubs per speed of the coordinates; largest friction (k,) [N], [N m], of
+    a wrap per tension of its slacker side; pieces (k, 2) before and behind a wrap, -1 elsewhere; difference
+    (n,) of the tensions at rest on both sides of a wrap, which its friction holds [N].
+    """
+    parts = coulomb_of(network)
+    n = len(network.motion.names)
+    rows, rest = np.zeros((len(parts) + len(wraps), n + len(wraps))), np.zeros(n + len(wraps))
+    bound = [*(bound for _, _, bound in parts), *(wrap.ropes * wrap.factor for wrap in wraps)]
+    beside = [*((-1, -1) for _ in parts), *((wrap.before, wrap.behind) for wrap in wraps)]
     for k, (_, row, _) in enumerate(parts):
         rows[k, :n] = row
     for k, wrap in enumerate(wraps):
         rows[len(parts) + k, n + k] = 1.0
         rest[n + k] = wrap.ropes * (tension[wrap.behind] - tension[wrap.before])
-    return Rubbing(
-        names=(*(name for name, _, _ in parts), *(f"wrap at {wrap.name}" for wrap in wraps)),
-        rows=rows,
-        bound=np.array([*(bound for _, _, bound in parts), *(wrap.ropes * wrap.factor for wrap in wraps)]),
-        wrap=np.array(
-            [*((-1, -1) for _ in parts), *((wrap.before, wrap.behind) for wrap in wraps)], dtype=np.int64
-        ).reshape(-1, 2),
-        rest=rest,
-    )
+    return rows, np.array(bound), np.array(beside, dtype=np.int64).reshape(-1, 2), rest
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class AxialDampers:
-    """Constant parts of the damping tensions."""
+def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array]:
+    """Constant parts of the damping tensions; ``step`` [s].
 
-    compliance: Array  # (pieces,): 1 / beta of a segment [m/s/N]; 0 where no rope is damped
-    pivot: Array  # (nodes - 1,): pivots of the elimination
-    start: Array  # (nodes - 1,): damping tension per speed of the start [N s/m]
-    end: Array  # (nodes - 1,): per speed of the end [N s/m]
-    matrix: Array  # (n, n): what they do to the coordinates, as dampers
-
-
-def axial_dampers(mesh: NetworkMesh, step: float) -> AxialDampers:
-    """The dampers of all pieces; ``step`` [s]."""
+    Returns 1 / beta of a segment of each piece (pieces,) [m/s/N], 0 where no rope is damped; pivots of the
+    elimination, damping tension per speed of the start and of the end (3, nodes - 1) [-], [N s/m]; what they
+    do to the coordinates, as dampers (n, n).
+    """
     from scipy.linalg import solveh_banded
 
-    size = mesh.size - 1
-    pivot, start, end = np.ones(size), np.zeros(size), np.zeros(size)
-    matrix = np.zeros_like(mesh.mass)
-    compliance = np.zeros(len(mesh.length))
+    table = np.zeros((3, mesh.size - 1))
+    table[0] = 1.0
+    matrix, compliance = np.zeros_like(mesh.mass), np.zeros(len(mesh.length))
     for k, (first, last) in enumerate(mesh.nodes):
         damping = float(mesh.axial_damping[k]) * (1.0 + float(mesh.tension[k] / mesh.rigidity[k]))
         if damping == 0.0:
             continue
-        h, here = float(mesh.spacing[k]), slice(first, last)
+        h, size = float(mesh.spacing[k]), last - first
         compliance[k] = h / damping
         half = 0.5 * step / float(mesh.density[k] * h)
-        diagonal = np.full(last - first, compliance[k] + 2.0 * half)
+        diagonal = np.full(size, compliance[k] + 2.0 * half)
         diagonal[0] -= half  # the ends are no nodes of the piece's own
         diagonal[-1] -= half
-        pivot[here] = _pivots(diagonal, half)
-        sides = np.zeros((last - first, 2))
+        sides = np.zeros((size, 2))
         sides[0, 0], sides[-1, 1] = -1.0, 1.0
-        bands = np.stack([np.append(0.0, np.full(last - first - 1, -half)), diagonal])
-        solved = solveh_banded(bands, sides) if last - first > 1 else sides / diagonal[:, None]
-        start[here], end[here] = solved.T
+        bands = np.stack([np.append(0.0, np.full(size - 1, -half)), diagonal])
+        solved = solveh_banded(bands, sides) if size > 1 else sides / diagonal[:, None]
+        for i in range(1, size):
+            diagonal[i] -= half * half / diagonal[i - 1]
+        table[0, first:last], table[1:, first:last] = diagonal, solved.T
         a, b = mesh.ends[k, 0, 0], mesh.ends[k, 1, 0]
-        first_row = start[first] * a + end[first] * b
-        last_row = start[last - 1] * a + end[last - 1] * b
+        first_row, last_row = (table[1, i] * a + table[2, i] * b for i in (first, last - 1))
         matrix += mesh.ropes[k] * (np.outer(b, last_row) - np.outer(a, first_row))
-    return AxialDampers(compliance=compliance, pivot=pivot, start=start, end=end, matrix=matrix)
-
-
-def _pivots(diagonal: Array, half: float) -> Array:
-    """Pivots of the tridiagonal matrix with this diagonal and -half beside it."""
-    found = diagonal.copy()
-    for i in range(1, found.size):
-        found[i] -= half * half / found[i - 1]
-    return found
+    return compliance, table, matrix

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.network import Network
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.simulation.network.mesh import NetworkMesh, Rubbing, axial_dampers
+from cabledrive.simulation.network.mesh import NetworkMesh, Wrap, axial_dampers, rubbing_of
 from cabledrive.simulation.plan import KERNEL_LAWS
 
 # Columns of NetworkPlan.run: spacing [m]; velocity gained per pull h p along u, and across; share of the
@@ -45,7 +46,6 @@ class NetworkPlan(NamedTuple):
     damping: Array  # (n, n): of bearings, bodies and joints
     inverse: Array  # (n, n): of M / step + C / 2, axial damping of the ropes included
     back: Array  # (n, n): M / step - C / 2
-    axially_damped: bool
     compliance: Array  # (pieces,): see `cabledrive.simulation.network.mesh`
     damper: Array  # (3, nodes - 1): pivots, tension per speed of the start and of the end
     rest: Array  # (n,): forces at rest that friction alone holds [N]
@@ -58,13 +58,20 @@ class NetworkPlan(NamedTuple):
 
 
 def network_plan(
-    mesh: NetworkMesh, laws: list[CableLaw], rubbing: Rubbing, *, step: float, stop_when_slack: bool
+    network: Network,
+    wraps: list[Wrap],
+    mesh: NetworkMesh,
+    laws: list[CableLaw],
+    *,
+    step: float,
+    stop_when_slack: bool,
 ) -> NetworkPlan:
     """Numbers of one run; ``laws``: of each piece; ``step``: time step [s]."""
-    dampers = axial_dampers(mesh, step)
-    damping = mesh.damping + dampers.matrix
+    compliance, damper, dampers = axial_dampers(mesh, step)
+    damping = mesh.damping + dampers
     inverse = np.linalg.inv(mesh.mass / step + 0.5 * damping).astype(np.float64)
-    mobility = inverse @ rubbing.rows.T
+    rub, bound, wrap, rest = rubbing_of(network, wraps, mesh.tension)
+    mobility = inverse @ rub.T
     start, column, value = _rows(mesh)
     return NetworkPlan(
         law=_number(laws[0]),
@@ -88,16 +95,15 @@ def network_plan(
         damping=mesh.damping,
         inverse=inverse,
         back=mesh.mass / step - 0.5 * damping,
-        axially_damped=bool(dampers.compliance.any()),
-        compliance=dampers.compliance,
-        damper=np.stack([dampers.pivot, dampers.start, dampers.end]),
-        rest=rubbing.rest,
+        compliance=compliance,
+        damper=damper,
+        rest=rest,
         motor=mesh.motor,
-        rub=np.ascontiguousarray(rubbing.rows),
+        rub=rub,
         rub_mobility=np.ascontiguousarray(mobility),
-        rub_own=np.einsum("kn,nk->k", rubbing.rows, mobility),
-        bound=rubbing.bound,
-        wrap=rubbing.wrap,
+        rub_own=np.einsum("kn,nk->k", rub, mobility),
+        bound=bound,
+        wrap=wrap,
     )
 
 

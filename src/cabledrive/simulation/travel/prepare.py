@@ -174,8 +174,8 @@ def _plan(
                 f'kind = "route", travel: the drum {ends[s][side].name} rides on a body, whose mass would '
                 "change: put it on the ground"
             )
-    rubbing = rubbing_of(network, [], network.statics.mean)
-    frictions = rubbing.bound.size
+    rub, bound, wrap, _ = rubbing_of(network, [], network.statics.mean)
+    frictions = bound.size
     plan = TravelPlan(
         step=step,
         winds=bool(np.any(beyond == DRUM)),
@@ -200,9 +200,9 @@ def _plan(
         damping=np.asarray((dampers[1].T * dampers[0]) @ dampers[1]),
         rest=np.zeros(n),
         rotor=rotors,
-        rub=np.ascontiguousarray(rubbing.rows),
-        bound=rubbing.bound,
-        wrap=rubbing.wrap,
+        rub=rub,
+        bound=bound,
+        wrap=wrap,
         inverse=np.zeros((n, n)),
         rub_mobility=np.zeros((n, frictions)),
         rub_own=np.zeros(frictions),
