@@ -155,6 +155,23 @@ def joint_of(drive: Drive) -> Joint | None:
     return Joint(stiffness=motor.joint_stiffness, damping=motor.joint_damping)
 
 
+def shaft_frictions(drive: Drive) -> list[tuple[float, float, NDArray[np.float64]]]:
+    """Friction of drive pulley, load pulley, motor and joint, seen at the rim.
+
+    Viscous [N s/m] and Coulomb [N], and how much of it moves with the rims of the three shafts, shape (3,).
+    """
+    pulley, motor = drive.pulley, drive.motor
+    found = [(own.viscous_friction / own.radius**2, own.coulomb_friction / own.radius) for own in pulley]
+    if motor is not None:
+        r = drive.drive_pulley.radius
+        found += [
+            (motor.viscous_friction / r**2, motor.coulomb_friction / r),
+            (motor.joint_damping / r**2, 0.0),
+        ]
+    ways = np.vstack((np.eye(3), (-1.0, 0.0, 1.0)))
+    return [(viscous, coulomb, way) for (viscous, coulomb), way in zip(found, ways, strict=False)]
+
+
 _DENSE = 400  # masses up to which the matrix is solved as a dense one
 
 
@@ -182,71 +199,42 @@ def lumped_cable_mode(drive: Drive) -> float | None:
 
 
 def _lowest_of_masses(drive: Drive, driven: float) -> float | None:
-    """Lowest elastic mode of the masses on a cable without mass."""
-    links, masses, grounds = _masses_on_springs(drive, driven)
-    moving = np.flatnonzero(np.isfinite(masses))
-    if not moving.size:
-        return None
-    rigid = int(moving.size == masses.size and not grounds.any())
-    root = 1.0 / np.sqrt(masses[moving])
-    place = np.full(masses.size, -1)
-    place[moving] = np.arange(moving.size)
-    rows, columns, values = [place[moving]], [place[moving]], [grounds[moving]]
-    left, right, stiffness = links
-    for near, far, sign in ((left, left, 1), (right, right, 1), (left, right, -1), (right, left, -1)):
-        keep = (place[near] >= 0) & (place[far] >= 0)
-        rows.append(place[near[keep]])
-        columns.append(place[far[keep]])
-        values.append(sign * stiffness[keep])
-    row, column = np.concatenate(rows), np.concatenate(columns)
-    value = np.concatenate(values) * root[row] * root[column]
-    squares = _lowest_eigenvalues(row, column, value, moving.size, rigid + 1)
-    return sqrt(max(float(squares[rigid]), 0.0)) if squares.size > rigid else None
-
-
-def _masses_on_springs(
-    drive: Drive, driven: float
-) -> tuple[
-    tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]], NDArray[np.float64], NDArray[np.float64]
-]:
-    """Springs between neighbouring masses, masses (infinite where held) and springs to the ground."""
-    first, second = drive.pulley
-    masses = [np.inf if first.fixed else driven, np.inf if second.fixed else second.rim_mass]
-    left, right, stiffness = [], [], []
-    whole = span_stiffness(drive) * drive.span_length
-    for span in drive.spans:
-        carriages = drive.carriages_on(span)
-        inside = list(range(len(masses), len(masses) + len(carriages)))
-        masses += [carriage.mass for carriage in carriages]
-        places = [0.0, *(carriage.position for carriage in carriages), drive.span_length]
-        ends = (0, 1) if span == "upper" else (1, 0)
-        around = [ends[0], *inside, ends[1]]
-        left += around[:-1]
-        right += around[1:]
-        stiffness += [whole / (b - a) for a, b in pairwise(places)]
-    grounds = np.zeros(len(masses))
-    if motor_condition(drive) == HOLDING:
-        assert drive.motor is not None
-        assert drive.motor.holding_stiffness is not None
-        grounds[0] = drive.motor.holding_stiffness / first.radius**2
-    return (np.array(left), np.array(right), np.array(stiffness)), np.array(masses), grounds
-
-
-def _lowest_eigenvalues(
-    row: NDArray[np.intp], column: NDArray[np.intp], value: NDArray[np.float64], size: int, count: int
-) -> NDArray[np.float64]:
-    """Lowest eigenvalues of a symmetric matrix given by its entries, ascending."""
-    if size <= _DENSE:
-        dense = np.zeros((size, size))
-        np.add.at(dense, (row, column), value)
-        return np.asarray(np.linalg.eigvalsh(dense)[:count], dtype=np.float64)
-    from scipy.sparse import csc_array
+    """Lowest elastic mode of the masses on a cable without mass; ``driven``: of the drive pulley's rim."""
+    from scipy.sparse import csc_array, diags_array
     from scipy.sparse.linalg import eigsh
 
-    matrix = csc_array((value, (row, column)), shape=(size, size))
-    below = -1e-6 * float(np.max(value)) / size**2  # a shift below all of them, so that it is never singular
-    lowest = eigsh(matrix, k=count, sigma=below, v0=np.ones(size), return_eigenvectors=False)
-    return np.sort(np.asarray(lowest, dtype=np.float64))
+    pulleys = zip(drive.pulley, (driven, drive.load_pulley.rim_mass), strict=True)
+    masses = [np.inf if pulley.fixed else mass for pulley, mass in pulleys]
+    ends, stiffness = [], []
+    for span in drive.spans:
+        carriages = drive.carriages_on(span)
+        order = [*range(len(masses), len(masses) + len(carriages))]
+        masses += [carriage.mass for carriage in carriages]
+        places = [0.0, *(carriage.position for carriage in carriages), drive.span_length]
+        ends += pairwise([0, *order, 1] if span == "upper" else [1, *order, 0])
+        stiffness += [span_stiffness(drive) * drive.span_length / (b - a) for a, b in pairwise(places)]
+    ground = 0.0
+    if motor_condition(drive) == HOLDING and drive.motor is not None:
+        ground = (drive.motor.holding_stiffness or 0.0) / drive.drive_pulley.radius**2
+    moving = np.flatnonzero(np.isfinite(masses))
+    rigid = int(moving.size == len(masses) and ground == 0.0)
+    if moving.size <= rigid:
+        return None
+    links = np.arange(len(ends))
+    near, far = np.array(ends).T
+    entries = np.concatenate((np.ones(links.size), -np.ones(links.size)))
+    places_of = np.concatenate((links, links)), np.concatenate((near, far))
+    shape = links.size, len(masses)
+    rows = csc_array((entries, places_of), shape)[:, moving] * (1.0 / np.sqrt(np.array(masses)[moving]))
+    held = np.where(moving == 0, ground / masses[0], 0.0)
+    matrix = rows.T @ diags_array(np.array(stiffness)) @ rows + diags_array(held)
+    if moving.size <= _DENSE:
+        squares = np.linalg.eigvalsh(matrix.toarray())
+    else:  # a shift below all of them, so that it is never singular
+        below = -1e-6 * float(matrix.max()) / moving.size**2
+        start = np.ones(moving.size)
+        squares = np.sort(eigsh(matrix, rigid + 1, sigma=below, v0=start, return_eigenvectors=False))
+    return sqrt(max(float(squares[rigid]), 0.0))
 
 
 def lumped_joint_mode(drive: Drive) -> float | None:

@@ -17,7 +17,14 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.chain import LabelledChain
-from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
+from cabledrive.mechanics.holding import (
+    DRIVE_PULLEY,
+    FREE,
+    LOAD_PULLEY,
+    MOTOR,
+    motor_condition,
+    shaft_frictions,
+)
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
 from cabledrive.modal.motion import SlopeWave
@@ -36,16 +43,6 @@ from cabledrive.reduction.transverse_sections import (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shaft:
-    """What resists the turning of a pulley or motor, seen at the rim."""
-
-    viscous: float  # b / r^2 [N s/m]
-    coulomb: float  # c / r [N]
-    shape: float  # displacement per q of the pulley mode
-    turns: bool = True  # whether it turns with the rigid rotation; the motor's joint does not
-
-
 def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
     """Displacements of drive rim, load rim and motor per q, and the square root of the modal mass [kg^1/2].
 
@@ -61,42 +58,21 @@ def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
     return {DRIVE_PULLEY: drive / scale, LOAD_PULLEY: load / scale, MOTOR: motor / scale}, 1.0 / scale
 
 
-def shafts_of(drive: Drive, rim: dict[str, float]) -> list[Shaft]:
-    """Everything with friction: both pulleys, the motor, its joint. ``rim``: displacements per q."""
-    first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
-    shafts = [
-        Shaft(
-            viscous=pulley.viscous_friction / pulley.radius**2,
-            coulomb=pulley.coulomb_friction / pulley.radius,
-            shape=rim[name],
-        )
-        for name, pulley in ((DRIVE_PULLEY, first), (LOAD_PULLEY, second))
-    ]
-    if motor is not None:
-        arm, twist = first.radius, rim[MOTOR] - rim[DRIVE_PULLEY]
-        own = Shaft(
-            viscous=motor.viscous_friction / arm**2, coulomb=motor.coulomb_friction / arm, shape=rim[MOTOR]
-        )
-        shafts += [own, Shaft(viscous=motor.joint_damping / arm**2, coulomb=0.0, shape=twist, turns=False)]
-    return shafts
-
-
 def modal_damping(
-    drive: Drive, shafts: list[Shaft], rim: dict[str, float], mass: float, omega: float
+    drive: Drive, shafts: list[tuple[float, float, float]], rim: dict[str, float], mass: float, omega: float
 ) -> float:
     """Damping c_q [1/s] of the pulley mode: pulleys, motor, joint, and Kelvin-Voigt for the cable's strain.
 
-    ``rim``: displacements per q; ``mass``: M [kg]; ``omega``: W [rad/s].
+    ``shafts``: viscous, Coulomb friction and displacement per q of what rubs; ``rim``: displacements per q;
+    ``mass``: M [kg]; ``omega``: W [rad/s].
     """
-    motor, strain = drive.motor, omega**2
-    if motor is not None and motor.joint_stiffness is not None:
-        strain -= (
-            motor.joint_stiffness * ((rim[MOTOR] - rim[DRIVE_PULLEY]) / drive.drive_pulley.radius) ** 2 / mass
-        )
-    if motor is not None and motor.holding_stiffness is not None:
-        strain -= motor.holding_stiffness * (rim[MOTOR] / drive.drive_pulley.radius) ** 2 / mass
+    motor, strain, arm = drive.motor, omega**2, drive.drive_pulley.radius
+    if motor is not None:
+        joint, holding = motor.joint_stiffness or 0.0, motor.holding_stiffness or 0.0
+        twist = rim[MOTOR] - rim[DRIVE_PULLEY]
+        strain -= (joint * (twist / arm) ** 2 + holding * (rim[MOTOR] / arm) ** 2) / mass
     cable = drive.cable.axial_damping / drive.cable.axial_rigidity * strain
-    return cable + sum(shaft.viscous * shaft.shape**2 for shaft in shafts) / mass
+    return cable + sum(viscous * shape**2 for viscous, _, shape in shafts) / mass
 
 
 def rigid_mass(drive: Drive) -> float:
@@ -169,7 +145,8 @@ def autoparametric_model(
     sections = [nearest_section(chain, pulley.omega, number) for chain in strings]
     coupling = coupling_of(drive, along, sections)
     uneven, shared = stiffening_of(drive, coupling, sections, mass * pulley.omega**2)
-    shafts = shafts_of(drive, rim)
+    moved = np.array([rim[DRIVE_PULLEY], rim[LOAD_PULLEY], rim[MOTOR]])
+    shafts = [(viscous, coulomb, float(way @ moved)) for viscous, coulomb, way in shaft_frictions(drive)]
     free = not any(p.fixed for p in drive.pulley) and motor_condition(drive) == FREE
     rest, rigidity = drive.cable.pretension, drive.cable.axial_rigidity
     own = np.array([tensions[part.label.span] for part in sections])
@@ -185,9 +162,9 @@ def autoparametric_model(
         torque_arm=rim[MOTOR] / drive.drive_pulley.radius,
         rigid_arm=1.0 / drive.drive_pulley.radius if free else 0.0,
         rigid_mass=rigid_mass(drive) if free else inf,
-        rigid_damping=sum(shaft.viscous for shaft in shafts if shaft.turns) if free else 0.0,
-        cross_damping=sum(shaft.viscous * shaft.shape for shaft in shafts if shaft.turns) if free else 0.0,
-        coulomb_force=sum(shaft.coulomb * abs(shaft.shape) for shaft in shafts),
+        rigid_damping=sum(viscous for viscous, _, _ in shafts[:3]) if free else 0.0,
+        cross_damping=sum(viscous * shape for viscous, _, shape in shafts[:3]) if free else 0.0,
+        coulomb_force=sum(coulomb * abs(shape) for _, coulomb, shape in shafts),
         modes=tuple(replace(part.label, plane=plane) for plane in PLANES[:planes] for part in sections),
         transverse=np.tile([part.omega for part in sections] * shift, planes),
         transverse_mass=np.tile([part.mass for part in sections], planes),

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import LabelledChain
-from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, shaft_frictions
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.motion import SlopeWave
 from cabledrive.modal.networks import network_of_chain
@@ -133,14 +133,7 @@ def _strain(drive: Drive, state: StaticState, pieces: Sequence[SlopeWave]) -> Ar
 
 def _damping(drive: Drive, modes: LongitudinalModes, spacing: Array) -> Array:
     """Viscous friction at the shafts, the joint's damping and the cable's own, shape (k, k) [1/s]."""
-    motor, radius = drive.motor, drive.drive_pulley.radius
-    viscous = [
-        (pulley.viscous_friction / pulley.radius**2, modes.rims[:, n])
-        for n, pulley in enumerate(drive.pulley)
-    ]
-    if motor is not None:
-        viscous.append((motor.viscous_friction / radius**2, modes.rims[:, 2]))
-        viscous.append((motor.joint_damping / radius**2, modes.rims[:, 2] - modes.rims[:, 0]))
+    viscous = [(b, modes.rims @ way) for b, _, way in shaft_frictions(drive)]
     stretch = 1.0 + drive.cable.prestrain
     own = drive.cable.axial_damping * stretch * (modes.strain * spacing) @ modes.strain.T
     return np.asarray(own + sum(b * np.outer(shape, shape) for b, shape in viscous))
@@ -148,13 +141,10 @@ def _damping(drive: Drive, modes: LongitudinalModes, spacing: Array) -> Array:
 
 def _friction(drive: Drive) -> Array:
     """Coulomb friction of the shafts at their rims [N]."""
-    first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
-    own = motor.coulomb_friction / first.radius if motor is not None else 0.0
-    if motor is not None and motor.joint_stiffness is None:
-        return np.array(
-            [first.coulomb_friction / first.radius + own, second.coulomb_friction / second.radius, 0.0]
-        )
-    return np.array([first.coulomb_friction / first.radius, second.coulomb_friction / second.radius, own])
+    found = np.array([coulomb for _, coulomb, _ in shaft_frictions(drive)] + [0.0])[:3]
+    if drive.motor is not None and drive.motor.joint_stiffness is None:
+        found[0], found[2] = found[0] + found[2], 0.0
+    return found
 
 
 def _fixed_length(drive: Drive) -> float:

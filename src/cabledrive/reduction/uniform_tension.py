@@ -31,7 +31,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
+from cabledrive.mechanics.holding import (
+    DRIVE_PULLEY,
+    FREE,
+    LOAD_PULLEY,
+    MOTOR,
+    motor_condition,
+    shaft_frictions,
+)
 from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -159,11 +166,7 @@ def _rim_shapes(drive: Drive, kept: tuple[Mode, ...]) -> Array:
 def _damping(drive: Drive, shapes: Array, natural: Array, stiffness: float) -> Array:
     """Pulley, motor, joint and Kelvin-Voigt damping in modal coordinates, shape (k, k) [1/s]."""
     motor, radius = drive.motor, drive.drive_pulley.radius
-    viscous = [(drive.drive_pulley.viscous_friction / radius**2, shapes[:, 0])]
-    viscous.append((drive.load_pulley.viscous_friction / drive.load_pulley.radius**2, shapes[:, 1]))
-    if motor is not None:
-        viscous.append((motor.viscous_friction / radius**2, shapes[:, 2]))
-        viscous.append((motor.joint_damping / radius**2, shapes[:, 2] - shapes[:, 0]))
+    viscous = [(b, shapes @ way) for b, _, way in shaft_frictions(drive)]
     axial = drive.cable.axial_damping * (1.0 + drive.cable.prestrain) / stiffness
     elsewhere = np.zeros(natural.size)  # strain energy that is not the cable's
     if motor is not None and motor.joint_stiffness is not None:
