@@ -149,7 +149,8 @@ def test_the_compiled_laws_equal_the_readable_ones(model, tension_only, size):
     x = np.cumsum(np.random.default_rng(1).uniform(-size, size, (3, 500)), axis=1)
     p = np.zeros((3, 499))
     number = list(LAWS).index(model)
-    slack = tensions(number, tension_only, law.pretension, law.axial_rigidity, x, np.full(499, 1.0), p)
+    rope = number, tension_only, law.pretension, law.axial_rigidity
+    slack = tensions(rope, x, np.full(499, 1.0), p)
     gradients = np.diff(x, axis=1)
     expected = np.stack(law.excess_components(*gradients))
     np.testing.assert_allclose(p, expected, rtol=1e-12, atol=2e-15 * np.max(np.abs(expected)))
@@ -248,9 +249,10 @@ def steps(*arguments):
 def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
     for speed, expected in ((0.1, True), (6.0, False)):
         plan, state = taut_setting("loop", planar=planar, speed=speed)
-        rows = rows_of(state)
-        assert (rows[1] is None) == (rows[4] is None) == planar
-        went = steps(plan, state, new_workspace(plan), np.zeros(TAUT_STEPS), np.zeros((TAUT_STEPS, 0)), *rows)
+        plane, out = rows_of(state)
+        assert (out is None) == planar
+        inputs = np.zeros(TAUT_STEPS), np.zeros((TAUT_STEPS, 0))
+        went = steps(plan, state, new_workspace(plan), inputs, plane, out)
         assert went == expected
 
 

@@ -205,7 +205,8 @@ def _lowest_of_masses(drive: Drive, driven: float) -> float | None:
 
     pulleys = zip(drive.pulley, (driven, drive.load_pulley.rim_mass), strict=True)
     masses = [np.inf if pulley.fixed else mass for pulley, mass in pulleys]
-    ends, stiffness = [], []
+    ends: list[tuple[int, int]] = []
+    stiffness: list[float] = []
     for span in drive.spans:
         carriages = drive.carriages_on(span)
         order = [*range(len(masses), len(masses) + len(carriages))]

@@ -15,6 +15,7 @@ from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.methods import (
     Method,
@@ -26,11 +27,6 @@ from cabledrive.simulation.methods import (
 )
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import (
-    DONE,
-    OWN,
-    SLACK,
-    STEPS,
-    TOO_STIFF,
     Plan,
     State,
     Workspace,
@@ -106,7 +102,7 @@ class Case(PreparedRun):
     @cached_property
     def interpreted(self) -> str | None:
         """Why the steps are not compiled, in one line; None if they are."""
-        return why_interpreted(self.plan, self.law) if self.plan.law == OWN else why_plain()
+        return why_interpreted(self.plan, self.law) if self.plan.law == at.OWN else why_plain()
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -149,24 +145,25 @@ class Case(PreparedRun):
 
     def why(self, code: int, state: State, before: State, inputs: tuple[Array, ...]) -> str:
         """Why steps ended early, in one line; ``before``: the state before these steps."""
-        if code == SLACK:
+        if code == at.SLACK:
             return self._slack_line(state)
-        if code == TOO_STIFF:
+        if code == at.TOO_STIFF:
             return self._too_stiff_line(state)
         # Again step by step up to the first energy that is not finite.
         set_state(state, before)
         rows, no_fields = np.zeros((1, self.width)), np.zeros((0, 3, self.nodes))
         for j in range(len(inputs[0])):
             one = [given[j : j + 1] for given in inputs]
-            if self.integrate(state, one, 1, rows, no_fields) != DONE:
+            if self.integrate(state, one, 1, rows, no_fields) != at.DONE:
                 break
         size = np.max(np.abs(state.x), axis=0)
         farthest = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
         span, segment = divmod(min(farthest, self.mesh.spacing.size - 1), self.mesh.segments)
+        when = state.counts[at.STEPS] * self.grid.step
         place = f"{self.mesh.spans[span]} span at {self.mesh.position[span, segment]:.4g} m"
         return (
-            f"diverged: the energy is not finite from t = {state.counts[STEPS] * self.grid.step:.6g} s on, "
-            f"the motion largest in the {place}: lower cfl or the input"
+            f"diverged: the energy is not finite from t = {when:.6g} s on, the motion largest in the "
+            f"{place}: lower cfl or the input"
         )
 
     def _slack_line(self, state: State) -> str:
@@ -184,7 +181,7 @@ class Case(PreparedRun):
         span, segment = divmod(int(np.argmax(over)), self.mesh.segments)
         return (
             f"the law {self.law_name} is too stiff for the step of {self.grid.step:.4g} s at "
-            f"t = {state.counts[STEPS] * self.grid.step:.6g} s in the {self.mesh.spans[span]} span at "
+            f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {self.mesh.spans[span]} span at "
             f"{self.mesh.position[span, segment]:.4g} m: give a step of at most "
             f"{self.grid.step / np.sqrt(over.max()):.4g} s"
         )

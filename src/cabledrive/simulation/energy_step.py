@@ -10,31 +10,13 @@ from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
 )
 from cabledrive.simulation.node_motion import finish, kick_nodes, move_rims, shaft_forces, turn
 from cabledrive.simulation.observe import add_to, copy_rows
-from cabledrive.simulation.plan import (
-    DRIVE_LOST,
-    EXACT,
-    FORCE,
-    INVERSE_SPACING,
-    KICK_T,
-    KICK_U,
-    LINEAR,
-    LOAD_LOST,
-    MOTOR_LOST,
-    NEW,
-    OLD,
-    SHIFT,
-    SPACING,
-    STORED,
-    STORED_LOST,
-    Plan,
-    State,
-    Workspace,
-)
+from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import gradients, transverse_stretch
 
 MOST_TRIALS, SETTLED = 20, 1e-12
@@ -50,9 +32,9 @@ def step_with_energy(
     n, last, free, old = plan.segments, x.shape[1] - 1, work.free, work.old
     add_linear(plan, x, work.p, rest, -1.0)
     energy = nonlinear_energy(plan, x)
-    while min(energy, extra[STORED]) + extra[SHIFT] < 0.5 * extra[SHIFT]:
-        extra[SHIFT] *= 2.0
-    root, psi = sqrt(2.0 * (energy + extra[SHIFT])), sqrt(2.0 * (extra[STORED] + extra[SHIFT]))
+    while min(energy, extra[at.STORED]) + extra[at.SHIFT] < 0.5 * extra[at.SHIFT]:
+        extra[at.SHIFT] *= 2.0
+    root, psi = sqrt(2.0 * (energy + extra[at.SHIFT])), sqrt(2.0 * (extra[at.STORED] + extra[at.SHIFT]))
     scale = 0.5 * plan.step / root
     for axis in range(3):
         for i in range(last):
@@ -62,29 +44,36 @@ def step_with_energy(
     met, answer, damped = 0.0, 0.0, plan.axial_damping > 0.0
     for axis in range(3):
         for i in range(1, last):
-            kick = plan.node[KICK_U if axis == 0 else KICK_T, i]
+            kick = plan.node[at.KICK_U if axis == 0 else at.KICK_T, i]
             force = rest[axis, i] - rest[axis, i - 1] if kick > 0.0 else 0.0
             met += force * (old[axis, i] + x_t[axis, i])
             answer += kick * force * force
     if damped:
         copy_rows(x_t, free)
-    on_drive, on_load, drive_force, load_force = rest[0, 0], -rest[0, n - 1], shaft[FORCE, 0], shaft[FORCE, 1]
+    on_drive, on_load, drive_force, load_force = (
+        rest[0, 0],
+        -rest[0, n - 1],
+        shaft[at.FORCE, 0],
+        shaft[at.FORCE, 1],
+    )
     if plan.closed:
         on_drive -= rest[0, last - 1]
         on_load += rest[0, n]
     change, result, c = 0.0, 0.0, 1.0
     for trial in range(MOST_TRIALS):
         c = (psi + 0.5 * change) / root
-        shaft[FORCE, 0], shaft[FORCE, 1] = drive_force + c * on_drive, load_force + c * on_load
+        shaft[at.FORCE, 0], shaft[at.FORCE, 1] = drive_force + c * on_drive, load_force + c * on_load
         work.lost[:] = 0.0
         if damped:
             scaled_kick(plan, free, x_t, rest, c)
         turn(plan, x_t, work.lost, work)
-        rims = on_drive * (shaft[OLD, 0] + shaft[NEW, 0]) + on_load * (shaft[OLD, 1] + shaft[NEW, 1])
+        rims = on_drive * (shaft[at.OLD, 0] + shaft[at.NEW, 0]) + on_load * (
+            shaft[at.OLD, 1] + shaft[at.NEW, 1]
+        )
         if damped:
-            x_t[0, 0], x_t[0, n] = shaft[NEW, 0], shaft[NEW, 1]
+            x_t[0, 0], x_t[0, n] = shaft[at.NEW, 0], shaft[at.NEW, 1]
             if plan.closed:
-                x_t[0, last] = shaft[NEW, 0]
+                x_t[0, last] = shaft[at.NEW, 0]
             result = scale * (power(rest, old) + power(rest, x_t))
         else:
             result = -scale * (met + c * answer + rims)
@@ -98,10 +87,10 @@ def step_with_energy(
     # A rim turns far while forces on it are large: what rounding takes there would be work nobody does.
     place = motor[0]
     move_rims(plan, motor, x_t, shaft)
-    extra[STORED] = sum_with_loss(extra, STORED_LOST, extra[STORED], result * (psi + 0.5 * change))
-    drive = sum_with_loss(extra, DRIVE_LOST, x[0, 0], plan.step * x_t[0, 0])
-    load = sum_with_loss(extra, LOAD_LOST, x[0, n], plan.step * x_t[0, n])
-    motor[0] = sum_with_loss(extra, MOTOR_LOST, place, plan.step * motor[1])
+    extra[at.STORED] = sum_with_loss(extra, at.STORED_LOST, extra[at.STORED], result * (psi + 0.5 * change))
+    drive = sum_with_loss(extra, at.DRIVE_LOST, x[0, 0], plan.step * x_t[0, 0])
+    load = sum_with_loss(extra, at.LOAD_LOST, x[0, n], plan.step * x_t[0, n])
+    motor[0] = sum_with_loss(extra, at.MOTOR_LOST, place, plan.step * motor[1])
     finish(plan, x, x_t, old, state.tallies, forces)
     x[0, 0], x[0, n] = drive, load
     if plan.closed:
@@ -113,7 +102,7 @@ def step_with_energy(
 def scaled_kick(plan: Plan, free: Array, x_t: Array, rest: Array, c: float) -> None:
     """Velocities after the kick of the components beyond the linear law, scaled by ``c``."""
     for axis in range(3):
-        kick = plan.node[KICK_U if axis == 0 else KICK_T]
+        kick = plan.node[at.KICK_U if axis == 0 else at.KICK_T]
         for i in range(1, rest.shape[1]):
             x_t[axis, i] = free[axis, i] + c * kick[i] * (rest[axis, i] - rest[axis, i - 1])
 
@@ -135,7 +124,7 @@ def add_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
     for axis in range(3):
         stiffness = sign * (plan.pretension + (plan.rigidity if axis == 0 else 0.0))
         for i in range(p.shape[1]):
-            slope = (x[axis, i + 1] - x[axis, i]) * plan.segment[INVERSE_SPACING, i]
+            slope = (x[axis, i + 1] - x[axis, i]) * plan.segment[at.INVERSE_SPACING, i]
             out[axis, i] = p[axis, i] + stiffness * slope
 
 
@@ -154,13 +143,13 @@ def power(rest: Array, x_t: Array) -> float:
 @for_kernels
 def nonlinear_energy(plan: Plan, x: Array) -> float:
     """Elastic energy beyond that of the linear law."""
-    total, rigidity = 0.0, plan.rigidity + (0.0 if plan.law == EXACT else plan.pretension)
-    if plan.law == LINEAR:
+    total, rigidity = 0.0, plan.rigidity + (0.0 if plan.law == at.EXACT else plan.pretension)
+    if plan.law == at.LINEAR:
         return 0.0
     for i in range(x.shape[1] - 1):
-        u_x, v_x, w_x = gradients(x, plan.segment[INVERSE_SPACING], i)
+        u_x, v_x, w_x = gradients(x, plan.segment[at.INVERSE_SPACING], i)
         slopes = transverse_stretch(plan.law, u_x, v_x, w_x)
-        total += plan.segment[SPACING, i] * slopes * (2.0 * u_x + slopes)
+        total += plan.segment[at.SPACING, i] * slopes * (2.0 * u_x + slopes)
     return 0.5 * rigidity * total
 
 

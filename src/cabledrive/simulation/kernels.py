@@ -9,27 +9,14 @@ from typing import Any
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     BALANCE,
 )
 from cabledrive.simulation.energy_step import own_balance, step_with_energy
 from cabledrive.simulation.node_motion import finish, move
 from cabledrive.simulation.observe import copy_rows, keep_before, keep_extremes, observe, tally_shafts
-from cabledrive.simulation.plan import (
-    DONE,
-    ENERGY,
-    LOWER_SLACK,
-    NOT_FINITE,
-    RADIUS,
-    SLACK,
-    STEPS,
-    STORED,
-    TENSION,
-    UPPER_SLACK,
-    Plan,
-    State,
-    Workspace,
-)
+from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import components, note_slack, strain_directions, strains
 
 
@@ -65,28 +52,28 @@ def integrate(
             keep_before(state, work)
         if not known:
             slack = components(law, numbers, plan, x, work.p)
-            if slack > 0 or state.counts[UPPER_SLACK] + state.counts[LOWER_SLACK] > 0:
+            if slack > 0 or state.counts[at.UPPER_SLACK] + state.counts[at.LOWER_SLACK] > 0:
                 if law is not None:
-                    return SLACK
+                    return at.SLACK
                 note_slack(plan, state)
                 if plan.stop_when_slack and slack > 0:
-                    return SLACK
+                    return at.SLACK
             if plan.axial_damping > 0.0:
                 strain_directions(plan, x, work.direction)
-        push, stored = torque[j] / plan.shaft[RADIUS, 0], 0.0
+        push, stored = torque[j] / plan.shaft[at.RADIUS, 0], 0.0
         if extra is not None:
-            stored = 0.5 * extra[STORED]
+            stored = 0.5 * extra[at.STORED]
             step_with_energy(plan, state, extra, work, push, forces[j])
-            stored += 0.5 * extra[STORED]
+            stored += 0.5 * extra[at.STORED]
         else:
             move(plan, centred, x, x_t, motor, tallies, push, forces[j], work)
             finish(plan, x, x_t, work.old, tallies, forces[j])
         tally_shafts(plan, push, work.shaft, tallies)
-        state.counts[STEPS] += 1
+        state.counts[at.STEPS] += 1
         if recording:
             row = rows[j // every]
             if not known:
-                strains(plan, work.before[0], work.q[TENSION], work.q[ENERGY])
+                strains(plan, work.before[0], work.q[at.TENSION], work.q[at.ENERGY])
             if extra is not None:
                 components(law, numbers, plan, work.before[0], work.p)
             observe(plan, work, x_t, motor, tallies, torque[j], row)
@@ -95,5 +82,5 @@ def integrate(
             if fields.shape[0] > 0:
                 copy_rows(work.before[0], fields[j // every])
             if not abs(row[BALANCE]) < 1e300:
-                return NOT_FINITE
-    return DONE
+                return at.NOT_FINITE
+    return at.DONE

@@ -14,28 +14,9 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
+from cabledrive.simulation import plan as at
 from cabledrive.simulation.own_law import compiled_law, slack_of, stiffness_over_limit
-from cabledrive.simulation.plan import (
-    DONE,
-    ENERGY,
-    EXACT,
-    INVERSE_SPACING,
-    KERNEL_LAWS,
-    MOTOR_LOST,
-    NOT_FINITE,
-    OWN,
-    SHIFT,
-    SLACK,
-    SPACING,
-    STEPS,
-    STORED,
-    TENSION,
-    TOO_STIFF,
-    Plan,
-    State,
-    Workspace,
-    law_of,
-)
+from cabledrive.simulation.plan import Plan, State, Workspace, law_of
 from cabledrive.simulation.signals import Signal, Sine
 
 NONE = np.zeros(0)
@@ -59,7 +40,7 @@ class Method:
 
     def check(self, plan: Plan) -> None:
         """Refuse what the method has no equation for, with what to take instead."""
-        law = KERNEL_LAWS[plan.law] if plan.law != OWN else None
+        law = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None
         table: dict[str, dict[str, object]] = {
             "node-centred": {
                 "carriages or unequal segments": not plan.uniform and plan.axial_damping == 0.0,
@@ -83,12 +64,14 @@ class Method:
         """Energy half a step before the start, a shift C, and losses, (6,) [J], [m]; else of size 0."""
         if self.name != "energy-conserving":
             return np.zeros(0)
-        law, extra = law_of(plan), np.zeros(MOTOR_LOST + 1)
+        law, extra = law_of(plan), np.zeros(at.MOTOR_LOST + 1)
         for x in (state.x, state.x - plan.step * state.x_t):
-            u_x, v_x, w_x = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
+            u_x, v_x, w_x = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING]
             quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
-            extra[STORED] += 0.5 * plan.segment[SPACING] @ (law.energy_density(u_x, v_x, w_x) - quadratic)
-        extra[SHIFT] = -0.5 * plan.pretension * plan.slack_strain * float(np.sum(plan.segment[SPACING]))
+            extra[at.STORED] += (
+                0.5 * plan.segment[at.SPACING] @ (law.energy_density(u_x, v_x, w_x) - quadratic)
+            )
+        extra[at.SHIFT] = -0.5 * plan.pretension * plan.slack_strain * float(np.sum(plan.segment[at.SPACING]))
         return extra
 
     def integrate(
@@ -114,9 +97,9 @@ class Method:
         centred = work.mean if self.name == "node-centred" else None
         extra = state.extra if self.name == "energy-conserving" else None
         given = plan, state, work
-        if plan.law != OWN or self.law is None:
+        if plan.law != at.OWN or self.law is None:
             law_of(plan)
-            if plan.law == EXACT and self.name == "verlet" and plan.axial_damping == 0.0:
+            if plan.law == at.EXACT and self.name == "verlet" and plan.axial_damping == 0.0:
                 return _taut_or_any(given, torque, forces, every, rows, fields)
             return int(
                 integrate(None, NONE, centred, extra, False, *given, torque, forces, every, rows, fields)
@@ -127,16 +110,16 @@ class Method:
         while j < torque.size:  # at records and where a segment is slack the law itself is asked
             recording = j % every == 0
             if recording and stiffness_over_limit(plan, self.law, state.x).max() > 1.0 + 1e-6:
-                return TOO_STIFF
+                return at.TOO_STIFF
             if _ask(self.law, plan, state, work, recording) and plan.stop_when_slack:
-                return SLACK
+                return at.SLACK
             end, row = j + 1 if law is None else min(torque.size, j - j % every + every), j // every
-            begun, records = int(state.counts[STEPS]), (rows[row : row + 1], fields[row : row + 1])
+            begun, records = int(state.counts[at.STEPS]), (rows[row : row + 1], fields[row : row + 1])
             inputs = torque[j:end], forces[j:end], every if recording else 0
-            if integrate(law, numbers, None, None, True, *given, *inputs, *records) == NOT_FINITE:
-                return NOT_FINITE
-            j += int(state.counts[STEPS]) - begun
-        return DONE
+            if integrate(law, numbers, None, None, True, *given, *inputs, *records) == at.NOT_FINITE:
+                return at.NOT_FINITE
+            j += int(state.counts[at.STEPS]) - begun
+        return at.DONE
 
 
 def _taut_or_any(
@@ -148,26 +131,29 @@ def _taut_or_any(
 
     lines, j = rows_of(given[1]), 0
     while j < torque.size:
-        j, finite = integrate_taut(*given, torque, forces, every, rows, fields, j, *lines)
+        row = j // every
+        inputs, record = (torque[j:], forces[j:]), (every, rows[row:], fields[row:])
+        taken, finite = integrate_taut(*given, inputs, record, lines)
+        j += taken
         if j >= torque.size or not finite:
-            return DONE if finite else NOT_FINITE
-        stop = min(torque.size, j - j % every + every)
-        here, row = slice(j, stop), slice(j // every, j // every + 1)
-        inputs = torque[here], forces[here], every if j % every == 0 else 0
-        if code := int(integrate(None, NONE, None, None, False, *given, *inputs, rows[row], fields[row])):
+            return at.DONE if finite else at.NOT_FINITE
+        stop, row = min(torque.size, j - j % every + every), j // every
+        here = torque[j:stop], forces[j:stop], every if j % every == 0 else 0
+        kept = rows[row : row + 1], fields[row : row + 1]
+        if code := int(integrate(None, NONE, None, None, False, *given, *here, *kept)):
             return code
         j = stop
-    return DONE
+    return at.DONE
 
 
 def _ask(law: CableLaw, plan: Plan, state: State, work: Workspace, recording: bool) -> bool:
     """What the law gives for the step to come, into the work space; whether a span is slack."""
-    gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+    gradients = np.diff(state.x, axis=1) * plan.segment[at.INVERSE_SPACING]
     work.p[:] = np.stack(np.broadcast_arrays(*law.excess_components(*gradients)))
     if plan.axial_damping > 0.0:
         work.direction[:] = np.stack(np.broadcast_arrays(*law.strain_gradient(*gradients)))
     if recording:
-        work.q[TENSION], work.q[ENERGY] = law.tension(*gradients), law.energy_density(*gradients)
+        work.q[at.TENSION], work.q[at.ENERGY] = law.tension(*gradients), law.energy_density(*gradients)
     return slack_of(plan, law, state, gradients)
 
 

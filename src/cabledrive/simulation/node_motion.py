@@ -6,6 +6,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
     FORCE_WORK,
@@ -16,31 +17,7 @@ from cabledrive.simulation.observe import (
     add_to,
     copy_rows,
 )
-from cabledrive.simulation.plan import (
-    COMPLIANCE,
-    COULOMB,
-    DRAG,
-    EXACT,
-    FALL_U,
-    FALL_W,
-    FORCE,
-    FRICTION,
-    HOLDING,
-    INVERSE_SPACING,
-    KEEP_T,
-    KICK_T,
-    KICK_U,
-    LINEAR,
-    NEW,
-    OLD,
-    RIGHT,
-    SMOOTH,
-    TURNS,
-    WEAK,
-    WEIGHT_U,
-    Plan,
-    Workspace,
-)
+from cabledrive.simulation.plan import Plan, Workspace
 
 MOST_SWEEPS = 100
 
@@ -75,21 +52,21 @@ def kick_nodes(plan: Plan, x_t: Array, old: Array, p: Array, forces: Array) -> N
     node = plan.node
     one = np.uintp(1)  # an index that might be negative would keep from taking many nodes at once
     for axis in range(3):
-        speed, kept, pull, kick, keep = x_t[axis], old[axis], p[axis], node[KICK_U], node[KEEP_T]
+        speed, kept, pull, kick, keep = x_t[axis], old[axis], p[axis], node[at.KICK_U], node[at.KEEP_T]
         kept[0], kept[pull.size] = speed[0], speed[pull.size]
         if axis > 0:
-            kick = node[KICK_T]
+            kick = node[at.KICK_T]
         for before in range(np.uintp(pull.size) - one):
             i = before + one
             kept[i] = speed[i]
             speed[i] = (keep[i] if axis > 0 else 1.0) * speed[i] + kick[i] * (pull[i] - pull[before])
-    along, across, fall_u, fall_w = x_t[0], x_t[2], node[FALL_U], node[FALL_W]
+    along, across, fall_u, fall_w = x_t[0], x_t[2], node[at.FALL_U], node[at.FALL_W]
     for node_number in range(along.size):
         along[node_number] += fall_u[node_number]
         across[node_number] += fall_w[node_number]
     for k in range(plan.force.shape[0]):
-        at, axis = plan.force[k, 0], plan.force[k, 1]
-        x_t[axis, at] += node[KICK_U if axis == 0 else KICK_T, at] * forces[k]
+        i, axis = plan.force[k, 0], plan.force[k, 1]
+        x_t[axis, i] += node[at.KICK_U if axis == 0 else at.KICK_T, i] * forces[k]
 
 
 @njit_in_place
@@ -115,7 +92,7 @@ def finish(plan: Plan, x: Array, x_t: Array, old: Array, tallies: Array, forces:
         for i in range(place.size):
             place[i] += plan.step * speed[i]
         if axis > 0:
-            drag, slow = plan.node[DRAG], old[axis]
+            drag, slow = plan.node[at.DRAG], old[axis]
             for i in range(place.size):
                 squares += drag[i] * (slow[i] + speed[i]) ** 2
     if squares > 0.0:
@@ -126,19 +103,19 @@ def finish(plan: Plan, x: Array, x_t: Array, old: Array, tallies: Array, forces:
 @for_kernels
 def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) -> None:
     """New speeds from the equations of motion written out at the nodes, Eqs. (2.33) and (2.34)."""
-    h, node = plan.segment[INVERSE_SPACING, 0], plan.node
+    h, node = plan.segment[at.INVERSE_SPACING, 0], plan.node
     c_u2, c_w2 = (plan.rigidity + plan.pretension) / plan.density, plan.pretension / plan.density
     for i in range(1, x.shape[1] - 1):
         u_x, u_xx = 0.5 * h * (x[0, i + 1] - x[0, i - 1]), h * h * (x[0, i + 1] - 2.0 * x[0, i] + x[0, i - 1])
         v_x, v_xx = 0.5 * h * (x[1, i + 1] - x[1, i - 1]), h * h * (x[1, i + 1] - 2.0 * x[1, i] + x[1, i - 1])
         w_x, w_xx = 0.5 * h * (x[2, i + 1] - x[2, i - 1]), h * h * (x[2, i + 1] - 2.0 * x[2, i] + x[2, i - 1])
         # stretch, its derivative, T over rho and over the stretch; the linear law has neither
-        bent = 0.0 if plan.law == LINEAR else 1.0
+        bent = 0.0 if plan.law == at.LINEAR else 1.0
         stretch, strain_x = 1.0 + u_x + 0.5 * bent * (v_x * v_x + w_x * w_x), u_xx + v_x * v_xx + w_x * w_xx
-        if plan.law == EXACT:
+        if plan.law == at.EXACT:
             stretch = sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
             strain_x = (strain_x + u_x * u_xx) / stretch
-        if plan.law == EXACT or plan.law == WEAK:
+        if plan.law == at.EXACT or plan.law == at.WEAK:
             across = (c_w2 + c_u2 * (stretch - 1.0)) / stretch
             turning = (c_u2 - across) * strain_x / stretch
             along = turning * (1.0 + u_x) + across * u_xx
@@ -150,27 +127,27 @@ def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) ->
         gained[1, i], gained[2, i] = turning * v_x + across * v_xx, turning * w_x + across * w_xx
     copy_rows(x_t, old)
     for i in range(1, x.shape[1] - 1):
-        if node[KICK_U, i] > 0.0:  # no rim
-            damped = plan.step * node[KICK_T, i] / node[KICK_U, i]
-            x_t[0, i] += gained[0, i] + node[FALL_U, i]
-            x_t[1, i] = node[KEEP_T, i] * x_t[1, i] + damped * gained[1, i]
-            x_t[2, i] = node[KEEP_T, i] * x_t[2, i] + damped * gained[2, i] + node[FALL_W, i]
+        if node[at.KICK_U, i] > 0.0:  # no rim
+            damped = plan.step * node[at.KICK_T, i] / node[at.KICK_U, i]
+            x_t[0, i] += gained[0, i] + node[at.FALL_U, i]
+            x_t[1, i] = node[at.KEEP_T, i] * x_t[1, i] + damped * gained[1, i]
+            x_t[2, i] = node[at.KEEP_T, i] * x_t[2, i] + damped * gained[2, i] + node[at.FALL_W, i]
 
 
 @njit_in_place
 @for_kernels
 def shaft_forces(plan: Plan, x: Array, x_t: Array, motor: Array, p: Array, push: float, shaft: Array) -> None:
     """Speeds of drive pulley, load pulley and motor before the step, and the forces on them, at the rim."""
-    n, end, weight, holding = plan.segments, p.shape[1], plan.node[WEIGHT_U], plan.shaft[HOLDING]
-    shaft[OLD, 0], shaft[OLD, 1], shaft[OLD, 2] = x_t[0, 0], x_t[0, n], motor[1]
+    n, end, weight, holding = plan.segments, p.shape[1], plan.node[at.WEIGHT_U], plan.shaft[at.HOLDING]
+    shaft[at.OLD, 0], shaft[at.OLD, 1], shaft[at.OLD, 2] = x_t[0, 0], x_t[0, n], motor[1]
     twisted = plan.joint_stiffness * (x[0, 0] - motor[0])
-    shaft[FORCE, 0] = p[0, 0] + weight[0] - twisted - holding[0] * x[0, 0]
-    shaft[FORCE, 1] = weight[n] - p[0, n - 1]
-    shaft[FORCE, 2] = twisted - holding[2] * motor[0]
+    shaft[at.FORCE, 0] = p[0, 0] + weight[0] - twisted - holding[0] * x[0, 0]
+    shaft[at.FORCE, 1] = weight[n] - p[0, n - 1]
+    shaft[at.FORCE, 2] = twisted - holding[2] * motor[0]
     if plan.closed:
-        shaft[FORCE, 0] -= p[0, end - 1]
-        shaft[FORCE, 1] += p[0, n]
-    shaft[FORCE, plan.driven] += push
+        shaft[at.FORCE, 0] -= p[0, end - 1]
+        shaft[at.FORCE, 1] += p[0, n]
+    shaft[at.FORCE, plan.driven] += push
 
 
 @njit_in_place
@@ -178,9 +155,9 @@ def shaft_forces(plan: Plan, x: Array, x_t: Array, motor: Array, p: Array, push:
 def speed_shafts(plan: Plan, matrix: Array, shaft: Array) -> None:
     """New speeds of the shafts from the forces on them."""
     for i in range(SHAFTS):
-        shaft[RIGHT, i] = shaft[FORCE, i]
+        shaft[at.RIGHT, i] = shaft[at.FORCE, i]
         for k in range(SHAFTS):
-            shaft[RIGHT, i] += plan.shaft_matrices[1, i, k] * shaft[OLD, k]
+            shaft[at.RIGHT, i] += plan.shaft_matrices[1, i, k] * shaft[at.OLD, k]
     solve_shafts(matrix, plan.shaft, shaft)
 
 
@@ -188,11 +165,11 @@ def speed_shafts(plan: Plan, matrix: Array, shaft: Array) -> None:
 @for_kernels
 def move_rims(plan: Plan, motor: Array, x_t: Array, shaft: Array) -> None:
     """New speeds of the shafts to rim nodes and motor, which moves on at once."""
-    motor[1] = shaft[NEW, 2]
-    motor[0] += plan.step * shaft[NEW, 2]
-    x_t[0, 0], x_t[0, plan.segments] = shaft[NEW, 0], shaft[NEW, 1]
+    motor[1] = shaft[at.NEW, 2]
+    motor[0] += plan.step * shaft[at.NEW, 2]
+    x_t[0, 0], x_t[0, plan.segments] = shaft[at.NEW, 0], shaft[at.NEW, 1]
     if plan.closed:
-        x_t[0, x_t.shape[1] - 1] = shaft[NEW, 0]
+        x_t[0, x_t.shape[1] - 1] = shaft[at.NEW, 0]
 
 
 @njit_strict
@@ -204,25 +181,25 @@ def solve_shafts(matrix: Array, table: Array, shaft: Array) -> None:
     """
     coupled = matrix[0, 1] != 0.0 or matrix[0, 2] != 0.0 or matrix[1, 2] != 0.0
     for i in range(SHAFTS):
-        shaft[NEW, i] = shaft[OLD, i] * table[TURNS, i]
-        shaft[FRICTION, i] = 0.0
+        shaft[at.NEW, i] = shaft[at.OLD, i] * table[at.TURNS, i]
+        shaft[at.FRICTION, i] = 0.0
     for _ in range(MOST_SWEEPS if coupled else 1):
         change, size = 0.0, 0.0
         for i in range(SHAFTS):
-            if table[TURNS, i] == 0.0:
+            if table[at.TURNS, i] == 0.0:
                 continue
-            rest, coulomb = shaft[RIGHT, i], table[COULOMB, i]
+            rest, coulomb = shaft[at.RIGHT, i], table[at.COULOMB, i]
             for k in range(SHAFTS):
-                rest -= 0.0 if k == i else matrix[i, k] * shaft[NEW, k]
-            if table[SMOOTH, i] > 0.0:
-                speed = _smoothed(matrix[i, i], rest, coulomb, table[SMOOTH, i], shaft[OLD, i])
+                rest -= 0.0 if k == i else matrix[i, k] * shaft[at.NEW, k]
+            if table[at.SMOOTH, i] > 0.0:
+                speed = _smoothed(matrix[i, i], rest, coulomb, table[at.SMOOTH, i], shaft[at.OLD, i])
             else:
                 speed = (rest - min(max(rest, -coulomb), coulomb)) / matrix[i, i]
             if coulomb > 0.0:
-                shaft[FRICTION, i] = rest - matrix[i, i] * speed
-            change = max(change, abs(speed - shaft[NEW, i]))
+                shaft[at.FRICTION, i] = rest - matrix[i, i] * speed
+            change = max(change, abs(speed - shaft[at.NEW, i]))
             size = max(size, abs(speed))
-            shaft[NEW, i] = speed
+            shaft[at.NEW, i] = speed
         if change <= 1e-15 * size:
             break
 
@@ -268,8 +245,8 @@ def damp_axially(plan: Plan, x_t: Array, tallies: Array, work: Workspace) -> Non
             segment = first if side == 0 else last - 1
             pull = d[0, segment] if side == 0 else -d[0, segment]
             to_start, to_end = 0.5 * pull * q[1, segment], 0.5 * pull * q[2, segment]
-            shaft[FORCE, own] += (
-                pull * q[0, segment] + to_start * shaft[OLD, start] + to_end * shaft[OLD, end]
+            shaft[at.FORCE, own] += (
+                pull * q[0, segment] + to_start * shaft[at.OLD, start] + to_end * shaft[at.OLD, end]
             )
             matrix[own, start] -= to_start
             matrix[own, end] -= to_end
@@ -277,12 +254,12 @@ def damp_axially(plan: Plan, x_t: Array, tallies: Array, work: Workspace) -> Non
     loss = 0.0
     for i in range(q.shape[1]):
         start = i // n
-        q[0, i] += 0.5 * q[1, i] * (shaft[OLD, start] + shaft[NEW, start])
-        q[0, i] += 0.5 * q[2, i] * (shaft[OLD, 1 - start] + shaft[NEW, 1 - start])
-        loss += plan.segment[COMPLIANCE, i] * q[0, i] ** 2
+        q[0, i] += 0.5 * q[1, i] * (shaft[at.OLD, start] + shaft[at.NEW, start])
+        q[0, i] += 0.5 * q[2, i] * (shaft[at.OLD, 1 - start] + shaft[at.NEW, 1 - start])
+        loss += plan.segment[at.COMPLIANCE, i] * q[0, i] ** 2
     add_to(tallies, int(AXIAL_LOSS), plan.step * loss)
     for axis in range(3):
-        kick = node[KICK_U if axis == 0 else KICK_T]
+        kick = node[at.KICK_U if axis == 0 else at.KICK_T]
         for i in range(1, q.shape[1]):
             x_t[axis, i] += kick[i] * (d[axis, i] * q[0, i] - d[axis, i - 1] * q[0, i - 1])
 
@@ -293,9 +270,9 @@ def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
     """Damping tensions of a span, tridiagonal: constant part, answers to its rims' unit speeds, pivots."""
     d, q, link = work.direction, work.q, 0.0
     for i in range(first, last):
-        own, rate, link = plan.segment[COMPLIANCE, i], 0.0, 0.0
+        own, rate, link = plan.segment[at.COMPLIANCE, i], 0.0, 0.0
         for axis in range(3):
-            kick = plan.node[KICK_U if axis == 0 else KICK_T]
+            kick = plan.node[at.KICK_U if axis == 0 else at.KICK_T]
             if i > first:
                 own += 0.5 * kick[i] * d[axis, i] ** 2
                 rate -= d[axis, i] * work.mean[axis, i]
@@ -316,7 +293,12 @@ def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
         link = 0.0
         for axis in range(3):
             if i < last - 1:
-                link -= 0.5 * plan.node[KICK_U if axis == 0 else KICK_T, i + 1] * d[axis, i] * d[axis, i + 1]
+                link -= (
+                    0.5
+                    * plan.node[at.KICK_U if axis == 0 else at.KICK_T, i + 1]
+                    * d[axis, i]
+                    * d[axis, i + 1]
+                )
         for k in range(3):
             q[k, i] -= link * q[k, min(i + 1, last - 1)]
             q[k, i] /= q[3, i]

@@ -2,47 +2,9 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
-from cabledrive.simulation.channels import (
-    ANGLE,
-    AXIAL,
-    BALANCE,
-    COULOMB_LOSS,
-    FORCE_WORK,
-    JOINT_ENERGY,
-    JOINT_LOSS,
-    LEAST_TENSION,
-    MEAN_TENSION,
-    SHAFT_ENERGY,
-    SPEED,
-    STRAIN,
-    TALLIES,
-    TORQUE,
-    TORQUE_WORK,
-    TRANSVERSE,
-    VISCOUS_LOSS,
-    WEIGHT_ENERGY,
-    WIDTH,
-    WORK,
-)
-from cabledrive.simulation.plan import (
-    CARRIAGE_MASS,
-    ENERGY,
-    FRICTION,
-    HOLDING,
-    NEW,
-    OLD,
-    RADIUS,
-    RIGHT,
-    RIM_MASS,
-    SPACING,
-    TENSION,
-    VISCOUS,
-    WEIGHT_U,
-    WEIGHT_W,
-    Plan,
-    State,
-    Workspace,
-)
+from cabledrive.simulation import channels as column
+from cabledrive.simulation import plan as at
+from cabledrive.simulation.plan import Plan, State, Workspace
 
 SHAFTS = 3
 
@@ -66,14 +28,14 @@ def tally_shafts(plan: Plan, push: float, shaft: Array, tallies: Array) -> None:
     """Work of the torque, and what friction and joint damping take over the step."""
     viscous, coulomb = 0.0, 0.0
     for i in range(SHAFTS):
-        shaft[RIGHT, i] = 0.5 * (shaft[OLD, i] + shaft[NEW, i])
-        viscous += plan.shaft[VISCOUS, i] * shaft[RIGHT, i] ** 2
-        coulomb += shaft[FRICTION, i] * shaft[RIGHT, i]
-    twist_rate = shaft[RIGHT, 0] - shaft[RIGHT, 2]
-    add_to(tallies, int(TORQUE_WORK), plan.step * push * shaft[RIGHT, plan.driven])
-    add_to(tallies, int(VISCOUS_LOSS), plan.step * viscous)
-    add_to(tallies, int(COULOMB_LOSS), plan.step * coulomb)
-    add_to(tallies, int(JOINT_LOSS), plan.step * plan.joint_damping * twist_rate * twist_rate)
+        shaft[at.RIGHT, i] = 0.5 * (shaft[at.OLD, i] + shaft[at.NEW, i])
+        viscous += plan.shaft[at.VISCOUS, i] * shaft[at.RIGHT, i] ** 2
+        coulomb += shaft[at.FRICTION, i] * shaft[at.RIGHT, i]
+    twist_rate = shaft[at.RIGHT, 0] - shaft[at.RIGHT, 2]
+    add_to(tallies, int(column.TORQUE_WORK), plan.step * push * shaft[at.RIGHT, plan.driven])
+    add_to(tallies, int(column.VISCOUS_LOSS), plan.step * viscous)
+    add_to(tallies, int(column.COULOMB_LOSS), plan.step * coulomb)
+    add_to(tallies, int(column.JOINT_LOSS), plan.step * plan.joint_damping * twist_rate * twist_rate)
 
 
 @njit_in_place
@@ -127,17 +89,19 @@ def observe(
     row[:] = 0.0
     x, energy = work.before[0], observe_cable(plan, work, after, row)
     energy += observe_shafts(plan, work, after, motor, row)
-    row[TORQUE] = torque
-    for column in range(AXIAL, WEIGHT_ENERGY + 1):
-        energy += row[column]
-    for k in range(TALLIES):
-        row[WORK + k] = 0.5 * (work.before_tallies[0, k] + tallies[0, k])
-        energy += -row[WORK + k] if k in (TORQUE_WORK, FORCE_WORK) else row[WORK + k]
-    row[BALANCE] = energy
+    row[column.TORQUE] = torque
+    for k in range(column.AXIAL, column.WEIGHT_ENERGY + 1):
+        energy += row[k]
+    for k in range(column.TALLIES):
+        row[column.WORK + k] = 0.5 * (work.before_tallies[0, k] + tallies[0, k])
+        energy += (
+            -row[column.WORK + k] if k in (column.TORQUE_WORK, column.FORCE_WORK) else row[column.WORK + k]
+        )
+    row[column.BALANCE] = energy
     for probe in range(plan.probe.shape[0]):
         i, share = int(plan.probe[probe, 0]), plan.probe[probe, 1]
         for axis in range(3):
-            row[WIDTH + 3 * probe + axis] = (1.0 - share) * x[axis, i] + share * x[axis, i + 1]
+            row[column.WIDTH + 3 * probe + axis] = (1.0 - share) * x[axis, i] + share * x[axis, i + 1]
 
 
 @njit_in_place
@@ -145,7 +109,7 @@ def observe_cable(plan: Plan, work: Workspace, after: Array, row: Array) -> floa
     """Tensions and energies of the spans, and of their weight; their part of the balance's correction."""
     n, h, x, old, p, node = (
         plan.segments,
-        plan.segment[SPACING],
+        plan.segment[at.SPACING],
         work.before[0],
         work.before[1],
         work.p,
@@ -153,28 +117,28 @@ def observe_cable(plan: Plan, work: Workspace, after: Array, row: Array) -> floa
     )
     correction = 0.0
     for span in range(plan.spans):
-        first, last, length, least = span * n, (span + 1) * n, 0.0, work.q[TENSION, span * n]
+        first, last, length, least = span * n, (span + 1) * n, 0.0, work.q[at.TENSION, span * n]
         for i in range(first, last):
             length += h[i]
-            row[MEAN_TENSION + span] += work.q[TENSION, i] * h[i]
-            row[STRAIN + span] += work.q[ENERGY, i] * h[i]
-            least = min(least, work.q[TENSION, i])
-        row[MEAN_TENSION + span] /= length
-        row[LEAST_TENSION + span] = least
+            row[column.MEAN_TENSION + span] += work.q[at.TENSION, i] * h[i]
+            row[column.STRAIN + span] += work.q[at.ENERGY, i] * h[i]
+            least = min(least, work.q[at.TENSION, i])
+        row[column.MEAN_TENSION + span] /= length
+        row[column.LEAST_TENSION + span] = least
         for axis in range(3):
             kinetic = 0.0
             for i in range(first, last + 1):  # half cells at its rims
                 left, before = (h[i - 1], p[axis, i - 1]) if i > first else (0.0, 0.0)
                 right, behind = (h[i], p[axis, i]) if i < last else (0.0, 0.0)
                 half = 0.25 * plan.density * (left + right)
-                half += 0.5 * node[CARRIAGE_MASS, i] if first < i < last else 0.0
+                half += 0.5 * node[at.CARRIAGE_MASS, i] if first < i < last else 0.0
                 change = 0.5 * (after[axis, i] - old[axis, i])
                 kinetic += half * (old[axis, i] + change) ** 2
                 correction += half * change * change - 0.5 * plan.step * change * (behind - before)
-            row[AXIAL + span if axis == 0 else TRANSVERSE + span] += kinetic
+            row[column.AXIAL + span if axis == 0 else column.TRANSVERSE + span] += kinetic
     for i in range(x.shape[1] - 1 if plan.closed else x.shape[1]):
-        weight_u, weight_w = node[WEIGHT_U, i], node[WEIGHT_W, i]
-        row[WEIGHT_ENERGY] -= weight_u * x[0, i] + weight_w * x[2, i]
+        weight_u, weight_w = node[at.WEIGHT_U, i], node[at.WEIGHT_W, i]
+        row[column.WEIGHT_ENERGY] -= weight_u * x[0, i] + weight_w * x[2, i]
         rate = weight_u * (after[0, i] - old[0, i]) + weight_w * (after[2, i] - old[2, i])
         correction -= 0.25 * plan.step * rate
     return correction
@@ -190,16 +154,19 @@ def observe_shafts(plan: Plan, work: Workspace, after: Array, motor: Array, row:
         speed = old[0, node] if k < 2 else work.before_motor[1]
         change = 0.5 * ((after[0, node] if k < 2 else motor[1]) - speed)
         speed += change
-        half, held = 0.5 * plan.shaft[RIM_MASS, k], plan.shaft[HOLDING, k] * place
-        row[ANGLE + k], row[SPEED + k] = place / plan.shaft[RADIUS, k], speed / plan.shaft[RADIUS, k]
-        row[SHAFT_ENERGY + k] = half * speed * speed
-        row[JOINT_ENERGY] += 0.5 * held * place
+        half, held = 0.5 * plan.shaft[at.RIM_MASS, k], plan.shaft[at.HOLDING, k] * place
+        row[column.ANGLE + k], row[column.SPEED + k] = (
+            place / plan.shaft[at.RADIUS, k],
+            speed / plan.shaft[at.RADIUS, k],
+        )
+        row[column.SHAFT_ENERGY + k] = half * speed * speed
+        row[column.JOINT_ENERGY] += 0.5 * held * place
         correction += half * change * change + 0.5 * plan.step * held * change
         if k == 0:
             drive_change = change
     if plan.driven == 2:
         twist = x[0, 0] - work.before_motor[0]
-        row[JOINT_ENERGY] += 0.5 * plan.joint_stiffness * twist * twist
+        row[column.JOINT_ENERGY] += 0.5 * plan.joint_stiffness * twist * twist
         return correction + 0.5 * plan.step * plan.joint_stiffness * twist * (drive_change - change)
-    row[ANGLE + 2], row[SPEED + 2] = row[ANGLE], row[SPEED]
+    row[column.ANGLE + 2], row[column.SPEED + 2] = row[column.ANGLE], row[column.SPEED]
     return correction

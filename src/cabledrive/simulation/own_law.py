@@ -14,17 +14,8 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.simulation.plan import (
-    EVENTS,
-    INVERSE_SPACING,
-    LOWER_SLACK,
-    MOST_EVENTS,
-    SPACING,
-    STEPS,
-    UPPER_SLACK,
-    Plan,
-    State,
-)
+from cabledrive.simulation import plan as at
+from cabledrive.simulation.plan import Plan, State
 
 AGREEMENT = 1e-12
 """Largest difference between compiled and interpreted components, over the largest component."""
@@ -145,23 +136,23 @@ def _agrees(made: CompiledLaw, law: CableLaw) -> bool:
 def slack_of(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
     """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
     slack = law.is_slack(*gradients).reshape(plan.spans, -1).any(axis=1)
-    was = state.counts[UPPER_SLACK : LOWER_SLACK + 1][: plan.spans]
+    was = state.counts[at.UPPER_SLACK : at.LOWER_SLACK + 1][: plan.spans]
     for span in np.flatnonzero(slack & (was == 0)):
-        if state.counts[EVENTS] < MOST_EVENTS:
+        if state.counts[at.EVENTS] < at.MOST_EVENTS:
             tension = taut_law(law).tension(*gradients).reshape(plan.spans, -1)[span]
             place = int(np.argmin(tension))
-            state.events[state.counts[EVENTS]] = state.counts[STEPS], span, place, tension[place]
-        state.counts[EVENTS] += 1
+            state.events[state.counts[at.EVENTS]] = state.counts[at.STEPS], span, place, tension[place]
+        state.counts[at.EVENTS] += 1
     was[:] = slack
     return bool(slack.any())
 
 
 def stiffness_over_limit(plan: Plan, law: CableLaw, x: Array) -> Array:
     """Slope of each segment's tension along itself, (segments,), over the largest that is stable."""
-    gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
+    gradients = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING]
     along = gradients + np.array([[1.0], [0.0], [0.0]])
     along /= np.linalg.norm(along, axis=0)
     step = 1e-6 * along
     ahead, behind = (np.stack(law.excess_components(*(gradients + d))) for d in (step, -step))
     slope = np.sum((ahead - behind) * along, axis=0) / 2e-6
-    return np.asarray(slope / (plan.density * (plan.segment[SPACING] / plan.step) ** 2))
+    return np.asarray(slope / (plan.density * (plan.segment[at.SPACING] / plan.step) ** 2))

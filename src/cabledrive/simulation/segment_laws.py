@@ -5,34 +5,31 @@ from typing import Any
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.plan import (
-    EVENTS,
-    EXACT,
-    INVERSE_SPACING,
-    LARGEST_Z,
-    LINEAR,
-    MOST_EVENTS,
-    SERIES,
-    STEPS,
-    UPPER_SLACK,
-    WEAK,
-    WEAK_CONSISTENT,
-    Plan,
-    State,
-)
+from cabledrive.simulation import plan as at
+from cabledrive.simulation.plan import Plan, State
 
-C0, C1, C2, C3, C4, C5, C6, C7 = SERIES
+C0, C1, C2, C3, C4, C5, C6, C7 = at.SERIES
+
+
+Rope = tuple[int, bool, float, float]
+"""Law, whether it goes slack, pretension [N], EA [N]."""
+
+
+@njit_in_place
+@for_kernels
+def rope_of(plan: Plan) -> Rope:
+    """The one cable of a loop or a line."""
+    return plan.law, plan.tension_only, plan.pretension, plan.rigidity
 
 
 @njit_in_place
 @for_kernels
 def components(law: Any, numbers: Array, plan: Plan, x: Array, p: Array) -> int:
     """Components above the pretension of all segments, into ``p``; the number of slack ones."""
+    inverse = plan.segment[at.INVERSE_SPACING]
     if law is None:
-        return segment_tensions(
-            plan.law, plan.tension_only, plan.pretension, plan.rigidity, x, plan.segment[INVERSE_SPACING], p
-        )
-    return law(numbers, x, plan.segment[INVERSE_SPACING], p)
+        return segment_tensions(rope_of(plan), x, inverse, p)
+    return law(numbers, x, inverse, p)
 
 
 @njit_in_place
@@ -43,18 +40,16 @@ def law_components(law: Any, numbers: Array, x: Array, inverse: Array, p: Array)
 
 @njit_in_place
 @for_kernels
-def segment_tensions(
-    law: int, tension_only: bool, pretension: float, rigidity: float, x: Array, inverse: Array, p: Array
-) -> int:
+def segment_tensions(rope: Rope, x: Array, inverse: Array, p: Array) -> int:
     """Components above the pretension of all segments of a packaged law; the number of slack ones."""
+    law, tension_only, pretension, rigidity = rope
     slack_strain = -pretension / (rigidity + pretension)
-    if law == EXACT:
-        slack_z = (1.0 + slack_strain) ** 2 - 1.0
-        slack = _exact(True, pretension, rigidity, slack_z, x, inverse, p)
+    if law == at.EXACT:
+        slack = _exact(True, rope, x, inverse, p)
         if slack > 0:  # or out of the range of the series
-            slack = _exact(False, pretension, rigidity, slack_z, x, inverse, p)
+            slack = _exact(False, rope, x, inverse, p)
     else:
-        slack = _truncated(law, pretension, rigidity, slack_strain, x, inverse, p)
+        slack = _truncated(rope, x, inverse, p)
     if slack > 0 and tension_only:
         for i in range(p.shape[1]):
             if segment_strain(law, x, inverse, i) < slack_strain:
@@ -63,12 +58,12 @@ def segment_tensions(
 
 
 @njit_in_place
-def _exact(
-    by_series: bool, pretension: float, rigidity: float, slack_z: float, x: Array, inverse: Array, p: Array
-) -> int:
+def _exact(by_series: bool, rope: Rope, x: Array, inverse: Array, p: Array) -> int:
     """Exact law, without root and division where ``by_series``; how many are slack or out of its range."""
-    lowest = max(slack_z, -LARGEST_Z)
-    centre, reach = 0.5 * (LARGEST_Z + lowest), 0.5 * (LARGEST_Z - lowest)
+    _, _, pretension, rigidity = rope
+    slack_z = (1.0 - pretension / (rigidity + pretension)) ** 2 - 1.0
+    lowest = max(slack_z, -at.LARGEST_Z)
+    centre, reach = 0.5 * (at.LARGEST_Z + lowest), 0.5 * (at.LARGEST_Z - lowest)
     outside = 0
     for i in range(p.shape[1]):
         h = inverse[i]
@@ -88,19 +83,19 @@ def _exact(
 
 
 @njit_in_place
-def _truncated(
-    law: int, pretension: float, rigidity: float, slack_strain: float, x: Array, inverse: Array, p: Array
-) -> int:
+def _truncated(rope: Rope, x: Array, inverse: Array, p: Array) -> int:
     """Weak, consistently weak and linear law."""
+    law, _, pretension, rigidity = rope
     stiffness, slack = rigidity + pretension, 0
+    slack_strain = -pretension / stiffness
     for i in range(p.shape[1]):
         h = inverse[i]
         u_x, v_x, w_x = (x[0, i + 1] - x[0, i]) * h, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h
         strain = u_x + 0.5 * (v_x * v_x + w_x * w_x)
-        if law == WEAK:
+        if law == at.WEAK:
             gain = rigidity * strain / (1.0 + strain)
             along, across = pretension * u_x + gain * (1.0 + u_x), pretension + gain
-        elif law == WEAK_CONSISTENT:
+        elif law == at.WEAK_CONSISTENT:
             along = stiffness * strain
             across = pretension + along
         else:
@@ -116,7 +111,7 @@ def _truncated(
 def transverse_stretch(law: int, u_x: float, v_x: float, w_x: float) -> float:
     """What the slopes add to the stretch of one segment."""
     slopes = v_x * v_x + w_x * w_x
-    if law == EXACT:
+    if law == at.EXACT:
         return slopes / (sqrt((1.0 + u_x) ** 2 + slopes) + 1.0 + u_x)
     return 0.5 * slopes
 
@@ -134,18 +129,18 @@ def gradients(x: Array, inverse: Array, i: int) -> tuple[float, float, float]:
 def segment_strain(law: int, x: Array, inverse: Array, i: int) -> float:
     """Apparent strain of one segment."""
     u_x, v_x, w_x = gradients(x, inverse, i)
-    return u_x if law == LINEAR else u_x + transverse_stretch(law, u_x, v_x, w_x)
+    return u_x if law == at.LINEAR else u_x + transverse_stretch(law, u_x, v_x, w_x)
 
 
 @njit_in_place
 @for_kernels
-def segment_energy(
-    law: int, tension_only: bool, pretension: float, stiffness: float, x: Array, inverse: Array, i: int
-) -> tuple[float, float]:
+def segment_energy(rope: Rope, x: Array, inverse: Array, i: int) -> tuple[float, float]:
     """Tension and energy per length of one segment under a packaged law."""
+    law, tension_only, pretension, rigidity = rope
+    stiffness = pretension + rigidity
     u_x, v_x, w_x = gradients(x, inverse, i)
     slopes = transverse_stretch(law, u_x, v_x, w_x)
-    strain = u_x if law == LINEAR else u_x + slopes
+    strain = u_x if law == at.LINEAR else u_x + slopes
     pull = pretension + stiffness * strain
     if tension_only and pull < 0.0:
         return 0.0, -pretension * (0.5 * pretension / stiffness + u_x)
@@ -156,22 +151,19 @@ def segment_energy(
 @for_kernels
 def strains(plan: Plan, x: Array, tension: Array, stored: Array) -> None:
     """Tension and energy per length of all segments."""
-    stiffness, inverse = plan.pretension + plan.rigidity, plan.segment[INVERSE_SPACING]
     for i in range(tension.size):
-        tension[i], stored[i] = segment_energy(
-            plan.law, plan.tension_only, plan.pretension, stiffness, x, inverse, i
-        )
+        tension[i], stored[i] = segment_energy(rope_of(plan), x, plan.segment[at.INVERSE_SPACING], i)
 
 
 @njit_in_place
 @for_kernels
 def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
     """Derivative of the strain of each segment, along which it is damped; zero where it is slack."""
-    inverse = plan.segment[INVERSE_SPACING]
+    inverse = plan.segment[at.INVERSE_SPACING]
     for i in range(inverse.size):
         u_x, v_x, w_x = gradients(x, inverse, i)
-        along, sideways = 1.0, 0.0 if plan.law == LINEAR else 1.0
-        if plan.law == EXACT:
+        along, sideways = 1.0, 0.0 if plan.law == at.LINEAR else 1.0
+        if plan.law == at.EXACT:
             sideways = 1.0 / sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
             along = (1.0 + u_x) * sideways
         if plan.tension_only and segment_strain(plan.law, x, inverse, i) < plan.slack_strain:
@@ -186,13 +178,13 @@ def note_slack(plan: Plan, state: State) -> None:
     for span in range(plan.spans):
         least, place = 0.0, -1
         for i in range(span * plan.segments, (span + 1) * plan.segments):
-            above = segment_strain(plan.law, state.x, plan.segment[INVERSE_SPACING], i) - plan.slack_strain
+            above = segment_strain(plan.law, state.x, plan.segment[at.INVERSE_SPACING], i) - plan.slack_strain
             if above < least:
                 least, place = above, i - span * plan.segments
-        if place >= 0 and state.counts[UPPER_SLACK + span] == 0:
-            if state.counts[EVENTS] < MOST_EVENTS:
-                event = state.events[state.counts[EVENTS]]
-                event[0], event[1], event[2] = state.counts[STEPS], span, place
+        if place >= 0 and state.counts[at.UPPER_SLACK + span] == 0:
+            if state.counts[at.EVENTS] < at.MOST_EVENTS:
+                event = state.events[state.counts[at.EVENTS]]
+                event[0], event[1], event[2] = state.counts[at.STEPS], span, place
                 event[3] = (plan.rigidity + plan.pretension) * least
-            state.counts[EVENTS] += 1
-        state.counts[UPPER_SLACK + span] = 1 if place >= 0 else 0
+            state.counts[at.EVENTS] += 1
+        state.counts[at.UPPER_SLACK + span] = 1 if place >= 0 else 0

@@ -13,16 +13,8 @@ from typing import Any
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
-from cabledrive.simulation.network.plan import (
-    COULOMB_LOSS,
-    PRETENSION,
-    ROPES,
-    TORQUE_WORK,
-    VISCOUS_LOSS,
-    NetworkPlan,
-    NetworkState,
-    NetworkWorkspace,
-)
+from cabledrive.simulation.network import plan as at
+from cabledrive.simulation.network.plan import NetworkPlan, NetworkState, NetworkWorkspace
 from cabledrive.simulation.observe import add_to
 
 MOST_SWEEPS = 200
@@ -56,8 +48,8 @@ def rub(plan: Any, work: Any) -> None:
         work.bound[k] = plan.bound[k]
         before, behind = plan.wrap[k, 0], plan.wrap[k, 1]
         if before >= 0:  # Euler and Eytelwein: friction per tension of the slacker side
-            entering = plan.piece[before, PRETENSION] + work.pull[before, 1, 0]
-            leaving = plan.piece[behind, PRETENSION] + work.pull[behind, 0, 0]
+            entering = plan.piece[before, at.PRETENSION] + work.pull[before, 1, 0]
+            leaving = plan.piece[behind, at.PRETENSION] + work.pull[behind, 0, 0]
             work.bound[k] *= max(min(entering, leaving), 0.0)
     for _ in range(MOST_SWEEPS if count > 0 else 0):
         change, size = 0.0, 0.0
@@ -95,7 +87,7 @@ def gather(plan: NetworkPlan, q: Array, torque: Array, work: NetworkWorkspace) -
         for i in range(n):
             force[i] += plan.motor[m, i] * torque[m]
     for piece in range(plan.nodes.shape[0]):
-        ropes = plan.piece[piece, ROPES]
+        ropes = plan.piece[piece, at.ROPES]
         for side in range(2):
             sign = ropes if side == 0 else -ropes
             for axis in range(3):
@@ -140,11 +132,11 @@ def move_coordinates(plan: NetworkPlan, torque: Array, state: NetworkState, work
         viscous += lost * mean
         for k in range(plan.bound.size):
             coulomb += work.friction[k] * plan.rub[k, i] * mean
-    add_to(state.tallies, int(TORQUE_WORK), step * worked)
+    add_to(state.tallies, int(at.TORQUE_WORK), step * worked)
     if viscous != 0.0:
-        add_to(state.tallies, int(VISCOUS_LOSS), step * viscous)
+        add_to(state.tallies, int(at.VISCOUS_LOSS), step * viscous)
     if coulomb != 0.0:
-        add_to(state.tallies, int(COULOMB_LOSS), step * coulomb)
+        add_to(state.tallies, int(at.COULOMB_LOSS), step * coulomb)
     for i in range(q.size):
         q_t[i] = new[i]
         q[i] += step * new[i]

@@ -2,32 +2,28 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.simulation.network import plan as at
 from cabledrive.simulation.network.coordinates import keep_network_extremes, move_coordinates, place_ends
-from cabledrive.simulation.network.plan import (
-    AXIAL_LOSS,
-    DENSITY,
-    EVENTS,
-    KEPT,
-    LOSS,
-    MOST_EVENTS,
-    PRETENSION,
-    RIGIDITY,
-    ROPES,
-    SLACK_STRAIN,
-    SPEED_T,
-    SPEED_U,
-    STEPS,
-    TALLIES,
-    TORQUE_WORK,
-    TRANSVERSE_LOSS,
-    H,
-    NetworkPlan,
-    NetworkState,
-    NetworkWorkspace,
-)
+from cabledrive.simulation.network.plan import NetworkPlan, NetworkState, NetworkWorkspace
 from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import DONE, NOT_FINITE, SLACK
-from cabledrive.simulation.segment_laws import segment_energy, segment_strain, segment_tensions
+from cabledrive.simulation.segment_laws import Rope, segment_energy, segment_strain, segment_tensions
+
+
+@njit_in_place
+@for_kernels
+def rope_of_piece(plan: NetworkPlan, piece: int) -> Rope:
+    """What the laws take of one rope of a piece."""
+    return plan.law, plan.tension_only, plan.piece[piece, at.PRETENSION], plan.piece[piece, at.RIGIDITY]
+
+
+@njit_in_place
+@for_kernels
+def piece_tensions(plan: NetworkPlan, piece: int, x: Array, p: Array) -> int:
+    """Components above the pretension along a piece, into ``p``; the number of slack segments."""
+    first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
+    inverse = plan.inverse_spacing[first:last]
+    return segment_tensions(rope_of_piece(plan, piece), x[:, first : last + 1], inverse, p[:, first:last])
 
 
 @njit_in_place
@@ -39,15 +35,7 @@ def step_any_network(plan: NetworkPlan, state: NetworkState, work: NetworkWorksp
     slack = 0
     for piece in range(plan.nodes.shape[0]):
         first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
-        slack += segment_tensions(
-            plan.law,
-            plan.tension_only,
-            plan.piece[piece, PRETENSION],
-            plan.piece[piece, RIGIDITY],
-            x[:, first : last + 1],
-            plan.inverse_spacing[first:last],
-            p[:, first:last],
-        )
+        slack += piece_tensions(plan, piece, x, p)
         for axis in range(3):
             work.pull[piece, 0, axis] = p[axis, first]
             work.pull[piece, 1, axis] = p[axis, last - 1]
@@ -66,10 +54,10 @@ def step_any_network(plan: NetworkPlan, state: NetworkState, work: NetworkWorksp
             damped += end_damping(plan, piece, x_t[0], state.q_t, work)
         drift_piece(plan, piece, x, x_t)
     if damped > 0.0:
-        add_to(state.tallies, int(AXIAL_LOSS), plan.step * damped)
+        add_to(state.tallies, int(at.AXIAL_LOSS), plan.step * damped)
     place_ends(plan, state.q, state.q_t, x, x_t)
     if loss > 0.0:
-        add_to(state.tallies, int(TRANSVERSE_LOSS), loss)
+        add_to(state.tallies, int(at.TRANSVERSE_LOSS), loss)
     return True
 
 
@@ -78,14 +66,14 @@ def step_any_network(plan: NetworkPlan, state: NetworkState, work: NetworkWorksp
 def kick_piece(plan: NetworkPlan, piece: int, x_t: Array, p: Array) -> float:
     """Kick of a piece's inner nodes; what transverse damping takes."""
     run, squares = plan.run[piece], 0.0
-    h, keep = run[H], run[KEPT]
+    h, keep = run[at.H], run[at.KEPT]
     for i in range(plan.nodes[piece, 0] + 1, plan.nodes[piece, 1]):
-        x_t[0, i] += run[SPEED_U] * h * (p[0, i] - p[0, i - 1])
+        x_t[0, i] += run[at.SPEED_U] * h * (p[0, i] - p[0, i - 1])
         for axis in range(1, 3):
-            speed = keep * x_t[axis, i] + run[SPEED_T] * h * (p[axis, i] - p[axis, i - 1])
+            speed = keep * x_t[axis, i] + run[at.SPEED_T] * h * (p[axis, i] - p[axis, i - 1])
             squares += (speed + x_t[axis, i]) ** 2
             x_t[axis, i] = speed
-    return run[LOSS] * squares
+    return run[at.LOSS] * squares
 
 
 @njit_in_place
@@ -102,7 +90,7 @@ def drift_piece(plan: NetworkPlan, piece: int, x: Array, x_t: Array) -> None:
 def start_damping(plan: NetworkPlan, piece: int, u_t: Array, p: Array, work: NetworkWorkspace) -> None:
     """Damping tensions of a piece between ends at rest, from the mean speeds of its kicked nodes."""
     first, last, q, pivot = plan.nodes[piece, 0], plan.nodes[piece, 1], work.damping, plan.damper[0]
-    gain = plan.run[piece, SPEED_U] * plan.run[piece, H]
+    gain = plan.run[piece, at.SPEED_U] * plan.run[piece, at.H]
     before = 0.0
     for i in range(first, last):
         mean = 0.0 if i == last - 1 else u_t[i + 1] - 0.5 * gain * (p[i + 1] - p[i])
@@ -122,7 +110,7 @@ def start_damping(plan: NetworkPlan, piece: int, u_t: Array, p: Array, work: Net
 def end_damping(plan: NetworkPlan, piece: int, u_t: Array, q_t: Array, work: NetworkWorkspace) -> float:
     """Damping tensions with the ends' mean speeds, and what they do to the nodes; the power they take."""
     first, last, q = plan.nodes[piece, 0], plan.nodes[piece, 1], work.damping
-    gain = plan.run[piece, SPEED_U] * plan.run[piece, H]
+    gain = plan.run[piece, at.SPEED_U] * plan.run[piece, at.H]
     start, end = 0.5 * u_t[first], 0.5 * u_t[last]  # speeds before the step still stand there
     for side in range(2):
         row = 6 * piece + 3 * side
@@ -138,7 +126,7 @@ def end_damping(plan: NetworkPlan, piece: int, u_t: Array, q_t: Array, work: Net
         power += plan.compliance[piece] * q[i] * q[i]
         if i > first:
             u_t[i] += gain * (q[i] - q[i - 1])
-    return plan.piece[piece, ROPES] * power
+    return plan.piece[piece, at.ROPES] * power
 
 
 @njit_in_place
@@ -149,14 +137,14 @@ def note_slack_pieces(plan: NetworkPlan, state: NetworkState) -> None:
         least = 0.0
         for i in range(plan.nodes[piece, 0], plan.nodes[piece, 1]):
             strain = segment_strain(plan.law, state.x, plan.inverse_spacing, i)
-            least = min(least, strain - plan.piece[piece, SLACK_STRAIN])
+            least = min(least, strain - plan.piece[piece, at.SLACK_STRAIN])
         if least < 0.0 and state.slack[piece] == 0:
-            if state.counts[EVENTS] < MOST_EVENTS:
-                event = state.events[state.counts[EVENTS]]
-                event[0] = state.counts[STEPS]
+            if state.counts[at.EVENTS] < at.MOST_EVENTS:
+                event = state.events[state.counts[at.EVENTS]]
+                event[0] = state.counts[at.STEPS]
                 event[1] = piece
-                event[2] = (plan.piece[piece, RIGIDITY] + plan.piece[piece, PRETENSION]) * least
-            state.counts[EVENTS] += 1
+                event[2] = (plan.piece[piece, at.RIGIDITY] + plan.piece[piece, at.PRETENSION]) * least
+            state.counts[at.EVENTS] += 1
         state.slack[piece] = 1 if least < 0.0 else 0
 
 
@@ -177,15 +165,7 @@ def record_network(
     for piece in range(pieces):
         first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
         x = work.before[0]
-        segment_tensions(
-            plan.law,
-            plan.tension_only,
-            plan.piece[piece, PRETENSION],
-            plan.piece[piece, RIGIDITY],
-            x[:, first : last + 1],
-            plan.inverse_spacing[first:last],
-            work.p[:, first:last],
-        )
+        piece_tensions(plan, piece, x, work.p)
         kinetic, changed = rope_motion(plan, piece, work, state.x_t)
         mean, least, stored = rope_strain(plan, piece, work)
         ropes_energy += kinetic
@@ -208,11 +188,11 @@ def record_network(
     row[energies + 2] = strain
     row[energies + 3] = springs
     balance = ropes_energy + bodies + strain + springs + correction + part
-    for k in range(TALLIES):
+    for k in range(at.TALLIES):
         value = 0.5 * (work.before_tallies[0, k] + state.tallies[0, k])
         row[energies + 4 + k] = value
-        balance += -value if k == TORQUE_WORK else value
-    row[energies + 4 + TALLIES] = balance
+        balance += -value if k == at.TORQUE_WORK else value
+    row[energies + 4 + at.TALLIES] = balance
     return abs(balance) < 1e300
 
 
@@ -220,7 +200,7 @@ def record_network(
 @for_kernels
 def rope_motion(plan: NetworkPlan, piece: int, work: NetworkWorkspace, after: Array) -> tuple[float, float]:
     """Kinetic energy of a piece's inner nodes; their part of the correction."""
-    half = 0.5 * plan.piece[piece, DENSITY] * plan.run[piece, H]
+    half = 0.5 * plan.piece[piece, at.DENSITY] * plan.run[piece, at.H]
     kinetic, correction = 0.0, 0.0
     for axis in range(3):
         for i in range(plan.nodes[piece, 0] + 1, plan.nodes[piece, 1]):
@@ -229,26 +209,22 @@ def rope_motion(plan: NetworkPlan, piece: int, work: NetworkWorkspace, after: Ar
             kinetic += half * (old + change) ** 2
             correction += half * change * change
             correction -= 0.5 * plan.step * change * (work.p[axis, i] - work.p[axis, i - 1])
-    return plan.piece[piece, ROPES] * kinetic, plan.piece[piece, ROPES] * correction
+    return plan.piece[piece, at.ROPES] * kinetic, plan.piece[piece, at.ROPES] * correction
 
 
 @njit_in_place
 @for_kernels
 def rope_strain(plan: NetworkPlan, piece: int, work: NetworkWorkspace) -> tuple[float, float, float]:
     """Mean and least tension of one rope of a piece, and the energy that all its ropes store."""
-    x, h = work.before[0], plan.run[piece, H]
-    pretension = plan.piece[piece, PRETENSION]
-    stiffness = pretension + plan.piece[piece, RIGIDITY]
+    x, h, rope = work.before[0], plan.run[piece, at.H], rope_of_piece(plan, piece)
     first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
     mean, least, stored = 0.0, 1e300, 0.0
     for i in range(first, last):
-        pull, density = segment_energy(
-            plan.law, plan.tension_only, pretension, stiffness, x, plan.inverse_spacing, i
-        )
+        pull, density = segment_energy(rope, x, plan.inverse_spacing, i)
         mean += pull
         least = min(least, pull)
         stored += density * h
-    return mean / (last - first), least, plan.piece[piece, ROPES] * stored
+    return mean / (last - first), least, plan.piece[piece, at.ROPES] * stored
 
 
 @njit_in_place
@@ -272,7 +248,7 @@ def coordinate_energies(
     for piece in range(plan.nodes.shape[0]):
         for side in range(2):
             segment = plan.nodes[piece, 0] if side == 0 else plan.nodes[piece, 1] - 1
-            sign = plan.piece[piece, ROPES] if side == 0 else -plan.piece[piece, ROPES]
+            sign = plan.piece[piece, at.ROPES] if side == 0 else -plan.piece[piece, at.ROPES]
             for axis in range(3):
                 row = 6 * piece + 3 * side + axis
                 for entry in range(plan.row_start[row], plan.row_start[row + 1]):
@@ -308,7 +284,7 @@ def integrate_network(
             keep_before_network(state, work)
         if not step_any_network(plan, state, work, torque[j]):
             return SLACK
-        state.counts[STEPS] += 1
+        state.counts[at.STEPS] += 1
         if j % every == 0 and not record_network(plan, state, work, torque[j], rows[j // every]):
             return NOT_FINITE
     return DONE

@@ -4,22 +4,8 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.network.coordinates import rub
 from cabledrive.simulation.observe import add_to
-from cabledrive.simulation.travel.plan import (
-    AXIAL_LOSS,
-    COULOMB_LOSS,
-    DAMPING,
-    DENSITY,
-    DRUM,
-    RIGIDITY,
-    ROPES,
-    TORQUE_WORK,
-    VISCOUS_LOSS,
-    WEIGHT_WORK,
-    WOUND_ENERGY,
-    TravelPlan,
-    TravelState,
-    TravelWorkspace,
-)
+from cabledrive.simulation.travel import plan as at
+from cabledrive.simulation.travel.plan import TravelPlan, TravelState, TravelWorkspace
 
 
 @njit_in_place
@@ -39,7 +25,7 @@ def pull_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> i
         for j in range(last - first + 1):
             beyond = state.x[first + j] if first + j < last else work.free[s]
             own = cell if 0 < j < last - first else 0.5 * cell
-            tension = plan.piece[s, RIGIDITY] * ((beyond - place) / own - 1.0)
+            tension = plan.piece[s, at.RIGIDITY] * ((beyond - place) / own - 1.0)
             work.tension[first + s + j] = tension
             if tension < 0.0 and slack < 0:
                 slack = s
@@ -57,8 +43,8 @@ def damp_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
     for s in range(plan.rim.shape[0]):
         first, last = plan.cells[s], plan.cells[s + 1]
         cell = state.length[s] / (last - first)
-        half = 0.5 * plan.step / (plan.piece[s, DENSITY] * cell)
-        inner, outer = half * plan.piece[s, DAMPING] / cell, 2.0 * half * plan.piece[s, DAMPING] / cell
+        half = 0.5 * plan.step / (plan.piece[s, at.DENSITY] * cell)
+        inner, outer = half * plan.piece[s, at.DAMPING] / cell, 2.0 * half * plan.piece[s, at.DAMPING] / cell
         fall = plan.gravity[0] * work.along[s, 0] + plan.gravity[1] * work.along[s, 1]
         for i in range(first, last):
             j = i + s
@@ -94,8 +80,8 @@ def kick_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
     lost, fallen = 0.0, 0.0
     for s in range(plan.rim.shape[0]):
         first, last = plan.cells[s], plan.cells[s + 1]
-        n, lines = last - first, plan.piece[s, ROPES]
-        mass = plan.piece[s, DENSITY] * state.length[s] / n
+        n, lines = last - first, plan.piece[s, at.ROPES]
+        mass = plan.piece[s, at.DENSITY] * state.length[s] / n
         fall = plan.gravity[0] * work.along[s, 0] + plan.gravity[1] * work.along[s, 1]
         for i in range(first, last):
             j = i + s
@@ -129,8 +115,8 @@ def kick_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
             before = own
         for i in range(first, last):
             state.x_t[i] = work.trial[i]
-    add_to(state.tallies, int(AXIAL_LOSS), plan.step * lost)
-    add_to(state.tallies, int(WEIGHT_WORK), plan.step * fallen)
+    add_to(state.tallies, int(at.AXIAL_LOSS), plan.step * lost)
+    add_to(state.tallies, int(at.WEIGHT_WORK), plan.step * fallen)
 
 
 @njit_in_place
@@ -143,8 +129,8 @@ def fill_inverse(plan: TravelPlan, wound: Array, work: TravelWorkspace) -> None:
             mass[i, k] = plan.mass[i, k]
     for s in range(plan.rim.shape[0]):
         for side in range(2):
-            if plan.beyond[s, side] == DRUM:
-                on_it = plan.piece[s, ROPES] * plan.piece[s, DENSITY] * wound[s, side]
+            if plan.beyond[s, side] == at.DRUM:
+                on_it = plan.piece[s, at.ROPES] * plan.piece[s, at.DENSITY] * wound[s, side]
                 for i in range(n):
                     for k in range(n):
                         mass[i, k] += on_it * plan.turn[s, side, i] * plan.turn[s, side, k]
@@ -200,7 +186,7 @@ def gather_ends(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> 
         for k in range(n):
             work.force[i] -= plan.stiffness[i, k] * state.q[k]
     for s in range(plan.rim.shape[0]):
-        lines, density = plan.piece[s, ROPES], plan.piece[s, DENSITY]
+        lines, density = plan.piece[s, at.ROPES], plan.piece[s, at.DENSITY]
         across = plan.gravity[1] * work.along[s, 0] - plan.gravity[0] * work.along[s, 1]
         hangs = 0.5 * lines * density * state.length[s] * across
         for side in range(2):
@@ -257,7 +243,7 @@ def turn_coordinates(plan: TravelPlan, state: TravelState, work: TravelWorkspace
             for k in range(plan.bound.size):
                 torque += plan.rub[k, own] * work.friction[k]
         work.torque[m] = torque
-        add_to(state.tallies, int(TORQUE_WORK), 0.5 * plan.step * torque * (old[own] + new[own]))
+        add_to(state.tallies, int(at.TORQUE_WORK), 0.5 * plan.step * torque * (old[own] + new[own]))
     _count(plan, state, work)
 
 
@@ -275,7 +261,7 @@ def _count(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
             coulomb += work.friction[k] * plan.rub[k, i] * mean
         turned += work.carried[i] * mean
         fallen += work.fallen[i] * mean
-    add_to(state.tallies, int(VISCOUS_LOSS), plan.step * viscous)
-    add_to(state.tallies, int(COULOMB_LOSS), plan.step * coulomb)
-    add_to(state.tallies, int(WOUND_ENERGY), -plan.step * turned)
-    add_to(state.tallies, int(WEIGHT_WORK), plan.step * fallen)
+    add_to(state.tallies, int(at.VISCOUS_LOSS), plan.step * viscous)
+    add_to(state.tallies, int(at.COULOMB_LOSS), plan.step * coulomb)
+    add_to(state.tallies, int(at.WOUND_ENERGY), -plan.step * turned)
+    add_to(state.tallies, int(at.WEIGHT_WORK), plan.step * fallen)

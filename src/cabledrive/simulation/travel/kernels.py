@@ -17,6 +17,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.plan import DONE, NOT_FINITE, SLACK
+from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.cells import (
     damp_spans,
     fill_inverse,
@@ -24,24 +25,7 @@ from cabledrive.simulation.travel.cells import (
     pull_spans,
     turn_coordinates,
 )
-from cabledrive.simulation.travel.plan import (
-    CREEP_LOSS,
-    DENSITY,
-    DRUM,
-    NO_SPAN,
-    OFF_THE_PULLEY,
-    RIGIDITY,
-    ROPES,
-    TALLIES,
-    TOO_SHORT,
-    TORQUE_WORK,
-    WEIGHT_WORK,
-    WOUND_ENERGY,
-    WRAP,
-    TravelPlan,
-    TravelState,
-    TravelWorkspace,
-)
+from cabledrive.simulation.travel.plan import TravelPlan, TravelState, TravelWorkspace
 
 # Rows of TravelWorkspace.kept: speeds of the rope and of q half a step before, tallies, lengths of spans.
 ROPE_SPEED, SPEED, TALLY, LENGTH = range(4)
@@ -71,11 +55,11 @@ def note_places(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
             share = 0.5 if j in (first, last) else 1.0
             pull = work.tension[j] + work.damped[j]
             mean += share * pull / (last - first)
-            stored += 0.5 * share * cell * work.tension[j] ** 2 / plan.piece[s, RIGIDITY]
+            stored += 0.5 * share * cell * work.tension[j] ** 2 / plan.piece[s, at.RIGIDITY]
             least = min(least, pull)
         row[tension + s], row[tension + spans + s] = mean, least
         row[tension + 2 * spans + s] = work.free[s]
-        strained += plan.piece[s, ROPES] * stored
+        strained += plan.piece[s, at.ROPES] * stored
     energies = tension + 3 * spans
     row[energies + 2], row[energies + 3] = strained, springs
 
@@ -93,7 +77,7 @@ def note_speeds(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
     ropes, bodies = 0.0, 0.0
     for s in range(spans):
         first, last = plan.cells[s], plan.cells[s + 1]
-        mass = plan.piece[s, ROPES] * plan.piece[s, DENSITY] * work.kept[LENGTH, s] / (last - first)
+        mass = plan.piece[s, at.ROPES] * plan.piece[s, at.DENSITY] * work.kept[LENGTH, s] / (last - first)
         for i in range(first, last):
             ropes += 0.5 * mass * work.kept[ROPE_SPEED, i] * state.x_t[i]
     for i in range(n):
@@ -104,11 +88,11 @@ def note_speeds(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
         row[2 * n + m] = work.torque[m]
     row[energies], row[energies + 1] = ropes, bodies
     balance = ropes + bodies + row[energies + 2] + row[energies + 3]
-    for k in range(TALLIES):
+    for k in range(at.TALLIES):
         value = 0.5 * (work.kept[TALLY, k] + state.tallies[0, k])
         row[energies + 4 + k] = value
-        balance += -value if k in (TORQUE_WORK, WEIGHT_WORK) else value
-    row[energies + 4 + TALLIES] = balance
+        balance += -value if k in (at.TORQUE_WORK, at.WEIGHT_WORK) else value
+    row[energies + 4 + at.TALLIES] = balance
     return abs(balance) < 1e300
 
 
@@ -145,7 +129,7 @@ def lay_spans(plan: TravelPlan, q: Array, work: TravelWorkspace) -> int:
 def strain_at(plan: TravelPlan, work: TravelWorkspace, s: int, side: int) -> float:
     """Strain of a span beside one of its ends."""
     j = plan.cells[s] + s if side == 0 else plan.cells[s + 1] + s
-    return work.tension[j] / plan.piece[s, RIGIDITY]
+    return work.tension[j] / plan.piece[s, at.RIGIDITY]
 
 
 @njit_in_place
@@ -158,20 +142,20 @@ def pass_end(
     ``run``: stretched length in the direction of travel [m].
     """
     own = strain_at(plan, work, s, side)
-    there, lines = plan.beyond[s, side], plan.piece[s, ROPES]
+    there, lines = plan.beyond[s, side], plan.piece[s, at.ROPES]
     enters = run > 0.0 if side == 0 else run < 0.0
     carried = strain_at(plan, work, there, 1 - side) if enters and there >= 0 else own
     passed = run / (1.0 + carried)
     out = passed if side == 1 else -passed
-    half = 0.5 * plan.piece[s, RIGIDITY] * lines
-    add_to(state.tallies, int(WOUND_ENERGY), out * half * carried * carried)
+    half = 0.5 * plan.piece[s, at.RIGIDITY] * lines
+    add_to(state.tallies, int(at.WOUND_ENERGY), out * half * carried * carried)
     if enters:
-        add_to(state.tallies, int(CREEP_LOSS), abs(passed) * half * (carried - own) ** 2)
-    if there == DRUM:
+        add_to(state.tallies, int(at.CREEP_LOSS), abs(passed) * half * (carried - own) ** 2)
+    if there == at.DRUM:
         state.wound[s, side] += out
     else:
-        kinetic = 0.5 * plan.piece[s, DENSITY] * lines * work.speed[s, side] ** 2
-        add_to(state.tallies, int(WOUND_ENERGY), out * kinetic)
+        kinetic = 0.5 * plan.piece[s, at.DENSITY] * lines * work.speed[s, side] ** 2
+        add_to(state.tallies, int(at.WOUND_ENERGY), out * kinetic)
     return passed
 
 
@@ -204,7 +188,7 @@ def move_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
         for i in range(first, last):
             share, j = (i - first + 0.5) / n, i + s
             passing = (1.0 - share) * state.flow[s, 0] + share * state.flow[s, 1]
-            strain = 0.5 * (work.tension[j] + work.tension[j + 1]) / plan.piece[s, RIGIDITY]
+            strain = 0.5 * (work.tension[j] + work.tension[j + 1]) / plan.piece[s, at.RIGIDITY]
             state.x[i] += plan.step * state.x_t[i] - advance - (1.0 + strain) * passing
         state.length[s] += state.flow[s, 0] - state.flow[s, 1]
 
@@ -220,11 +204,11 @@ def watch(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
         state.reached[0, s] = min(state.reached[0, s], work.free[s])
         if work.free[s] < plan.shortest[s]:
             state.events[0, 0], state.events[0, 1] = s, work.free[s]
-            return TOO_SHORT
+            return at.TOO_SHORT
         there = plan.beyond[s, 1]
         if there < 0:
             continue
-        wrap = plan.piece[s, WRAP]
+        wrap = plan.piece[s, at.WRAP]
         for sign, own in ((1.0, there), (-1.0, s)):
             ax, ay = plan.bearing[own, 0], plan.bearing[own, 1]
             bx, by = work.along[own, 0], work.along[own, 1]
@@ -232,8 +216,8 @@ def watch(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
             wrap += sign * turned * (1.0 if plan.rim[s, 1] > 0.0 else -1.0)
         if wrap < -1e-9:
             state.events[0, 0], state.events[0, 1] = s, wrap
-            return OFF_THE_PULLEY
-        momentum = plan.piece[s, DENSITY] * (state.flow[s, 1] / plan.step) ** 2
+            return at.OFF_THE_PULLEY
+        momentum = plan.piece[s, at.DENSITY] * (state.flow[s, 1] / plan.step) ** 2
         one, other = work.pull[s, 1, 0] - momentum, work.pull[there, 0, 0] - momentum
         if wrap > 1e-6 and one > 0.0 and other > 0.0:
             state.reached[1, s] = max(state.reached[1, s], abs(log(one / other)) / wrap)
@@ -264,7 +248,7 @@ def step_travel(plan: TravelPlan, state: TravelState, work: TravelWorkspace, giv
     lost = lay_spans(plan, state.q, work)
     if lost >= 0:
         state.events[0, 0] = lost
-        return NO_SPAN
+        return at.NO_SPAN
     move_cells(plan, state, work)
     state.counts[0] += 1
     return DONE
@@ -281,7 +265,7 @@ def integrate_travel(
 ) -> int:
     """Take a step per row of ``given``, recording the first of every ``every``."""
     if lay_spans(plan, state.q, work) >= 0:
-        return NO_SPAN
+        return at.NO_SPAN
     fill_inverse(plan, state.wound, work)
     for j in range(given.shape[0]):
         recorded = j % every == 0

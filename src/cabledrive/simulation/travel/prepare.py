@@ -16,16 +16,9 @@ from cabledrive.simulation.network.case import NetworkStart, motor_torques
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Recording, Scheme
+from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
-from cabledrive.simulation.travel.plan import (
-    ANCHOR,
-    DENSITY,
-    DRUM,
-    RIGIDITY,
-    ROPES,
-    TravelPlan,
-    largest_travel_step,
-)
+from cabledrive.simulation.travel.plan import TravelPlan, largest_travel_step
 
 SEGMENTS = 16
 SHORTEST = 0.5
@@ -168,7 +161,7 @@ def _plan(
             if place.pulley is not None:
                 turn[s, side] = rim[s, side] * motion.angle(place.pulley)
     beyond = _beyond(drive)
-    for s, side in np.argwhere(beyond == DRUM):
+    for s, side in np.argwhere(beyond == at.DRUM):
         if motion.body_of(ends[s][side]) is not None:
             raise InputRefused(
                 f'kind = "route", travel: the drum {ends[s][side].name} rides on a body, whose mass would '
@@ -178,7 +171,7 @@ def _plan(
     frictions = bound.size
     plan = TravelPlan(
         step=step,
-        winds=bool(np.any(beyond == DRUM)),
+        winds=bool(np.any(beyond == at.DRUM)),
         prescribed=prescribed,
         cells=np.concatenate(([0], np.cumsum(counts))).astype(np.int64),
         piece=np.array(
@@ -215,7 +208,7 @@ def _plan(
 def _beyond(drive: RoutedDrive) -> Integers:
     """Span behind the pulley at each end of each span, `ANCHOR` or `DRUM`."""
     spans = drive.free_spans
-    found = np.full((len(spans), 2), ANCHOR, dtype=np.int64)
+    found = np.full((len(spans), 2), at.ANCHOR, dtype=np.int64)
     for route, data in enumerate(drive.route):
         own = [number for number, span in enumerate(spans) if span.route == route]
         for place, number in enumerate(own):
@@ -223,14 +216,14 @@ def _beyond(drive: RoutedDrive) -> Integers:
             for side, end in enumerate((spans[number].start, spans[number].end)):
                 last = place == (0, len(own) - 1)[side] and not data.closed
                 if end.pulley is not None:
-                    found[number, side] = DRUM if last else neighbours[side]
+                    found[number, side] = at.DRUM if last else neighbours[side]
     return found
 
 
 def _at_rest(network: Network, plan: TravelPlan, counts: Integers) -> tuple[Array, Array, Array]:
     """Places of the cells, unstretched lengths [m], and what the ropes do to the coordinates [N]."""
     tension, free = network.statics.mean, _lengths(network)
-    rigidity, density, lines = (plan.piece[:, column] for column in (RIGIDITY, DENSITY, ROPES))
+    rigidity, density, lines = (plan.piece[:, column] for column in (at.RIGIDITY, at.DENSITY, at.ROPES))
     length = free / (1.0 + tension / rigidity)
     along = plan.bearing
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -257,7 +250,7 @@ def _held(network: Network, plan: TravelPlan, force: Array) -> tuple[Array, Arra
         shaft = int(np.argmax(motion.angle(number)))
         holding[m] = -force[shaft]
         rest[rotor] = 0.0 if shaft == rotor else force[shaft]  # else the joint's preload stays on both
-    size = float(np.max(plan.piece[:, ROPES] * network.statics.mean))
+    size = float(np.max(plan.piece[:, at.ROPES] * network.statics.mean))
     for name, left in zip(motion.names, rest, strict=True):
         pulleys = {pulley.name: pulley.radius for pulley in network.drive.pulley}
         own = name in pulleys and not any(network.drive.pulley[k].name == name for k in driven)
