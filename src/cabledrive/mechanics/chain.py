@@ -11,30 +11,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pendant:
-    """A mass on a spring at a joint: a motor behind a flexible joint, an absorber.
+    """A mass on a spring at a joint: a motor behind a flexible joint, an absorber."""
 
-    Attributes
-    ----------
-    stiffness : float
-        Of the spring between joint and mass [N/m].
-    mass : float
-        [kg].
-    joint : int, default 0
-        Number of the joint.
-    ground : float, default 0.0
-        Stiffness from the mass to the ground [N/m]: the motor's holding stiffness.
-    """
-
-    stiffness: float
-    mass: float
-    joint: int = 0
-    ground: float = 0.0
+    stiffness: float = meaning("of the spring between joint and mass [N/m]")
+    mass: float = meaning("[kg]")
+    joint: int = meaning("number of the joint", 0)
+    ground: float = meaning("stiffness from the mass to the ground [N/m]: the motor's holding stiffness", 0.0)
 
 
+@described
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Chain:
     r"""Segments that carry waves, joined at point masses: an open line or a closed ring.
@@ -42,35 +33,22 @@ class Chain:
     Lengths and density are per unstretched metre, so that
     :math:`\rho_0\,\ddot u = R\,\partial^2 u/\partial s^2` with :math:`R = EA` for longitudinal motion and
     :math:`R = T_0/(1+\varepsilon_0)` for transverse motion.
-
-    Attributes
-    ----------
-    rigidity : float or ndarray, shape (m,)
-        Force per slope R [N]; an array where the segments are different cables.
-    density : float or ndarray, shape (m,)
-        Mass per length rho0 [kg/m], likewise.
-    lengths : ndarray, shape (m,)
-        Lengths of the segments [m]; segment i from joint i to i + 1, a ring's last one to joint 0.
-    masses : ndarray, shape (n,)
-        Masses at the joints [kg]; m = n of a ring, m = n - 1 of a line.
-    closed : bool, default False
-        Whether the chain closes to a ring.
-    fixed : (bool, bool), default (False, False)
-        Whether the first and last joint of a line are held.
-    pendants : tuple of Pendant, default ()
-        Masses on springs at the joints.
-    grounds : ndarray, shape (n,), optional
-        Stiffness of a spring from each joint to the ground [N/m]; none where absent.
     """
 
-    rigidity: float | Array
-    density: float | Array
-    lengths: Array
-    masses: Array
-    closed: bool = False
-    fixed: tuple[bool, bool] = (False, False)
-    pendants: tuple[Pendant, ...] = ()
-    grounds: Array | None = None
+    rigidity: float | Array = meaning(
+        "(m,): force per slope R [N]; an array where the segments are different cables"
+    )
+    density: float | Array = meaning("(m,): mass per length rho0 [kg/m], likewise")
+    lengths: Array = meaning(
+        "(m,): lengths of the segments [m]; segment i from joint i to i + 1, a ring's last one to joint 0"
+    )
+    masses: Array = meaning("(n,): masses at the joints [kg]; m = n of a ring, m = n - 1 of a line")
+    closed: bool = meaning("whether the chain closes to a ring", False)
+    fixed: tuple[bool, bool] = meaning("whether the first and last joint of a line are held", (False, False))
+    pendants: tuple[Pendant, ...] = meaning("masses on springs at the joints", ())
+    grounds: Array | None = meaning(
+        "(n,): stiffness of a spring from each joint to the ground [N/m]; none where absent", None
+    )
 
     def __post_init__(self) -> None:
         joints, given = len(self.masses), len(self.lengths)
@@ -147,29 +125,20 @@ class Stretch:
     end: float  # the same [m]
 
 
+@described
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LabelledChain:
-    """A chain whose joints and segments know what they are on the machine.
+    """A chain whose joints and segments know what they are on the machine."""
 
-    Attributes
-    ----------
-    chain : Chain
-    joints : tuple of str
-        "drive pulley", "load pulley", "carriage 3" (its number in the file); then the
-        pendants: "motor".
-    stretches : tuple of Stretch
-        One for each segment.
-    pendant_springs : tuple of str
-        Names of the springs of its pendants; by default of one, the motor's.
-    ground : {"", "motor joint", "holding stiffness", "spring to the ground"}, default ""
-        What its springs to the ground are.
-    """
-
-    chain: Chain
-    joints: tuple[str, ...]
-    stretches: tuple[Stretch, ...]
-    pendant_springs: tuple[str, ...] = (MOTOR_JOINT,)
-    ground: str = ""
+    chain: Chain = meaning("masses and segments")
+    joints: tuple[str, ...] = meaning(
+        '"drive pulley", "load pulley", "carriage 3" (its number in the file); then the pendants: "motor"'
+    )
+    stretches: tuple[Stretch, ...] = meaning("one for each segment")
+    pendant_springs: tuple[str, ...] = meaning(
+        "names of the springs of its pendants; by default of one, the motor's", (MOTOR_JOINT,)
+    )
+    ground: str = meaning("what its springs to the ground are", "")
 
     @cached_property
     def carriages(self) -> NDArray[np.intp]:

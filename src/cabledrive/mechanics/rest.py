@@ -17,31 +17,22 @@ import numpy as np
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, Statics, quadrature_points
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingStretch:
-    """One piece of cable between neighbouring joints, at rest.
+    """One piece of cable between neighbouring joints, at rest."""
 
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-    start, end : float
-        Unstretched positions from the pulley where the span starts [m].
-    force : (float, float)
-        Force at the start, along and across (downwards) the line of the pulleys [N].
-    load : (float, float)
-        Weight per unstretched length, along and across [N/m].
-    axial_rigidity : float
-        EA [N].
-    """
-
-    span: str
-    start: float
-    end: float
-    force: tuple[float, float]
-    load: tuple[float, float]
-    axial_rigidity: float
+    span: str = meaning('one of "upper", "lower"')
+    start: float = meaning("unstretched position from the pulley where the span starts [m]")
+    end: float = meaning("the same of its end [m]")
+    force: tuple[float, float] = meaning(
+        "force at the start, along and across (downwards) the line of the pulleys [N]"
+    )
+    load: tuple[float, float] = meaning("weight per unstretched length, along and across [N/m]")
+    axial_rigidity: float = meaning("EA [N]")
 
     def force_at(self, positions: Array) -> Array:
         """Force along and across, by the part ahead on the part behind.
@@ -120,22 +111,14 @@ class RestingStretch:
         return self.start + self.length * quadrature_points()
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingSection:
-    """Cable between two points held across, pulleys or guided carriages, with what hangs between them.
+    """Cable between two points held across, pulleys or guided carriages, with what hangs between them."""
 
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-    stretches : tuple of RestingStretch
-        In order.
-    sag : float
-        Largest distance from the line of the pulleys [m].
-    """
-
-    span: str
-    stretches: tuple[RestingStretch, ...]
-    sag: float
+    span: str = meaning('one of "upper", "lower"')
+    stretches: tuple[RestingStretch, ...] = meaning("in order")
+    sag: float = meaning("largest distance from the line of the pulleys [m]")
 
     @property
     def start(self) -> float:
@@ -158,20 +141,16 @@ class RestingSection:
         return self.sag / (self.end - self.start)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestState:
-    """A drive at rest.
+    """A drive at rest."""
 
-    Attributes
-    ----------
-    sections : tuple of RestingSection
-        Upper span first, in order of position.
-    holding_torque : float
-        Torque on the drive pulley that balances it [N m]; without the standing torque of a line's pretension.
-    """
-
-    sections: tuple[RestingSection, ...]
-    holding_torque: float
+    sections: tuple[RestingSection, ...] = meaning("upper span first, in order of position")
+    holding_torque: float = meaning(
+        "torque on the drive pulley that balances it [N m]; without the standing torque of a line's "
+        "pretension"
+    )
 
     @property
     def stretches(self) -> tuple[RestingStretch, ...]:

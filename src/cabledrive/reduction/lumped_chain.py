@@ -12,37 +12,27 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array, Complex
+from cabledrive.parameters.fields import described, meaning
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LumpedChain:
-    """A lumped chain of n inertias and n - 1 links; angles in rad, or displacements in m of masses.
+    """A lumped chain of n inertias and n - 1 links; angles in rad, or displacements in m of masses."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        What each inertia is: "motor", "drive", "load", ...
-    inertias : tuple of float
-        Moments of inertia [kg m^2].
-    viscous, coulomb, offsets : tuple of float
-        Friction b [N m s/rad] and c [N m], and constant torque d [N m] of each inertia, signs as in (4.16).
-    stiffness, damping : tuple of float
-        Of each link, per stretch: [N m/rad] and [N m s/rad] of a joint; [N/m] and [N s/m] between rims.
-    ratios : tuple of (float, float)
-        (p, q) of each link: 1 and 1 of a joint; radii [m] of a cable.
-    holding : float, default 0.0
-        Spring from the first inertia to the ground, the motor's holding stiffness [N m/rad].
-    """
-
-    names: tuple[str, ...]
-    inertias: tuple[float, ...]
-    viscous: tuple[float, ...]
-    coulomb: tuple[float, ...]
-    offsets: tuple[float, ...]
-    stiffness: tuple[float, ...] = ()
-    damping: tuple[float, ...] = ()
-    ratios: tuple[tuple[float, float], ...] = ()
-    holding: float = 0.0
+    names: tuple[str, ...] = meaning('what each inertia is: "motor", "drive", "load", ...')
+    inertias: tuple[float, ...] = meaning("moments of inertia [kg m^2]")
+    viscous: tuple[float, ...] = meaning("viscous friction b of each inertia [N m s/rad], signs as in (4.16)")
+    coulomb: tuple[float, ...] = meaning("Coulomb friction c [N m]")
+    offsets: tuple[float, ...] = meaning("constant torque d [N m]")
+    stiffness: tuple[float, ...] = meaning("of each link, per stretch [N m/rad], [N/m] between rims", ())
+    damping: tuple[float, ...] = meaning("of each link, per stretch [N m s/rad], [N s/m] between rims", ())
+    ratios: tuple[tuple[float, float], ...] = meaning(
+        "(p, q) of each link: 1 and 1 of a joint; radii [m] of a cable", ()
+    )
+    holding: float = meaning(
+        "spring from the first inertia to the ground, the motor's holding stiffness [N m/rad]", 0.0
+    )
 
     def __post_init__(self) -> None:
         n = len(self.inertias)

@@ -15,6 +15,7 @@ from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.methods import (
@@ -41,23 +42,14 @@ from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, place_at_start, velocity_at_start
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarriageForce:
-    """A force on a carriage.
+    """A force on a carriage."""
 
-    Attributes
-    ----------
-    signal : Signal, float or callable
-        The force [N].
-    carriage : int, default 0
-        Which carriage, in the order of the drive file.
-    plane : {"u", "v", "w"}, default "u"
-        Along the span, or across it.
-    """
-
-    signal: Signal | float | Function
-    carriage: int = 0
-    plane: str = "u"
+    signal: Signal | float | Function = meaning("the force [N]")
+    carriage: int = meaning("which carriage, in the order of the drive file", 0)
+    plane: str = meaning("along the span, or across it", "u")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation.case import Case
 from cabledrive.simulation.channels import COLUMN, probe_columns
 from cabledrive.simulation.keeping import Records
@@ -30,23 +31,14 @@ class Estimate:
     """Order of convergence between the three resolutions; None if the differences do not fall."""
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorEstimate:
-    """Discretisation error of a run.
+    """Discretisation error of a run."""
 
-    Attributes
-    ----------
-    segments : tuple of int
-        Segments per span of the runs compared, the run's own first.
-    load_angle : Estimate
-        Of the angle of the load pulley [rad].
-    upper_midpoint : Estimate
-        Of w at the midpoint of the upper span [m].
-    """
-
-    segments: tuple[int, ...]
-    load_angle: Estimate
-    upper_midpoint: Estimate
+    segments: tuple[int, ...] = meaning("segments per span of the runs compared, the run's own first")
+    load_angle: Estimate = meaning("of the angle of the load pulley [rad]")
+    upper_midpoint: Estimate = meaning("of w at the midpoint of the upper span [m]")
 
 
 def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Scheme) -> ErrorEstimate:

@@ -12,6 +12,7 @@ from cabledrive.mechanics.sag import parabola_sag
 from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation.case import Case
 from cabledrive.simulation.channels import (
     AXIAL,
@@ -33,25 +34,17 @@ if TYPE_CHECKING:
     from cabledrive.simulation.error_estimate import ErrorEstimate
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlackEvent:
-    """A span that went slack.
+    """A span that went slack."""
 
-    Attributes
-    ----------
-    time : float
-        When [s].
-    span : {"upper", "lower"}
-    position : float
-        Where first, as the distance from the span's start along the pretensioned cable [m].
-    tension : float
-        What the taut law gives there at that step [N], just below zero.
-    """
-
-    time: float
-    span: str
-    position: float
-    tension: float
+    time: float = meaning("when [s]")
+    span: str = meaning('one of "upper", "lower"')
+    position: float = meaning(
+        "where first, as the distance from the span's start along the pretensioned cable [m]"
+    )
+    tension: float = meaning("what the taut law gives there at that step [N], just below zero")
 
 
 def slack_events(case: Case, state: State) -> tuple[SlackEvent, ...]:
@@ -109,42 +102,30 @@ def _parabola_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
     return stored - 2.0 * tension * stretch
 
 
+@described
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SimulationResult(RunResult):
     r"""A run of a loop or a line, with its audit.
 
     The columns of `rows` are `cabledrive.simulation.channels.CHANNELS`, then u, v, w of each probe.
-
-    Attributes
-    ----------
-    probes : tuple of (str, float)
-        Span and distance from its start [m] of each probe; the first ones are the midpoints of the spans.
-    field_time : ndarray, shape (field records,)
-        Times of the whole fields [s].
-    fields : ndarray, shape (field records, 3, nodes)
-        Displacements u, v, w of all nodes, round the loop from the drive rim [m].
-    position : ndarray, shape (spans, n + 1)
-        Distance of the nodes of each span from its start [m].
-    cfl : float
-        Step over the largest stable one [-].
-    slack_events : tuple of SlackEvent
-        Where and when spans went slack.
-    extremes : dict
-        Over all steps, recorded or not: least and largest angle of each shaft [rad], largest \|v\| and \|w\|
-        of each midpoint [m].
-    error_estimate : ErrorEstimate or None
-        Discretisation error, if it was asked for.
     """
 
     channels: tuple[Channel, ...] = CHANNELS
-    probes: tuple[tuple[str, float], ...]
-    field_time: Array
-    fields: Array
-    position: Array
-    cfl: float
-    slack_events: tuple[SlackEvent, ...]
-    extremes: dict[str, float]
-    error_estimate: "ErrorEstimate | None" = None
+    probes: tuple[tuple[str, float], ...] = meaning(
+        "span and distance from its start [m] of each probe; the first ones are the midpoints of the spans"
+    )
+    field_time: Array = meaning("(field records,): times of the whole fields [s]")
+    fields: Array = meaning(
+        "(field records, 3, nodes): displacements u, v, w of all nodes, round the loop from the drive rim [m]"
+    )
+    position: Array = meaning("(spans, n + 1): distance of the nodes of each span from its start [m]")
+    cfl: float = meaning("step over the largest stable one [-]")
+    slack_events: tuple[SlackEvent, ...] = meaning("where and when spans went slack")
+    extremes: dict[str, float] = meaning(
+        "over all steps, recorded or not: least and largest angle of each shaft [rad], largest |v| "
+        "and |w| of each midpoint [m]"
+    )
+    error_estimate: "ErrorEstimate | None" = meaning("discretisation error, if it was asked for", None)
 
     def probe(self, number: int) -> Array:
         """Displacements of a probe.

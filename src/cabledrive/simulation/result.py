@@ -9,6 +9,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.netcdf import Content, Variable, dataset_of, storable
@@ -20,50 +21,29 @@ NOTHING = 1e-13
 """Energy handled, relative to that at rest, below which nothing moved but by round-off."""
 
 
+@described
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class RunResult(ResultCard):
-    """A run of any machine, with its audit.
+    """A run of any machine, with its audit."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (records,)
-        Times of the records [s].
-    rows : ndarray, shape (records, columns)
-        The records, one column per channel.
-    channels : tuple of Channel
-        Name, unit and meaning of each column.
-    spans : tuple of str
-        Names of the spans; of a machine with routes of the pieces of rope, cut at carriages.
-    steps : int
-        Steps taken.
-    step : float
-        Time step [s].
-    energy_handled : float
-        Largest energy the run had to do with [J]: initial energy above rest, plus work done on the drive.
-    energy_at_rest : float
-        What the ropes of a machine with routes store at rest [J], whose round-off is no motion.
-    provenance : dict
-        Version, drive, method and settings, as plain data.
-    stopped : str or None
-        Why the run ended early, in one line; None if it did not.
-    wall_time : float
-        How long it took [s].
-    path : Path or None
-        File of the result, if it was written to one.
-    """
-
-    time: Array
-    rows: Array
-    channels: tuple[Channel, ...]
-    spans: tuple[str, ...]
-    steps: int
-    step: float
-    energy_handled: float
-    energy_at_rest: float = 0.0
-    provenance: dict[str, Any]
-    stopped: str | None
-    wall_time: float
-    path: Path | None = None
+    time: Array = meaning("(records,): times of the records [s]")
+    rows: Array = meaning("(records, columns): the records, one column per channel")
+    channels: tuple[Channel, ...] = meaning("name, unit and meaning of each column")
+    spans: tuple[str, ...] = meaning(
+        "names of the spans; of a machine with routes of the pieces of rope, cut at carriages"
+    )
+    steps: int = meaning("steps taken")
+    step: float = meaning("time step [s]")
+    energy_handled: float = meaning(
+        "largest energy the run had to do with [J]: initial energy above rest, plus work done on the drive"
+    )
+    energy_at_rest: float = meaning(
+        "what the ropes of a machine with routes store at rest [J], whose round-off is no motion", 0.0
+    )
+    provenance: dict[str, Any] = meaning("version, drive, method and settings, as plain data")
+    stopped: str | None = meaning("why the run ended early, in one line; None if it did not")
+    wall_time: float = meaning("how long it took [s]")
+    path: Path | None = meaning("file of the result, if it was written to one", None)
 
     def channel(self, name: str) -> Array:
         """One column of the records.

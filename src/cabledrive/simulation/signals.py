@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 
 Function = Callable[[Array], ArrayLike]
 
@@ -60,23 +61,14 @@ class Constant(Signal):
         return np.full(time.size, self.value)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sine(Signal):
-    r"""``amplitude * sin(2 pi frequency t + phase)``.
+    r"""``amplitude * sin(2 pi frequency t + phase)``."""
 
-    Attributes
-    ----------
-    amplitude : float
-        Largest value [N m or N].
-    frequency : float
-        Frequency [Hz].
-    phase : float, default 0.0
-        Phase at the start [rad].
-    """
-
-    amplitude: float
-    frequency: float
-    phase: float = 0.0
+    amplitude: float = meaning("largest value [N m or N]")
+    frequency: float = meaning("frequency [Hz]")
+    phase: float = meaning("phase at the start [rad]", 0.0)
 
     def __post_init__(self) -> None:
         _check_finite(self, "amplitude", "frequency", "phase")
@@ -85,27 +77,16 @@ class Sine(Signal):
         return self.amplitude * np.sin(2.0 * pi * self.frequency * time + self.phase)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep(Signal):
-    """A sine whose frequency goes from one value to another, and stays there.
+    """A sine whose frequency goes from one value to another, and stays there."""
 
-    Attributes
-    ----------
-    amplitude : float
-        Largest value [N m or N].
-    start, end : float
-        Frequencies at the beginning and the end of the sweep [Hz].
-    duration : float
-        How long the sweep takes [s].
-    logarithmic : bool, default False
-        Whether the frequency grows by equal factors instead of equal steps.
-    """
-
-    amplitude: float
-    start: float
-    end: float
-    duration: float
-    logarithmic: bool = False
+    amplitude: float = meaning("largest value [N m or N]")
+    start: float = meaning("frequency at the beginning of the sweep [Hz]")
+    end: float = meaning("frequency at its end [Hz]")
+    duration: float = meaning("how long the sweep takes [s]")
+    logarithmic: bool = meaning("whether the frequency grows by equal factors instead of equal steps", False)
 
     def __post_init__(self) -> None:
         _check_finite(self, "amplitude", "start", "end", "duration")
@@ -125,19 +106,14 @@ class Sweep(Signal):
         return self.amplitude * np.sin(2.0 * pi * turns)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Multisine(Signal):
-    """A sum of sines.
+    """A sum of sines."""
 
-    Attributes
-    ----------
-    amplitudes, frequencies, phases : tuple of float
-        Of each sine [N m or N], [Hz], [rad]; phases are zero if left out.
-    """
-
-    amplitudes: tuple[float, ...]
-    frequencies: tuple[float, ...]
-    phases: tuple[float, ...] = ()
+    amplitudes: tuple[float, ...] = meaning("of each sine [N m or N]")
+    frequencies: tuple[float, ...] = meaning("of each sine [Hz]")
+    phases: tuple[float, ...] = meaning("of each sine [rad]; zero if left out", ())
 
     def __post_init__(self) -> None:
         if len(self.amplitudes) != len(self.frequencies) or len(self.phases) not in (0, len(self.amplitudes)):
@@ -156,23 +132,17 @@ class Multisine(Signal):
         return total
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sampled(Signal):
-    """Values at equal intervals from the start of the run.
+    """Values at equal intervals from the start of the run."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (n,)
-        The samples [N m or N].
-    rate : float
-        Samples per second [Hz].
-    hold : bool, default False
-        Whether a sample holds until the next one, as from a digital controller, instead of a straight line.
-    """
-
-    values: Array
-    rate: float
-    hold: bool = False
+    values: Array = meaning("(n,): the samples [N m or N]")
+    rate: float = meaning("samples per second [Hz]")
+    hold: bool = meaning(
+        "whether a sample holds until the next one, as from a digital controller, instead of a straight line",
+        False,
+    )
 
     def __post_init__(self) -> None:
         values = np.array(self.values, dtype=np.float64)

@@ -12,60 +12,48 @@ from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import Mesh, gradients
 from cabledrive.mechanics.statics import Equilibrium, equilibrium
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import described, meaning, nearest
 
 PLANES = ("u", "v", "w")
 Profile = ArrayLike | Callable[[Array], ArrayLike]
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """What is kept of a run.
+    """What is kept of a run."""
 
-    Attributes
-    ----------
-    rate : float, default 10000.0
-        Least number of records per second [Hz].
-    probes : tuple of (str, float)
-        Points to record beside the midpoints: span, and distance from its start along the pretensioned cable
-        [m].
-    fields : int, default 0
-        Keep the displacements of all nodes at every so many records; 0: not at all.
-    """
-
-    rate: float = 10_000.0
-    probes: tuple[tuple[str, float], ...] = ()
-    fields: int = 0
+    rate: float = meaning("least number of records per second [Hz]", 10_000.0)
+    probes: tuple[tuple[str, float], ...] = meaning(
+        "points to record beside the midpoints: span, and distance from its start along the "
+        "pretensioned cable [m]",
+        (),
+    )
+    fields: int = meaning("keep the displacements of all nodes at every so many records; 0: not at all", 0)
 
     def __post_init__(self) -> None:
         if isinstance(self.fields, bool) or not isinstance(self.fields, int) or self.fields < 0:
             raise InputRefused(f"fields = {self.fields!r} must be a whole number of records, or 0: give one")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pluck:
-    """A displacement of one span at the start, zero at both pulleys and at guided carriages.
+    """A displacement of one span at the start, zero at both pulleys and at guided carriages."""
 
-    Attributes
-    ----------
-    height : float, default 1.0
-        Largest displacement of a named shape, factor of a profile [m; with a profile in m: 1].
-    span : {"upper", "lower"}, default "upper"
-    plane : {"u", "v", "w"}, default "w"
-    shape : str, array or callable, default "triangle"
-        "triangle" with its corner at `place`, Section 5.2.1; "half-sine"; "sine-2", "sine-3", ... for the
-        higher modes of a string; an array of displacements at equal distances from pulley to pulley, both
-        included; or a function of the distance [m]. A named shape reaches from pulley to pulley, or to the
-        guided carriages on both sides of `place`.
-    place : float, default 0.5
-        Where the corner of a triangle is, as a share of the span.
-    """
-
-    height: float = 1.0
-    span: str = "upper"
-    plane: str = "w"
-    shape: str | Profile = "triangle"
-    place: float = 0.5
+    height: float = meaning(
+        "largest displacement of a named shape, factor of a profile [m; with a profile in m: 1]", 1.0
+    )
+    span: str = meaning('one of "upper", "lower"', "upper")
+    plane: str = meaning('one of "u", "v", "w"', "w")
+    shape: str | Profile = meaning(
+        '"triangle" with its corner at `place`, Section 5.2.1; "half-sine"; "sine-2", "sine-3", ... '
+        "for the higher modes of a string; an array of displacements at equal distances from pulley "
+        "to pulley, both included; or a function of the distance [m]. A named shape reaches from "
+        "pulley to pulley, or to the guided carriages on both sides of `place`",
+        "triangle",
+    )
+    place: float = meaning("where the corner of a triangle is, as a share of the span", 0.5)
 
     def __post_init__(self) -> None:
         if self.plane not in PLANES:
@@ -81,36 +69,28 @@ class Pluck:
         return self.shape != "triangle"
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Start:
-    """Where everything is at t = 0.
+    """Where everything is at t = 0."""
 
-    Attributes
-    ----------
-    plucks : tuple of Pluck
-        Displacements, added to each other and to the state of rest.
-    kicks : tuple of Pluck
-        Velocities of the same shapes, their heights in m/s: with a pluck in the other plane, a whirl.
-    drive_angle, load_angle : float, default 0.0
-        Angles of the pulleys [rad]; the cable between them follows linearly.
-    drive_speed, load_speed : float, default 0.0
-        Angular speeds of the pulleys [rad/s]; the cable between them follows linearly, the motor goes along
-        with the drive pulley.
-    from_equilibrium : bool, default False
-        Start from where the cable hangs under gravity and carriages instead of the straight cable.
-    hold : {"none", "drive", "both"}, default "none"
-        Pulleys held while that equilibrium is searched, see `cabledrive.mechanics.statics.equilibrium`. The
-        motor holds the drive pulley: a flexible joint starts with the twist that its torque gives it.
-    """
-
-    plucks: tuple[Pluck, ...] = ()
-    kicks: tuple[Pluck, ...] = ()
-    drive_angle: float = 0.0
-    load_angle: float = 0.0
-    drive_speed: float = 0.0
-    load_speed: float = 0.0
-    from_equilibrium: bool = False
-    hold: str = "none"
+    plucks: tuple[Pluck, ...] = meaning("displacements, added to each other and to the state of rest", ())
+    kicks: tuple[Pluck, ...] = meaning(
+        "velocities of the same shapes, their heights in m/s: with a pluck in the other plane, a whirl", ()
+    )
+    drive_angle: float = meaning("angle of the drive pulley [rad]; the cable follows linearly", 0.0)
+    load_angle: float = meaning("angle of the load pulley [rad]", 0.0)
+    drive_speed: float = meaning("angular speed of drive pulley and motor [rad/s]; the cable follows", 0.0)
+    load_speed: float = meaning("angular speed of the load pulley [rad/s]", 0.0)
+    from_equilibrium: bool = meaning(
+        "start from where the cable hangs under gravity and carriages instead of the straight cable", False
+    )
+    hold: str = meaning(
+        "pulleys held while that equilibrium is searched, see "
+        "`cabledrive.mechanics.statics.equilibrium`. The motor holds the drive pulley: a flexible "
+        "joint starts with the twist that its torque gives it",
+        "none",
+    )
 
     def __post_init__(self) -> None:
         for name, unit in (
@@ -261,42 +241,36 @@ SLACK = ("stop", "record", "tension-only")
 FRICTION = ("stick-slip", "smoothed")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scheme:
-    """How the cable is computed.
+    """How the cable is computed."""
 
-    Attributes
-    ----------
-    model : str or subclass of CableLaw, default "exact"
-        Cable law: "exact", "weak", "weak-consistent", "linear", or one's own: a subclass of
-        `cabledrive.CableLaw`, a function that makes one from the keywords `pretension` and `axial_rigidity`,
-        or a law made for this cable. What cannot be compiled runs interpreted, and the result says so.
-    method : {"verlet", "node-centred", "energy-conserving"}, default "verlet"
-        Name of the method, see `cabledrive.simulation.methods`.
-    segments : int, default 200
-        Segments per span; more where carriages stand closer together.
-    step : float or None, default None
-        Time step [s]; None: from `cfl`. The step taken is the largest up to it that divides a recording
-        interval.
-    cfl : float, default 0.9
-        Largest share of the stable step to take, where `step` is None.
-    slack : {"stop", "record", "tension-only"}, default "stop"
-        What happens where the tension falls below zero: the run stops; it is noted, and the law goes on to
-        push; it is noted, and the cable carries nothing there.
-    friction : {"stick-slip", "smoothed"}, default "stick-slip"
-        Coulomb friction of the shafts: set-valued, or smoothed to c tanh(speed / `smoothing_speed`).
-    smoothing_speed : float, default 0.1
-        Angular speed over which friction is smoothed [rad/s].
-    """
-
-    model: Model = "exact"
-    method: str = "verlet"
-    segments: int = 200
-    step: float | None = None
-    cfl: float = 0.9
-    slack: str = "stop"
-    friction: str = "stick-slip"
-    smoothing_speed: float = 0.1
+    model: Model = meaning(
+        'cable law: "exact", "weak", "weak-consistent", "linear", or one\'s own: a subclass of'
+        " `cabledrive.CableLaw`, a function that makes one from the keywords `pretension` and "
+        "`axial_rigidity`, or a law made for this cable. What cannot be compiled runs interpreted, "
+        "and the result says so",
+        "exact",
+    )
+    method: str = meaning("name of the method, see `cabledrive.simulation.methods`", "verlet")
+    segments: int = meaning("segments per span; more where carriages stand closer together", 200)
+    step: float | None = meaning(
+        "time step [s]; None: from `cfl`. The step taken is the largest up to it that divides a "
+        "recording interval",
+        None,
+    )
+    cfl: float = meaning("largest share of the stable step to take, where `step` is None", 0.9)
+    slack: str = meaning(
+        "what happens where the tension falls below zero: the run stops; it is noted, and the law "
+        "goes on to push; it is noted, and the cable carries nothing there",
+        "stop",
+    )
+    friction: str = meaning(
+        "coulomb friction of the shafts: set-valued, or smoothed to c tanh(speed / `smoothing_speed`)",
+        "stick-slip",
+    )
+    smoothing_speed: float = meaning("angular speed over which friction is smoothed [rad/s]", 0.1)
 
     def __post_init__(self) -> None:
         _check_word("slack", self.slack, SLACK)

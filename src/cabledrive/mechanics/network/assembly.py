@@ -23,57 +23,36 @@ from cabledrive.mechanics.network.pieces import Piece, pieces_of
 from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 
 DIRECTIONS = (ALONG, ACROSS, OUT_OF_PLANE)
 
 
+@described
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Network:
-    """Waves, masses and springs of a machine in its coordinates.
+    """Waves, masses and springs of a machine in its coordinates."""
 
-    Attributes
-    ----------
-    motion : Motion
-        Its coordinates.
-    statics : Statics
-    pieces : list of Piece
-    piece : ndarray of int, shape (m,)
-        Piece of each link; three links a piece: along, across, out of plane.
-    direction : ndarray of int, shape (m,)
-        0: along, 1: across, 2: out of plane.
-    start, end : ndarray, shape (m, n)
-        Rows of both ends of each link.
-    impedance, time, lag : ndarray, shape (m,)
-        Z of one rope [kg/s], travel time and lag [s], Eq. (N.3).
-    ropes : ndarray of int, shape (m,)
-        Parallel ropes.
-    mass, mass_rows : ndarray, shapes (k,), (k, n)
-        Masses [kg] and moments of inertia [kg m^2], and how q moves them.
-    spring, spring_rows : ndarray, shapes (j,), (j, n)
-        Springs [N/m], [N m/rad], and how q strains them.
-    spring_names : tuple of str
-    geometric : ndarray, shape (n, n)
-        Stiffness of turning bodies under the forces at rest, Eq. (N.4).
-    """
-
-    motion: Motion
-    statics: Statics
-    pieces: list[Piece]
-    piece: NDArray[np.intp]
-    direction: NDArray[np.intp]
-    start: Array
-    end: Array
-    impedance: Array
-    time: Array
-    lag: Array
-    ropes: NDArray[np.intp]
-    mass: Array
-    mass_rows: Array
-    spring: Array
-    spring_rows: Array
-    spring_names: tuple[str, ...]
-    geometric: Array
+    motion: Motion = meaning("its coordinates")
+    statics: Statics = meaning("its forces at rest")
+    pieces: list[Piece] = meaning("ropes between joints, cut at carriages")
+    piece: NDArray[np.intp] = meaning(
+        "(m,): piece of each link; three links a piece: along, across, out of plane"
+    )
+    direction: NDArray[np.intp] = meaning("(m,): 0: along, 1: across, 2: out of plane")
+    start: Array = meaning("(m, n): row of the start of each link")
+    end: Array = meaning("(m, n): row of its end")
+    impedance: Array = meaning("(m,): z of one rope [kg/s], Eq. (N.3)")
+    time: Array = meaning("(m,): travel time [s]")
+    lag: Array = meaning("(m,): of a rope that runs [s]")
+    ropes: NDArray[np.intp] = meaning("(m,): parallel ropes")
+    mass: Array = meaning("masses [kg] and moments of inertia [kg m^2]")
+    mass_rows: Array = meaning("how q moves them")
+    spring: Array = meaning("springs [N/m], [N m/rad]")
+    spring_rows: Array = meaning("how q strains them")
+    spring_names: tuple[str, ...] = meaning("what each spring is")
+    geometric: Array = meaning("(n, n): stiffness of turning bodies under the forces at rest, Eq. (N.4)")
 
     @property
     def drive(self) -> RoutedDrive:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.network.motion import Motion, Offsets, gravity, section_numbers, sections_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import Point
 
@@ -23,27 +24,20 @@ _ROUND_OFF = 1e-12
 _ROUNDS = 4
 
 
+@described
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Statics:
-    """Forces of a machine at rest.
+    """Forces of a machine at rest."""
 
-    Attributes
-    ----------
-    start, end : ndarray, shape (spans,)
-        Tension of one rope at the start and the end of each free span [N].
-    line_load : ndarray, shape (spans, 2)
-        Weight of one rope per metre [N/m].
-    forces : ndarray, shape (spans, 2, 2)
-        Force of all parallel ropes of a span on what carries its start and its end [N].
-    preload : dict of str to float
-        What the springs of the bodies hold at rest, by coordinate [N] or [N m].
-    """
-
-    start: Array
-    end: Array
-    line_load: Array
-    forces: Array
-    preload: dict[str, float]
+    start: Array = meaning("(spans,): tension of one rope at the start of each free span [N]")
+    end: Array = meaning("(spans,): at its end [N]")
+    line_load: Array = meaning("(spans, 2): weight of one rope per metre [N/m]")
+    forces: Array = meaning(
+        "(spans, 2, 2): force of all parallel ropes of a span on what carries its start and its end [N]"
+    )
+    preload: dict[str, float] = meaning(
+        "what the springs of the bodies hold at rest, by coordinate [N] or [N m]"
+    )
 
     @property
     def mean(self) -> Array:

@@ -1,7 +1,7 @@
 """Everything that is decided before the first step of a run of a network."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from typing import Any
@@ -13,6 +13,7 @@ from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import TimeGrid, check_resolved, time_grid
@@ -34,21 +35,16 @@ from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_
 from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, named_shape
 
 
+@described
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NetworkStart:
-    """Where a machine with routes is at t = 0.
+    """Where a machine with routes is at t = 0."""
 
-    Attributes
-    ----------
-    plucks : tuple of Pluck
-        Displacements of spans, called by their names; planes u, v, w.
-    places, speeds : dict of str to float
-        Coordinates such as "head.x" or a pulley, from rest [m], [rad]; [m/s], [rad/s]. Ropes follow linearly.
-    """
-
-    plucks: tuple[Pluck, ...] = ()
-    places: Mapping[str, float] = field(default_factory=dict)
-    speeds: Mapping[str, float] = field(default_factory=dict)
+    plucks: tuple[Pluck, ...] = meaning("displacements of spans, called by their names; planes u, v, w", ())
+    places: Mapping[str, float] = meaning(
+        'coordinates such as "head.x" or a pulley, from rest [m], [rad]; ropes follow linearly', factory=dict
+    )
+    speeds: Mapping[str, float] = meaning("the same of their speeds [m/s], [rad/s]", factory=dict)
 
 
 def placed(

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.network.statics import unheld_words
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.netcdf import Content
 from cabledrive.simulation.network.case import NetworkCase
@@ -17,38 +18,29 @@ LARGE_MOTION = 0.02
 """Motion of a span's end, relative to its length, above which fixed directions are doubtful."""
 
 
+@described
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class NetworkResult(RunResult):
-    """A run of a machine with routes, with its audit.
+    """A run of a machine with routes, with its audit."""
 
-    Attributes
-    ----------
-    largest_step : float
-        Largest stable time step [s].
-    extremes : dict
-        Least and largest place of each coordinate over all steps.
-    midpoint_peaks : dict
-        Largest displacement across at the middle of each span over all steps [m].
-    slack_events : tuple of dict
-        Time [s], span and tension [N] where a span went slack.
-    largest_motion : float
-        Largest motion of a span's end relative to its length; directions and lengths stay those at rest.
-    assumptions : tuple of str
-        What was left out.
-    wraps : tuple of dict
-        Where bodies travel: largest friction coefficient that each pulley needed, beside the file's.
-    doubts : tuple of str
-        What the run assumed and did not keep to.
-    """
-
-    largest_step: float
-    extremes: dict[str, tuple[float, float]]
-    midpoint_peaks: dict[str, float]
-    slack_events: tuple[dict[str, Any], ...]
-    largest_motion: float
-    assumptions: tuple[str, ...]
-    wraps: tuple[dict[str, Any], ...] = ()
-    doubts: tuple[str, ...] = ()
+    largest_step: float = meaning("largest stable time step [s]")
+    extremes: dict[str, tuple[float, float]] = meaning(
+        "least and largest place of each coordinate over all steps"
+    )
+    midpoint_peaks: dict[str, float] = meaning(
+        "largest displacement across at the middle of each span over all steps [m]"
+    )
+    slack_events: tuple[dict[str, Any], ...] = meaning(
+        "time [s], span and tension [N] where a span went slack"
+    )
+    largest_motion: float = meaning(
+        "largest motion of a span's end relative to its length; directions and lengths stay those at rest"
+    )
+    assumptions: tuple[str, ...] = meaning("what was left out")
+    wraps: tuple[dict[str, Any], ...] = meaning(
+        "where bodies travel: largest friction coefficient that each pulley needed, beside the file's", ()
+    )
+    doubts: tuple[str, ...] = meaning("what the run assumed and did not keep to", ())
 
     @property
     def travels(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import TimeGrid
@@ -155,20 +155,13 @@ ORDER = 9
 """Of the rise of a move: smooth up to its fourth derivative."""
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedMove:
-    """Bodies that go somewhere, led by the turns of the motors.
+    """Bodies that go somewhere, led by the turns of the motors."""
 
-    Attributes
-    ----------
-    moves : dict of str to float
-        By coordinate, such as "car.y" [m].
-    rise : float
-        Time that the move takes [s]; the motors rest from then on.
-    """
-
-    moves: Mapping[str, float]
-    rise: float
+    moves: Mapping[str, float] = meaning('by coordinate, such as "car.y" [m]')
+    rise: float = meaning("time that the move takes [s]; the motors rest from then on")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
