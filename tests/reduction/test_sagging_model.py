@@ -126,6 +126,7 @@ def test_a_free_mode_across_dies_out_at_its_rate():
     k, (b, m) = model.natural.size, model.transverse.shape
     q, p, a, rate = np.zeros(k), np.zeros(k), np.full((b, m), 1e-9), np.zeros((b, m))
     rest = (np.zeros((b, numbers.probes.shape[2])), np.zeros((b, m)), np.zeros((b, m)), np.array([np.inf]))
-    integrate_sagging(numbers, np.zeros(steps), 0, h, 0.0, q, p, a, rate, *rest, np.zeros((steps, k)))
+    kept = (*rest, np.zeros((steps, k)))
+    integrate_sagging(numbers, np.zeros(steps), 0, (h, 0.0), (q, p, a, rate), kept)
     size = np.hypot(a, rate / model.transverse)
     np.testing.assert_allclose(size, 1e-9 * np.exp(-0.5 * model.loss * steps * h), rtol=5e-3)

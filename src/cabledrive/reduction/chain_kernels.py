@@ -15,7 +15,9 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters.arrays import Integers
 
-Work = tuple[Array, Array, Array, Array, Array]
+Moved = tuple[Array, Array]
+"""Places, then speeds (2n,), and their sensitivities (2n, m)."""
+Work = tuple[Moved, Moved, Moved, Moved, Moved]
 
 
 class ChainNumbers(NamedTuple):
@@ -75,8 +77,9 @@ def coulomb_of(c: ChainNumbers, i: int, speed: float, slip: int) -> float:
 
 
 @njit
-def derivative(c: ChainNumbers, x: Array, s: Array, slip: Integers, u: float, dx: Array, ds: Array) -> None:
-    """Rates of the state ``x`` (2n) and of its sensitivities ``s`` (2n, m)."""
+def derivative(c: ChainNumbers, now: Moved, slip: Integers, u: float, rates: Moved) -> None:
+    """Rates of the state (2n,) and of its sensitivities (2n, m)."""
+    (x, s), (dx, ds) = now, rates
     n = c.body.shape[1]
     m = s.shape[1]
     for i in range(n):
@@ -128,29 +131,20 @@ def link_sensitivity(c: ChainNumbers, j: int, x: Array, s: Array, k: int, n: int
 
 @njit
 def runge_kutta(
-    c: ChainNumbers,
-    x: Array,
-    s: Array,
-    slip: Integers,
-    u0: float,
-    u1: float,
-    h: float,
-    xe: Array,
-    se: Array,
-    work_x: Work,
-    work_s: Work,
+    c: ChainNumbers, now: Moved, slip: Integers, drive: tuple[float, float, float], end: Moved, work: Work
 ) -> None:
-    """One step of order 4 with the torque running linearly from u0 to u1; result in ``xe``, ``se``."""
-    k0, k1, k2, k3, xt = work_x
-    s0, s1, s2, s3, st = work_s
+    """One step of order 4 into ``end``; ``drive``: torque at its start and its end, its length [s]."""
+    (x, s), (xe, se), (u0, u1, h) = now, end, drive
+    first, second, third, fourth, trial = work
     um = 0.5 * (u0 + u1)
-    derivative(c, x, s, slip, u0, k0, s0)
-    advance(x, s, 0.5 * h, k0, s0, xt, st)
-    derivative(c, xt, st, slip, um, k1, s1)
-    advance(x, s, 0.5 * h, k1, s1, xt, st)
-    derivative(c, xt, st, slip, um, k2, s2)
-    advance(x, s, h, k2, s2, xt, st)
-    derivative(c, xt, st, slip, u1, k3, s3)
+    derivative(c, now, slip, u0, first)
+    advance(now, 0.5 * h, first, trial)
+    derivative(c, trial, slip, um, second)
+    advance(now, 0.5 * h, second, trial)
+    derivative(c, trial, slip, um, third)
+    advance(now, h, third, trial)
+    derivative(c, trial, slip, u1, fourth)
+    (k0, s0), (k1, s1), (k2, s2), (k3, s3) = first, second, third, fourth
     for a in range(x.size):
         xe[a] = x[a] + h / 6.0 * (k0[a] + 2.0 * (k1[a] + k2[a]) + k3[a])
         for k in range(s.shape[1]):
@@ -158,8 +152,9 @@ def runge_kutta(
 
 
 @njit
-def advance(x: Array, s: Array, part: float, dx: Array, ds: Array, xt: Array, st: Array) -> None:
+def advance(now: Moved, part: float, rates: Moved, trial: Moved) -> None:
     """State and sensitivities after a part of a step at given rates."""
+    (x, s), (dx, ds), (xt, st) = now, rates, trial
     for a in range(x.size):
         xt[a] = x[a] + part * dx[a]
         for k in range(s.shape[1]):
@@ -217,26 +212,17 @@ def release(c: ChainNumbers, x: Array, slip: Integers, u: float) -> None:
 
 @njit
 def step(
-    c: ChainNumbers,
-    x: Array,
-    s: Array,
-    slip: Integers,
-    u0: float,
-    u1: float,
-    h: float,
-    xe: Array,
-    se: Array,
-    work_x: Work,
-    work_s: Work,
+    c: ChainNumbers, now: Moved, slip: Integers, drive: tuple[float, float, float], end: Moved, work: Work
 ) -> None:
-    """One step with all turns and releases in it; ``x``, ``s`` and ``slip`` are moved on."""
+    """One step with all turns and releases in it; the state and ``slip`` are moved on."""
+    (x, s), (xe, se), (u0, u1, h) = now, end, drive
     n = c.body.shape[1]
     done = 0.0
     for _event in range(MOST_EVENTS):
         rest = h - done
         release(c, x, slip, u0 + (u1 - u0) * done / h)
         ua = u0 + (u1 - u0) * done / h
-        runge_kutta(c, x, s, slip, ua, u1, rest, xe, se, work_x, work_s)
+        runge_kutta(c, now, slip, (ua, u1, rest), end, work)
         i, part = first_crossing(c, x, xe, slip)
         if i < 0:
             x[:] = xe
@@ -246,7 +232,7 @@ def step(
         at_low, at_high = slip[i] * x[n + i], slip[i] * xe[n + i]
         for _ in range(CROSSING_STEPS):
             ub = ua + (u1 - ua) * part
-            runge_kutta(c, x, s, slip, ua, ub, part * rest, xe, se, work_x, work_s)
+            runge_kutta(c, now, slip, (ua, ub, part * rest), end, work)
             value = slip[i] * xe[n + i]
             if abs(value) <= 1e-12 * (abs(at_low) + abs(at_high)) or high - low < 1e-13:
                 break
@@ -267,6 +253,12 @@ def step(
             return
     x[:] = xe
     s[:] = se
+
+
+@njit
+def moved(n: int, m: int) -> Moved:
+    """Room for a state of n inertias and its sensitivities to m parameters."""
+    return np.empty(2 * n), np.empty((2 * n, m))
 
 
 @njit
@@ -293,10 +285,8 @@ def integrate(
         for k in range(m):
             s[i, k] = c.directions[7 * n - 2 + i, k]
             s[n + i, k] = c.directions[8 * n - 2 + i, k]
-    xe, se = np.empty(2 * n), np.empty((2 * n, m))
-    nx, ns = 2 * n, (2 * n, m)
-    work_x = (np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx))
-    work_s = (np.empty(ns), np.empty(ns), np.empty(ns), np.empty(ns), np.empty(ns))
+    now, end = (x, s), moved(n, m)
+    work = (moved(n, m), moved(n, m), moved(n, m), moved(n, m), moved(n, m))
     slip = np.zeros(n, dtype=np.int64)
     for i in range(n):
         if c.body[SLOPE, i] > 0.0 or c.body[COULOMB, i] + c.body[EXCESS, i] <= 0.0:
@@ -316,4 +306,4 @@ def integrate(
         for part in range(substeps):
             u0 = start + rise * part / substeps
             u1 = start + rise * (part + 1) / substeps
-            step(c, x, s, slip, u0, u1, h, xe, se, work_x, work_s)
+            step(c, now, slip, (u0, u1, h), end, work)

@@ -41,13 +41,16 @@ def rub(shape, impulse_rate, solved, friction, h, p):
 
 
 @njit
-def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, least, history):
+def integrate_sagging(c, force, first, timing, state, kept):
     """Step the model along sampled torques above the holding torque, state in place.
+
+    `timing`: step [s], and the floor of the amplitudes [m]; `state`: q, p, a, b; `kept`: what follows.
 
     `top` keeps the largest displacement at the probes, what the floor adds taken off mode by mode; `modal`
     the largest amplitude of each mode and `when` its step, counted from `first`; `least` the lowest tension
     at the watched segments; `history` the longitudinal amplitudes of every step.
     """
+    (h, floor), (q, p, a, b), (top, modal, when, least, history) = timing, state, kept
     modes, rows, most = c.direct.shape
     products = np.zeros((rows, (1 + modes) * most))  # of `c.table` and the amplitudes, stretch by stretch
     pulled, pushed, pull, above = np.zeros(modes), np.zeros(modes), np.zeros(most), np.zeros(most)

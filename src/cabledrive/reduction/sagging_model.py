@@ -374,8 +374,8 @@ def integrate(
     least, kept = np.array([np.inf]), []
     for numbers, torque in stages:
         recorded = np.zeros((torque.size if history else 0, modes))
-        state = (q, p, a, b, top, modal, when, least, recorded)
-        integrate_sagging(numbers, np.ascontiguousarray(torque), done, h, floor, *state)
+        seen = (top, modal, when, least, recorded)
+        integrate_sagging(numbers, np.ascontiguousarray(torque), done, (h, floor), (q, p, a, b), seen)
         kept.append(recorded)
         done += torque.size
     extremes = Extremes(displacement=top.max(axis=1), amplitude=modal, time=h * when, tension=float(least[0]))

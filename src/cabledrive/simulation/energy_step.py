@@ -39,8 +39,8 @@ def step_with_energy(
     for axis in range(3):
         for i in range(last):
             work.p[axis, i] -= rest[axis, i]
-    shaft_forces(plan, x, x_t, motor, work.p, push, shaft)
-    kick_nodes(plan, x_t, old, work.p, forces)
+    shaft_forces(plan, state, work, push)
+    kick_nodes(plan, x_t, work, forces)
     met, answer, damped = 0.0, 0.0, plan.axial_damping > 0.0
     for axis in range(3):
         for i in range(1, last):
@@ -86,12 +86,12 @@ def step_with_energy(
         add_to(state.tallies, int(AXIAL_LOSS), work.lost[0, int(AXIAL_LOSS)])
     # A rim turns far while forces on it are large: what rounding takes there would be work nobody does.
     place = motor[0]
-    move_rims(plan, motor, x_t, shaft)
+    move_rims(plan, state, shaft)
     extra[at.STORED] = sum_with_loss(extra, at.STORED_LOST, extra[at.STORED], result * (psi + 0.5 * change))
     drive = sum_with_loss(extra, at.DRIVE_LOST, x[0, 0], plan.step * x_t[0, 0])
     load = sum_with_loss(extra, at.LOAD_LOST, x[0, n], plan.step * x_t[0, n])
     motor[0] = sum_with_loss(extra, at.MOTOR_LOST, place, plan.step * motor[1])
-    finish(plan, x, x_t, old, state.tallies, forces)
+    finish(plan, state, work, forces)
     x[0, 0], x[0, n] = drive, load
     if plan.closed:
         x[0, last] = drive

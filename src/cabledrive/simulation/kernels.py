@@ -44,10 +44,10 @@ def integrate(
     ``given``: whether what the law gives for the first step is in ``work`` already.
     Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after its record).
     """
-    x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
+    x, x_t = state.x, state.x_t
     for j in range(torque.size):
         recording, known = every > 0 and j % every == 0, given and j == 0
-        keep_extremes(plan, x, motor, state.extremes)
+        keep_extremes(plan, state)
         if recording:
             keep_before(state, work)
         if not known:
@@ -66,9 +66,9 @@ def integrate(
             step_with_energy(plan, state, extra, work, push, forces[j])
             stored += 0.5 * extra[at.STORED]
         else:
-            move(plan, centred, x, x_t, motor, tallies, push, forces[j], work)
-            finish(plan, x, x_t, work.old, tallies, forces[j])
-        tally_shafts(plan, push, work.shaft, tallies)
+            move(plan, centred, state, work, push, forces[j])
+            finish(plan, state, work, forces[j])
+        tally_shafts(plan, push, work.shaft, state.tallies)
         state.counts[at.STEPS] += 1
         if recording:
             row = rows[j // every]
@@ -76,7 +76,7 @@ def integrate(
                 strains(plan, work.before[0], work.q[at.TENSION], work.q[at.ENERGY])
             if extra is not None:
                 components(law, numbers, plan, work.before[0], work.p)
-            observe(plan, work, x_t, motor, tallies, torque[j], row)
+            observe(plan, state, work, torque[j], row)
             if extra is not None:
                 row[BALANCE] += own_balance(plan, work, x_t, stored)
             if fields.shape[0] > 0:

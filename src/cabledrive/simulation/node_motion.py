@@ -17,7 +17,7 @@ from cabledrive.simulation.observe import (
     add_to,
     copy_rows,
 )
-from cabledrive.simulation.plan import Plan, Workspace
+from cabledrive.simulation.plan import Plan, State, Workspace
 
 MOST_SWEEPS = 100
 
@@ -25,34 +25,27 @@ MOST_SWEEPS = 100
 @njit_in_place
 @for_kernels
 def move(
-    plan: Plan,
-    centred: Array | None,
-    x: Array,
-    x_t: Array,
-    motor: Array,
-    tallies: Array,
-    push: float,
-    forces: Array,
-    work: Workspace,
+    plan: Plan, centred: Array | None, state: State, work: Workspace, push: float, forces: Array
 ) -> None:
     """New speeds of nodes and shafts under the components in ``work.p``; the motor moves on at once."""
-    shaft_forces(plan, x, x_t, motor, work.p, push, work.shaft)
+    shaft_forces(plan, state, work, push)
     if centred is not None:
-        kick_centred(plan, x, x_t, work.old, centred)
+        kick_centred(plan, state.x, state.x_t, work.old, centred)
     else:
-        kick_nodes(plan, x_t, work.old, work.p, forces)
-    turn(plan, x_t, tallies, work)
-    move_rims(plan, motor, x_t, work.shaft)
+        kick_nodes(plan, state.x_t, work, forces)
+    turn(plan, state.x_t, state.tallies, work)
+    move_rims(plan, state, work.shaft)
 
 
 @njit_in_place
 @for_kernels
-def kick_nodes(plan: Plan, x_t: Array, old: Array, p: Array, forces: Array) -> None:
+def kick_nodes(plan: Plan, x_t: Array, work: Workspace, forces: Array) -> None:
     """New speeds of all nodes but the rims, without axial damping; the old ones are kept."""
     node = plan.node
     one = np.uintp(1)  # an index that might be negative would keep from taking many nodes at once
     for axis in range(3):
-        speed, kept, pull, kick, keep = x_t[axis], old[axis], p[axis], node[at.KICK_U], node[at.KEEP_T]
+        speed, kept, pull = x_t[axis], work.old[axis], work.p[axis]
+        kick, keep = node[at.KICK_U], node[at.KEEP_T]
         kept[0], kept[pull.size] = speed[0], speed[pull.size]
         if axis > 0:
             kick = node[at.KICK_T]
@@ -81,8 +74,9 @@ def turn(plan: Plan, x_t: Array, tallies: Array, work: Workspace) -> None:
 
 @njit_in_place
 @for_kernels
-def finish(plan: Plan, x: Array, x_t: Array, old: Array, tallies: Array, forces: Array) -> None:
+def finish(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
     """Displacements after the step, with the work of the forces and the transverse loss over it."""
+    x, x_t, old, tallies = state.x, state.x_t, work.old, state.tallies
     for k in range(plan.force.shape[0]):
         i, axis = plan.force[k, 0], plan.force[k, 1]
         add_to(tallies, int(FORCE_WORK), plan.step * forces[k] * 0.5 * (old[axis, i] + x_t[axis, i]))
@@ -136,8 +130,9 @@ def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) ->
 
 @njit_in_place
 @for_kernels
-def shaft_forces(plan: Plan, x: Array, x_t: Array, motor: Array, p: Array, push: float, shaft: Array) -> None:
+def shaft_forces(plan: Plan, state: State, work: Workspace, push: float) -> None:
     """Speeds of drive pulley, load pulley and motor before the step, and the forces on them, at the rim."""
+    x, x_t, motor, p, shaft = state.x, state.x_t, state.motor, work.p, work.shaft
     n, end, weight, holding = plan.segments, p.shape[1], plan.node[at.WEIGHT_U], plan.shaft[at.HOLDING]
     shaft[at.OLD, 0], shaft[at.OLD, 1], shaft[at.OLD, 2] = x_t[0, 0], x_t[0, n], motor[1]
     twisted = plan.joint_stiffness * (x[0, 0] - motor[0])
@@ -163,13 +158,13 @@ def speed_shafts(plan: Plan, matrix: Array, shaft: Array) -> None:
 
 @njit_in_place
 @for_kernels
-def move_rims(plan: Plan, motor: Array, x_t: Array, shaft: Array) -> None:
+def move_rims(plan: Plan, state: State, shaft: Array) -> None:
     """New speeds of the shafts to rim nodes and motor, which moves on at once."""
-    motor[1] = shaft[at.NEW, 2]
-    motor[0] += plan.step * shaft[at.NEW, 2]
-    x_t[0, 0], x_t[0, plan.segments] = shaft[at.NEW, 0], shaft[at.NEW, 1]
+    state.motor[1] = shaft[at.NEW, 2]
+    state.motor[0] += plan.step * shaft[at.NEW, 2]
+    state.x_t[0, 0], state.x_t[0, plan.segments] = shaft[at.NEW, 0], shaft[at.NEW, 1]
     if plan.closed:
-        x_t[0, x_t.shape[1] - 1] = shaft[at.NEW, 0]
+        state.x_t[0, state.x_t.shape[1] - 1] = shaft[at.NEW, 0]
 
 
 @njit_strict

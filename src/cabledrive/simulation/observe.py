@@ -40,8 +40,9 @@ def tally_shafts(plan: Plan, push: float, shaft: Array, tallies: Array) -> None:
 
 @njit_in_place
 @for_kernels
-def keep_extremes(plan: Plan, x: Array, motor: Array, extremes: Array) -> None:
+def keep_extremes(plan: Plan, state: State) -> None:
     """Least and largest place of each shaft's rim, largest size of v and w at each midpoint, every step."""
+    x, motor, extremes = state.x, state.motor, state.extremes
     for k in range(3):
         place = x[0, 0] if k == 0 else x[0, plan.segments] if k == 1 else motor[0]
         extremes[2 * k] = min(extremes[2 * k], place)
@@ -74,9 +75,7 @@ def keep_before(state: State, work: Workspace) -> None:
 
 @njit_in_place
 @for_kernels
-def observe(
-    plan: Plan, work: Workspace, after: Array, motor: Array, tallies: Array, torque: float, row: Array
-) -> None:
+def observe(plan: Plan, state: State, work: Workspace, torque: float, row: Array) -> None:
     """Write one row, see `cabledrive.simulation.channels`.
 
     ``work`` holds displacements, velocities and tallies from before the kick, components, tension and energy.
@@ -87,13 +86,13 @@ def observe(
     which leapfrog keeps to round-off for a linear drive, and to a bounded remainder for the others.
     """
     row[:] = 0.0
-    x, energy = work.before[0], observe_cable(plan, work, after, row)
-    energy += observe_shafts(plan, work, after, motor, row)
+    x, energy = work.before[0], observe_cable(plan, state.x_t, work, row)
+    energy += observe_shafts(plan, state, work, row)
     row[column.TORQUE] = torque
     for k in range(column.AXIAL, column.WEIGHT_ENERGY + 1):
         energy += row[k]
     for k in range(column.TALLIES):
-        row[column.WORK + k] = 0.5 * (work.before_tallies[0, k] + tallies[0, k])
+        row[column.WORK + k] = 0.5 * (work.before_tallies[0, k] + state.tallies[0, k])
         energy += (
             -row[column.WORK + k] if k in (column.TORQUE_WORK, column.FORCE_WORK) else row[column.WORK + k]
         )
@@ -105,16 +104,10 @@ def observe(
 
 
 @njit_in_place
-def observe_cable(plan: Plan, work: Workspace, after: Array, row: Array) -> float:
+def observe_cable(plan: Plan, after: Array, work: Workspace, row: Array) -> float:
     """Tensions and energies of the spans, and of their weight; their part of the balance's correction."""
-    n, h, x, old, p, node = (
-        plan.segments,
-        plan.segment[at.SPACING],
-        work.before[0],
-        work.before[1],
-        work.p,
-        plan.node,
-    )
+    n, h, p, node = plan.segments, plan.segment[at.SPACING], work.p, plan.node
+    x, old = work.before[0], work.before[1]
     correction = 0.0
     for span in range(plan.spans):
         first, last, length, least = span * n, (span + 1) * n, 0.0, work.q[at.TENSION, span * n]
@@ -145,9 +138,10 @@ def observe_cable(plan: Plan, work: Workspace, after: Array, row: Array) -> floa
 
 
 @njit_in_place
-def observe_shafts(plan: Plan, work: Workspace, after: Array, motor: Array, row: Array) -> float:
+def observe_shafts(plan: Plan, state: State, work: Workspace, row: Array) -> float:
     """Angles, speeds and energies of shafts, joint and holding spring; their part of the correction."""
     x, old, correction, drive_change, change = work.before[0], work.before[1], 0.0, 0.0, 0.0
+    after, motor = state.x_t, state.motor
     for k in range(3):
         node = 0 if k == 0 else plan.segments
         place = x[0, node] if k < 2 else work.before_motor[0]

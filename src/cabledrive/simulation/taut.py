@@ -41,9 +41,9 @@ def pulls_beside(plan: Plan, x: Array, p: Array) -> None:
 
 @njit_in_place
 @for_kernels
-def kick_stops(plan: Plan, x: Array, x_t: Array, p: Array, forces: Array, j: int, stop: Array) -> None:
-    """Speeds of the stops after step ``j``, from the components beside them; kept until the pass is over."""
-    node = plan.node
+def kick_stops(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
+    """Speeds of the stops after a step, from the components beside them; kept until the pass is over."""
+    x, x_t, p, stop, node = state.x, state.x_t, work.p, work.stop, plan.node
     for k in range(plan.stop.size):
         i = plan.stop[k]
         for axis in range(3):
@@ -54,15 +54,16 @@ def kick_stops(plan: Plan, x: Array, x_t: Array, p: Array, forces: Array, j: int
             stop[AFTER, axis, k] = kept * x_t[axis, i] + kick * (p[axis, i] - p[axis, i - 1])
             for number in range(plan.force.shape[0]):
                 if plan.force[number, 0] == i and plan.force[number, 1] == axis:
-                    stop[AFTER, axis, k] += kick * forces[j, number]
+                    stop[AFTER, axis, k] += kick * forces[number]
         stop[AFTER, 0, k] += node[at.FALL_U, i]
         stop[AFTER, 2, k] += node[at.FALL_W, i]
 
 
 @njit_in_place
 @for_kernels
-def move_stops(plan: Plan, x: Array, x_t: Array, forces: Array, j: int, stop: Array, tallies: Array) -> None:
+def move_stops(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
     """Write the stops' speeds and places over what the pass left there; work of forces, transverse loss."""
+    x, x_t, stop, tallies = state.x, state.x_t, work.stop, state.tallies
     squares = 0.0
     for k in range(plan.stop.size):
         i = plan.stop[k]
@@ -75,7 +76,7 @@ def move_stops(plan: Plan, x: Array, x_t: Array, forces: Array, j: int, stop: Ar
                 squares += plan.node[at.DRAG, i] * twice * twice
             for number in range(plan.force.shape[0]):
                 if plan.force[number, 0] == i and plan.force[number, 1] == axis:
-                    add_to(tallies, int(FORCE_WORK), 0.5 * plan.step * forces[j, number] * twice)
+                    add_to(tallies, int(FORCE_WORK), 0.5 * plan.step * forces[number] * twice)
     add_to(tallies, int(TRANSVERSE_LOSS), 0.25 * plan.step * squares)
 
 
@@ -158,20 +159,20 @@ def step_taut(
     """
     torque, forces = inputs
     u, w, u_t, w_t = plane
-    x, x_t, motor, tallies, p, shaft = state.x, state.x_t, state.motor, state.tallies, work.p, work.shaft
+    x, x_t, tallies, p, shaft = state.x, state.x_t, state.tallies, work.p, work.shaft
     n, step, closed = plan.segments, plan.step, plan.closed
     end = p.shape[1]
     per_radius = 1.0 / plan.shaft[at.RADIUS, 0]
     for j in range(torque.size):
-        keep_extremes(plan, x, motor, state.extremes)
+        keep_extremes(plan, state)
         pulls_beside(plan, x, p)
         push = torque[j] * per_radius
-        shaft_forces(plan, x, x_t, motor, p, push, shaft)
+        shaft_forces(plan, state, work, push)
         speed_shafts(plan, plan.shaft_matrices[0], shaft)
-        move_rims(plan, motor, x_t, shaft)
+        move_rims(plan, state, shaft)
         drive, load = u[0] + step * shaft[at.NEW, 0], u[n] + step * shaft[at.NEW, 1]
         if plan.stop.size > 0:
-            kick_stops(plan, x, x_t, p, forces, j, work.stop)
+            kick_stops(plan, state, work, forces[j])
         loss = 0.0
         outside = 0
         for k in range(plan.runs.shape[0]):
@@ -197,7 +198,7 @@ def step_taut(
         if closed:
             u[end], u_t[end] = drive, shaft[at.NEW, 0]
         if plan.stop.size > 0:
-            move_stops(plan, x, x_t, forces, j, work.stop, tallies)
+            move_stops(plan, state, work, forces[j])
         if loss > 0.0:
             add_to(tallies, int(TRANSVERSE_LOSS), loss)
         tally_shafts(plan, push, shaft, tallies)
@@ -206,14 +207,12 @@ def step_taut(
 
 @njit_in_place
 @for_kernels
-def record_exact(
-    plan: Plan, work: Workspace, after: Array, motor: Array, tallies: Array, torque: float, row: Array
-) -> None:
+def record_exact(plan: Plan, state: State, work: Workspace, torque: float, row: Array) -> None:
     """Write the record of the step before which ``work.before`` was kept, under the exact law."""
     x = work.before[0]
     strains(plan, x, work.q[at.TENSION], work.q[at.ENERGY])
     segment_tensions(rope_of(plan), x, plan.segment[at.INVERSE_SPACING], work.p)
-    observe(plan, work, after, motor, tallies, torque, row)
+    observe(plan, state, work, torque, row)
 
 
 @njit_in_place
@@ -244,7 +243,7 @@ def integrate_taut(
             if not taken:
                 break
             if part == 0:
-                record_exact(plan, work, x_t, motor, tallies, torque[first], row)
+                record_exact(plan, state, work, torque[first], row)
         if not taken:
             copy_rows(work.before[0], x)
             copy_rows(work.before[1], x_t)
