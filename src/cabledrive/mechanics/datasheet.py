@@ -12,6 +12,7 @@ from cabledrive.mechanics.sag import irvine_parameter, midspan_sag, squared_shea
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.drive_parts import Pulley
+from cabledrive.parameters.fields import described, figure
 from cabledrive.parameters.route.drive import require_two_pulleys
 
 
@@ -65,92 +66,88 @@ def lowest_static_tension(drive: Drive) -> float:
     return min(t + min(0.0, pull * mass) for t, mass in zip(at_load, masses, strict=True))
 
 
+CABLE, TORQUE, REST, INERTIAS = "Cable", "Torque", "At rest", "Inertias"
+MASSLESS, RESOLUTION = "Estimates with a massless cable", "Resolution"
+_WRAP = "needs a loop with pulley.{0}.wrap_angle and pulley.{0}.capstan_friction"
+
+
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivedQuantities:
     r"""Quantities that follow from the drive file.
 
-    Attributes
-    ----------
-    prestrain : float
-        Strain under the pretension T0 / EA [-].
-    axial_rigidity : float
-        EA [N].
-    axial_wave_speed, transverse_wave_speed : float
-        c_u and c_w along the pretensioned cable [m/s].
-    span_length, pulley_distance : float
-        Length of a span, L unstretched and Le under pretension [m].
-    stretched_mass_per_length : float
-        Mass per pretensioned metre rho [kg/m].
-    cable_mass : float
-        Mass of the cable, all spans [kg].
-    cable_stiffness : float
-        EA / L of one span [N/m].
-    lumped_cable_stiffness : float or None
-        Measured stiffness of one span that reduced models use instead [N/m].
-    chi1, chi2 : float or None
-        Mass ratios of drive and load pulley, J / (r^2 m) with the cable's mass m; of a loop
-        :math:`J/(2\rho r^2 L_e)`, as under Eq. (5.4) but with Le. The drive pulley counts with the motor
-        where the joint is rigid, without it where it is flexible. None where the pulley is fixed.
-    slack_torque : float
-        Torque at the drive pulley at which a span goes slack: 2 r1 T0 of a loop, r1 T0 of a line [N m].
-    no_slip_torque_drive, no_slip_torque_load : float or None
-        Torque a pulley of a loop transmits before the cable slips on it, see `no_slip_torque` [N m].
-    lowest_static_tension : float
-        Lowest tension at rest on an inclined line, see `lowest_static_tension` [N].
-    static_sag : float
-        Largest sag at the middle of a free stretch, were the tension kept at T0 [m]. A stretch runs between
-        pulleys and guided carriages; weight across the line is that of cable and hanging carriages.
-    sag_ratio : float
-        Static sag over the length Le of the span [-].
-    irvine_parameter : float
-        lambda^2 of the span where it is largest, see `irvine_parameter` [-].
-    tension_with_sag : float
-        Tension of that span after its sag has stretched it between held pulleys [N].
-    static_sag_held : float
-        The largest sag at the tension so raised [m].
-    transverse_frequency_hz : float
-        Lowest frequency of an empty span as a string, c_w / (2 Le) [Hz].
-    cable_mode_frequency_hz : float or None
-        Lumped estimate of the cable mode, carriages included, see `lumped_cable_mode` [Hz].
-    joint_mode_frequency_hz : float or None
-        Lumped estimate of the joint mode, see `lumped_joint_mode` [Hz].
-    motor_encoder_resolution, drive_encoder_resolution, load_encoder_resolution : float or None
-        One count [rad], the motor's at the output shaft.
-    motor_encoder_counts_per_motor_turn : float or None
-        Counts per revolution of the motor's own shaft [-].
-    reflected_rotor_inertia : float or None
-        Inertia of the bare rotor seen through the gear, at the output shaft [kg m^2].
+    Mass ratios of a loop are :math:`J/(2\rho r^2 L_e)`, as under Eq. (5.4) but with Le; the drive pulley
+    counts with the motor where the joint is rigid, without it where it is flexible. Sags are those of free
+    stretches, between pulleys and guided carriages, under the weight of cable and hanging carriages.
     """
 
-    prestrain: float
-    axial_rigidity: float
-    axial_wave_speed: float
-    transverse_wave_speed: float
-    span_length: float
-    pulley_distance: float
-    stretched_mass_per_length: float
-    cable_mass: float
-    cable_stiffness: float
-    lumped_cable_stiffness: float | None
-    chi1: float | None
-    chi2: float | None
-    slack_torque: float
-    no_slip_torque_drive: float | None
-    no_slip_torque_load: float | None
-    lowest_static_tension: float
-    static_sag: float
-    sag_ratio: float
-    irvine_parameter: float
-    tension_with_sag: float
-    static_sag_held: float
-    transverse_frequency_hz: float
-    cable_mode_frequency_hz: float | None
-    joint_mode_frequency_hz: float | None
-    motor_encoder_resolution: float | None
-    drive_encoder_resolution: float | None
-    load_encoder_resolution: float | None
-    motor_encoder_counts_per_motor_turn: float | None
-    reflected_rotor_inertia: float | None
+    axial_rigidity: float = figure("N", "Axial rigidity EA", CABLE)
+    prestrain: float = figure("1", "Strain under the pretension, T₀/EA", CABLE)
+    cable_stiffness: float = figure("N/m", "Stiffness of one span, EA/L", CABLE)
+    lumped_cable_stiffness: float | None = figure(
+        "N/m", "Measured stiffness of one span", why="lumped.cable_stiffness is not given: EA / L holds"
+    )
+    cable_mass: float = figure("kg", "Mass of the whole cable", CABLE)
+    stretched_mass_per_length: float = figure("kg/m", "Mass per metre under the pretension, rho")
+    span_length: float = figure("m", "Unstretched span, L")
+    pulley_distance: float = figure("m", "Span under pretension, Lₑ", CABLE)
+    axial_wave_speed: float = figure("m/s", "Longitudinal wave speed", CABLE)
+    transverse_wave_speed: float = figure("m/s", "Transverse wave speed", CABLE)
+    transverse_frequency_hz: float = figure("Hz", "Lowest frequency of an empty span, c_w / (2 Le)")
+    slack_torque: float = figure("N m", "Slack torque at the drive pulley", TORQUE)
+    no_slip_torque_drive: float | None = figure(
+        "N m", "Slip torque at the drive pulley", TORQUE, _WRAP.format(0)
+    )
+    no_slip_torque_load: float | None = figure(
+        "N m", "Slip torque at the load pulley", TORQUE, _WRAP.format(1)
+    )
+    lowest_static_tension: float = figure("N", "Lowest tension at rest", REST)
+    static_sag: float = figure("m", "Largest sag of a free stretch, tension kept at T₀", REST)
+    sag_ratio: float = figure("1", "That sag over the length Le of the span")
+    irvine_parameter: float = figure("1", "Irvine parameter λ²; sag is small well below 1", REST)
+    tension_with_sag: float = figure("N", "Tension of that span after its sag has stretched it")
+    static_sag_held: float = figure("m", "The largest sag at the tension so raised")
+    chi1: float | None = figure(
+        "1", "Drive pulley over cable, χ₁ = J₁/(r₁² m)", INERTIAS, "the drive pulley is fixed"
+    )
+    chi2: float | None = figure(
+        "1", "Load pulley over cable, χ₂ = J₂/(r₂² m)", INERTIAS, "the load pulley is fixed"
+    )
+    reflected_rotor_inertia: float | None = figure(
+        "kg m^2",
+        "Rotor through the gear, at the output shaft",
+        INERTIAS,
+        "needs motor.rotor_inertia and motor.gear_ratio",
+    )
+    cable_mode_frequency_hz: float | None = figure(
+        "Hz",
+        "Lowest mode of pulleys and carriages, motor joint rigid",
+        MASSLESS,
+        "both pulleys are fixed and nothing rides on the cable",
+    )
+    joint_mode_frequency_hz: float | None = figure(
+        "Hz",
+        "Motor against drive pulley",
+        MASSLESS,
+        "motor.joint_stiffness is not given: there is no flexible joint",
+    )
+    motor_encoder_resolution: float | None = figure(
+        "rad",
+        "Motor encoder, one count at the output shaft",
+        RESOLUTION,
+        "sensors.motor_encoder is not given",
+    )
+    drive_encoder_resolution: float | None = figure(
+        "rad", "Drive encoder, one count", RESOLUTION, "sensors.drive_encoder is not given"
+    )
+    load_encoder_resolution: float | None = figure(
+        "rad", "Load encoder, one count", RESOLUTION, "sensors.load_encoder is not given"
+    )
+    motor_encoder_counts_per_motor_turn: float | None = figure(
+        "1",
+        "Counts per revolution of the motor's own shaft",
+        why="needs sensors.motor_encoder and motor.gear_ratio",
+    )
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers in SI, for JSON.
@@ -161,24 +158,8 @@ class DerivedQuantities:
             Every attribute by its name, None where it does not exist for this drive; "reasons" says why.
         """
         values = dataclasses.asdict(self)
-        missing = {name: _REASONS[name] for name, value in values.items() if value is None}
-        return values | {"reasons": missing}
-
-
-_REASONS = {
-    "lumped_cable_stiffness": "lumped.cable_stiffness is not given: EA / L holds",
-    "chi1": "the drive pulley is fixed",
-    "chi2": "the load pulley is fixed",
-    "no_slip_torque_drive": "needs a loop with pulley.0.wrap_angle and pulley.0.capstan_friction",
-    "no_slip_torque_load": "needs a loop with pulley.1.wrap_angle and pulley.1.capstan_friction",
-    "cable_mode_frequency_hz": "both pulleys are fixed and nothing rides on the cable",
-    "joint_mode_frequency_hz": "motor.joint_stiffness is not given: there is no flexible joint",
-    "motor_encoder_resolution": "sensors.motor_encoder is not given",
-    "drive_encoder_resolution": "sensors.drive_encoder is not given",
-    "load_encoder_resolution": "sensors.load_encoder is not given",
-    "motor_encoder_counts_per_motor_turn": "needs sensors.motor_encoder and motor.gear_ratio",
-    "reflected_rotor_inertia": "needs motor.rotor_inertia and motor.gear_ratio",
-}
+        whys = {field.name: field.metadata["why"] for field in dataclasses.fields(self)}
+        return values | {"reasons": {name: whys[name] for name, value in values.items() if value is None}}
 
 
 def derived_quantities(drive: Drive) -> DerivedQuantities:

@@ -75,6 +75,22 @@ def meaning(text: str, default: Any = dataclasses.MISSING, *, factory: Any = dat
     return dataclasses.field(default=default, metadata={"meaning": text})
 
 
+def figure(unit: str, words: str, under: str = "", why: str = "") -> Any:
+    """Declare a figure of a result: SI unit, words, the heading it is shown under, why it may be None."""
+    return dataclasses.field(metadata={"unit": unit, "meaning": words, "under": under, "why": why})
+
+
+def figures_of(*tables: type) -> dict[str, tuple[tuple[str, str, str], ...]]:
+    """Name, words and unit of the figures of some results that are shown, by their headings."""
+    found: dict[str, tuple[tuple[str, str, str], ...]] = {}
+    for field in (field for table in tables for field in dataclasses.fields(table)):
+        about = field.metadata
+        if about.get("under"):
+            one = (about.get("key", field.name), about["meaning"], about["unit"])
+            found[about["under"]] = (*found.get(about["under"], ()), one)
+    return found
+
+
 def described(table: type[Made]) -> type[Made]:
     """Add to the docstring of a dataclass what its fields say of themselves, as numpydoc has it."""
     lines = [inspect.getdoc(table) or "", "", "Attributes", "----------"]
