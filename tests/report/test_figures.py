@@ -2,7 +2,6 @@
 
 import re
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,9 +14,9 @@ from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.report.animation import animation_page, controlled_film
 from cabledrive.report.figures import ladder, run_histories, shapes
-from cabledrive.report.figures import machine as machine_layout
-from cabledrive.report.figures.moving_machine import moving_machine
+from cabledrive.report.figures.moving_machine import drawn_loop
 from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
+from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.mode_figure import mode_figure, mode_picture
 from cabledrive.rig import Motion, track
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
@@ -65,26 +64,18 @@ def spread(drive):
 
 
 @pytest.mark.parametrize("name", packaged_drives("loop", "line"))
-@pytest.mark.parametrize("width", [350.0, 720.0])
-def test_the_drawing_keeps_the_proportions_of_the_machine(name, width):
-    """Spans to scale; pulleys to one scale of their own that is said where it differs."""
-    drive = load_drive(name)
-    layout = machine_layout.machine_layout(drive, width)
-    distance = np.hypot(layout.load[0] - layout.drive[0], layout.load[1] - layout.drive[1])
-    per_metre = distance / drive.span_length
-    for drawn, pulley in zip(layout.radii, drive.pulley, strict=True):
-        assert drawn == pytest.approx(pulley.radius * per_metre * layout.enlarged, rel=1e-9)
-    said = "times too large" in moving_machine(drive, None)
-    assert said == (machine_layout.machine_layout(drive, 720).enlarged > 1.0)
-    for (x, y), r in zip((layout.drive, layout.load), layout.radii, strict=True):
-        assert r < x < layout.size[0] - r
-        assert r < y < layout.size[1] - r
-    for span in drive.spans:
-        shares = [carriage.position / drive.span_length for carriage in drive.carriages_on(span)]
-        places = [layout.on_span(span, share) for share in (0.0, *shares, 1.0)]
-        ahead = np.array([np.cos(layout.slope), -np.sin(layout.slope)])  # sag leaves the line alone
-        steps = [abs(ahead @ np.subtract(b, a)) for a, b in pairwise(places)]
-        np.testing.assert_allclose(steps, np.diff([0.0, *shares, 1.0]) * sum(steps), atol=1e-9)
+def test_the_drawing_keeps_the_proportions_of_the_machine(name):
+    """Spans are tangents of the pulleys, to scale with their carriages; what is stretched is said."""
+    drive, sheet = load_drive(name), Sheet()
+    drawn = drawn_loop(sheet, drive)
+    for pulley, own in zip(drawn.pulleys, drive.pulley, strict=True):
+        assert pulley.radius / drawn.pulleys[0].radius == pytest.approx(own.radius / drive.pulley[0].radius)
+    for span in drawn.spans:
+        ends = [np.linalg.norm(end - p.centre) for p in drawn.pulleys for end in span.points[[0, -1]]]
+        assert min(abs(end - drawn.pulleys[0].radius) for end in ends) < 1e-6
+        assert (span.points[:, 1] < drawn.size[1]).all()
+    shares = [c.position / drive.span_length for s in drive.spans for c in drive.carriages_on(s)]
+    assert len(re.findall("<rect", "".join(sheet.elements))) == len(shares)
 
 
 # --- The picture of the modes: a panel for each frequency, with the mode's own shape

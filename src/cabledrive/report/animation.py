@@ -1,12 +1,12 @@
 """The loop in motion: frames of a run, on a page without a script, and under control.
 
 Deflections across the cable and turns of the pulleys are drawn larger than they are, by factors that are
-said; the spokes turn with the pulleys, clockwise where the cable of the upper span moves to the right.
+said; the spokes turn with the pulleys, clockwise where the upper span moves on to the load pulley.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, degrees, hypot, sin
+from math import degrees, pi
 
 import numpy as np
 from markupsafe import Markup
@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.report.figures.machine import MachineLayout, machine_layout
-from cabledrive.report.figures.moving_machine import tension_colour
+from cabledrive.report.figures.moving_machine import DrawnMachine, drawn_loop, tension_colour
 from cabledrive.report.figures.sheet import Point, Sheet
-from cabledrive.report.picture import WIDE, theme_css
+from cabledrive.report.picture import theme_css
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.rig import Tracking
 from cabledrive.simulation import SimulationResult
@@ -71,34 +70,13 @@ def factors(motion: Motion) -> tuple[float, float]:
     return _DEFLECTION / deflection if deflection > 0.0 else 0.0, float(f"{larger:.1e}")
 
 
-def motion_words(layout: MachineLayout, drive: Drive, motion: Motion) -> str:
+def motion_words(drawn: DrawnMachine, drive: Drive, motion: Motion) -> str:
     """What is drawn too large, and how slow it plays."""
     pixels, turn = factors(motion)
-    distance = hypot(layout.load[0] - layout.drive[0], layout.load[1] - layout.drive[1])
-    larger = pixels * drive.pulley_distance / distance
+    ends = drawn.spans[0].points[[0, -1]]
+    larger = pixels * drive.pulley_distance / float(np.linalg.norm(ends[1] - ends[0]))
     slower = SECONDS_PER_FRAME / float(motion.time[1] - motion.time[0])
     return f"w × {number(larger, 2)}, angles × {number(turn, 2)}, {number(slower, 2)} times slower"
-
-
-def span_curve(layout: MachineLayout, motion: Motion, span: str, frame: int) -> list[Point]:
-    """A span as drawn in a frame; w points out of the loop. ``span``, {"upper", "lower"}. Returns [px]."""
-    pixels, _ = factors(motion)
-    side = 1.0 if span == "upper" else -1.0
-    return [
-        layout.off(layout.on_span(span, float(share)), 0.0, side * pixels * float(w))
-        for share, w in zip(motion.place, motion.across[span][frame], strict=True)
-    ]
-
-
-def spokes(layout: MachineLayout, motion: Motion, frame: int) -> list[tuple[Point, Point]]:
-    """A diameter of drive and load pulley [px] as drawn in a frame, upright at the start."""
-    _, larger = factors(motion)
-    ends = []
-    turned = larger * (motion.angles[frame] - motion.angles[0])
-    for axle, radius, angle in zip((layout.drive, layout.load), layout.radii, turned, strict=True):
-        along, across = radius * sin(angle), radius * cos(angle)
-        ends.append((layout.off(axle, along, across), layout.off(axle, -along, -across)))
-    return ends
 
 
 def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Markup, Markup]:
@@ -134,30 +112,34 @@ def moving_page(title: str, control: Markup, drawing: Markup, *, alt: str) -> st
 
 
 def _moving_svg(name: str, drive: Drive, motion: Motion) -> Markup:
-    layout = machine_layout(drive, WIDE)
     still = Sheet()
-    for axle, radius in zip((layout.drive, layout.load), layout.radii, strict=True):
-        still.circle(axle, radius, colour="quiet")
-    for span in motion.across:
-        still.line(layout.on_span(span, 0.0), layout.on_span(span, 1.0), colour="line", dashes="4 4")
-    still.words(motion_words(layout, drive, motion), (12.0, FIRST_LINE), anchor="start", colour="quiet")
+    drawn = drawn_loop(still, drive)
+    pixels, larger = factors(motion)
+    for span in drawn.spans:
+        still.line(*_line(span.points), colour="line", dashes="4 4")
+    still.words(motion_words(drawn, drive, motion), (12.0, FIRST_LINE), anchor="start", colour="quiet")
     frames = []
     for frame in range(motion.time.size):
-        drawn = Sheet()
-        for ends in spokes(layout, motion, frame):
-            drawn.line(*ends, colour="ink", width=2.0)
-        drawn.words(
-            f"{1e3 * (motion.time[frame] - motion.time[0]):.1f} ms",
-            (layout.size[0] - 12.0, layout.size[1] - 10.0),
-            anchor="end",
-            colour="quiet",
-        )
-        for span in motion.across:
-            colour = "blue" if span == "upper" else "orange"
-            drawn.line(*span_curve(layout, motion, span, frame), colour=colour, width=2.0)
-        frames.append(drawn.elements)
+        one = Sheet()
+        turned = larger * (motion.angles[frame] - motion.angles[0])
+        for pulley, angle in zip(drawn.pulleys, turned, strict=True):
+            one.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
+        _clock(one, drawn.size, f"{1e3 * (motion.time[frame] - motion.time[0]):.1f} ms")
+        for span, colour in zip(drawn.spans, ("blue", "orange"), strict=False):
+            shares = span.positions / span.positions[-1]
+            w = np.interp(shares, motion.place, motion.across[span.name][frame])
+            one.line(*_line(span.moved(pixels * w)), colour=colour, width=2.0)
+        frames.append(one.elements)
     still.elements.extend(framed(name, frames))
-    return still.svg(layout.size)
+    return still.svg(drawn.size)
+
+
+def _line(points: Array) -> list[Point]:
+    return [(float(x), float(y)) for x, y in points]
+
+
+def _clock(sheet: Sheet, size: Point, words: str) -> None:
+    sheet.words(words, (size[0] - 12.0, size[1] - 10.0), anchor="end", colour="quiet")
 
 
 def framed(name: str, frames: Sequence[Sequence[str]]) -> list[str]:
@@ -226,44 +208,31 @@ def controlled_film(drive: Drive, run: Tracking) -> str:
 def _drawn(drive: Drive, run: Tracking, shown: NDArray[np.int64]) -> Markup:
     """The film; ``shown``: samples of the run."""
     assert run.tensions is not None
-    layout = machine_layout(drive, WIDE)
     low, high = float(run.tensions.min()), float(run.tensions.max())
     still = Sheet()
-    for axle, radius in zip((layout.drive, layout.load), layout.radii, strict=True):
-        still.circle(axle, radius, colour="quiet")
+    drawn = drawn_loop(still, drive)
     slower = SECONDS_PER_FRAME * shown.size / float(run.time[-1] - run.time[0])
     words = f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, {number(slower, 2)} times slower"
     still.words(words, (12.0, FIRST_LINE), anchor="start", colour="quiet")
-    frames = [_frame(layout, run, int(sample), (low, high)) for sample in shown]
+    frames = [_frame(drawn, run, int(sample), (low, high)) for sample in shown]
     still.elements.extend(framed(NAME, [frame.elements for frame in frames]))
-    return still.svg(layout.size)
+    return still.svg(drawn.size)
 
 
-def _frame(layout: MachineLayout, run: Tracking, sample: int, tensions: tuple[float, float]) -> Sheet:
+def _frame(drawn: DrawnMachine, run: Tracking, sample: int, tensions: tuple[float, float]) -> Sheet:
     """One picture; ``tensions``: least and largest of the run [N]."""
     assert run.tensions is not None
-    drawn, (low, high) = Sheet(), tensions
-    for row, span in enumerate(("upper", "lower")):
+    one, (low, high) = Sheet(), tensions
+    for row, span in enumerate(drawn.spans):
         share = (float(run.tensions[sample, row]) - low) / max(high - low, 1e-12)
-        path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in layout.curve(span))
+        path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in span.points)
         style = f"fill: none; stroke: {tension_colour(share)}; stroke-width: 3.2; stroke-linecap: round"
-        drawn.elements.append(f'<path d="{path}" style="{style}"/>')
+        one.elements.append(f'<path d="{path}" style="{style}"/>')
     turned = float(run.angles[sample, -2]), float(run.load_angle[sample])  # each at its own shaft
-    for axle, radius, angle in zip((layout.drive, layout.load), layout.radii, turned, strict=True):
-        drawn.line(_rim(layout, axle, radius, angle), _rim(layout, axle, -radius, angle), width=2.0)
-    wanted = float(run.reference[sample])
-    for end in (-1.0, 1.0):
-        drawn.line(
-            _rim(layout, layout.load, end * (layout.radii[1] + 2.0), wanted),
-            _rim(layout, layout.load, end * (layout.radii[1] + 9.0), wanted),
-            colour="green",
-            width=2.0,
-        )
-    words = f"{run.time[sample]:.3f} s, error {degrees(float(run.error[sample])):.4f} deg"
-    drawn.words(words, (layout.size[0] - 12.0, layout.size[1] - 10.0), anchor="end", colour="quiet")
-    return drawn
-
-
-def _rim(layout: MachineLayout, axle: Point, radius: float, angle: float) -> Point:
-    """A point at a distance from an axle, upright at angle zero; ``radius`` [px], ``angle`` [rad]."""
-    return layout.off(axle, radius * sin(angle), radius * cos(angle))
+    for pulley, angle in zip(drawn.pulleys, turned, strict=True):
+        one.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
+    load, wanted = drawn.pulleys[1], float(run.reference[sample])
+    for end in (wanted, wanted + pi):
+        one.line(load.rim(end, 2.0), load.rim(end, 9.0), colour="green", width=2.0)
+    _clock(one, drawn.size, f"{run.time[sample]:.3f} s, error {degrees(float(run.error[sample])):.4f} deg")
+    return one

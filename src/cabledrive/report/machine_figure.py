@@ -9,8 +9,8 @@ import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import FreeSpan, Place, Point
-from cabledrive.parameters.route.geometry import spans_of_route as _spans
+from cabledrive.parameters.route.geometry import FreeSpan, Point
+from cabledrive.report.figures.moving_machine import coordinates
 from cabledrive.report.mode_figure import file_style
 
 if TYPE_CHECKING:
@@ -36,10 +36,7 @@ def machine_figure(drive: Drive | RoutedDrive) -> "Figure":
 
     figure = Figure(figsize=(_WIDTH, _WIDTH * 0.75), layout="constrained")
     axes = figure.add_subplot()
-    if isinstance(drive, RoutedDrive):
-        _draw_routes(axes, drive)
-    else:
-        _draw_two_pulleys(axes, drive)
+    _draw(axes, drive if isinstance(drive, RoutedDrive) else coordinates(drive))
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
     axes.set_xlabel("x [m]")
@@ -48,7 +45,7 @@ def machine_figure(drive: Drive | RoutedDrive) -> "Figure":
     return figure
 
 
-def _draw_routes(axes: "Axes", drive: RoutedDrive) -> None:
+def _draw(axes: "Axes", drive: RoutedDrive) -> None:
     for body in drive.body:
         points = [body.at, *([body.pivot] if body.pivot else [])]
         points += [pulley.at for pulley in drive.pulley if pulley.on == body.name]
@@ -77,32 +74,6 @@ def _arcs(drive: RoutedDrive) -> Iterator[tuple[FreeSpan, FreeSpan]]:
         for here, after in zip(own, own[1:] + own[:1], strict=True):
             if here.wrap is not None and here.end == after.start:
                 yield here, after
-
-
-def _draw_two_pulleys(axes: "Axes", drive: Drive) -> None:
-    """The drive pulley at the origin, the load pulley along x or up the slope."""
-    slope = drive.layout.inclination
-    ends = ((0.0, 0.0), (drive.pulley_distance * np.cos(slope), drive.pulley_distance * np.sin(slope)))
-    places = [
-        Place(name=name, pulley=i, anchor=None, sense=-1, centre=ends[i], radius=drive.pulley[i].radius)
-        for i, name in enumerate(("drive pulley", "load pulley"))
-    ]
-    loop = drive.kind == "loop"
-    spans = _spans(0, drive.name, places, loop, True)
-    for span in spans:
-        _draw_span(axes, span, _COLOURS[0])
-    if loop:
-        _draw_arc(axes, spans[0], spans[1], _COLOURS[0])
-        _draw_arc(axes, spans[1], spans[0], _COLOURS[0])
-    for carriage in drive.carriage:
-        span = spans[("upper", "lower").index(carriage.span)]
-        share = carriage.position / drive.span_length
-        (x1, y1), (x2, y2) = span.contacts
-        at = x1 + share * (x2 - x1), y1 + share * (y2 - y1)
-        axes.plot(*at, "s" if carriage.guided else "v", color=_INK, markersize=6, zorder=5)
-    for i, place in enumerate(places):
-        motor = i == 0 and drive.motor is not None
-        _draw_pulley(axes, place.name, place.centre, place.radius, motor, drive.pulley[i].fixed)
 
 
 def _draw_span(axes: "Axes", span: FreeSpan, colour: str) -> None:

@@ -1,10 +1,9 @@
 """A machine from its coordinates, spans coloured by tension, with what a page needs to move a mode on it."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import isfinite
+from math import cos, isfinite, pi, sin
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,9 @@ from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.figures.machine import draw_machine
-from cabledrive.report.figures.sheet import Point, Sheet, draw_route
+from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.report.figures.sheet import Placer, Point, Sheet, draw_route
+from cabledrive.report.machine.rest import sag_of
 from cabledrive.report.picture import CARD_WIDTH, WIDE
 from cabledrive.report.typesetting import quantity
 
@@ -37,7 +37,14 @@ class DrawnSpan:
     name: str  # as modes name it
     points: Array  # (p, 2): along it [px]
     positions: Array  # (p,): of the points, as `Mode.shape` takes them [m]
-    tension: Array  # (p,) [N]
+    tension: Array  # (p,) [N]; of a loop zero where it was not asked for
+
+    def moved(self, displacement: Array, across: bool = True) -> Array:
+        """Points displaced across the span, outwards of a loop, or along it [px], shape (p, 2)."""
+        tangent = np.gradient(self.points, axis=0)
+        tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-12)[:, None]
+        normal = np.stack((tangent[:, 1], -tangent[:, 0]), axis=1)
+        return np.asarray(self.points + displacement[:, None] * (normal if across else tangent))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,56 +56,84 @@ class DrawnPulley:
     radius: float
     turn: float
 
+    def rim(self, angle: float, further: float = 0.0) -> Point:
+        """A point of the rim, or further out [px], upright at angle zero, clockwise [rad]."""
+        reach = self.radius + further
+        return self.centre[0] + reach * sin(angle), self.centre[1] - reach * cos(angle)
 
-def route_sketch(drive: RoutedDrive) -> Markup:
-    """A machine with routes without words, for a card."""
-    sheet = Sheet(wordless=True)
-    size, spans, _ = _route(sheet, drive, CARD_WIDTH)
-    for span in spans:
-        sheet.line(*((float(x), float(y)) for x, y in span.points[[0, -1]]), colour="blue", width=2.6)
-    return sheet.svg(size)
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DrawnMachine:
+    """Size of the sheet [px], and what can move on it."""
+
+    size: Point
+    spans: list[DrawnSpan]
+    pulleys: list[DrawnPulley]
 
 
 def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> Markup:
     """The machine, with the motion of a mode as data of the drawing."""
     sheet = Sheet()
-    if isinstance(drive, RoutedDrive):
-        size, spans, pulleys = _route(sheet, drive, WIDE)
-    else:
-        size, spans, pulleys = _loop(sheet, drive)
-    tensions = np.concatenate([span.tension for span in spans])
+    drawn = (
+        _route(sheet, drive) if isinstance(drive, RoutedDrive) else drawn_loop(sheet, drive, tensions=True)
+    )
+    tensions = np.concatenate([span.tension for span in drawn.spans])
     low, high = float(tensions.min()), float(tensions.max())
-    for span in spans:
+    for span in drawn.spans:
         _coloured(sheet, span, low, high)
-    _key(sheet, low, high, size)
-    drawing = str(sheet.svg(size))
-    motion = "" if mode is None else json.dumps(_motion(mode, spans, pulleys), allow_nan=False)
+    _key(sheet, low, high)
+    drawing = str(sheet.svg(drawn.size))
+    motion = "" if mode is None else json.dumps(_motion(mode, drawn), allow_nan=False)
     return Markup(drawing.replace("<svg ", f'<svg data-motion="{escape(motion)}" ', 1))
 
 
-def _loop(sheet: Sheet, drive: Drive) -> tuple[Point, list[DrawnSpan], list[DrawnPulley]]:
-    layout = draw_machine(sheet, drive, WIDE)
-    shares = np.linspace(0.0, 1.0, POINTS)
-    spans = []
-    for name in drive.spans:
-        positions = shares * drive.span_length
-        points = np.array([layout.on_span(name, float(share)) for share in shares])
-        spans.append(
-            DrawnSpan(name=name, points=points, positions=positions, tension=_tension(drive, name, positions))
-        )
+def sketch(drive: Drive | RoutedDrive) -> Markup:
+    """A machine without words, for a card."""
+    sheet = Sheet(wordless=True)
+    machine = drive if isinstance(drive, RoutedDrive) else coordinates(drive)
+    size, place, shown = draw_route(sheet, machine, CARD_WIDTH)
+    for span in shown.free_spans:
+        sheet.line(*map(place, span.contacts), colour="blue", width=2.6)
+    return sheet.svg(size)
+
+
+def coordinates(drive: Drive) -> RoutedDrive:
+    """A loop or line in coordinates, level or upright as it mostly stands, the load pulley right or above."""
+    machine = as_machine(drive)
+    if abs(drive.layout.inclination) < pi / 4:
+        return machine
+    height = drive.pulley_distance if drive.layout.inclination > 0.0 else -drive.pulley_distance
+    first, second = machine.pulley
+    return replace(machine, pulley=(first, replace(second, at=(0.0, height))))
+
+
+def drawn_loop(sheet: Sheet, drive: Drive, *, tensions: bool = False) -> DrawnMachine:
+    """Draw all but the spans of a loop or a line, which sag to the scale of their length."""
+    (width, height), place, shown = draw_route(sheet, replace(coordinates(drive), carriage=()), WIDE)
+    shares, spans, deepest = np.linspace(0.0, 1.0, POINTS), [], 0.0
+    for name, drawn in zip(drive.spans, shown.free_spans, strict=True):
+        first, last = (np.array(place(end)) for end in drawn.contacts)
+        points, positions = first + np.outer(shares, last - first), shares * drive.span_length
+        if abs(drive.layout.inclination) < pi / 4:
+            fallen = np.interp(positions, *sag_of(drive, name))
+            points[:, 1] += fallen * float(np.linalg.norm(last - first)) / drive.span_length
+        deepest = max(deepest, float(points[:, 1].max()))
+        for carriage in drive.carriages_on(name):
+            x, y = (float(np.interp(carriage.position, positions, points[:, axis])) for axis in (0, 1))
+            sheet.box((x, y) if carriage.guided else (x, y + 9.0), (14.0, 12.0), colour="green")
+        tension = _tension(drive, name, positions) if tensions else np.zeros(POINTS)
+        spans.append(DrawnSpan(name=name, points=points, positions=positions, tension=tension))
     pulleys = [
         # the joint is the displacement of the rim along the upper span
-        DrawnPulley(joint=joint, centre=centre, radius=radius, turn=1.0)
-        for joint, centre, radius, pulley in zip(
-            ("drive pulley", "load pulley"),
-            (layout.drive, layout.load),
-            layout.radii,
-            drive.pulley,
-            strict=True,
-        )
-        if not pulley.fixed
+        DrawnPulley(joint=own.name, centre=place(own.at), radius=_scale(place) * own.radius, turn=1.0)
+        for own in shown.pulley
     ]
-    return layout.size, spans, pulleys
+    return DrawnMachine(size=(width, max(height, deepest + 12.0)), spans=spans, pulleys=pulleys)
+
+
+def _scale(place: Placer) -> float:
+    """Pixels of a metre of the machine as it is drawn."""
+    return place((1.0, 0.0))[0] - place((0.0, 0.0))[0]
 
 
 def _tension(drive: Drive, span: str, positions: Array) -> Array:
@@ -111,10 +146,8 @@ def _tension(drive: Drive, span: str, positions: Array) -> Array:
     return found
 
 
-def _route(
-    sheet: Sheet, drive: RoutedDrive, width: float
-) -> tuple[Point, list[DrawnSpan], list[DrawnPulley]]:
-    size, place, shown = draw_route(sheet, drive, width)
+def _route(sheet: Sheet, drive: RoutedDrive) -> DrawnMachine:
+    size, place, shown = draw_route(sheet, drive, WIDE)
     from cabledrive.mechanics.network import statics_of  # other machines do not wait for it
 
     statics, shares = statics_of(drive), np.linspace(0.0, 1.0, POINTS)
@@ -129,14 +162,12 @@ def _route(
                 tension=np.interp(shares, (0.0, 1.0), (statics.start[number], statics.end[number])),
             )
         )
-    scale = place((1.0, 0.0))[0] - place((0.0, 0.0))[0]
     pulleys = [
         # anticlockwise on the machine is clockwise where y points downwards
-        DrawnPulley(joint=pulley.name, centre=place(pulley.at), radius=scale * pulley.radius, turn=-1.0)
-        for pulley in shown.pulley
-        if not pulley.fixed
+        DrawnPulley(joint=own.name, centre=place(own.at), radius=_scale(place) * own.radius, turn=-1.0)
+        for own in shown.pulley
     ]
-    return size, spans, pulleys
+    return DrawnMachine(size=size, spans=spans, pulleys=pulleys)
 
 
 def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:
@@ -158,7 +189,7 @@ def tension_colour(share: float) -> str:
     return f"color-mix(in srgb, var(--orange) {100.0 * share:.0f}%, var(--blue))"
 
 
-def _key(sheet: Sheet, low: float, high: float, size: Point) -> None:
+def _key(sheet: Sheet, low: float, high: float) -> None:
     """What the colours are."""
     even = high - low <= EVEN * abs(high)
     words = f"tension {quantity(low, 'N', 4)}" + ("" if even else f" to {quantity(high, 'N', 4)}")
@@ -168,36 +199,30 @@ def _key(sheet: Sheet, low: float, high: float, size: Point) -> None:
     sheet.words(words, (22.0, 13.0), anchor="start", colour="quiet")
 
 
-def _motion(mode: Mode, spans: Sequence[DrawnSpan], pulleys: Sequence[DrawnPulley]) -> dict[str, Any]:
+def _motion(mode: Mode, drawn: DrawnMachine) -> dict[str, Any]:
     """Points of the spans at rest and their displacement, pulleys and their turn, of the first shape."""
-    shapes = [np.real(mode.shape(span.name, span.positions)[0]) for span in spans]
+    shapes = [np.real(mode.shape(span.name, span.positions)[0]) for span in drawn.spans]
+    pulleys = [pulley for pulley in drawn.pulleys if pulley.joint in mode.joints]
     across = mode.kind == TRANSVERSE
     largest = max((float(np.max(np.abs(shape))) for shape in shapes), default=0.0) or 1.0
     size = (ACROSS if across else ALONG) / largest
-    turns = [
-        pulley.turn * float(np.real(mode.joints.get(pulley.joint, np.zeros(1))[0])) for pulley in pulleys
-    ]
+    turns = [pulley.turn * float(np.real(mode.joints[pulley.joint][0])) for pulley in pulleys]
     most = max((abs(turn) for turn in turns), default=0.0) or 1.0
     return {
         "spans": [
-            {"points": _rounded(span.points + 0.0), "moved": _rounded(_moved(span, size * shape, across))}
-            for span, shape in zip(spans, shapes, strict=True)
+            {
+                "points": _rounded(span.points),
+                "moved": _rounded(span.moved(size * shape, across) - span.points),
+            }
+            for span, shape in zip(drawn.spans, shapes, strict=True)
         ],
         "across": across,
         "pulleys": [
-            {"centre": pulley.centre, "radius": round(pulley.radius, 1), "turn": round(TURN * turn / most, 4)}
-            for pulley, turn in zip(pulleys, turns, strict=True)
+            {"centre": own.centre, "radius": round(own.radius, 1), "turn": round(TURN * turn / most, 4)}
+            for own, turn in zip(pulleys, turns, strict=True)
             if isfinite(turn)
         ],
     }
-
-
-def _moved(span: DrawnSpan, displacement: Array, across: bool) -> Array:
-    """Displacement on the sheet of every point, shape (p, 2) [px]."""
-    tangent = np.gradient(span.points, axis=0)
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-12)[:, None]
-    normal = np.stack((tangent[:, 1], -tangent[:, 0]), axis=1)
-    return displacement[:, None] * (normal if across else tangent)
 
 
 def _rounded(values: Array) -> list[list[float]]:

@@ -113,7 +113,7 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
     size, place, scale = _placer(drive, width)
     if factor > 1.0:
         sheet.words(
-            f"{axis} drawn {factor:.2g} times as large", (size[0] - 2.0, 13.0), anchor="end", colour="quiet"
+            f"{axis} drawn {factor:.3g} times as large", (size[0] - 2.0, 13.0), anchor="end", colour="quiet"
         )
     words: list[_Words] = []
     for number, body in enumerate(drive.body):

@@ -27,8 +27,8 @@ def drawing(drive: Drive, name: str) -> Figure:
     return Figure(
         name=f"drawing-{name}",
         alt=_seen(drive),
-        caption="Spans, positions of carriages and sag are to scale; motor, rails and boxes are symbols. "
-        "Arrows show the positive direction of displacements; the colour of a span is its tension at rest.",
+        caption="Spans, places of carriages and sag are to scale; boxes are carriages. The colour of a span "
+        "is its tension at rest.",
         drawing=moving_machine(drive, None),
     )
 

@@ -16,8 +16,7 @@ from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Block, Figure, Table, table
 from cabledrive.report.context import ReportContext
-from cabledrive.report.figures.machine import machine_sketch
-from cabledrive.report.figures.moving_machine import moving_machine, route_sketch
+from cabledrive.report.figures.moving_machine import moving_machine, sketch
 from cabledrive.report.machine.card import (
     ResonanceVerdict,
     across_table,
@@ -102,10 +101,10 @@ def machine_view(context: ReportContext, place: int) -> View:
     context.progress(f"resonance and travel: {drive.name}")
     methods: tuple[str, ...] = METHODS
     if isinstance(drive, RoutedDrive):
-        own, sketch, methods = _of_routes(drive, name, modes), route_sketch(drive), ROUTE_METHODS
+        own, methods = _of_routes(drive, name, modes), ROUTE_METHODS
         warnings = route_warnings(drive)
     else:
-        own, sketch, warnings = _of_a_loop(drive, name, modes), machine_sketch(drive), drive_warnings(drive)
+        own, warnings = _of_a_loop(drive, name, modes), drive_warnings(drive)
     page = MachinePage(
         name=name,
         drive=drive,
@@ -122,7 +121,7 @@ def machine_view(context: ReportContext, place: int) -> View:
         anchor=f"machine-{name}",
         title=drive.name,
         group=MACHINES,
-        card=machine_card(page, sketch),
+        card=machine_card(page, sketch(drive)),
         template="machine.html",
         content=page,
         blocks=page.blocks,
