@@ -32,6 +32,21 @@ class Variable:
     start: float = 0.0
 
 
+def given(name: str, unit: str, about: str) -> Variable:
+    """An input."""
+    return Variable(name=name, causality="input", unit=unit, about=about)
+
+
+def output(name: str, unit: str, about: str) -> Variable:
+    """An output."""
+    return Variable(name=name, causality="output", unit=unit, about=about)
+
+
+def parameter(name: str, unit: str, about: str, start: float = 0.0) -> Variable:
+    """A parameter with its value at the start."""
+    return Variable(name=name, causality="parameter", unit=unit, about=about, start=start)
+
+
 def cable_notes(cable: ModalCable) -> list[str]:
     """What a user has to know of an exported cable."""
     kind = (
@@ -55,32 +70,22 @@ def identifier(name: str) -> str:
 def cable_variables(cable: ModalCable) -> list[Variable]:
     """Inputs, parameters and outputs, in the order of their reference numbers."""
     spans = [identifier(name) for name in cable.spans]
-
-    def output(name: str, unit: str, about: str) -> Variable:
-        return Variable(name=name, causality="output", unit=unit, about=about)
-
-    found = [
-        Variable(name=identifier(name), causality="input", unit=unit, about=name)
-        for name, unit in cable.inputs
+    plucks, middles = (spans, spans) if cable.sine else ([], [])
+    return [
+        *(given(identifier(name), unit, name) for name, unit in cable.inputs),
+        *(parameter(f"pluck_{span}", "m", "half sine at the start, in w") for span in plucks),
+        *(
+            output(f"{identifier(name)}_{'angle' if unit == 'rad' else 'position'}", unit, name)
+            for name, unit in cable.motions
+        ),
+        *(
+            output(f"{identifier(name)}_speed", f"{unit}/s", f"speed of {name}")
+            for name, unit in cable.motions
+        ),
+        *(output(f"{span}_tension", "N", "mean tension of the span") for span in spans),
+        *(output(f"{span}_middle", "m", "displacement of the middle, in w") for span in middles),
+        output("holds", "", "1 while the model holds, then 0"),
     ]
-    if cable.sine:
-        found += [
-            Variable(
-                name=f"pluck_{span}", causality="parameter", unit="m", about="half sine at the start, in w"
-            )
-            for span in spans
-        ]
-    found += [
-        output(f"{identifier(name)}_{'angle' if unit == 'rad' else 'position'}", unit, name)
-        for name, unit in cable.motions
-    ]
-    found += [
-        output(f"{identifier(name)}_speed", f"{unit}/s", f"speed of {name}") for name, unit in cable.motions
-    ]
-    found += [output(f"{span}_tension", "N", "mean tension of the span") for span in spans]
-    if cable.sine:
-        found += [output(f"{span}_middle", "m", "displacement of the middle, in w") for span in spans]
-    return [*found, output("holds", "", "1 while the model holds, then 0")]
 
 
 def cable_code(drive: Drive | RoutedDrive, cable: ModalCable) -> dict[str, str]:

@@ -13,7 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.export.c99 import controller_code
-from cabledrive.export.cable_package import Variable, cable_code, cable_notes, cable_variables
+from cabledrive.export.cable_package import (
+    Variable,
+    cable_code,
+    cable_notes,
+    cable_variables,
+    given,
+    output,
+    parameter,
+)
 from cabledrive.export.source import NOTE, ExportSource, plant_source
 from cabledrive.export.system_package import system_code
 from cabledrive.export.target_program import target_program, templates
@@ -117,43 +125,26 @@ def variables_of(source: ExportSource, what: str) -> list[Variable]:
     """Inputs, parameters and outputs, in the order of their reference numbers."""
     law = source.law
     readings = [f"{name}_encoder" for name in law.encoders]
-    disturbances = [
-        Variable(name=f"{on}_torque", causality="input", unit="N.m", about=f"disturbing torque on the {on}")
-        for on in ("motor", "load")
-    ]
-    command = Variable(name="command", causality="output", unit="N.m", about="limited command")
-    kept = Variable(name="kept", causality="output", unit="", about="1 where the last command was kept")
+    disturbances = [given(f"{on}_torque", "N.m", f"disturbance on the {on}") for on in ("motor", "load")]
+    command = output("command", "N.m", "limited command")
+    kept = output("kept", "", "1 where the last command was kept")
     if what == "controller":
-        seen = [Variable(name=one, causality="input", unit="rad", about="angle read") for one in readings]
-        rows = [
-            Variable(name=f"ref_{i}", causality="input", unit="", about=column)
-            for i, column in enumerate(law.columns)
-        ]
-        return [*seen, *rows, command, kept]
-    shafts = plant_source(source).shafts
-    outputs = [Variable(name=one, causality="output", unit="rad", about="angle read") for one in readings]
+        rows = [given(f"ref_{i}", "", column) for i, column in enumerate(law.columns)]
+        return [*(given(one, "rad", "angle read") for one in readings), *rows, command, kept]
+    outputs = [output(one, "rad", "angle read") for one in readings]
     for unit, kind in (("rad", "angle"), ("rad/s", "speed")):
-        outputs += [
-            Variable(name=f"{one}_{kind}", causality="output", unit=unit, about=f"true {kind} of the {one}")
-            for one in shafts
-        ]
-    outputs.append(
-        Variable(name="slip", causality="output", unit="", about="1, -1: the motor slips; 0: sticks")
-    )
+        shafts = plant_source(source).shafts
+        outputs += [output(f"{one}_{kind}", unit, f"true {kind} of the {one}") for one in shafts]
+    outputs.append(output("slip", "", "1, -1: the motor slips; 0: sticks"))
     if what == "plant":
-        given = Variable(name="command", causality="input", unit="N.m", about="torque asked of the motor")
-        return [given, *disturbances, *outputs]
+        return [given("command", "N.m", "torque asked of the motor"), *disturbances, *outputs]
     motion = [
-        Variable(
-            name="angle", causality="parameter", unit="rad", about="of the load, there and back", start=0.5
-        ),
-        Variable(name="rise", causality="parameter", unit="s", about="time of a move", start=0.5),
-        Variable(name="dwell", causality="parameter", unit="s", about="rest after a move", start=0.5),
-        Variable(name="pulses", causality="parameter", unit="", about="how many", start=1.0),
+        parameter("angle", "rad", "of the load, there and back", 0.5),
+        parameter("rise", "s", "time of a move", 0.5),
+        parameter("dwell", "s", "rest after a move", 0.5),
+        parameter("pulses", "", "how many", 1.0),
     ]
-    wanted = Variable(
-        name="wanted", causality="output", unit="rad", about="wanted load angle of the last sample"
-    )
+    wanted = output("wanted", "rad", "wanted load angle of the last sample")
     return [*motion, *disturbances, command, kept, wanted, *outputs]
 
 

@@ -1,15 +1,15 @@
 """`cabledrive simulate`: the nonlinear cable loop in time, with an audit of its own error."""
 
-from pathlib import Path
 from typing import Any
 
 import click
 
-from cabledrive.app.combinations import refuse_given, tell_given
+from cabledrive.app.combinations import refuse_given, tell_given, was_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import Subcommand, answering, force_option, machine_argument, option
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.app.run_answer import fields_to_animate, simulated_route, undrawn
+from cabledrive.app.run_answer import fields_to_animate, method_of, plucks_of, run_text, undrawn
+from cabledrive.app.two_motor_answer import move_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation import (
@@ -18,14 +18,21 @@ from cabledrive.simulation import (
     Recording,
     Scheme,
     Signal,
-    SimulationResult,
     Sine,
     Start,
     simulate,
 )
+from cabledrive.simulation.network import NetworkStart
+from cabledrive.simulation.travel import PlannedMove
+from cabledrive.simulation.travel.prepare import SEGMENTS
 
 FEWEST_RECORDS = 16
 _OF_ROUTES = ("pluck", "torque_on", "moves", "rise", "travel")
+_OF_LOOPS = (
+    *("pluck_upper", "pluck_lower", "fields", "from_equilibrium", "smooth_friction", "error_estimate"),
+    "animate",
+)
+_NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", "error_estimate", "resume")
 
 
 @click.command(
@@ -89,73 +96,107 @@ def command(
     A machine with routes moves about its state of rest; its spans are plucked by name with --pluck.
     """
     if isinstance(drive, RoutedDrive):
-        torque = _torque(options["torque_amplitude"], options["torque_frequency"])
-        _check_records(options, plot=plot is not None)
-        return simulated_route(drive, torque, output, plot, options)
-    refuse_given(*_OF_ROUTES, why='is for machines of kind "route": leave it out')
-    _check_combination(options, kept=output is not None or animate is not None, plot=plot is not None)
-    if animate is not None:
-        options["fields"] = fields_to_animate(drive, options)
-    run = _fast_run if options["model"] == "fast" else _exact_run
-    result = run(drive, output, options)
-    if result.path is not None:
-        note(f"written to {result.path}")
-    return _answer(drive, result, undrawn(drive, result, plot, animate))
-
-
-def _check_combination(options: dict[str, Any], *, kept: bool, plot: bool) -> None:
-    """Refuse or report what would have no effect."""
+        refuse_given(*_OF_LOOPS, why='is for kind = "loop" and "line": leave it out')
+        if options["model"] == "fast":
+            raise InputRefused('kind = "route": --model fast is for loops and lines: take exact')
+    else:
+        refuse_given(*_OF_ROUTES, why='is for machines of kind "route": leave it out')
     if options["model"] == "fast":
         refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
-    if not kept:
+    if output is None and animate is None:
         refuse_given("fields", why="keeps nodes in RUN.nc or for --animate: add -o RUN.nc, or leave it out")
-    _check_records(options, plot=plot)
-    if not (options["pluck_upper"] or options["pluck_lower"]):
-        tell_given("pluck_shape", why="has no effect: no span is plucked")
-
-
-def _check_records(options: dict[str, Any], *, plot: bool) -> None:
-    """Refuse a picture of fewer records than its spectrum needs."""
-    if plot and options["duration"] * options["rate"] < FEWEST_RECORDS:
+    if plot is not None and options["duration"] * options["rate"] < FEWEST_RECORDS:
         raise InputRefused(
             f"--plot: {options['duration']:.4g} s at --rate {options['rate']:.4g} Hz are less than the "
             f"{FEWEST_RECORDS} records that a spectrum needs: raise the rate, or run longer"
         )
+    if not (options["pluck_upper"] or options["pluck_lower"] or options["pluck"]):
+        tell_given("pluck_shape", why="has no effect: no span is plucked")
+    machine: Any = drive  # a loop or a line where these two are given
+    if animate is not None:
+        options["fields"] = fields_to_animate(machine, options)
+    torque = _torque(options["torque_amplitude"], options["torque_frequency"])
+    kept: dict[str, Any] = {
+        "output": None if output is None else output.path,
+        "force": output is not None and output.force,
+    }
+    result: Any
+    if options["model"] == "fast":
+        from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 
-
-def _exact_run(drive: Drive, output: NewFile | None, options: dict[str, Any]) -> SimulationResult:
-    quiet = click.get_current_context().meta.get(QUIET)
-    return simulate(
-        drive,
-        options["duration"],
-        torque=_torque(options["torque_amplitude"], options["torque_frequency"]),
-        start=_start(drive, options),
-        scheme=_scheme(options),
-        recording=Recording(rate=options["rate"], fields=options["fields"]),
-        error_estimate=options["error_estimate"],
-        output=None if output is None else output.path,
-        force=output is not None and output.force,
-        resume=options["resume"],
-        progress=False if quiet else None,
+        result = simulate_fast(
+            machine,
+            options["duration"],
+            torque=torque,
+            start=_start(options),
+            scheme=FastScheme(step=options["step"]),
+            recording=Recording(rate=options["rate"]),
+            **kept,
+        )
+    else:
+        result = simulate(
+            drive,
+            options["duration"],
+            recording=Recording(rate=options["rate"], fields=options["fields"]),
+            resume=options["resume"],
+            progress=False if click.get_current_context().meta.get(QUIET) else None,
+            **kept,
+            **(
+                _of_route(drive, torque, options)
+                if isinstance(drive, RoutedDrive)
+                else _of_loop(torque, options)
+            ),
+        )
+    if result.path is not None:
+        note(f"written to {result.path}")
+    missing = undrawn(drive, result, plot, animate)
+    return Answer(
+        data=result.summary(),
+        text=run_text(drive, result, options["duration"]),
+        provenance=provenance(drive, method=method_of(result), step=result.step) | result.provenance,
+        incomplete="; ".join(words for words in (result.stopped, missing) if words) or None,
     )
 
 
-_NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", "error_estimate", "resume")
+def _of_loop(torque: Signal, options: dict[str, Any]) -> dict[str, Any]:
+    """What a run of a loop or a line takes of its own."""
+    return {
+        "torque": torque,
+        "start": _start(options),
+        "scheme": _scheme(options, options["segments"]),
+        "error_estimate": options["error_estimate"],
+    }
 
 
-def _fast_run(drive: Drive, output: NewFile | None, options: dict[str, Any]) -> SimulationResult:
-    from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
+def _of_route(drive: RoutedDrive, torque: Signal, options: dict[str, Any]) -> dict[str, Any]:
+    """What a run of a machine with routes takes of its own."""
+    names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
+    on = options["torque_on"] or (names[0] if names else None)
+    travels = bool(options["moves"]) or options["travel"]
+    if not options["moves"]:
+        refuse_given("rise", why="is that of a move: add --move NAME=M, or leave it out")
+    segments = SEGMENTS if travels and not was_given("segments") else options["segments"]
+    return {
+        "travel": (_planned(options) or True) if travels else False,
+        "torque": {} if on is None else {on: torque},
+        "start": NetworkStart(plucks=plucks_of(options["pluck"], options["pluck_shape"])),
+        "scheme": _scheme(options, segments),
+    }
 
-    return simulate_fast(
-        drive,
-        options["duration"],
-        torque=_torque(options["torque_amplitude"], options["torque_frequency"]),
-        start=_start(drive, options),
-        scheme=FastScheme(step=options["step"]),
-        recording=Recording(rate=options["rate"]),
-        output=None if output is None else output.path,
-        force=output is not None and output.force,
+
+def _planned(options: dict[str, Any]) -> PlannedMove | None:
+    """The move of the bodies; None where torques are given."""
+    if not options["moves"]:
+        return None
+    refuse_given(
+        "torque_amplitude",
+        "torque_frequency",
+        "torque_on",
+        why="does not go with --move, for which the motors turn as the move asks: leave it out",
     )
+    if options["rise"] is None:
+        raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
+    return PlannedMove(moves=dict(map(move_of, options["moves"])), rise=options["rise"])
 
 
 def _torque(amplitude: float | None, frequency: float | None) -> Signal:
@@ -169,66 +210,19 @@ def _torque(amplitude: float | None, frequency: float | None) -> Signal:
     return Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude)
 
 
-def _start(drive: Drive, options: dict[str, Any]) -> Start:
-    heights = {"upper": options["pluck_upper"], "lower": options["pluck_lower"]}
-    plucks = tuple(
-        Pluck(height=height, span=span, shape=options["pluck_shape"])
-        for span, height in heights.items()
-        if height
-    )
+def _start(options: dict[str, Any]) -> Start:
+    heights = {span: options[f"pluck_{span}"] for span in ("upper", "lower")}
+    shape = options["pluck_shape"]
+    plucks = tuple(Pluck(height=height, span=span, shape=shape) for span, height in heights.items() if height)
     return Start(plucks=plucks, from_equilibrium=options["from_equilibrium"])
 
 
-def _scheme(options: dict[str, Any]) -> Scheme:
+def _scheme(options: dict[str, Any], segments: int) -> Scheme:
     return Scheme(
         model=options["model"],
         method=options["method"],
-        segments=options["segments"],
+        segments=segments,
         step=options["step"],
         slack="tension-only" if options["tension_only"] else "stop",
         friction="smoothed" if options["smooth_friction"] else "stick-slip",
     )
-
-
-def _answer(drive: Drive, result: SimulationResult, undrawn: str | None) -> Answer:
-    return Answer(
-        data=result.summary(),
-        text=_text(drive, result, result.path),
-        provenance=provenance(drive, method=_method(result), step=result.step) | result.provenance,
-        incomplete="; ".join(words for words in (result.stopped, undrawn) if words) or None,
-    )
-
-
-def _method(result: SimulationResult) -> str:
-    method = result.provenance["method"]
-    if method["model"] == "fast":
-        sines = f"{method['sines']} sines per span"
-        return f"{method['name']}, {sines}, valid below {method['ends_at_hz']:.4g} Hz"
-    words = f"{method['name']}, {method['model']} cable, {method['segments']} segments per span"
-    return f"{words}, {method['friction']} friction"
-
-
-def _text(drive: Drive, result: SimulationResult, path: Path | None) -> str:
-    found = result.summary()
-    budget = found["energy_budget_error"]
-    lines = [
-        f"{drive.title or drive.name}: {result.steps * result.step:.6g} s",
-        f"{result.steps} steps of {result.step:.4g} s, {100.0 * result.cfl:.0f} % of the stable one",
-        _method(result),
-        f"load angle, peak to peak    {found['load_angle']['peak_to_peak']:.6g} rad",
-        *(
-            f"{span} midpoint, peak of |w|  {found[f'{span}_midpoint']['peak']:.6g} m"
-            for span in result.spans
-        ),
-        f"energy budget error         {'no record' if budget is None else f'{budget:.2e}'}",
-    ]
-    if result.error_estimate is not None:
-        for name in ("load_angle", "upper_midpoint"):
-            estimate = getattr(result.error_estimate, name)
-            lines.append(
-                f"estimated error of {name.replace('_', ' ')}: {100.0 * estimate.relative:.2g} % of its peak"
-            )
-    if result.interpreted:
-        lines.append(f"interpreted, slower: {result.interpreted}")
-    lines += [f"slack: {event.span} span at {event.time:.6g} s" for event in result.slack_events[:5]]
-    return "\n".join(lines)
