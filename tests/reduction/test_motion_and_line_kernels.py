@@ -161,7 +161,7 @@ def test_a_sample_is_that_of_the_equations_to_second_order_of_its_steps():
     errors = []
     for steps in (20, 40):
         given, state, _ = stepped(steps)
-        pairs = zip((state.modes, state.sines, state.rates), exact(given), strict=True)
+        pairs = zip((state.modes, state.sines[0], state.rates[0]), exact(given), strict=True)
         errors.append([np.abs(one - other).max() / np.abs(other).max() for one, other in pairs])
     orders = np.log2(np.divide(*errors))
     np.testing.assert_allclose(orders, 2.0, atol=0.1, err_msg=f"errors {errors}")
@@ -170,12 +170,12 @@ def test_a_sample_is_that_of_the_equations_to_second_order_of_its_steps():
 
 def test_tension_middle_and_motion_are_their_sums_over_modes_and_sines():
     given, state, tensions = stepped(5)
-    stretched = given.factors[1] * (given.stretching * state.sines**2).sum(axis=1)
+    stretched = given.factors[1] * (given.stretching * state.sines[0] ** 2).sum(axis=1)
     np.testing.assert_allclose(tensions, given.rest + given.tension @ state.modes[:2] + stretched, rtol=1e-14)
     middles, places, speeds = np.zeros(2), np.zeros(1), np.zeros(1)
     cable_middle(given, state, middles)
     cable_motion(given, state, places, speeds)
-    np.testing.assert_allclose(middles, state.sines[:, 0] - state.sines[:, 2], rtol=1e-14)
+    np.testing.assert_allclose(middles, state.sines[0, :, 0] - state.sines[0, :, 2], rtol=1e-14)
     np.testing.assert_allclose(places, given.motions @ state.modes[:2], rtol=1e-14)
     np.testing.assert_allclose(speeds, given.motions @ state.modes[2:], rtol=1e-14)
 

@@ -69,11 +69,10 @@ def test_compiled_integration_equals_its_python():
         top, modal, when = np.zeros((b, numbers.probes.shape[2])), np.zeros((b, m)), np.zeros((b, m))
         least, history = np.array([np.inf]), np.zeros((60, k))
         rate = np.zeros((b, m))
-        kernel(integrate_sagging)(
-            numbers, torque, 0, 1e-4, 1e-4, q, p, a, rate, top, modal, when, least, history
-        )
+        kept = top, modal, when, least, history
+        kernel(integrate_sagging)(numbers, torque, 0, (1e-4, 1e-4), (q, p, a, rate), kept)
         kernel(rub)(numbers.friction_shape, numbers.impulse_rate, numbers.solved, numbers.friction, 1e-4, p)
-        return q, p, a, rate, top, modal, when, least, history
+        return q, p, a, rate, *kept
 
     for one, other in zip(run(lambda k: k), run(lambda k: getattr(k, "py_func", k)), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-18)
