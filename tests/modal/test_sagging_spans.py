@@ -15,8 +15,8 @@ from cabledrive.modal import elements
 from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.natural import straight_modes
 from cabledrive.modal.ranges import slope_error
-from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import Anchor, Rope, Route, RoutedMotor, RoutedPulley, RouteLayout
+from cabledrive.parameters.route import Anchor, Rope, Route, RoutedDrive, RoutedMotor, RoutedPulley
+from cabledrive.parameters.route.parts import RouteLayout
 from network_samples import rope_of
 from oracles import hanging_machine
 from oracles.rope_fem import HangingRope

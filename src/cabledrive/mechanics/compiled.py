@@ -30,11 +30,6 @@ def njit(function: F) -> F:
     return _compile(function, FAST_MATH)
 
 
-def njit_inlined(function: F) -> F:
-    """Compile a kernel into each of its callers: for short parts of a hot loop."""
-    return _compile(function, FAST_MATH, inline="always")
-
-
 def njit_in_place(function: F) -> F:
     """Compile a kernel that makes no arrays, only views of those it is given.
 
@@ -110,10 +105,9 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
         from cabledrive.mechanics.kernel_cache import KernelCache
 
         compiled._cache = KernelCache(function, Path(folder))
-    if options.get("inline") != "always":
-        from cabledrive.mechanics.kernel_parts import as_part_of_callers
+    from cabledrive.mechanics.kernel_parts import as_part_of_callers
 
-        as_part_of_callers(compiled)
+    as_part_of_callers(compiled)
     return cast(F, compiled)
 
 

@@ -11,48 +11,18 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, described, kind_of, nearest, quantity, words
 
 
-class Rigidity:
-    """What every cable knows of its EA; the fields are those of the class that takes it up."""
-
-    __slots__ = ()
-    youngs_modulus: float | None
-    area: float | None
-    given_rigidity: float | None
-
-    @property
-    def axial_rigidity(self) -> float:
-        """Axial rigidity EA of one cable [N]."""
-        if self.given_rigidity is not None:
-            return self.given_rigidity
-        assert self.youngs_modulus is not None
-        assert self.area is not None
-        return self.youngs_modulus * self.area
-
-
-def check_one_rigidity(cable: Rigidity) -> None:
-    """Refuse a rigidity beside modulus or area."""
-    if cable.given_rigidity is not None and (cable.youngs_modulus, cable.area) != (None, None):
-        raise InputRefused(
-            f"axial_rigidity = {cable.given_rigidity:.9g} N beside youngs_modulus or area: give the "
-            "rigidity, or modulus and area"
-        )
-
-
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cable(Rigidity):
-    r"""A uniform flexible cable under pretension, stretched elastically.
-
-    Density is per metre of *unstretched* cable, what a user weighs; its mass is conserved when it stretches.
-    """
+class Rope:
+    """Keys of ``[cable]``: all optional in a file of kind "route", where a route may say any otherwise."""
 
     youngs_modulus: float | None = quantity("Pa", "positive", "Young's modulus E", None)
     area: float | None = quantity("m^2", "positive", "load-bearing cross-section A", None)
     given_rigidity: float | None = quantity(
         "N", "positive", "axial rigidity EA, instead of modulus and area", None, key="axial_rigidity"
     )
-    mass_per_length: float = quantity("kg/m", "positive", "mass per metre of unstretched cable rho0")
-    pretension: float = quantity("N", "positive", "pretension T0; a slack cable transmits nothing")
+    mass_per_length: float | None = quantity("kg/m", "positive", "mass per metre of unstretched cable", None)
+    pretension: float | None = quantity("N", "positive", "tension of one rope", None)
     transverse_damping: float = quantity("1/s", "nonnegative", "transverse damping Gamma", 0.0)
     axial_damping: float = quantity("N s", "nonnegative", "Kelvin-Voigt damping, force per strain rate", 0.0)
     strain_limit: float | None = quantity("1", "positive", "largest strain of the elastic range", None)
@@ -64,7 +34,56 @@ class Cable(Rigidity):
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_one_rigidity(self)
+        if self.given_rigidity is not None and (self.youngs_modulus, self.area) != (None, None):
+            raise InputRefused(
+                f"axial_rigidity = {self.given_rigidity:.9g} N beside youngs_modulus or area: give the "
+                "rigidity, or modulus and area"
+            )
+
+    @property
+    def axial_rigidity(self) -> float:
+        """Axial rigidity EA of one cable [N]."""
+        if self.given_rigidity is not None:
+            return self.given_rigidity
+        assert self.youngs_modulus is not None
+        assert self.area is not None
+        return self.youngs_modulus * self.area
+
+    @property
+    def density(self) -> float:
+        """Mass per unstretched length of one rope [kg/m]."""
+        assert self.mass_per_length is not None
+        return self.mass_per_length
+
+    def wave_speed(self, tension: float) -> float:
+        """Transverse wave speed along the rope under a tension.
+
+        Parameters
+        ----------
+        tension : float
+            [N].
+
+        Returns
+        -------
+        float
+            [m/s].
+        """
+        return sqrt(tension * (1.0 + tension / self.axial_rigidity) / self.density)
+
+
+@described
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cable(Rope):
+    r"""A uniform flexible cable under pretension, stretched elastically.
+
+    Density is per metre of *unstretched* cable, what a user weighs; its mass is conserved when it stretches.
+    """
+
+    mass_per_length: float = quantity("kg/m", "positive", "mass per metre of unstretched cable rho0")
+    pretension: float = quantity("N", "positive", "pretension T0; a slack cable transmits nothing")
+
+    def __post_init__(self) -> None:
+        Rope.__post_init__(self)
         if self.given_rigidity is None and None in (self.youngs_modulus, self.area):
             which = "youngs_modulus" if self.youngs_modulus is None else "area"
             raise InputRefused(

@@ -52,15 +52,18 @@ _EXCITATION: dict[str, Any] = {
 }
 
 
+def _whole_schema(machine: type, tables: dict[str, type], arrays: dict[str, type]) -> dict[str, Any]:
+    """All tables of one kind of file, each key with its meaning, unit and bound."""
+    schema = _table_schema(machine)
+    parts = {key: _table_schema(table) for key, table in tables.items()}
+    parts |= {key: {"type": "array", "items": _table_schema(table)} for key, table in arrays.items()}
+    schema["properties"] |= {key: {"type": "string"} for key in WORDS} | parts
+    return schema
+
+
 def _two_pulley_schema() -> dict[str, Any]:
     """Files of kind "loop" and "line"."""
-    schema = _table_schema(Drive)
-    for key in WORDS:
-        schema["properties"][key] = {"type": "string"}
-    for key, table in TABLES.items():
-        schema["properties"][key] = _table_schema(table)
-    for key, table in ARRAYS.items():
-        schema["properties"][key] = {"type": "array", "items": _table_schema(table)}
+    schema = _whole_schema(Drive, TABLES, ARRAYS)
     schema["properties"]["excitation"]["properties"] |= _EXCITATION
     schema["properties"]["pulley"] |= {"minItems": 2, "maxItems": 2}
     schema["properties"]["carriage"] |= {"maxItems": MOST_CARRIAGES}
@@ -108,13 +111,7 @@ def _both_rigidities() -> dict[str, Any]:
 
 def _route_schema() -> dict[str, Any]:
     """Files of kind "route"."""
-    schema = _table_schema(RoutedDrive)
-    for key in WORDS:
-        schema["properties"][key] = {"type": "string"}
-    for key, table in ROUTE_TABLES.items():
-        schema["properties"][key] = _table_schema(table)
-    for key, table in ROUTE_ARRAYS.items():
-        schema["properties"][key] = {"type": "array", "items": _table_schema(table)}
+    schema = _whole_schema(RoutedDrive, ROUTE_TABLES, ROUTE_ARRAYS)
     keys = schema["properties"]
     keys[KEY] = {
         "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}],

@@ -53,14 +53,20 @@ def drive_with_tables(drive: Drive, data: dict[str, Any]) -> Drive:
 
 def _content(data: dict[str, Any]) -> dict[str, Any]:
     """Plain data of a file as the fields of a drive."""
-    content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
-    for key, table in TABLES.items():
-        if key in data:
-            given = with_type(data[key], key) if key == "cable" else data[key]
-            content[key] = table_from(given, table, key)
+    content = single_tables(data, TABLES)
     for key, table in ARRAYS.items():
         if key in data:
             content[key] = _array(data[key], table, key)
+    return content
+
+
+def single_tables(data: dict[str, Any], tables: Mapping[str, type]) -> dict[str, Any]:
+    """Words and tables of a file that stand there once, as fields of a drive."""
+    content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
+    for key, table in tables.items():
+        if key in data:
+            given = with_type(data[key], key) if key == "cable" else data[key]
+            content[key] = table_from(given, table, key)
     return content
 
 
@@ -152,18 +158,25 @@ def tables_from_drive(drive: Drive, *, words: bool = True) -> dict[str, Any]:
 
     With ``words``, names and other text without bearing on results, it reads back as an equal drive.
     """
+    return plain_tables(drive, TABLES, words) | {
+        key: [plain_table(row, words) for row in getattr(drive, key)] for key in ARRAYS if getattr(drive, key)
+    }
+
+
+def plain_tables(drive: Any, tables: Mapping[str, type], words: bool) -> dict[str, Any]:
+    """Words and tables of a machine that stand there once, as plain data."""
     data = {
         key: getattr(drive, key)
         for key in HEAD
         if (words or key not in WORDS) and (key == "name" or getattr(drive, key) != "")
     }
-    for key in TABLES:
-        if getattr(drive, key) is not None:
-            data[key] = plain_table(getattr(drive, key), words)
-    for key in ARRAYS:
-        if getattr(drive, key):
-            data[key] = [plain_table(row, words) for row in getattr(drive, key)]
-    return data
+    kind: type = type(drive)
+    fields = _fields_by_key(kind)
+    return data | {
+        key: plain_table(getattr(drive, key), words)
+        for key in tables
+        if getattr(drive, key) is not None and getattr(drive, key) != fields[key].default
+    }
 
 
 def plain_table(table: Any, words: bool) -> dict[str, Any]:

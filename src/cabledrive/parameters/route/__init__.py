@@ -1,11 +1,11 @@
 """Machines of kind "route": any number of pulleys, bodies and cables, in the words of the file."""
 
+from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Place
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
-    Rope,
     Route,
     RoutedCarriage,
     RoutedMotor,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NoReturn
 
+from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count, check_excitation
 from cabledrive.parameters.drive_parts import Goal, Sensors
 from cabledrive.parameters.errors import InputRefused
@@ -14,7 +15,6 @@ from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
-    Rope,
     Route,
     RoutedCarriage,
     RoutedMotor,

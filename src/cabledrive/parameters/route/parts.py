@@ -2,10 +2,9 @@
 
 import dataclasses
 from dataclasses import dataclass, replace
-from math import sqrt
 from typing import Any
 
-from cabledrive.parameters.cable import Rigidity, check_one_rigidity
+from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive_parts import Motor
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import (
@@ -164,53 +163,6 @@ class RouteLayout:
 
 
 _RIGIDITY = ("youngs_modulus", "area", "given_rigidity")
-
-
-@described
-@dataclass(frozen=True, kw_only=True)
-class Rope(Rigidity):
-    """Keys of ``[cable]`` in a file of kind "route"; a route may say any of them otherwise."""
-
-    type: str = words("name in the packaged table of belts and ropes", "")
-    youngs_modulus: float | None = quantity("Pa", "positive", "Young's modulus E", None)
-    area: float | None = quantity("m^2", "positive", "load-bearing cross-section A", None)
-    given_rigidity: float | None = quantity(
-        "N", "positive", "axial rigidity EA, instead of modulus and area", None, key="axial_rigidity"
-    )
-    mass_per_length: float | None = quantity("kg/m", "positive", "mass per unstretched metre", None)
-    pretension: float | None = quantity("N", "positive", "tension of one rope", None)
-    transverse_damping: float = quantity("1/s", "nonnegative", "transverse damping Gamma", 0.0)
-    axial_damping: float = quantity("N s", "nonnegative", "Kelvin-Voigt damping, force per strain rate", 0.0)
-    strain_limit: float | None = quantity("1", "positive", "largest strain of the elastic range", None)
-    strength: float | None = quantity("N", "positive", "breaking load, or allowed tension of a belt", None)
-    bending_stiffness: float | None = quantity("N m^2", "positive", "bending stiffness EI", None)
-    least_radius: float | None = quantity("m", "positive", "smallest radius it may be bent to", None)
-    tooth_pitch: float | None = quantity("m", "positive", "pitch of a toothed belt", None)
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-        check_one_rigidity(self)
-
-    @property
-    def density(self) -> float:
-        """Mass per unstretched length of one rope [kg/m]."""
-        assert self.mass_per_length is not None
-        return self.mass_per_length
-
-    def wave_speed(self, tension: float) -> float:
-        """Transverse wave speed along the rope under a tension.
-
-        Parameters
-        ----------
-        tension : float
-            [N].
-
-        Returns
-        -------
-        float
-            [m/s].
-        """
-        return sqrt(tension * (1.0 + tension / self.axial_rigidity) / self.density)
 
 
 @described

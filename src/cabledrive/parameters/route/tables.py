@@ -3,8 +3,7 @@
 import re
 from typing import Any
 
-from cabledrive.parameters.cable import with_type
-from cabledrive.parameters.drive import WORDS
+from cabledrive.parameters.cable import Rope, with_type
 from cabledrive.parameters.drive_parts import Goal, Sensors
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.excitation import StatedExcitation
@@ -13,14 +12,13 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
-    Rope,
     Route,
     RoutedCarriage,
     RoutedMotor,
     RoutedPulley,
     RouteLayout,
 )
-from cabledrive.parameters.tables import HEAD, check_keys, plain_table, table_from
+from cabledrive.parameters.tables import check_keys, plain_table, plain_tables, single_tables, table_from
 from cabledrive.parameters.units import to_si
 
 KEY = "shaft"
@@ -94,11 +92,7 @@ def routed_from_tables(data: dict[str, Any]) -> RoutedDrive:
     """Build a machine of kind "route" from its file's plain data; refused where something does not fit."""
     data = with_shaft(data)
     check_keys(data, RoutedDrive, "")
-    content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
-    for key, table in ROUTE_TABLES.items():
-        if key in data:
-            given = with_type(data[key], key) if key == "cable" else data[key]
-            content[key] = table_from(given, table, key)
+    content = single_tables(data, ROUTE_TABLES)
     rows = {key: _rows(data, key) for key in ROUTE_ARRAYS if key in data}
     groups = _several_places(rows)
     _several_positions(rows)
@@ -116,15 +110,7 @@ def tables_from_routed(drive: RoutedDrive, *, words: bool = True) -> dict[str, A
 
     Without ``words``, names and other text, parts are called by their numbers.
     """
-    data = {
-        key: getattr(drive, key)
-        for key in HEAD
-        if (words or key not in WORDS) and (key == "name" or getattr(drive, key) != "")
-    }
-    for key in ROUTE_TABLES:
-        table = getattr(drive, key)
-        if table is not None and (key != "layout" or table != RouteLayout()):
-            data[key] = plain_table(table, words)
+    data = plain_tables(drive, ROUTE_TABLES, words)
     for key in ROUTE_ARRAYS:
         if getattr(drive, key):
             data[key] = [_plain_row(row, words) for row in getattr(drive, key)]

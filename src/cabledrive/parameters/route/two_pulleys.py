@@ -3,12 +3,12 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import (
-    Rope,
     Route,
     RoutedCarriage,
     RoutedMotor,
