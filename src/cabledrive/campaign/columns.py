@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from cabledrive.campaign.of_drives import DEFAULT_COUNT, IN_CLOSED_FORM, OF_BOTH_KINDS
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.modal.batch import LoopBatch
-from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.varied_drive import value_of
 
 POSITIVE = {
     "cable.youngs_modulus",
@@ -50,26 +50,14 @@ NOT_NEGATIVE = {
 def are_plain_loops(spec: CampaignSpec) -> bool:
     """Whether every row of a campaign is a loop of two turning pulleys without carriages, of one build."""
     drive = next(iter(spec.drives.values()))
-    tables = next(iter(spec.tables.values()))
     return (
         len(spec.drives) == 1
         and set(spec.units) <= POSITIVE | NOT_NEGATIVE
-        and _is_plain_loop(drive)
-        and all(key.startswith(("pulley", "compute")) or _given(tables, key) for key in spec.units)
+        and not isinstance(drive, RoutedDrive)
+        and drive.kind == "loop"
+        and not (drive.carriage or any(pulley.fixed for pulley in drive.pulley))
+        and all(key.startswith("compute") or value_of(drive, key) is not None for key in spec.units)
     )
-
-
-def _is_plain_loop(drive: Drive | RoutedDrive) -> bool:
-    if isinstance(drive, RoutedDrive):
-        return False
-    turning = not any(pulley.fixed for pulley in drive.pulley)
-    return drive.kind == "loop" and not drive.carriage and turning
-
-
-def _given(tables: Mapping[str, Any], key: str) -> bool:
-    """Whether the file has the key already: a new one may contradict another."""
-    table, _, name = key.partition(".")
-    return name in tables.get(table, {}) or (key in NOT_NEGATIVE and table in tables)
 
 
 def allowed_rows(values: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
@@ -84,10 +72,7 @@ def column_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]], key: str) 
     """Values of a key, (n,) in SI, varied or from the drive file; None where neither has it."""
     if key in values:
         return np.asarray(values[key], dtype=float)
-    table, *path = key.split(".")
-    part = next(iter(spec.tables.values())).get(table, {})
-    part = part[int(path[0])] if isinstance(part, list) else part
-    value = part.get(path[-1])
+    value = value_of(next(iter(spec.drives.values())), key)
     return None if value is None else np.full(len(next(iter(values.values()))), float(value))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from cabledrive.campaign.keys import DRIVE, drive_with, settings_of, si_tables
+from cabledrive.campaign.keys import DRIVE, settings_of
 from cabledrive.campaign.results import Results, open_results
 from cabledrive.campaign.tolerance import FEWEST_ROWS, Tolerance, tolerance
 from cabledrive.parameters import InputRefused, drive_text
@@ -22,6 +22,7 @@ from cabledrive.parameters.toml_values import toml_of
 from cabledrive.report.blocks import Block, Chapter, Figure, Paragraph, Table, table
 from cabledrive.report.context import Provenance, versions
 from cabledrive.report.page import Page, render
+from cabledrive.studies.varied_drive import varied_together
 
 MOST_POINTS = 4000
 """Drawn; of more rows a sample at random, those that are not done first."""
@@ -255,7 +256,7 @@ def _file_of(results: Results, row: int) -> str:
     name = values.get(DRIVE, next(iter(files)))
     try:
         base = drive_from_tables(toml_of(files[name].encode()))
-        drive = drive_with(base, si_tables(base), settings_of(values, ""))
+        drive = varied_together(base, settings_of(values, ""))
     except InputRefused:
         return ""
     return "data:application/toml;base64," + b64encode(drive_text(drive).encode()).decode()

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, TEXT, Found, Output, Row
-from cabledrive.campaign.keys import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, drive_with, settings_of
+from cabledrive.campaign.keys import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, settings_of
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.studies.varied_drive import varied_together
 
 DONE, DEFECT, REFUSED, FAILED, NOT_YET = 0, 1, 2, 3, -1
 """Status of a row, as the exit status of a command; a defect of the package ends its row alone."""
@@ -147,11 +148,11 @@ def row_of(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> Row:
     plain = {key: _plain(value, spec.units.get(key, "1")) for key, value in values.items()}
     name = plain.get(DRIVE, next(iter(spec.drives)))
     settings, plant = settings_of(plain, ""), settings_of(plain, PLANT)
-    base, tables = spec.drives[name], spec.tables[name]
+    base = spec.drives[name]
     options = getattr(spec.computation, "options", {})
     return Row(
-        drive=drive_with(base, tables, settings),
-        plant=drive_with(base, tables, settings | plant) if plant else None,
+        drive=varied_together(base, settings),
+        plant=varied_together(base, settings | plant) if plant else None,
         motion=dict(spec.motion) | settings_of(plain, MOTION),
         goals=dict(spec.goals) | settings_of(plain, GOALS),
         options=options | settings_of(plain, COMPUTE),

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from cabledrive.campaign.computation import (
     named_computation,
 )
 from cabledrive.campaign.design import Design, design_of
-from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, si_tables, unit_of
+from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, unit_of
 from cabledrive.campaign.vary import Axis, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
@@ -48,11 +48,6 @@ class CampaignSpec:
     def units(self) -> dict[str, str]:
         """SI unit of each varied key; "" of text and flags."""
         return {key: unit for axis in self.axes for key, unit in axis.units.items()}
-
-    @cached_property
-    def tables(self) -> dict[str, dict[str, Any]]:
-        """Tables of each drive's file, in SI, by its name."""
-        return {name: si_tables(drive) for name, drive in self.drives.items()}
 
     def values(self, first: int, last: int) -> dict[str, NDArray[Any]]:
         """Values of the varied keys at some rows.
@@ -113,10 +108,9 @@ def spec_of(
     vary = dict(table_of("vary", content.get("vary", {})))
     if len(drives) > 1:
         vary = {DRIVE: {"values": list(drives)}} | vary
-    routed = next((drive for drive in drives.values() if isinstance(drive, RoutedDrive)), None)
 
     def unit(key: str) -> str:
-        return unit_of(key, options, routed)
+        return unit_of(key, options, drives.values())
 
     varied = varied_keys(vary, unit, folder)
     if not varied:

@@ -46,11 +46,6 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
     return Drive(**_content(data))
 
 
-def drive_with_tables(drive: Drive, data: dict[str, Any]) -> Drive:
-    """A drive with some tables of its file replaced, as `drive_from_tables` builds it from all of them."""
-    return dataclasses.replace(drive, **_content(data))
-
-
 def _content(data: dict[str, Any]) -> dict[str, Any]:
     """Plain data of a file as the fields of a drive."""
     content = single_tables(data, TABLES)

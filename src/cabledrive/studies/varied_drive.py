@@ -1,7 +1,8 @@
 """A drive with one or several of its figures changed, and what every labelled result says of itself."""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import Field, fields, is_dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from cabledrive.parameters import Drive, InputRefused, content_hash
@@ -13,7 +14,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-Machine = TypeVar("Machine", Drive, RoutedDrive)
+Machine = TypeVar("Machine", bound=Drive | RoutedDrive)
+Steps = tuple[Any, ...]
 
 
 def varied(drive: Machine, key: str, value: float) -> Machine:
@@ -21,38 +23,50 @@ def varied(drive: Machine, key: str, value: float) -> Machine:
     return varied_together(drive, {key: value})
 
 
-def varied_together(drive: Machine, values: Mapping[str, float]) -> Machine:
-    """Drive with other values of several quantities, as `varied`; bodies move together."""
+def varied_together(drive: Machine, values: Mapping[str, Any]) -> Machine:
+    """Drive with other values of several keys, those of one table at once; bodies move together."""
     pose = {key: float(value) for key, value in values.items() if _moves(drive, key)}
-    for key, value in values.items():
-        if key not in pose:
-            try:
-                drive = _replaced(drive, key.split("."), float(value), key)
-            except InputRefused as refusal:
-                raise refusal.at(f"{key} = {value:.9g}") from None
-    if pose:
-        assert isinstance(drive, RoutedDrive)
-        try:
-            drive = moved(drive, pose)
-        except InputRefused as refusal:
-            raise refusal.at(", ".join(f"{key} = {value:.9g}" for key, value in pose.items())) from None
-    return drive
+    try:
+        found: Any = _replaced(
+            drive, {_located(drive, key)[0]: value for key, value in values.items() if key not in pose}
+        )
+        if pose:
+            assert isinstance(found, RoutedDrive)
+            found = moved(found, pose)
+    except InputRefused as refusal:
+        if str(refusal).startswith(tuple(values)):
+            raise
+        shown = ((key, f"{v:.9g}" if isinstance(v, float) else v) for key, v in values.items())
+        raise refusal.at(", ".join(f"{key} = {value}" for key, value in shown)) from None
+    return found
 
 
 def quantity_of(drive: Drive | RoutedDrive, key: str) -> tuple[str, str]:
     """Unit and meaning of a quantity of the drive: ``unit, meaning``: as in the schema of the drive file."""
+    unit, (name, _, last) = unit_in_file(drive, key), key.rpartition(".")
+    if unit in ("", "count"):
+        raise InputRefused(f'key "{key}" is not a quantity with a unit')
     if _moves(drive, key):
-        name, _, last = key.rpartition(".")
-        return POSE[last], f"turn of {name}" if last == "turn" else f"{last} of {name}"
-    path, table = key.split("."), drive
-    while isinstance(table, tuple) or len(path) > 1:
-        if isinstance(table, tuple):
-            place, path = _entry(table, path, key)
-            table = table[place]
-        else:
-            table, path = _part(table, path[0], key), path[1:]
-    metadata = _field(table, path[0], key).metadata
-    return metadata["unit"], metadata["meaning"]
+        return unit, f"turn of {name}" if last == "turn" else f"{last} of {name}"
+    return unit, _located(drive, key)[1].metadata["meaning"]
+
+
+def unit_in_file(drive: Drive | RoutedDrive, key: str) -> str:
+    """Unit of a key, "count" of a whole number, "" of a choice; refused: one that no result depends on."""
+    if _moves(drive, key):
+        return POSE[key.rpartition(".")[2]]
+    metadata = _located(drive, key)[1].metadata
+    if "unit" not in metadata and "options" not in metadata:
+        raise InputRefused(f'key "{key}" is neither a quantity nor a choice')
+    return str(metadata.get("unit", ""))
+
+
+def value_of(drive: Drive | RoutedDrive, key: str) -> Any:
+    """Value of a key, in SI; None where the drive states none."""
+    try:
+        return _located(drive, key)[2]
+    except InputRefused:
+        return None
 
 
 def _moves(drive: Drive | RoutedDrive, key: str) -> bool:
@@ -63,20 +77,32 @@ def _moves(drive: Drive | RoutedDrive, key: str) -> bool:
     return name in [body.name for body in drive.body]
 
 
-def _replaced(table: Any, path: list[str], value: float, key: str) -> Any:
-    if isinstance(table, tuple):
-        place, rest = _entry(table, path, key)
-        return (*table[:place], _replaced(table[place], rest, value, key), *table[place + 1 :])
-    step, *rest = path
-    if not rest:
-        return replace(table, **{_field(table, step, key).name: value})
-    return replace(table, **{step: _replaced(_part(table, step, key), rest, value, key)})
+def _located(drive: Drive | RoutedDrive, key: str) -> tuple[Steps, Field[Any], Any]:
+    """The way to a key by fields and numbers of entries, its field and its value."""
+    part: Any = drive
+    steps: list[Any] = []
+    left = key.split(".")
+    while left:
+        if isinstance(part, tuple):
+            number, left = _entry(part, left, key)
+            steps.append(number)
+            part = part[number]
+        known = {key_of(field): field for field in fields(part)} if is_dataclass(part) else {}
+        if left[0] not in known:
+            place = key.removesuffix(".".join(left))
+            raise InputRefused(f'unknown key "{key}"{nearest(left[0], known, place)}')
+        field = known[left.pop(0)]
+        steps.append(field.name)
+        part = getattr(part, field.name)
+        if part is None and left:
+            raise InputRefused(f'"{key}": this drive has no [{field.name}]: add the table to its file')
+    if isinstance(part, tuple) or is_dataclass(part):
+        raise InputRefused(f'"{key}" names a part and none of its quantities: add one, such as .inertia')
+    return tuple(steps), field, part
 
 
 def _entry(table: tuple[Any, ...], path: list[str], key: str) -> tuple[int, list[str]]:
     """Number of the entry that a path enters, and the rest of the path."""
-    if not path:
-        raise InputRefused(f'"{key}" names a part and none of its quantities: add one, such as .inertia')
     step, *rest = path
     if step.isdecimal() and int(step) < len(table) and rest:
         return int(step), rest
@@ -89,23 +115,24 @@ def _entry(table: tuple[Any, ...], path: list[str], key: str) -> tuple[int, list
     raise InputRefused(f'"{key}": there are {len(table)} entries, numbered from 0{known}: choose one of them')
 
 
-def _part(table: Any, step: str, key: str) -> Any:
-    known = [field.name for field in fields(table)] if is_dataclass(table) else []
-    if step not in known:
-        raise InputRefused(f'unknown key "{key}"{nearest(step, known)}')
-    part = getattr(table, step)
-    if part is None:
-        raise InputRefused(f'"{key}": this drive has no [{step}]: add the table to its file')
-    return part
-
-
-def _field(table: Any, name: str, key: str) -> Any:
-    known = {key_of(field): field for field in fields(table)} if is_dataclass(table) else {}
-    numeric = {k: field for k, field in known.items() if field.metadata.get("unit") not in (None, "count")}
-    if name not in numeric:
-        what = "is not a quantity with a unit" if name in known else "is unknown"
-        raise InputRefused(f'key "{key}" {what}{nearest(name, numeric)}')
-    return numeric[name]
+def _replaced(part: Any, values: Mapping[Steps, Any], place: str = "") -> Any:
+    """A part of a drive with other values by the way to them; ``place``: of the part in the file."""
+    if not values:
+        return part
+    inside: dict[Any, dict[Steps, Any]] = {}
+    for (step, *rest), value in values.items():
+        inside.setdefault(step, {})[tuple(rest)] = value
+    old = part.__getitem__ if isinstance(part, tuple) else partial(getattr, part)
+    new = {
+        step: below[()] if () in below else _replaced(old(step), below, f"{place}{step}.")
+        for step, below in inside.items()
+    }
+    if isinstance(part, tuple):
+        return tuple(new.get(number, one) for number, one in enumerate(part))
+    try:
+        return replace(part, **new)
+    except InputRefused as refusal:
+        raise InputRefused(f"{place}{refusal}") from None
 
 
 def stamped(data: "xr.Dataset", drive: Drive | RoutedDrive, title: str) -> "xr.Dataset":
