@@ -14,13 +14,14 @@ import numpy as np
 from cabledrive.identification.logs.table import (
     BLOCK_ROWS,
     LARGEST_CHUNK,
+    LARGEST_IN_MEMORY,
     Blocks,
     Reading,
     Table,
     check_lengths,
     require_fitting,
     sliced,
-    unpacked_matlab,
+    too_large,
 )
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -29,13 +30,15 @@ SECONDS = 3.0
 BYTES_PER_SECOND = 50e6
 LONGEST_WAIT = 15.0
 """Wall clock per second of processor time."""
+OUT_OF_MEMORY = 1
+"""Status of the process that reads on trial."""
 
 
 def require_readable(path: Path, read: Callable[[], object]) -> None:
-    """Refuse a file over which the process that reads it dies, or takes more time than its size explains.
+    """Refuse a file over which the process that reads it dies, or takes more time or memory than it may.
 
-    Where a process cannot be forked safely (anywhere but on Linux) nothing is tried; what ``read`` raises
-    does not count here.
+    Time goes by its size; what it unpacks to is held twice while it is read. Where a process cannot be forked
+    safely (anywhere but on Linux) nothing is tried; what ``read`` raises does not count here.
     """
     if sys.platform != "linux":
         return
@@ -52,10 +55,14 @@ def require_readable(path: Path, read: Callable[[], object]) -> None:
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
             resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 2))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+            resource.setrlimit(resource.RLIMIT_AS, (taken + 2 * LARGEST_IN_MEMORY,) * 2)
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, 1)
             os.dup2(nowhere, 2)
             read()
+        except MemoryError:
+            os._exit(OUT_OF_MEMORY)
         finally:
             os._exit(0)
     began, pause, done, status = time.monotonic(), 1e-4, 0, 0
@@ -68,6 +75,8 @@ def require_readable(path: Path, read: Callable[[], object]) -> None:
         if not done:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
+    if done and os.WIFEXITED(status) and os.WEXITSTATUS(status) == OUT_OF_MEMORY:
+        raise too_large(path)
     if not done or os.WIFSIGNALED(status):
         endless = not done or os.WTERMSIG(status) == signal.SIGXCPU
         what = "reading it does not end" if endless else f"its library ends by signal {os.WTERMSIG(status)}"
@@ -215,7 +224,6 @@ def open_matlab(path: Path, reading: Reading) -> Table:
         return open_hdf5(path)
     from scipy import io
 
-    require_fitting(path, unpacked_matlab(path))
     require_readable(path, lambda: io.loadmat(path))
     try:
         found = io.loadmat(path, squeeze_me=True, struct_as_record=False)

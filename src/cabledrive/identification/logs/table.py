@@ -1,11 +1,10 @@
 """What every log format looks like from inside, and how much a packed one unpacks to."""
 
 import struct
-import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -94,13 +93,6 @@ LARGEST_IN_MEMORY = 2**30
 LARGEST_CHUNK = 256 * 2**20
 """Bytes of one packed chunk of an HDF5 file, which is unpacked at once."""
 
-PIECE = 1 << 20
-COMPRESSED, MATRIX = 15, 14
-"""Types of an element of a MATLAB file that hold others: a packed one, and a matrix, cell or structure."""
-WIDTHS = {3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 17: 2, 18: 4}
-"""Bytes of one number of the other types; 1 for those not listed."""
-ELEMENT = 256
-"""Bytes that an element takes as an object of Python, however short it is."""
 CHUNK = 6
 """Opcode of a chunk of an MCAP file."""
 LZ4_RATIO = 255
@@ -110,21 +102,13 @@ LZ4_RATIO = 255
 def require_fitting(path: Path, size: int) -> None:
     """Refuse a container that its library reads whole and that holds too much for that [bytes]."""
     if size > LARGEST_IN_MEMORY:
-        most = LARGEST_IN_MEMORY / 2**30
-        raise InputRefused(f"{path.name}: unpacks to more than {most:.0f} GiB: cut it into parts")
+        raise too_large(path)
 
 
-def unpacked_matlab(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
-    """Bytes that the numbers of a MATLAB file take in memory, counted up to a limit.
-
-    A number counts as a double, however short it is stored: MATLAB 5 to 7 store a matrix of small whole
-    numbers in bytes and call it double.
-    """
-    with path.open("rb") as file:
-        head = file.read(128)
-        if len(head) < 128 or head[126:128] not in (b"IM", b"MI"):
-            return path.stat().st_size  # version 4: nothing in it is packed
-        return _walked(_Source(file), "<" if head[126:128] == b"IM" else ">", limit, 0)
+def too_large(path: Path) -> InputRefused:
+    """Refusal of a container that unpacks to more than is read whole."""
+    most = LARGEST_IN_MEMORY / 2**30
+    return InputRefused(f"{path.name}: unpacks to more than {most:.0f} GiB: cut it into parts")
 
 
 def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
@@ -142,75 +126,4 @@ def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
                 if scheme == b"lz4" and stated[2] > LZ4_RATIO * size:
                     return limit + 1
             file.seek(after)
-    return total
-
-
-class _Source:
-    """Bytes of a file, or of one packed element of it, unpacked piece by piece and thrown away."""
-
-    def __init__(self, file: BinaryIO, size: int | None = None) -> None:
-        self.file, self.left = file, size
-        self.engine = None if size is None else zlib.decompressobj()
-        self.ahead, self.place = b"", 0
-
-    def take(self, count: int) -> bytes:
-        """The next bytes; fewer where it ends."""
-        if self.engine is None:
-            return self.file.read(count)
-        while len(self.ahead) - self.place < count and (piece := self._piece()):
-            self.ahead, self.place = self.ahead[self.place :] + piece, 0
-        self.place += count
-        return self.ahead[self.place - count : self.place]
-
-    def skip(self, count: int) -> int:
-        """Leave bytes out; how many there were."""
-        if self.engine is None:
-            place = self.file.tell()
-            there = max(0, min(count, self.file.seek(0, 2) - place))
-            self.file.seek(place + there)
-            return there
-        self.place += count
-        while self.place > len(self.ahead) and (piece := self._piece()):
-            self.ahead, self.place = piece, self.place - len(self.ahead)
-        missing = max(0, self.place - len(self.ahead))
-        self.place -= missing
-        return count - missing
-
-    def _piece(self) -> bytes:
-        assert self.engine is not None
-        assert self.left is not None
-        while not self.engine.eof:
-            packed = self.engine.unconsumed_tail or self.file.read(min(self.left, PIECE))
-            if not self.engine.unconsumed_tail:
-                self.left -= len(packed)
-            if not packed:
-                return b""
-            try:
-                if piece := self.engine.decompress(packed, 16 * PIECE):
-                    return piece
-            except zlib.error:
-                return b""
-        return b""
-
-
-def _walked(source: _Source, order: str, limit: int, depth: int) -> int:
-    """Numbers of the elements of a MATLAB 5 file, in bytes of doubles; a matrix is the elements in it."""
-    total = 0
-    while total <= limit and len(tag := source.take(8)) == 8:
-        kind, size = struct.unpack(f"{order}II", tag)
-        total += ELEMENT
-        if kind >> 16:  # a short element: its size and up to four bytes of it lie in the tag
-            total += 8 * ((kind >> 16) // WIDTHS.get(kind & 0xFFFF, 1))
-        elif kind == COMPRESSED and depth == 0:
-            after = source.file.tell() + size
-            total += _walked(_Source(source.file, size), order, limit - total, depth + 1)
-            source.file.seek(after)
-        elif kind != MATRIX:
-            width = WIDTHS.get(kind, 1)
-            enough = width * ((limit - total) // 8 + 1)  # no more is unpacked than it takes to be too much
-            if size > enough:
-                total += 8 * (source.skip(enough) // width)
-                source.skip(0 if total > limit else size - enough)
-            else:
-                total += 8 * (min(size, source.skip(size + (-size) % 8)) // width)
     return total
