@@ -4,11 +4,21 @@ PD with rigid feedforward leaves 83 mm of swing. The inverse of the flexible mac
 it knows no wind; a law whose gains follow the carriage along the cable damps what a gust has done.
 """
 
-import cabledrive as cd
-from cabledrive.rig import CarriageMove, move_carriage
-from cabledrive.studies.transporter_moves import along_the_way, scaled_transporter
+from dataclasses import replace
 
-drive = scaled_transporter(cd.load_drive("dissertation-transporter"))
+import cabledrive as cd
+from cabledrive.parameters import Motor
+from cabledrive.rig import CarriageMove, move_carriage
+
+given = cd.load_drive("dissertation-transporter")
+drive = replace(
+    given,
+    cable=replace(given.cable, pretension=10.0, axial_damping=5e-4 * given.cable.axial_rigidity),
+    layout=replace(given.layout, span_length=1.5),
+    carriage=(replace(given.carriage[0], mass=0.5, position=0.25),),
+    motor=Motor(inertia=0.0011, viscous_friction=0.0031, coulomb_friction=0.0376, torque_limit=2.1),
+    sensors=replace(given.sensors, sample_rate=5000.0),
+)
 windy = CarriageMove(gust=(0.2, 1.0, 1.5))
 left = {}
 for law in ("pd", "pd-flat", "scheduled"):
@@ -18,9 +28,5 @@ for law in ("pd", "pd-flat", "scheduled"):
     )
     print(f"{law:10s} still air {1e3 * left[law][0]:6.2f} mm, 2 s after a gust {1e3 * left[law][1]:6.2f} mm")
 
-growth = along_the_way(drive, positions=8, laws=("scheduled",)).growth["scheduled"]
-print(f"slowest pole along the way: {growth.max():.2f} 1/s")
-
 assert left["scheduled"][0] < 0.2 * left["pd"][0]
 assert left["scheduled"][1] < 0.1 * left["pd-flat"][1]
-assert growth.max() < 0.0

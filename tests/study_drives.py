@@ -123,7 +123,7 @@ def judged_with(found: StudyResult, goals: Goals, runs: AcceptanceResult) -> Ver
     """The verdict of a study, had its chosen law these runs and the study these goals."""
     error = goals.carriage_error if runs.plant == "carriage" else goals.error
     chosen = found.laws.chosen
-    one = score(chosen.controller, chosen.words, runs.plant, runs.peaks, runs.draws, error)
+    one = score(chosen, runs, error)
     laws = replace(found.laws, scores=(one,), cable_scores=(), runs=runs)
     names = ("check", "knowledge", "demand", "resonance", "model", "controller", "cable")
     parts = {name: getattr(found, name) for name in names}

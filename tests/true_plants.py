@@ -139,9 +139,9 @@ def shaken(p, torque, interval, step):
 
 
 @njit_strict
-def followed(p, observer, law, rig, reference, target, s, shown, step):
+def followed(p, control, s, shown, step):
     """Largest error of the load under the law, at the first shaft; a runaway counts as 1e3."""
-    x, seen = np.zeros(7), s.x
+    x, seen, rig, target = np.zeros(7), s.x, control.rig, control.target
     steps = int(np.ceil(rig.interval / step - 1e-9))
     h = rig.interval / steps
     late = round(p[20] / h)
@@ -154,7 +154,7 @@ def followed(p, observer, law, rig, reference, target, s, shown, step):
         for i in range(shown.size):
             seen[i] = x[shown[i]]
         seen[shown.size - 1] += p[19] * np.sin(x[2] + 0.4)
-        _, command, _ = decide(observer, law, rig, reference, k, seen, s)
+        _, command, _ = decide(control, k, seen, s)
         for i in range(steps):
             one_step(p, x, before if i < late else command, h)
         before = command
@@ -168,18 +168,8 @@ def errors(truth: Truth, loop: Loop, runs: int, seed: int) -> np.ndarray:
     generator = np.random.default_rng(seed)
     for k in range(runs):
         rig = loop.rig._replace(phases=generator.uniform(-0.5, 0.5, len(loop.rig.phases)))
-        made = loop.controller
-        worst = followed(
-            truth.values,
-            loop.observer,
-            made.law,
-            rig,
-            made.reference,
-            loop.target,
-            loop_at_rest(loop),
-            shown,
-            STEP,
-        )
+        control = loop.control._replace(rig=rig)
+        worst = followed(truth.values, control, loop_at_rest(loop), shown, STEP)
         found[k] = worst / loop.gear
     return found
 

@@ -17,8 +17,8 @@ import cabledrive as cd
 from cabledrive.app.main import main
 from cabledrive.app.results import Absent, Answer, json_text, plain, provenance
 from cabledrive.reduction import network_axis
-from cabledrive.rig.bench.virtual_rig import VirtualCamera, filmed
 from command import answer, call, object_of, refusal, run, write_log
+from painted_marker import VirtualCamera, filmed
 from printer_logs import samples, write_densities
 
 COMMANDS = main.list_commands(Context(main))

@@ -8,8 +8,8 @@ from cabledrive.identification.camera.marker import marker_log, track_marker
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.tension.tones import Tones, fit_tones
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.bench.virtual_rig import VirtualCamera, filmed
 from cabledrive.rig.tracking import log_csv
+from painted_marker import VirtualCamera, filmed
 
 RATE = 480.0
 TONES = (34.2, 71.7, 143.1)

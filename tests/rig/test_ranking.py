@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.numbers import DARC
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.expected_bound import expected_bound, rounding_part
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.margins import SIGMAS, closed_loop, margins_of, sampled_controller, sampled_plant
+from cabledrive.rig.margins import closed_loop, margins_of, response, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
@@ -50,8 +48,8 @@ def test_linear_loop_is_the_rig_without_friction():
     rig = free.rig._replace(counts=np.full(3, 1e-12), phases=np.array([0.0, 0.0, off]))
     observer = free.observer._replace(gains=free.observer.gains[-1:], scalars=scalars)
     tested = replace(free, observer=observer, rig=rig)
-    linear = linear_loop(tested)
-    impulse = response(linear.matrix, linear.rounding, linear.load_angle, 299)[:, 2]
+    matrix, rounding, _ = closed_loop(sampled_controller(tested), sampled_plant(tested))
+    impulse = response(matrix, rounding, np.eye(len(matrix))[2], 299)[:, 2]
     found = run(tested, last=300).log[1:300, 2]
     assert np.abs(found).max() > 1e-4
     expected = 1e-3 * np.cumsum(impulse)
@@ -85,7 +83,7 @@ def test_track_takes_the_law_that_compare_lists(name, measured):
     most = RIPPLE_SHARE * DRIVE.motor.torque_limit
     margins = margins_of(loop)
     assert listed.disk >= LEAST_DISK
-    assert linear_ripple(loop) > most or margins.disk < LEAST_DISK
+    assert margins.ripple > most or margins.disk < LEAST_DISK
 
 
 @pytest.mark.parametrize(
@@ -113,13 +111,6 @@ def test_best_gains_leave_the_torque_below_its_limit_whatever_changes_the_loop(o
 
 
 MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
-
-
-def linear_ripple(loop):
-    """Five deviations of the command [N m], of a law without memory by the other assembly."""
-    if loop.controller.law.kind != DARC:
-        return margins_of(loop).ripple
-    return SIGMAS * linear_loop(loop).noise(loop.rig.counts, 20_000)[1]
 
 
 def loop_of(name, hertz, *overrides):
@@ -165,15 +156,6 @@ def test_every_gain_and_phase_in_the_disk_leaves_the_loop_stable(overrides):
     assert stable_with(loop, np.exp(-1j * phase))
 
 
-def test_ripple_is_that_of_the_linear_loop_of_the_best_gains(measured):
-    """Another assembly of plant, filter and law: five deviations of the command by white rounding."""
-    loop = loop_of("darc-4-damped", 30.0)
-    theirs = linear_ripple(loop)
-    ours = margins_of(loop).ripple
-    measured(f"{ours:.4f} N m, the other {theirs:.4f}")
-    assert ours == pytest.approx(theirs, rel=0.02)
-
-
 def test_rounding_of_a_shaft_that_passes_ten_counts_a_period_is_noise_and_smaller():
     closed = loop()
     limit = 10.0 * closed.rig.counts.max() * closed.controller.bandwidth / (2.0 * np.pi)
@@ -182,7 +164,7 @@ def test_rounding_of_a_shaft_that_passes_ten_counts_a_period_is_noise_and_smalle
         reference = closed.controller.reference.copy()
         reference[:, -2] = speed
         moved = replace(closed, controller=replace(closed.controller, reference=reference))
-        return rounding_part(moved, linear_loop(moved))[-1]
+        return rounding_part(moved, *closed_loop(sampled_controller(moved), sampled_plant(moved))[:2])[-1]
 
     assert at(1.01 * limit) < 0.8 * at(0.0)
     assert at(1.01 * limit) == at(100.0 * limit)

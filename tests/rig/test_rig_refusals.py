@@ -23,7 +23,7 @@ from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
 from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
-from cabledrive.studies.transporter_moves import scaled_transporter
+from hanging_loads import scaled_transporter
 
 DRIVE = cd.load_drive("dissertation-3")
 LOOSE = cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"])

@@ -11,9 +11,9 @@ from cabledrive.control.linear_laws import FRICTION_SLOPE
 from cabledrive.control.load_schedule import filter_at, law_at, with_load
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, Payload, RigOptions, track
+from cabledrive.rig.bounds import Segment, switched_tube
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
 from cabledrive.rig.disturbed_plants import Disturbances
-from cabledrive.rig.law_checks import Segment, switched_tube
 from cabledrive.rig.laws.baselines import feedforward_table
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.laws.scheduled import NAME, announced, schedule_of, told_otherwise
@@ -173,10 +173,10 @@ def test_the_tube_is_reached_by_the_worst_torque_of_the_switched_loop(at, measur
     made = CONTROLLERS[NAME](spec)
     loads, ends = (1.0, 2.6, 0.7), (0, 170, 290, 400)
     parts = [
-        Segment(made.law, made.believed, load, spec.interval, ends[i], ends[i + 1])
+        Segment(made.law, made.believed, load, spec.interval, (ends[i], ends[i + 1]))
         for i, load in enumerate(loads)
     ]
-    rows = [law_at(made.law, one.load).rows[0] for one in parts]
+    rows = [law_at(made.law, load).rows[0] for load in loads]
     steps = [one.ideal.matrix[1:, 1:] - np.outer(one.ideal.push[1:], one.feedback) for one in parts]
     height = 0.05 + 0.03 * np.sin(np.arange(400) / 30.0)
 

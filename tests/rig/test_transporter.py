@@ -34,8 +34,8 @@ from cabledrive.rig.carriage.transporter_kernels import (
     transporter_advance,
     transporter_rates,
 )
-from cabledrive.studies.transporter_moves import along_the_way, residual_motion, scaled_transporter
 from cabledrive.trajectories import Move, Trajectory
+from hanging_loads import along_the_way, residual_motion, scaled_transporter
 
 DRIVE = scaled_transporter(load_drive("dissertation-transporter"))
 MACHINE = transporter_of(DRIVE, payload_mass=0.25, line_length=0.25)
@@ -137,18 +137,17 @@ def test_flat_motion_carries_the_payload_there():
 def test_every_place_is_stable_and_one_design_for_all_is_not(places, rigidities, measured):
     """Poles of law, observer and plant along the way, EA 10 % off as well."""
     for rigidity in rigidities:
-        found = along_the_way(DRIVE, positions=places, rigidity=rigidity, laws=("scheduled",))
-        growth = found.growth["scheduled"].max()
+        growth = along_the_way(DRIVE, "scheduled", positions=places, rigidity=rigidity)[0].max()
         measured(f"EA x {rigidity:g}: largest real part {growth:.3f} 1/s")
         assert growth < 0.0, f"EA x {rigidity}: observed {growth:.3f} 1/s"
-    frozen = along_the_way(DRIVE, positions=5, laws=("frozen",)).growth["frozen"]
+    frozen, _ = along_the_way(DRIVE, "frozen", positions=5)
     assert frozen[-1] > 1.0, f"observed {frozen[-1]:.2f} 1/s"
     assert frozen[2] < 0.0
 
 
 def sizes_of(residuals, when):
     """Median and worst of each law, in words."""
-    sizes = {law: 1e3 * getattr(found, when) for law, found in residuals.items()}
+    sizes = {law: 1e3 * found[when] for law, found in residuals.items()}
     return ", ".join(f"{law} {np.median(own):.2f} / {own.max():.2f}" for law, own in sizes.items()) + " mm"
 
 
@@ -156,8 +155,8 @@ def sizes_of(residuals, when):
 def test_residual_motion_is_less_than_a_fifth_of_that_under_pd(runs, measured):
     """0.5 kg over 1 m in 2.5 s: about 1 mm, as with the shaper; 83 mm of PD with rigid feedforward."""
     found = {law: residual_motion(DRIVE, law, runs=runs) for law in LAWS}
-    measured(sizes_of(found, "at_once"))
-    worst = {law: one.at_once.max() for law, one in found.items()}
+    measured(sizes_of(found, 0))
+    worst = {law: one[0].max() for law, one in found.items()}
     assert max(worst["scheduled"], worst["shaper"]) < 0.2 * worst["pd"], f"observed {worst}"
     assert worst["scheduled"] < 2.5e-3
 
@@ -165,9 +164,9 @@ def test_residual_motion_is_less_than_a_fifth_of_that_under_pd(runs, measured):
 @pytest.mark.verify
 def test_still_air_over_forty_draws(measured):
     """Worst of the scheduled law a fifth of every worst under PD with rigid feedforward, shaped or not."""
-    found = {law: residual_motion(DRIVE, law, runs=40, seed=1, drawn=True) for law in LAWS}
-    worst = {law: one.at_once.max() for law, one in found.items()}
-    measured(sizes_of(found, "at_once"))
+    found = {law: residual_motion(DRIVE, law, runs=40, seed=1, among=True) for law in LAWS}
+    worst = {law: one[0].max() for law, one in found.items()}
+    measured(sizes_of(found, 0))
     assert worst["scheduled"] < 0.05 * worst["pd"], f"observed {worst}"
     assert worst["scheduled"] < 0.5 * worst["shaper"], f"observed {worst}"
     assert worst["scheduled"] < worst["pd-flat"], f"observed {worst}"
@@ -175,9 +174,9 @@ def test_still_air_over_forty_draws(measured):
 
 @pytest.mark.verify
 def test_after_a_gust_over_forty_draws(measured):
-    found = {law: residual_motion(DRIVE, law, runs=40, seed=1, drawn=True, gust=0.2) for law in LAWS}
-    later = {law: np.median(one.later) for law, one in found.items()}
-    measured(f"at once {sizes_of(found, 'at_once')}; two seconds later {sizes_of(found, 'later')}")
+    found = {law: residual_motion(DRIVE, law, runs=40, seed=1, among=True, gust=0.2) for law in LAWS}
+    later = {law: np.median(one[1]) for law, one in found.items()}
+    measured(f"at once {sizes_of(found, 0)}; two seconds later {sizes_of(found, 1)}")
     assert later["scheduled"] < 0.1 * min(later["pd"], later["pd-flat"], later["shaper"]), f"observed {later}"
 
 

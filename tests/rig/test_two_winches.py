@@ -12,16 +12,15 @@ from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
 from cabledrive.rig import BodyMotion, Disturbance, RigOptions
 from cabledrive.rig.front_door import track_two_motors
+from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.two_motors.plan import design_tensions, plan_motion
 from cabledrive.rig.two_motors.run import (
-    Setup,
     bound_of_place,
     drawn_gusts,
     drawn_plant,
     forces_of,
     part_used,
     run_plant,
-    wilson,
 )
 from cabledrive.rig.two_motors.summary import summarize
 from oracles.two_winches import Winches, run
@@ -51,8 +50,7 @@ def winches_of(mass=30.27, viscous=0.1, coulomb=0.0):
 def set_up(drive, way, *, rise, dwell=0.5, **design):
     machine = winched_machine(drive)
     made = design_tensions(machine, **design)
-    plan = plan_motion(machine, made, np.array(way), rise=rise, dwell=dwell, pulses=1)
-    return Setup(machine=machine, design=made, plan=plan)
+    return plan_motion(machine, made, np.array(way), BodyMotion(rise=rise, dwell=dwell))
 
 
 def with_law(setup):
@@ -103,7 +101,7 @@ def test_the_rig_moves_as_scipy_integrates_the_winches():
     ours = run_plant(setup, actual, force, np.random.default_rng(0)).record
     mass = float(actual.mass[0])
     places, tensions, _ = run(
-        winches_of(mass=mass), with_law(setup), setup.plan.table, force, setup.design.gains.interval
+        winches_of(mass=mass), with_law(setup), setup.table, force, setup.design.gains.interval
     )
     assert numbers.mass[0] == pytest.approx(30.27, abs=0.01)
     np.testing.assert_allclose(ours[:, :2], places, atol=1e-3 * np.abs(places).max())
@@ -130,9 +128,9 @@ def test_on_the_winches_of_scipy_the_tension_stays_above_its_least(count):
 
         winches = winches_of(mass=mass, coulomb=rng.uniform(0.5, 3.0))
         force, interval = drawn_gusts(setup, rng), setup.design.gains.interval
-        _, _, least = run(winches, watched, setup.plan.table, force, interval, rtol=1e-6)
+        _, _, least = run(winches, watched, setup.table, force, interval, rtol=1e-6)
         held += least >= setup.design.floor
-        used = setup.plan.used(setup.machine, setup.design)
+        used = setup.used
         reshaped += used > 1.0
         assert least >= setup.design.floor or largest[0] >= 140.0 or used > 2.0, (mass, way, least)
         assert least >= 0.8 * setup.design.floor, (mass, way, least)
@@ -159,13 +157,12 @@ def test_over_random_moves_plants_and_gusts_no_line_falls_below_its_least(drive,
     for setup in drawn_moves(drive, rng, count):
         done = run_plant(setup, drawn_plant(setup, rng), drawn_gusts(setup, rng), rng)
         m = len(setup.machine.names)
-        off = done.record[:, :m] - setup.plan.table[:, :m]
+        off = done.record[:, :m] - setup.table[:, :m]
         parts.append(part_used(bound_of_place(setup), off))
         rooms.append(float((done.least - setup.design.floor).min()))
     kept = sum(room >= 0.0 for room in rooms)
-    low, high = wilson(kept, count)
     measured(
-        f"{drive.name}: kept {kept} of {count} ({low:.4f} to {high:.4f}), least room {min(rooms):.1f} N; "
+        f"{drive.name}: kept {kept} of {count} ({share_low(kept, count):.4f}), room {min(rooms):.1f} N; "
         f"bound of the position used to {np.median(parts):.2f} in the median, {max(parts):.2f} at most"
     )
     assert kept == count, f"{kept} of {count}, least room {min(rooms):.4g} N"
@@ -201,8 +198,8 @@ def test_the_bound_of_the_position_is_never_left_without_a_named_assumption(coun
     rng, left, named = np.random.default_rng(count), 0, 0
     for _ in range(count):
         gentle = set_up(CAMERA, rng.uniform([-2.0, -1.0], [2.0, 0.5]), rise=None, dwell=0.3)
-        shortest = gentle.plan.trajectory.moves[0].duration
-        far = gentle.plan.table[:, :2]
+        shortest = gentle.trajectory.moves[0].duration
+        far = gentle.table[:, :2]
         way = far[np.abs(far).sum(axis=1).argmax()]
         setup = set_up(CAMERA, way, rise=shortest * rng.uniform(0.5, 1.1), dwell=0.3)
         plant = drawn_plant(setup, rng)

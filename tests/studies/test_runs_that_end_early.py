@@ -9,14 +9,13 @@ import pytest
 from cabledrive.report.blocks import Figure
 from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import accept, score
+from cabledrive.studies.study.acceptance_stage import Trial, TriedLaws, accept, score
 from cabledrive.studies.study.controller_stage import ControllerResult, LawSetting
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.plants import load_loop
+from cabledrive.studies.study.plants import LoadPlant
 from cabledrive.studies.study.stage_cache import StageCache, as_plain
-from cabledrive.studies.study.tried_laws import TriedLaws
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import drive_of, goals
 
@@ -44,16 +43,10 @@ def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
     """A law on plants with less pretension: a span that goes slack ends the run."""
     drive = replace(drive, cable=replace(drive.cable, pretension=pretension))
     known = know(drive, [], SPREADS, backlash=0.0)
+    cache = StageCache(folder=None, note=lambda line: None)
+    plant = LoadPlant(drive=drive, goals=ASKED, cache=cache, known=known)
     return accept(
-        load_loop(drive, ASKED.motion, known, law, None, cable=False),
-        known,
-        plant="lumped",
-        law=law.controller,
-        draws=draws,
-        seed=0,
-        cache=StageCache(folder=None, note=lambda line: None),
-        error=ASKED.error,
-        bound=BOUND,
+        Trial(plant=plant, goals=ASKED, known=known, bound=BOUND, cache=cache), law, "lumped", draws
     )
 
 
@@ -69,7 +62,7 @@ def none():
 
 def tried(runs):
     """The law of these runs, as a study holds it."""
-    one = score(LAW.controller, LAW.words, "lumped", runs.peaks, runs.draws, ASKED.error)
+    one = score(LAW, runs, ASKED.error)
     cable = replace(runs, plant="cable", draws=0, peaks=(), failed=0, reason="not requested")
     return TriedLaws(scores=(one,), cable_scores=(), chosen=LAW, runs=runs, cable=cable)
 

@@ -15,7 +15,7 @@ from cabledrive.report.study.acceptance import (
 from cabledrive.report.study.controller import controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.acceptance_stage import accept
+from cabledrive.studies.study.acceptance_stage import Trial, accept
 from cabledrive.studies.study.carriage_case import carriage_model, case_of, loop_at
 from cabledrive.studies.study.carriage_machine import (
     missing_for_carriage,
@@ -25,7 +25,7 @@ from cabledrive.studies.study.findings import rounded_up
 from cabledrive.studies.study.goals import goals_of
 from cabledrive.studies.study.plants import CarriagePlant
 from cabledrive.studies.study.stage_cache import StageCache
-from cabledrive.studies.transporter_moves import scaled_transporter
+from hanging_loads import scaled_transporter
 from study_drives import judged_with
 
 BELT = load_drive("printer-belt")
@@ -194,18 +194,10 @@ def test_the_goal_that_a_study_proposes_is_kept_by_other_plants(name, measured):
     found = run_study(drive, [], goals)
     assert found.verdict.answer == "unknown", found.verdict
     proposed = 1e-3 * rounded_up(1e3 * found.verdict.reached.error)
-    plant = CarriagePlant(drive=drive, goals=found.goals, cache=StageCache(folder=None, note=print))
-    others = accept(
-        plant.closed_loop(found.laws.chosen, cable=False),
-        found.knowledge,
-        plant="carriage",
-        law="scheduled",
-        draws=200,
-        seed=77,
-        cache=plant.cache,
-        error=proposed,
-        to_the_end=True,
-    )
+    cache, asked = StageCache(folder=None, note=print), replace(found.goals, carriage_error=proposed, seed=77)
+    plant = CarriagePlant(drive=drive, goals=found.goals, cache=cache)
+    trial = Trial(plant=plant, goals=asked, known=found.knowledge, bound=None, cache=cache)
+    others = accept(trial, found.laws.chosen, "carriage", 200, to_the_end=True)
     sizes = (proposed, others.quantile(0.5), others.peaks[-1])
     words = "goal {:.3g}, median {:.3g}, worst {:.3g} mm".format(*(1e3 * size for size in sizes))
     measured(f"kept by {100 * others.reached:.1f} %: {words}, at {found.controller.bandwidth:.3g} Hz")

@@ -58,7 +58,7 @@ def choice_and_table(drive, asked, folder):
     )
     table = {
         one.controller: rank(on_the_plants_of(found, one, asked.draws), np.inf, learns=False)
-        for one in tuned.settings
+        for one in tuned
         if one.value is not None
     }
     return found.laws.chosen.controller, table

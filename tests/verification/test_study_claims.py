@@ -23,13 +23,13 @@ from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.acceptance_stage import accept
+from cabledrive.studies.study.acceptance_stage import Trial, accept
 from cabledrive.studies.study.chain_regression import identify_chain
 from cabledrive.studies.study.controller_stage import LawSetting, design_controller
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import values_of
-from cabledrive.studies.study.plants import load_loop
+from cabledrive.studies.study.plants import LoadPlant
 from cabledrive.studies.study.sampled_plants import joined_loop, make_law
 from cabledrive.studies.study.stage_cache import StageCache
 
@@ -197,16 +197,13 @@ def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
     holds = {one.model: one.holds_5 for one in model_quality(DRIVE) if one.model in (3, 4)}
     control = design_controller(DRIVE, motion, known.quantities, holds, None)
     law = LawSetting(controller=control.name, model=control.model, value=control.bandwidth)
-    runs = accept(
-        load_loop(DRIVE, motion, known, law, None, cable=False),
-        known,
-        plant="lumped",
-        law=law.controller,
-        draws=draws,
-        seed=7,
-        cache=StageCache(folder=None, note=lambda line: None),
-        bound=control.bound,
+    cache, asked = (
+        StageCache(folder=None, note=lambda line: None),
+        Goals(angle=np.pi / 4, duration=0.5, seed=7),
     )
+    plant = LoadPlant(drive=DRIVE, goals=asked, cache=cache, known=known)
+    trial = Trial(plant=plant, goals=asked, known=known, bound=control.bound, cache=cache)
+    runs = accept(trial, law, "lumped", draws)
     worst, bound = np.degrees(runs.peaks[-1]), np.degrees(control.bound)
     measured(f"bound {bound:.3f} deg, worst {worst:.3f} deg; {100 * runs.inside:.1f} % within")
     assert runs.inside == 1.0

@@ -122,7 +122,7 @@ def _text(drive: RoutedDrive, said: dict[str, Any]) -> str:
         over = said["over_draws"]
         lines += [
             f"  over {over['draws']} draws   tension kept in {over['kept']} "
-            f"({100 * over['share_low']:.1f} to {100 * over['share_high']:.1f} %), "
+            f"(of all at least {100 * over['share_low']:.1f} %), "
             f"least {over['least_tension']:.1f} N",
             f"    peak error {over['median_peak_error_mm']:.2f} mm median, "
             f"{over['worst_peak_error_mm']:.2f} mm worst",

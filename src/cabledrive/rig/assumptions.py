@@ -13,7 +13,7 @@ from cabledrive.control.numbers import BY_REFERENCE, DARC, HIGH, LOW, SLOPE
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, plant_chain
-from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, WENT_SLACK, Array
 from cabledrive.rig.closed_loop.own_plant import models_of
 from cabledrive.rig.laws.controllers import load_gear
 from cabledrive.rig.setting import Motion, RigOptions
@@ -42,24 +42,45 @@ def departures(
     loop: Loop, drive: Drive, actual: Drive, motion: Motion, options: RigOptions, done: Run
 ) -> list[Departure]:
     """In what a run departs from the theorems' assumptions."""
-    found = [
-        *(Departure(words=words, definite=True) for words in _beyond_bounds(loop, actual)),
-        *(Departure(words=words, definite=True) for words in _announcement(loop, done)),
-        *(Departure(words=words) for words in _failures(loop, done)),
-        *(Departure(words=words) for words in _sensing(loop, actual, options)),
-        *(Departure(words=words) for words in _structure(loop)),
-        *(Departure(words=words) for words in _disturbing(loop, done)),
-    ]
+    definite = [*_beyond_bounds(loop, actual), *_announcement(loop, done)]
+    plant = []
     if loop.own_plant is not None:
-        words = f'plant "{loop.own_plant.name}" is your own: its parameters are not known'
-        found.append(Departure(words=words, definite=True))
+        definite.append(f'plant "{loop.own_plant.name}" is your own: its parameters are not known')
     elif foreign(loop, drive):
-        found.append(Departure(words=f"unmatched: the plant is a {loop.named}", plant=True))
+        plant = [f"unmatched: the plant is a {loop.named}"]
     elif unmatched(drive, actual):
-        words = "unmatched: what the cable drives differs from what the law believes"
-        found.append(Departure(words=words, plant=True))
-    rough = _smoothness(loop, motion)
-    return found + ([Departure(words=rough)] if rough else [])
+        plant = ["unmatched: what the cable drives differs from what the law believes"]
+    return [
+        *(Departure(words=words, definite=True) for words in definite),
+        *(Departure(words=words) for words in _on_the_rig(loop, actual, options, done)),
+        *(Departure(words=words) for words in _structure(loop, motion)),
+        *(Departure(words=words, plant=True) for words in plant),
+    ]
+
+
+def _on_the_rig(loop: Loop, actual: Drive, options: RigOptions, done: Run) -> list[str]:
+    """What sensors, sampling, limits and disturbances were beside the equations of the law."""
+    rig, made = loop.rig, loop.controller
+    happened = dict(zip(SUMMARY, done.state.summary > 0, strict=True))
+    delay = f"delay of {1e3 * actual.sensors.delay:.4g} ms" if actual.sensors else "delay"
+    per_period = float(made.gains.get("bandwidth_hz") or 0.0) * rig.interval
+    found = {
+        "torque at its limit": happened["saturated"],
+        "a sensor failed": happened["invalid"],
+        "a flank of the pair of motors was open": loop.pair is not None and happened["loose"],
+        "backlash in the gearhead": loop.pair is None and loop.backlash > 0.0,
+        "a span went slack": happened["slack"] or done.state.discrete[1] == WENT_SLACK,
+        "states come from encoders": not options.ideal_sensors and made.field is None,
+        delay: rig.late_samples or rig.late_part > 0.0,
+        f"jitter of the sample times of {1e6 * options.jitter:.4g} us": rig.jitter.size,
+        f"sampled {1.0 / per_period if per_period else 0.0:.3g} times in a period of the bandwidth": (
+            per_period * SAMPLES_PER_PERIOD > 1.0
+        ),
+        "disturbance at the load": rig.forces[:, 1].any(),
+        "disturbance at the motor": rig.forces[:, 0].any(),
+        "friction acts against the sign that the law takes from the reference": _against(loop, done),
+    }
+    return [words for words, so in found.items() if so]
 
 
 def broken_assumptions(found: list[Departure], used: float | None, unmatched_part: float = 1.0) -> list[str]:
@@ -128,69 +149,31 @@ def true_parameters(loop: Loop, actual: Drive) -> Array:
     return np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
 
 
-def _failures(loop: Loop, done: Run) -> list[str]:
-    found = []
-    if done.state.summary[5] > 0:
-        found.append("torque at its limit")
-    if done.state.summary[6] > 0:
-        found.append("a sensor failed")
-    if loop.pair is not None:
-        if done.state.summary[10] > 0:
-            found.append("a flank of the pair of motors was open")
-    elif loop.backlash > 0.0:
-        found.append("backlash in the gearhead")
-    if done.state.summary[9] > 0 or done.state.discrete[1] == WENT_SLACK:
-        found.append("a span went slack")
-    return found
-
-
-def _sensing(loop: Loop, actual: Drive, options: RigOptions) -> list[str]:
-    """Sensors, delay and sampling."""
-    found, rig = [], loop.rig
-    if not options.ideal_sensors and loop.controller.field is None:
-        found.append("states come from encoders")
-    if rig.late_samples or rig.late_part > 0.0:
-        found.append(f"delay of {1e3 * actual.sensors.delay:.4g} ms" if actual.sensors else "delay")
-    if rig.jitter.size:
-        found.append(f"jitter of the sample times of {1e6 * options.jitter:.4g} us")
-    hertz = float(loop.controller.gains.get("bandwidth_hz") or 0.0)
-    if hertz * rig.interval * SAMPLES_PER_PERIOD > 1.0:
-        found.append(f"sampled {1.0 / (hertz * rig.interval):.3g} times in a period of the bandwidth")
-    return found
-
-
-def _structure(loop: Loop) -> list[str]:
-    """What the lumped chain that the law is made for leaves out of the plant."""
-    made, found = loop.controller, []
-    if made.own is not None or loop.own_plant is not None:  # neither is made for a model
-        return ["the cable has mass: the law leaves its own modes out"] if loop.cable is not None else []
-    ours, theirs = set(FLEXIBLE[made.model]), set(FLEXIBLE[plant_model(loop)])
-    if theirs - ours:
-        lacking = " and the ".join(sorted(theirs - ours))
-        found.append(f"the {lacking} of the plant bend, those of the law do not")
-    if ours - theirs:
-        found.append(
-            f"the {' and the '.join(sorted(ours - theirs))} of the law bend, those of the plant do not"
+def _structure(loop: Loop, motion: Motion) -> list[str]:
+    """What the lumped chain that the law is made for leaves out of the plant, and its reference."""
+    made, flat, found = loop.controller, loop.controller.flat, list[str]()
+    mass = ["the cable has mass: the law leaves its own modes out"] if loop.cable is not None else []
+    bounded, rough = (motion.rise_order + 1) // 2, list[str]()
+    if flat is not None and bounded < 2 * flat.size:
+        rough.append(
+            f"reference of order {motion.rise_order}: derivative {bounded} jumps, and the law takes "
+            f"{2 * flat.size} bounded ones (order {4 * flat.size - 1})"
         )
+    if made.own is not None or loop.own_plant is not None:  # neither is made for a model
+        return mass + rough
+    ours, theirs = set(FLEXIBLE[made.model]), set(FLEXIBLE[plant_model(loop)])
+    for these, those, words in (
+        (theirs, ours, "of the plant bend, those of the law do not"),
+        (ours, theirs, "of the law bend, those of the plant do not"),
+    ):
+        if these - those:
+            found.append(f"the {' and the '.join(sorted(these - those))} {words}")
     if not made.damped and (any(loop.chain.damping) or any(loop.chain.viscous[1:])):
         found.append("damping of the plant's joint or cable is neglected")
-    if loop.cable is not None:
-        found.append("the cable has mass: the law leaves its own modes out")
+    found += mass
     if made.law.kind == DARC and any(loop.chain.coulomb[1:]):
         found.append("Coulomb friction at the load")
-    return found
-
-
-def _disturbing(loop: Loop, done: Run) -> list[str]:
-    """Torques on motor and load, and friction of another sign than the law feeds forward."""
-    found, forces = [], loop.rig.forces
-    if forces[:, 1].any():
-        found.append("disturbance at the load")
-    if forces[:, 0].any():
-        found.append("disturbance at the motor")
-    if _against(loop, done):
-        found.append("friction acts against the sign that the law takes from the reference")
-    return found
+    return found + rough
 
 
 def _against(loop: Loop, done: Run) -> bool:
@@ -201,20 +184,6 @@ def _against(loop: Loop, done: Run) -> bool:
     shape = np.tanh(made.law.scalars[SLOPE] * made.reference[: done.ended, -2])
     speed = done.log[: done.ended, loop.chain.size]
     return bool(np.any((shape * speed < 0.0) & (np.abs(shape) > 1e-3)))
-
-
-def _smoothness(loop: Loop, motion: Motion) -> str | None:
-    """Whether the reference has fewer bounded derivatives than the law of the chain takes."""
-    flat = loop.controller.flat
-    if flat is None:
-        return None
-    bounded = (motion.rise_order + 1) // 2
-    if bounded >= 2 * flat.size:
-        return None
-    return (
-        f"reference of order {motion.rise_order}: derivative {bounded} jumps, and the law takes "
-        f"{2 * flat.size} bounded ones (order {4 * flat.size - 1})"
-    )
 
 
 def unmatched(drive: Drive, actual: Drive) -> bool:

@@ -1,7 +1,7 @@
 """Plants drawn with their disturbances, from a file of ranges, and a load that changes along a run."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from math import ceil, inf, pi
 from pathlib import Path
 from typing import Any
@@ -47,30 +47,13 @@ def loop_with_loads(loop: Loop, motion: Motion, options: RigOptions) -> Loop:
 
 Range = tuple[float, float]
 NONE: Range = (0.0, 0.0)
-UNITS: dict[str, tuple[str, float, float]] = {
-    "load_coulomb": ("N m", 0.0, inf),
-    "load_viscous": ("N m s/rad", 0.0, inf),
-    "stribeck_excess": ("1", 0.0, 10.0),
-    "stribeck_speed": ("rad/s", 1e-3, inf),
-    "backlash": ("rad", 0.0, 0.5),
-    "cogging": ("N m", 0.0, inf),
-    "cogging_periods": ("1", 1.0, 10_000.0),
-    "torque_ripple": ("1", 0.0, 1.0),
-    "ripple_periods": ("1", 1.0, 10_000.0),
-    "encoder_eccentricity": ("rad", 0.0, 0.5),
-    "added_delay": ("s", 0.0, inf),
-    "jitter": ("s", 0.0, inf),
-    "load_factor": ("1", 0.05, 20.0),
-    "load_time": ("s", 0.0, inf),
-    "announced_error": ("1", -0.9, 9.0),
-    "announced_late": ("s", -inf, inf),
-    "softening": ("1/s", 0.0, 1.0),
-    "warming": ("1/s", 0.0, 1.0),
-    "shock_torque": ("N m", -inf, inf),
-    "shock_time": ("s", 0.0, inf),
-    "shock_duration": ("s", 0.0, inf),
-}
-"""SI unit, least and largest value of each key."""
+
+
+def within(unit: str, least: float, most: float) -> dict[str, Any]:
+    """SI unit of a range, and the least and the largest value that it may hold."""
+    return {"unit": unit, "ends": (least, most)}
+
+
 FRICTION_SHARE = 0.5
 """Largest Coulomb friction of the load, over that of the motor, where nothing else is stated."""
 
@@ -79,45 +62,50 @@ FRICTION_SHARE = 0.5
 class Disturbances:
     """Ranges from which each plant of a comparison draws, all at the first shaft."""
 
-    # load_coulomb, load_viscous: friction of the load beside that of the drive [N m], [N m s/rad]
-    load_coulomb: Range = NONE
-    load_viscous: Range = NONE
-    # stribeck_excess, stribeck_speed: friction at standstill over Coulomb friction, as a share of it; speed
-    # at which a third is left [rad/s]
-    stribeck_excess: Range = NONE
-    stribeck_speed: Range = (0.3, 0.3)
-    backlash: Range = NONE  # of the motor's gearhead, from end to end [rad]
-    # cogging, cogging_periods: torque [N m]; periods per turn of the motor's shaft
-    cogging: Range = NONE
-    cogging_periods: Range = (24.0, 24.0)
-    # torque_ripple, ripple_periods: share of the torque; periods per turn
-    torque_ripple: Range = NONE
-    ripple_periods: Range = (6.0, 48.0)
-    encoder_eccentricity: Range = NONE  # error of the load's encoder, once per turn [rad]
-    added_delay: Range = NONE  # on top of the drive's own, unknown to the filter [s]
-    jitter: Range = NONE  # standard deviation of the sample times [s]
-    # load_factor, load_time: factor of the load's inertia from a time on; [s]
-    load_factor: Range = (1.0, 1.0)
-    load_time: Range = NONE
+    # load_coulomb, load_viscous: friction of the load beside that of the drive
+    load_coulomb: Range = field(default=NONE, metadata=within("N m", 0.0, inf))
+    load_viscous: Range = field(default=NONE, metadata=within("N m s/rad", 0.0, inf))
+    # friction at standstill over Coulomb friction
+    stribeck_excess: Range = field(default=NONE, metadata=within("1", 0.0, 10.0))
+    # at which a third of it is left
+    stribeck_speed: Range = field(default=(0.3, 0.3), metadata=within("rad/s", 1e-3, inf))
+    # of the motor's gearhead, from end to end
+    backlash: Range = field(default=NONE, metadata=within("rad", 0.0, 0.5))
+    # cogging_periods, ripple_periods: per turn of the motor's shaft; torque_ripple: share of the torque
+    cogging: Range = field(default=NONE, metadata=within("N m", 0.0, inf))
+    cogging_periods: Range = field(default=(24.0, 24.0), metadata=within("1", 1.0, 10_000.0))
+    torque_ripple: Range = field(default=NONE, metadata=within("1", 0.0, 1.0))
+    ripple_periods: Range = field(default=(6.0, 48.0), metadata=within("1", 1.0, 10_000.0))
+    # error of the load's encoder, once per turn
+    encoder_eccentricity: Range = field(default=NONE, metadata=within("rad", 0.0, 0.5))
+    # on top of the drive's own, unknown to the filter
+    added_delay: Range = field(default=NONE, metadata=within("s", 0.0, inf))
+    # standard deviation of the sample times
+    jitter: Range = field(default=NONE, metadata=within("s", 0.0, inf))
+    # load_factor, load_time: factor of the load's inertia from a time on
+    load_factor: Range = field(default=(1.0, 1.0), metadata=within("1", 0.05, 20.0))
+    load_time: Range = field(default=NONE, metadata=within("s", 0.0, inf))
     # announced_error, announced_late: of the load that is announced to a law scheduled by it: error as a
-    # share of the true one, and by how much later than the change it comes, negative: earlier [s]
-    announced_error: Range = NONE
-    announced_late: Range = NONE
-    softening: Range = NONE  # share of the cable's stiffness that is lost in a second [1/s]
-    warming: Range = NONE  # share of all Coulomb friction that is lost in a second [1/s]
-    # shock_torque, shock_time, shock_duration: torque on the load [N m], its start and duration [s]
-    shock_torque: Range = NONE
-    shock_time: Range = NONE
-    shock_duration: Range = (0.01, 0.01)
+    # share of the true one, and by how much later than the change it comes, negative: earlier
+    announced_error: Range = field(default=NONE, metadata=within("1", -0.9, 9.0))
+    announced_late: Range = field(default=NONE, metadata=within("s", -inf, inf))
+    # share of the cable's stiffness that is lost in a second
+    softening: Range = field(default=NONE, metadata=within("1/s", 0.0, 1.0))
+    # share of all Coulomb friction that is lost in a second
+    warming: Range = field(default=NONE, metadata=within("1/s", 0.0, 1.0))
+    # shock_torque, shock_time, shock_duration: torque on the load, its start and duration
+    shock_torque: Range = field(default=NONE, metadata=within("N m", -inf, inf))
+    shock_time: Range = field(default=NONE, metadata=within("s", 0.0, inf))
+    shock_duration: Range = field(default=(0.01, 0.01), metadata=within("s", 0.0, inf))
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            unit, least, most = UNITS[field.name]
-            low, high = getattr(self, field.name)
+        for one in fields(self):
+            unit, (least, most) = one.metadata["unit"], one.metadata["ends"]
+            low, high = getattr(self, one.name)
             words = "" if unit == "1" else f" {unit}"
             if not least <= low <= high <= most:
                 raise InputRefused(
-                    f"{field.name} = {low:.4g} to {high:.4g}{words}: give smallest and largest, from "
+                    f"{one.name} = {low:.4g} to {high:.4g}{words}: give smallest and largest, from "
                     f"{least:.4g} to {most:.4g}{words}"
                 )
 
@@ -147,13 +135,14 @@ def load_disturbances(path: str | Path) -> Disturbances:
 def disturbances_of(content: Mapping[str, Any]) -> Disturbances:
     """Disturbances from a table of TOML: a quantity, or [smallest, largest]."""
     found: dict[str, Range] = {}
+    units = {one.name: one.metadata["unit"] for one in fields(Disturbances)}
     for key, value in content.items():
-        if key not in UNITS:
-            raise InputRefused(f"{key}: unknown key{nearest(key, UNITS)}")
+        if key not in units:
+            raise InputRefused(f"{key}: unknown key{nearest(key, units)}")
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise InputRefused(f"{key}: {len(ends)} values are no range: write [smallest, largest]")
-        low, high = (quantity_of(key, end, UNITS[key][0]) for end in ends)
+        low, high = (quantity_of(key, end, units[key]) for end in ends)
         found[key] = (low, high)
     return Disturbances(**found)
 

@@ -9,21 +9,20 @@ is run at the corners of their intervals.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from math import pi
 from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import DARC, HIGH, LOW, NOMINAL
+from cabledrive.control.numbers import DARC, HIGH, KALMAN, LOW, NOMINAL
 from cabledrive.control.reference import joint_motion
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_plant import linear_step
-from cabledrive.rig.closed_loop.linear_loop import LinearLoop, driven, linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.plant_samples import Spreads
+from cabledrive.rig.margins import closed_loop, response, sampled_controller, sampled_plant
+from cabledrive.rig.plant_samples import Spreads, corners, varied
 from cabledrive.rig.setting import DEGREE
 
 MEMORY, LONG_MEMORY = 0.8, 4.0
@@ -33,15 +32,12 @@ PARTS = ("matched", "friction", "unmatched", "counts")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ExpectedBound:
-    """Parts of the bound of the load's error along a motion, at the first shaft [rad]."""
+    """Parts of the bound of the load's error along a motion, at the first shaft, shape (samples,) [rad]."""
 
-    # (samples,): from the motor's inertia, friction and offset within their bounds, adapted or not
-    matched: Array
-    # (samples,): from friction that sticks where the reference is slower than the noise of the motor's speed
-    friction: Array
-    unmatched: Array  # (samples,): from cable and load within their intervals
-    counts: Array  # (samples,): from rounding to counts, and from encoder zeros that nobody knows
-    peak_torque_noise: float  # five standard deviations of the command's noise by rounding [N m]
+    matched: Array  # from the motor's inertia, friction and offset within their bounds, adapted or not
+    friction: Array  # from friction that sticks where the reference is slower than the noise of the speed
+    unmatched: Array  # from cable and load within their intervals
+    counts: Array  # from rounding to counts, and from encoder zeros that nobody knows
 
     @property
     def total(self) -> Array:
@@ -51,19 +47,26 @@ class ExpectedBound:
 
 def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
     """Bound of the load's error over everything uncertain; default: the spreads of `plant_samples`."""
-    linear = linear_loop(loop)
-    short = round(MEMORY / loop.rig.interval)
-    speed_noise, torque_noise = (SIGMAS * part for part in linear.noise(loop.rig.counts, short))
-    by_plant = response(linear.matrix, linear.plant_torque[:, None], linear.load_angle, short)[:, 0]
-    by_filter = response(linear.matrix, linear.filter_torque[:, None], linear.load_angle, short)[:, 0]
-    matched, friction = torque_parts(loop, by_plant, by_filter, speed_noise)
-    unmatched = unmatched_part(loop, spreads or Spreads())
+    seen, rig, plant = loop.observer, loop.rig, sampled_plant(loop)
+    if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or loop.cable is not None:
+        raise InputRefused(
+            "the expected bound is of a lumped chain and a Kalman filter without delay: leave the others out"
+        )
+    matrix, rounding, _ = closed_loop(sampled_controller(loop), plant)
+    angle, speed = np.eye(len(matrix))[[loop.chain.size - 1, loop.chain.size]]
+    short, states = round(MEMORY / rig.interval), seen.model.shape[0]
+    noise = (response(matrix, rounding, speed, short) ** 2).sum(axis=0) @ (rig.counts**2 / 12.0)
+    pushes = np.zeros((len(matrix), 2))  # a torque that the filter does not know, one that it alone knows
+    table, inner = linear_step(loop.chain, rig.interval, loop.plant.current_rate), len(plant.a)
+    pushes[: len(table), 0] = table[:, len(table) + 1]
+    pushes[inner : inner + states, 1] = seen.model[:, states + 3]
+    both = response(matrix, pushes, angle, short)
+    matched, friction = torque_parts(loop, both[:, 0], both[:, 1], SIGMAS * float(np.sqrt(noise)))
     return ExpectedBound(
         matched=matched,
         friction=friction,
-        unmatched=unmatched,
-        counts=rounding_part(loop, linear),
-        peak_torque_noise=torque_noise,
+        unmatched=unmatched_part(loop, spreads or Spreads()),
+        counts=rounding_part(loop, matrix, rounding),
     )
 
 
@@ -82,7 +85,7 @@ def bound_over_draws(loop: Loop) -> dict[str, Any]:
     return {name: float(found.total[worst] * scale), "expected_bound_parts_deg": parts}
 
 
-def rounding_part(loop: Loop, linear: LinearLoop) -> Array:
+def rounding_part(loop: Loop, matrix: Array, rounding: Array) -> Array:
     """What rounding to counts does to the load, and zeros of encoders half a count off.
 
     While an encoder passes ten counts and more in a period of the bandwidth, its rounding is white noise of
@@ -94,7 +97,7 @@ def rounding_part(loop: Loop, linear: LinearLoop) -> Array:
     bandwidth, speed = loop.controller.bandwidth, np.abs(loop.controller.reference[:, -2])
     assert bandwidth is not None
     samples = round(LONG_MEMORY / loop.rig.interval)
-    responses = response(linear.matrix, linear.rounding, linear.load_angle, samples)
+    responses = response(matrix, rounding, np.eye(len(matrix))[loop.chain.size - 1], samples)
     found, variance = np.zeros(len(speed)), np.zeros(len(speed))
     for impulse, count in zip(responses.T, loop.rig.counts, strict=True):
         slow = speed < COUNTS_PER_PERIOD * count * bandwidth / (2.0 * pi)
@@ -136,32 +139,20 @@ def tube(impulse: Array, height: Array) -> Array:
 
 def unmatched_part(loop: Loop, spreads: Spreads) -> Array:
     """Largest error along the reference at the corners of cable, load and joint, shape (samples,) [rad]."""
-    chain, last = loop.chain, loop.chain.size - 1
-    widths = (spreads.cable_stiffness, spreads.load_inertia, spreads.cable_damping)
-    corners = [_varied(chain, last, np.array(signs) * widths) for signs in product((-1.0, 1.0), repeat=3)]
-    worst = _envelope(loop, corners)
-    if last > 1:
+    chain = loop.chain
+
+    def envelope(chains: Sequence[LumpedChain]) -> Array:
+        return np.asarray(np.max([np.abs(residual_response(loop, one)) for one in chains], axis=0))
+
+    worst = envelope(corners(chain, spreads))
+    if chain.size > 2:
         for width in (
             (spreads.joint_stiffness, 0.0, 0.0),
-            (0.0, spreads.drive_inertia, 0.0),
-            (0.0, 0.0, spreads.joint_damping),
+            (0.0, 0.0, spreads.drive_inertia),
+            (0.0, spreads.joint_damping, 0.0),
         ):
-            pair = [_varied(chain, 1, sign * np.array(width)) for sign in (-1.0, 1.0)]
-            worst = worst + _envelope(loop, pair)
+            worst = worst + envelope([varied(chain, 1, *(sign * w for w in width)) for sign in (-1.0, 1.0)])
     return worst
-
-
-def _varied(chain: LumpedChain, place: int, change: Array) -> LumpedChain:
-    """A chain whose link before an inertia and that inertia are changed: stiffness, inertia, damping."""
-    stiffness, inertias, damping = list(chain.stiffness), list(chain.inertias), list(chain.damping)
-    stiffness[place - 1] *= 1.0 + change[0]
-    inertias[place] *= 1.0 + change[1]
-    damping[place - 1] *= 1.0 + change[2]
-    return replace(chain, stiffness=tuple(stiffness), inertias=tuple(inertias), damping=tuple(damping))
-
-
-def _envelope(loop: Loop, chains: Sequence[LumpedChain]) -> Array:
-    return np.asarray(np.max([np.abs(residual_response(loop, chain)) for chain in chains], axis=0))
 
 
 def residual_response(loop: Loop, chain: LumpedChain) -> Array:
@@ -176,5 +167,10 @@ def residual_response(loop: Loop, chain: LumpedChain) -> Array:
     m = 2 * chain.size + 1
     change = (linear_step(chain, interval, rate) - linear_step(loop.chain, interval, rate))[:, : m + 1]
     residual = np.column_stack((angles, shaft, command)) @ change.T
-    linear = linear_loop(loop, chain)
-    return driven(linear.matrix, residual, linear.load_angle)
+    matrix, _, _ = closed_loop(sampled_controller(loop), sampled_plant(replace(loop, chain=chain)))
+    state, found = np.zeros(len(matrix)), np.zeros(len(residual))
+    for i, push in enumerate(residual):
+        found[i] = state[chain.size - 1]
+        state = matrix @ state
+        state[: residual.shape[1]] += push
+    return found

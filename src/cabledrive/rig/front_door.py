@@ -1,43 +1,67 @@
 """`track`: the one door to the rig, for pulses of a load pulley and for a body between two winches."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from os import PathLike
-from typing import Any, overload
+from typing import Any, TypedDict, Unpack, overload
 
 import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.network_axis import as_axis
+from cabledrive.reduction.network_axis import as_axis, cross_motion
 from cabledrive.reduction.two_motors import is_winched, winched_machine
+from cabledrive.rig.closed_loop.chain_plant import doubled
+from cabledrive.rig.closed_loop.loop import check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, RigOptions
-from cabledrive.rig.tracking import Tracking
-from cabledrive.rig.trial import track_pulses
-from cabledrive.rig.two_motors.plan import ORDER, design_tensions, plan_motion, way_of
-from cabledrive.rig.two_motors.run import Setup, TwoMotorTracking, forces_of, run_plant, run_samples
-from cabledrive.rig.two_motors.summary import CONTROLLER, summarize
+from cabledrive.rig.disturbed_plants import loop_with_loads
+from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
+from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
+from cabledrive.rig.laws.indirect import NAME, run_indirect
+from cabledrive.rig.laws.registry import needed_order
+from cabledrive.rig.ranked import BEST, best_controller, best_words
+from cabledrive.rig.repetition import repeat_motion
+from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Disturbance, Motion, RigOptions
+from cabledrive.rig.tracking import Tracking, summarize
+from cabledrive.rig.trial import (
+    check_clock,
+    check_motion,
+    controller_name,
+    judged_apart,
+    over_draws,
+    plant_number,
+    spec_for,
+)
+from cabledrive.rig.tuning import design
+from cabledrive.rig.two_motors.plan import design_tensions, plan_motion, way_of
+from cabledrive.rig.two_motors.run import TwoMotorTracking, forces_of, run_plant, run_samples
+from cabledrive.rig.two_motors.summary import CONTROLLER
+from cabledrive.rig.two_motors.summary import summarize as summarize_winches
+
+GAINS = {"best": True, "dissertation": False, "printed": False}
+
+
+class _Asked(TypedDict, total=False):
+    """What `track` is asked of pulses."""
+
+    controller: str | PathLike[str] | ControllerProtocol | None
+    bandwidth: float | None
+    plant: str | LumpedChain | PlantProtocol | None
+    options: RigOptions | None
+    plant_drive: Drive | RoutedDrive | None
+    seed: int
+    gains: str
+    adapt: bool
+    draws: int
+    feedforward: str
+    repeat: int
 
 
 @overload
 def track(
-    drive: Drive,
-    *,
-    controller: str | PathLike[str] | ControllerProtocol | None = ...,
-    bandwidth: float | None = ...,
-    plant: str | LumpedChain | PlantProtocol | None = ...,
-    motion: Motion | None = ...,
-    options: RigOptions | None = ...,
-    plant_drive: Drive | RoutedDrive | None = ...,
-    axis: None = ...,
-    seed: int = ...,
-    gains: str = ...,
-    adapt: bool = ...,
-    draws: int = ...,
-    feedforward: str = ...,
-    repeat: int = ...,
+    drive: Drive, *, motion: Motion | None = ..., axis: None = ..., **asked: Unpack[_Asked]
 ) -> Tracking: ...
 
 
@@ -45,21 +69,11 @@ def track(
 def track(
     drive: Drive | RoutedDrive,
     *,
-    controller: str | PathLike[str] | ControllerProtocol | None = ...,
-    bandwidth: float | None = ...,
-    plant: str | LumpedChain | PlantProtocol | None = ...,
     motion: Motion | BodyMotion | None = ...,
-    options: RigOptions | None = ...,
-    plant_drive: Drive | RoutedDrive | None = ...,
     axis: str | None = ...,
-    seed: int = ...,
-    gains: str = ...,
-    adapt: bool = ...,
-    draws: int = ...,
-    feedforward: str = ...,
-    repeat: int = ...,
     least_tension: float | None = ...,
     gust: float | None = ...,
+    **asked: Unpack[_Asked],
 ) -> Tracking | TwoMotorTracking: ...
 
 
@@ -160,21 +174,95 @@ def track(
         raise InputRefused(
             "motion = BodyMotion(...) is for a body between two winches: give Motion(angle=45)"
         )
-    return track_pulses(
-        as_axis(drive, axis),
-        controller=controller,
+    drive = as_axis(drive, axis)
+    plant_drive = None if plant_drive is None else as_axis(plant_drive, axis)
+    motion, options = motion or Motion(), options or RigOptions()
+    if options.pair:
+        drive, plant_drive = doubled(drive), None if plant_drive is None else doubled(plant_drive)
+    actual = plant_drive or drive
+    if isinstance(actual, AxisDrive) and not options.forbid_slack:
+        raise InputRefused("a lumped chain of routes ends where a span goes slack: leave --tension-only out")
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    if gains not in GAINS:
+        raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
+    file = read_controller(controller) if is_controller_path(controller) else None
+    own = file is None and controller is not None and not isinstance(controller, str)
+    best = controller == BEST if isinstance(controller, str) else False
+    name = controller_name(None if best else controller if file is None else file.name, drive)
+    if (file is not None or own or best) and gains != "best":
+        raise InputRefused(f'gains = "{gains}" is a setting of the packaged laws: leave it out')
+    if file is not None:
+        options = replace(options, feedback=file.feedback)
+    if motion.order is None:
+        motion = replace(motion, order=needed_order(name, drive))
+    check_motion(actual, motion)
+    check_clock(drive, actual)
+    spec = spec_for(
+        drive,
+        motion,
         bandwidth=bandwidth,
-        plant=plant,
-        motion=motion,
-        options=options,
-        plant_drive=None if plant_drive is None else as_axis(plant_drive, axis),
-        seed=seed,
-        gains=gains,
+        feedback=options.feedback,
         adapt=adapt,
-        draws=draws,
+        best=GAINS[gains],
         feedforward=feedforward,
-        repeat=repeat,
+        options=options,
+        plant=plant_drive,
     )
+    if file is not None:
+        made = law_from_file(file, spec)
+    elif best:
+        made = best_controller(spec)
+    else:
+        made = own_law(controller, spec) if own else design(name, spec)
+    loop = close_loop(
+        drive,
+        actual,
+        made,
+        motion,
+        options,
+        np.random.default_rng(seed),
+        plant_model=plant_number(plant) if isinstance(plant, str) else None,
+        cable=isinstance(plant, str) and plant == CABLE,
+        plant=None if isinstance(plant, str) else plant,
+    )
+    if file is not None:
+        loop = with_filter(loop, file, options)
+    loop = loop_with_loads(loop, motion, options)
+    if draws < 0:
+        raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
+    if draws:
+        check_drawable(loop)
+    first, learnt = loop, None
+    learns = made.name == NAME and not own and file is None
+    if repeat and (learns or draws):
+        other = f"{NAME} makes its law anew after a pulse" if learns else "draws are runs of their own"
+        raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
+    repeated = repeat_motion(loop, spec, options, repeat) if repeat else None
+    if repeated is not None:
+        loop, done = repeated.loop, repeated.done
+    elif learns:
+        loop, done, learnt = run_indirect(spec, loop, options)
+    else:
+        done = run(loop)
+    found = summarize(loop, done, drive, actual, motion, options, seed)
+    if learnt is not None:
+        found = judged_apart(found, first, loop, done)
+    if repeated is not None:
+        found.summary["repeated"] = repeated.words
+    if best:
+        found.summary["best"] = best_words(spec)
+    if learns:
+        found.summary["learnt"] = None if learnt is None else learnt.words
+    if draws:
+        found.summary["over_draws"] = over_draws(first, spec, motion, options, draws, seed)
+    if isinstance(drive, AxisDrive):  # the error of a load that slides, and what the chain neglects
+        assert isinstance(actual, AxisDrive)
+        peak = found.summary["peak_error_deg"] * DEGREE
+        error = {"peak_error_mm": 1e3 * abs(drive.gain) * peak} if drive.slides else {}
+        words = {"cross_motion": cross_motion(actual, found.torque, found.time[1])}
+        found.summary["axis"] = drive.words | error | words
+    return found
 
 
 OWN = (None, CONTROLLER, "best")
@@ -225,18 +313,9 @@ def track_two_motors(
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     machine, motion = winched_machine(drive), motion or BodyMotion()
     design = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
-    plan = plan_motion(
-        machine,
-        design,
-        way_of(machine, motion.moves),
-        rise=motion.rise,
-        dwell=motion.dwell,
-        pulses=motion.pulses,
-        order=ORDER if motion.order is None else motion.order,
-    )
-    setup = Setup(machine=machine, design=design, plan=plan)
+    setup = plan_motion(machine, design, way_of(machine, motion.moves), motion)
     actual = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
     force, rng = forces_of(setup, disturbances), np.random.default_rng(seed)
     done = run_plant(setup, actual, force, rng)
     drawn = run_samples(setup, draws, rng) if draws else None
-    return summarize(setup, actual, done, force, seed=seed, drawn=drawn)
+    return summarize_winches(setup, actual, done, force, seed=seed, drawn=drawn)

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
 from cabledrive.control.backstepping import backstepping_row
+from cabledrive.control.darc import darc_step
 from cabledrive.control.load_schedule import filter_at, law_at
 from cabledrive.control.numbers import (
     BACKSTEPPING,
@@ -21,12 +22,12 @@ from cabledrive.control.numbers import (
     KALMAN,
     LEARNING,
     LINEAR,
+    NOMINAL,
     REFERENCE_MODEL,
     LawNumbers,
 )
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.chain_plant import linear_rates
-from cabledrive.rig.closed_loop.linear_loop import feedback_row
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 
@@ -64,32 +65,20 @@ def margins_of(loop: Loop, load: float = 1.0) -> Margins:
         return Margins(stable=False, disk=0.0, gain=1.0, phase=0.0, ripple=float("inf"))
     variance = np.diag(loop.rig.counts**2 / 12.0)
     spread = solve_discrete_lyapunov(closed, by_rounding @ variance @ by_rounding.T)
-    power = (
-        torque @ spread @ torque
-        + controller.d[0, : len(variance)] @ variance @ controller.d[0, : len(variance)]
-    )
+    at_once = controller.d[0, : len(variance)]
+    power = torque @ spread @ torque + at_once @ variance @ at_once
     transfer = open_loop(controller, plant, loop.rig.interval)
-    gain, phase = classical(transfer)
+    size = np.abs(transfer)
+    turning = np.flatnonzero((transfer.imag[1:] * transfer.imag[:-1] <= 0.0) & (transfer.real[1:] < 0.0))
+    above = size[turning + 1][(size[turning + 1] > 0.0) & (size[turning + 1] < 1.0)]
+    crossing = np.flatnonzero((size[1:] - 1.0) * (size[:-1] - 1.0) <= 0.0)
+    left = np.abs(pi - np.abs(np.angle(transfer[crossing])))
     return Margins(
         stable=True,
         disk=float(2.0 / np.abs((1.0 - transfer) / (1.0 + transfer)).max()),
-        gain=gain,
-        phase=phase,
+        gain=float(1.0 / above.max()) if above.size else float("inf"),
+        phase=float(left.min()) if left.size else float("inf"),
         ripple=SIGMAS * float(np.sqrt(max(float(power), 0.0))),
-    )
-
-
-def classical(transfer: Array) -> tuple[float, float]:
-    """Gain margin upwards [-] and phase margin [rad] of an open loop over a grid of frequencies."""
-    turning = np.flatnonzero((transfer.imag[1:] * transfer.imag[:-1] <= 0.0) & (transfer.real[1:] < 0.0))
-    sizes = np.abs(transfer[turning + 1])
-    above = sizes[(sizes > 0.0) & (sizes < 1.0)]
-    size = np.abs(transfer)
-    crossing = np.flatnonzero((size[1:] - 1.0) * (size[:-1] - 1.0) <= 0.0)
-    left = np.abs(pi - np.abs(np.angle(transfer[crossing])))
-    return (
-        float(1.0 / above.max()) if above.size else float("inf"),
-        float(left.min()) if left.size else float("inf"),
     )
 
 
@@ -223,8 +212,23 @@ def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
         k = law.matrix.shape[0]
         return law.rows[0, k : k + states], law.rows[0, :k], law.matrix
     nothing = np.zeros((0, states + 1))
-    if law.kind == DARC:
-        return feedback_row(law), np.zeros(0), nothing
+    if law.kind == DARC:  # estimates as they start, no Coulomb friction
+        frozen = law.learning[NOMINAL].copy()
+        frozen[2:] = 0.0
+        rows = [darc_step(law, frozen, unit, np.zeros(states + 3)).command for unit in np.eye(states)]
+        return np.array(rows), np.zeros(0), nothing
     if law.kind == BACKSTEPPING:
         return np.asarray(backstepping_row(law, states)), np.zeros(0), nothing
     raise InputRefused("margins are computed for packaged laws, whose equations are known")
+
+
+def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
+    """Output of a recursion after an impulse in each of its inputs, shape (samples, inputs).
+
+    ``output``, shape (states,); of several, shape (k, states), it is of shape (samples, k, inputs).
+    """
+    found, state = np.zeros((samples, *output.shape[:-1], start.shape[1])), start.copy()
+    for k in range(samples):
+        found[k] = output @ state
+        state = matrix @ state
+    return found

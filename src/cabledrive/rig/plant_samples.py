@@ -1,17 +1,29 @@
 """Many plants at random within what is known of a drive, each run with encoder phases of its own."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from cabledrive.control.darc import printed_bounds
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair
-from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
+from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.setting import DEGREE, RigOptions
+
+CONFIDENCE = 0.95
+
+
+def share_low(inside: int, runs: int) -> float:
+    """Lower limit of the share of plants inside, with `CONFIDENCE` (Clopper and Pearson, one-sided)."""
+    from scipy.stats import beta
+
+    if inside == 0:
+        return 0.0
+    return float(beta.ppf(1.0 - CONFIDENCE, inside, runs - inside + 1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +86,23 @@ def sampled_chain(
     )
 
 
+def corners(chain: LumpedChain, spreads: Spreads | None = None) -> list[LumpedChain]:
+    """Chains at the ends of the intervals of cable stiffness and damping and of the load's inertia."""
+    spread = spreads or Spreads()
+    widths = np.array([spread.cable_stiffness, spread.cable_damping, spread.load_inertia])
+    ends = product((-1.0, 1.0), repeat=3) if chain.size > 1 else ()
+    return [varied(chain, chain.size - 1, *(widths * signs).tolist()) for signs in ends]
+
+
+def varied(chain: LumpedChain, place: int, stiff: float, damped: float, heavy: float) -> LumpedChain:
+    """A chain whose inertia at a place and link before it are changed by these shares."""
+    stiffness, damping, inertias = list(chain.stiffness), list(chain.damping), list(chain.inertias)
+    stiffness[place - 1] *= 1.0 + stiff
+    damping[place - 1] *= 1.0 + damped
+    inertias[place] *= 1.0 + heavy
+    return replace(chain, stiffness=tuple(stiffness), inertias=tuple(inertias), damping=tuple(damping))
+
+
 def sampled_loops(
     loop: Loop, options: RigOptions, draws: int, seed: int, spreads: Spreads | None = None
 ) -> Iterator[Loop]:
@@ -87,14 +116,17 @@ def sampled_loops(
         yield other if loop.pair is None else replace(other, pair=drawn_pair(loop.pair, generator))
 
 
-def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> PlantSamples:
-    """Run many plants, in threads."""
+def run_samples(
+    loop: Loop, options: RigOptions, draws: int, seed: int, *, each: Callable[[Loop], Run] | None = None
+) -> PlantSamples:
+    """Run many plants, two at a time; ``each``: how a plant is run, default from rest to the end."""
+    ran = each or (lambda one: run(one, log=False))
 
     def score(one: Loop) -> tuple[Array, bool]:
-        done = run(one, log=False)
+        done = ran(one)
         return done.state.summary, done.failed
 
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(2) as pool:
         results = list(pool.map(score, sampled_loops(loop, options, draws, seed)))
     scores = np.array([result for result, _ in results])
     angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
@@ -102,9 +134,9 @@ def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threa
     return PlantSamples(scores=scores, failed=sum(failed for _, failed in results))
 
 
-def draw_words(found: PlantSamples) -> dict[str, object]:
+def draw_words(found: PlantSamples, name: str = "peak") -> dict[str, object]:
     """Draws, median, 99 % and worst peak error [deg], largest torque [N m] and failures of many runs."""
-    peak = found.degrees("peak")
+    peak = found.degrees(name)
     return {
         "draws": len(peak),
         "median_peak_error_deg": float(np.median(peak)),

@@ -1,7 +1,6 @@
 """A motion repeated: a torque is learnt between repetitions on top of a law, until learning ends itself."""
 
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -14,12 +13,11 @@ from cabledrive.control.iterative_learning import (
 )
 from cabledrive.control.numbers import GAIN, LEARNING, LINEAR
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.margins import closed_loop, sampled_controller, sampled_plant
-from cabledrive.rig.plant_samples import Spreads
+from cabledrive.rig.margins import closed_loop, response, sampled_controller, sampled_plant
+from cabledrive.rig.plant_samples import corners
 from cabledrive.rig.setting import DEGREE, RigOptions
 from cabledrive.rig.tuning import ripple_limit
 
@@ -117,26 +115,6 @@ def design_learning(
     return found
 
 
-def corners(chain: LumpedChain, spreads: Spreads | None = None) -> list[LumpedChain]:
-    """Chains at the ends of the intervals of cable stiffness and damping and of the load's inertia."""
-    spread = spreads or Spreads()
-    widths = np.array([spread.cable_stiffness, spread.cable_damping, spread.load_inertia])
-    if chain.size == 1:
-        return []
-    found = []
-    for signs in product((-1.0, 1.0), repeat=3):
-        stiff, damped, heavy = 1.0 + widths * signs
-        found.append(
-            replace(
-                chain,
-                stiffness=(*chain.stiffness[:-1], stiff * chain.stiffness[-1]),
-                damping=(*chain.damping[:-1], damped * chain.damping[-1]),
-                inertias=(*chain.inertias[:-1], heavy * chain.inertias[-1]),
-            )
-        )
-    return found
-
-
 def _lifted(loop: Loop, width: int, nodes: int) -> tuple[Array, Array]:
     """From torque at the nodes to the load's error, and to the whole command, in the linear loop."""
     controller, plant = sampled_controller(loop), sampled_plant(loop)
@@ -145,18 +123,9 @@ def _lifted(loop: Loop, width: int, nodes: int) -> tuple[Array, Array]:
     push[-1] = 1.0  # the last command that the law remembers holds the added torque as well
     load = np.zeros(len(matrix))
     load[loop.chain.size - 1] = 1.0
-    both = impulse(matrix, push[:, 0], np.array((load, command)), nodes * width)
-    both[0, 1] += 1.0  # the added torque itself
+    later = response(matrix, push, np.array((load, command)), nodes * width - 1)[:, :, 0]
+    both = np.vstack(([0.0, 1.0], later))  # the added torque itself comes at once
     return lifted(both[:, 0], nodes, width), lifted(both[:, 1], nodes, width)
-
-
-def impulse(matrix: Array, state: Array, outputs: Array, samples: int) -> Array:
-    """Outputs of a recursion after one push, shape (samples, outputs)."""
-    found = np.zeros((samples, len(outputs)))
-    for k in range(1, samples):
-        found[k] = outputs @ state
-        state = matrix @ state
-    return found
 
 
 def with_torque(loop: Loop, torque: Array) -> Loop:

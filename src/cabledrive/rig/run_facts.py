@@ -4,11 +4,13 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.backstepping import stability_margin
 from cabledrive.control.bound import robust_conditions
-from cabledrive.control.numbers import DARC, HIGH, LawNumbers
+from cabledrive.control.numbers import BACKSTEPPING, DARC
 from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import plant_model
+from cabledrive.rig.bounds import BoundCheck, disturbance_bound
 from cabledrive.rig.closed_loop.chain_kernels import LEAST
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
@@ -105,12 +107,6 @@ def payload_words(motion: Motion) -> dict[str, Any]:
     return {"payload": [{"factor": one.factor, "start": one.start} for one in motion.payload]}
 
 
-def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
-    """Bound of the disturbance: friction at rest, and torque less command, shape (samples,) [N m]."""
-    late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
-    return np.asarray(law.learning[HIGH][2] + late, dtype=np.float64)
-
-
 def condition_words(
     loop: Loop, shaft: Array, command: Array, sigma: Array, regressor: Array
 ) -> dict[str, Any]:
@@ -187,3 +183,54 @@ def pair_words(loop: Loop, done: Run) -> dict[str, Any]:
             + (", and a motor was at its torque limit" if short else ": raise the preload, or move slower")
         )
     return {"pair": said}
+
+
+def bound_words(check: BoundCheck | None, error: Array, broken: list[str], gear: float) -> dict[str, Any]:
+    """The bound, whether the error [rad] kept it, and which assumptions of the theorem did not hold."""
+    if check is None:
+        return {
+            "theory_bound_deg": None,
+            "theory_bound_deg_reason": (
+                "bounds are those of the laws of the chain, of the laws that learn the load and of the one "
+                "that is told it, on the model that they are made for"
+            ),
+            "within_bound": None,
+            "within_bound_reason": "no bound",
+            "bound_used": None,
+            "broken_assumptions": broken,
+        }
+    tube = check.bound.tube / gear
+    printed = check.bound.printed / gear / DEGREE
+    inside = bool(np.all(np.abs(error) <= tube + 1e-12))
+    words: dict[str, Any] = {
+        "theory_bound_deg": float(tube.max()) / DEGREE,
+        **({"printed_norm_bound_deg": printed} if np.isfinite(printed) else {}),
+        "within_bound": None if broken else inside,
+        "inside_tube": inside,
+        "bound_used": check.used if np.isfinite(check.used) else None,
+        "broken_assumptions": broken,
+    }
+    if broken:
+        words["within_bound_reason"] = "; ".join(broken)
+    return words
+
+
+INSTANTS = 40
+
+
+def margin_words(loop: Loop, estimates: Array, states: Array) -> dict[str, Any]:
+    """Smallest eigenvalue of D_z of (6.100) over states and estimates of a run; empty for other laws."""
+    law = loop.controller.law
+    sound = np.flatnonzero(np.all(np.isfinite(states), axis=1)) if states.size else np.zeros(0, dtype=int)
+    if law.kind != BACKSTEPPING or not len(sound):
+        return {}
+    chosen = sound[:: max(1, len(sound) // INSTANTS)]
+    reference = loop.controller.reference
+    margins = [stability_margin(law, estimates[k], states[k], reference[k]) for k in chosen]
+    return {
+        "d_z": {
+            "smallest": min(margins),
+            "largest": max(margins),
+            "positive_share": float(np.mean(np.array(margins) > 0.0)),
+        }
+    }

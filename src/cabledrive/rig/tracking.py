@@ -11,6 +11,7 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.rig.assumptions import Departure, broken_assumptions, departures
+from cabledrive.rig.bounds import check_theorem
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, SUMMARY, Array
@@ -18,8 +19,10 @@ from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.eigenvalues import pole_words
 from cabledrive.rig.laws.registry import NO_FILTER
 from cabledrive.rig.run_facts import (
+    bound_words,
     condition_words,
     disturbance_facts,
+    margin_words,
     motion_words,
     motor_words,
     pair_words,
@@ -30,7 +33,6 @@ from cabledrive.rig.run_facts import (
     why_ended,
 )
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
-from cabledrive.rig.theorem import bound_words, check_theorem, margin_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

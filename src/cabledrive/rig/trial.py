@@ -1,35 +1,23 @@
 """`track`: run a law on the rig, or two laws one after the other, and judge it by its bounds."""
 
 from dataclasses import replace
-from os import PathLike
 from typing import Any
 
 import numpy as np
 
 from cabledrive.control.numbers import HIGH, LOW
-from cabledrive.control.own_controller import ControllerProtocol, checked_controller
+from cabledrive.control.own_controller import checked_controller
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.network_axis import cross_motion
-from cabledrive.rig.closed_loop.chain_plant import doubled
-from cabledrive.rig.closed_loop.loop import Loop, Run, check_drawable, close_loop, run
+from cabledrive.rig.bounds import bound_along
+from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.disturbed_plants import loop_with_loads
 from cabledrive.rig.expected_bound import bound_over_draws
-from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
-from cabledrive.rig.laws.indirect import NAME, run_indirect, run_learning_samples
-from cabledrive.rig.laws.registry import CONTROLLERS, known_name, needed_order
+from cabledrive.rig.laws.indirect import NAME, run_indirect
+from cabledrive.rig.laws.registry import CONTROLLERS, known_name
 from cabledrive.rig.plant_samples import draw_words, run_samples
-from cabledrive.rig.ranked import BEST, best_controller, best_words
-from cabledrive.rig.repetition import repeat_motion
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
-from cabledrive.rig.theorem import bound_along
-from cabledrive.rig.tracking import Tracking, summarize, within
-from cabledrive.rig.tuning import design
+from cabledrive.rig.tracking import Tracking, within
 from cabledrive.trajectories import move_limits, peak_demand
 
 
@@ -71,135 +59,19 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
 
-GAINS = {"best": True, "dissertation": False, "printed": False}
-
-
-def track_pulses(
-    drive: Drive,
-    *,
-    controller: str | PathLike[str] | ControllerProtocol | None = None,
-    bandwidth: float | None = None,
-    plant: str | LumpedChain | PlantProtocol | None = None,
-    motion: Motion | None = None,
-    options: RigOptions | None = None,
-    plant_drive: Drive | None = None,
-    seed: int = 0,
-    gains: str = "best",
-    adapt: bool = True,
-    draws: int = 0,
-    feedforward: str = "damped",
-    repeat: int = 0,
-) -> Tracking:
-    """Let a control law follow pulses of the load pulley; see `cabledrive.rig.front_door.track`."""
-    motion, options = motion or Motion(), options or RigOptions()
-    if options.pair:
-        drive, plant_drive = doubled(drive), None if plant_drive is None else doubled(plant_drive)
-    actual = plant_drive or drive
-    if isinstance(actual, AxisDrive) and not options.forbid_slack:
-        raise InputRefused("a lumped chain of routes ends where a span goes slack: leave --tension-only out")
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
-    if gains not in GAINS:
-        raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
-    file = read_controller(controller) if is_controller_path(controller) else None
-    own = file is None and controller is not None and not isinstance(controller, str)
-    best = controller == BEST if isinstance(controller, str) else False
-    name = controller_name(None if best else controller if file is None else file.name, drive)
-    if (file is not None or own or best) and gains != "best":
-        raise InputRefused(f'gains = "{gains}" is a setting of the packaged laws: leave it out')
-    if file is not None:
-        options = replace(options, feedback=file.feedback)
-    if motion.order is None:
-        motion = replace(motion, order=needed_order(name, drive))
-    check_motion(actual, motion)
-    check_clock(drive, actual)
-    spec = spec_for(
-        drive,
-        motion,
-        bandwidth=bandwidth,
-        feedback=options.feedback,
-        adapt=adapt,
-        best=GAINS[gains],
-        feedforward=feedforward,
-        options=options,
-        plant=plant_drive,
-    )
-    if file is not None:
-        made = law_from_file(file, spec)
-    elif best:
-        made = best_controller(spec)
-    else:
-        made = own_law(controller, spec) if own else design(name, spec)
-    loop = close_loop(
-        drive,
-        actual,
-        made,
-        motion,
-        options,
-        np.random.default_rng(seed),
-        plant_model=plant_number(plant) if isinstance(plant, str) else None,
-        cable=isinstance(plant, str) and plant == CABLE,
-        plant=None if isinstance(plant, str) else plant,
-    )
-    if file is not None:
-        loop = with_filter(loop, file, options)
-    loop = loop_with_loads(loop, motion, options)
-    if draws < 0:
-        raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
-    if draws:
-        check_drawable(loop)
-    first, learnt = loop, None
-    learns = made.name == NAME and not own and file is None
-    if repeat and (learns or draws):
-        other = f"{NAME} makes its law anew after a pulse" if learns else "draws are runs of their own"
-        raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
-    repeated = repeat_motion(loop, spec, options, repeat) if repeat else None
-    if repeated is not None:
-        loop, done = repeated.loop, repeated.done
-    elif learns:
-        loop, done, learnt = run_indirect(spec, loop, options)
-    else:
-        done = run(loop)
-    found = summarize(loop, done, drive, actual, motion, options, seed)
-    if learnt is not None:
-        found = judged_apart(found, first, loop, done)
-    if repeated is not None:
-        found.summary["repeated"] = repeated.words
-    if best:
-        found.summary["best"] = best_words(spec)
-    if learns:
-        found.summary["learnt"] = None if learnt is None else learnt.words
-    if draws:
-        found.summary["over_draws"] = over_draws(first, spec, motion, options, draws, seed)
-    if isinstance(drive, AxisDrive):
-        found.summary["axis"] = _axis_words(drive, found, actual)
-    return found
-
-
-def _axis_words(drive: AxisDrive, found: Tracking, actual: Drive) -> dict[str, Any]:
-    """The chain of a machine with routes, the error of a load that slides [mm], what the chain neglects."""
-    peak = found.summary["peak_error_deg"] * DEGREE
-    error = {"peak_error_mm": 1e3 * abs(drive.gain) * peak} if drive.slides else {}
-    assert isinstance(actual, AxisDrive)
-    return drive.words | error | {"cross_motion": cross_motion(actual, found.torque, found.time[1])}
-
 
 def over_draws(
     loop: Loop, spec: DesignSpec, motion: Motion, options: RigOptions, draws: int, seed: int
 ) -> dict[str, Any]:
-    """Peaks over many plants, each learnt anew by a law that learns and has a second pulse to do so."""
+    """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
     if loop.controller.name == NAME and loop.controller.own is None and motion.pulses > 1:
-        words = run_learning_samples(loop, spec, options, draws, seed).words
-        closed: dict[str, Any] = {
-            "flanks_closed": None,
-            "flanks_closed_reason": f"not looked at in draws of {NAME}",
-        }
+        found = run_samples(loop, options, draws, seed, each=lambda one: run_indirect(spec, one, options)[1])
+        words = draw_words(found, "later_peak")
     else:
         found = run_samples(loop, options, draws, seed)
         words = draw_words(found)
-        closed = {"flanks_closed": int(np.count_nonzero(found.scores[:, SUMMARY.index("loose")] == 0.0))}
     if loop.pair is not None:
-        words |= closed
+        words["flanks_closed"] = int(np.count_nonzero(found.scores[:, SUMMARY.index("loose")] == 0.0))
     return words | bound_over_draws(loop)
 
 

@@ -19,7 +19,6 @@ from cabledrive.control.numbers import KALMAN
 from cabledrive.control.observers import QUIET, KalmanTuning
 from cabledrive.control.reference import flat_output, flat_reference
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.disturbances import torque_limit
@@ -123,7 +122,7 @@ def _filtered(made: Controller, tuning: KalmanTuning | None) -> Controller:
 @lru_cache(maxsize=16)
 def needed_torque(spec: DesignSpec) -> float:
     """Largest torque of the exact inverse along the motion, friction included [N m]."""
-    chain = spec.model(highest_model(spec.drive))
+    chain = spec.chain
     flat = flat_output(chain)
     reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
     return float(np.abs(feedforward(chain, flat, reference)[:, -1]).max())
@@ -209,7 +208,7 @@ def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | N
     fitted = fitted_encoders(spec.drive)
     own = made.filter_model
     counts = [count for shaft, count in fitted.items() if own is None or shaft in made.shafts]
-    whole = tuning_by_uncertainty(spec, spec.model(own or highest_model(spec.drive)), np.array(counts))
+    whole = tuning_by_uncertainty(spec, spec.model(own or spec.number), np.array(counts))
     shares = (QUIET, replace(whole, load_acceleration=0.1 * whole.load_acceleration), whole)
     yield from zip(FILTERS, shares, strict=True)
 

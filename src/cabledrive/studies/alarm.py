@@ -7,6 +7,7 @@ mode (1:2) and of two (sum type). Small changes of the transverse frequencies an
 the verdict is.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -14,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.reduction.sagging_model import Extremes
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 
@@ -82,22 +82,32 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     check_amplitudes(floor, limit)
     prepared = prepare(drive, motion, floor=floor)
     driven = prepared.response()
-    grown = [prepared.response(floor=floor)]
+    grown = prepared.response(floor=floor)
     varied = [
         prepared.response(floor=MORE_FLOOR * floor, phase=phase, detuned=detuned, torque=MORE_TORQUE)
         for phase, detuned in ((0.25 * pi, -DETUNING), (0.75 * pi, 0.0), (0.5 * pi, DETUNING))
     ]
-    largest = max(float(run.displacement.max()) for run in (driven, *grown))
+    largest = max(float(run.displacement.max()) for run in (driven, grown))
     changed = MARGIN * max(largest, *(float(run.displacement.max()) for run in varied))
     if not np.isfinite(largest):
         raise NotComputed(
             "the vibration along the planned motion diverges: plan a smaller or a slower motion"
         )
-    tension = min(run.tension for run in (driven, *grown))
+    tension = min(driven.tension, grown.tension)
     slack = tension < 0.0
     doubts = _doubts(prepared, slack)
     verdict = verdict_of(largest, changed, limit, doubts)
-    modes = _modes(prepared, prepared.response(parametric=False), driven, grown, floor)
+    model = prepared.models[0]
+    rows = [
+        (r, j, (part.span, part.ends, plane, number), float(omega))
+        for r, (part, plane) in enumerate(zip(model.stretches, model.planes, strict=True))
+        for j, (number, omega) in enumerate(zip(part.numbers, part.omega, strict=True))
+    ]
+    place = tuple(np.array([row[:2] for row in rows]).T)
+    runs = prepared.response(parametric=False), driven, grown
+    amplitude = np.array([run.amplitude[place] for run in runs])
+    time = np.array([run.time[place] for run in runs])
+    modes = mode_alarms([(*words, omega) for _, _, words, omega in rows], amplitude, time, floor)
     return AlarmResult(
         verdict=verdict,
         floor=floor,
@@ -109,33 +119,38 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
         slack=slack,
         reasons=(size_words(largest, limit) + change_words(verdict, changed, limit), *doubts),
         assumptions=_assumptions(drive, motion),
-        remedy=_remedy(verdict, modes[0]),
+        remedy=remedy_of(verdict, modes, "the {} span"),
     )
 
 
-def _modes(
-    prepared: PreparedMotion, direct: Extremes, driven: Extremes, grown: list[Extremes], floor: float
+def mode_alarms(
+    modes: Sequence[tuple[str, tuple[float, float], str, int, float]],
+    amplitude: Array,
+    time: Array,
+    floor: float,
 ) -> tuple[ModeAlarm, ...]:
-    """What happens to each mode, the largest first."""
-    model, found = prepared.models[0], []
-    for r, (part, plane) in enumerate(zip(model.stretches, model.planes, strict=True)):
-        for j, (number, omega) in enumerate(zip(part.numbers, part.omega, strict=True)):
-            runs = [driven, *grown]
-            run = max(runs, key=lambda run: float(run.amplitude[r, j]))
-            largest, shaken = float(run.amplitude[r, j]), float(direct.amplitude[r, j])
-            found.append(
-                ModeAlarm(
-                    span=part.span,
-                    section=part.ends,
-                    plane=plane,
-                    number=number,
-                    frequency_hz=float(omega) / (2 * pi),
-                    driven=float(driven.amplitude[r, j]),
-                    largest=largest,
-                    time=float(run.time[r, j]),
-                    excitation=excitation_of(largest, shaken, floor),
-                )
+    """What happens to each mode, the largest first.
+
+    ``modes``: span, its ends, plane, number, frequency [rad/s]; ``amplitude``, ``time``, shape (3, modes):
+    without parametric excitation, by the motion alone, from the floor [m], [s].
+    """
+    found = []
+    for mode, (shaken, driven, grown), times in zip(modes, amplitude.T, time.T, strict=True):
+        span, ends, plane, number, omega = mode
+        largest = float(max(driven, grown))
+        found.append(
+            ModeAlarm(
+                span=span,
+                section=ends,
+                plane=plane,
+                number=number,
+                frequency_hz=omega / (2.0 * pi),
+                driven=float(driven),
+                largest=largest,
+                time=float(times[1 if driven >= grown else 2]),
+                excitation=excitation_of(largest, float(shaken), floor),
             )
+        )
     return tuple(sorted(found, key=lambda mode: -mode.largest))
 
 
@@ -189,25 +204,24 @@ def change_words(verdict: str, changed: float, limit: float) -> str:
 
 
 def _assumptions(drive: Drive, motion: PlannedMotion) -> tuple[str, ...]:
-    found = ["Coulomb friction of the shafts: as in the drive file"] if _rubs(drive) else []
+    parts = [one for one in (drive.motor, *drive.pulley) if one is not None]
+    rubs = any(part.coulomb_friction > 0.0 for part in parts)
+    found = ["Coulomb friction of the shafts: as in the drive file"] if rubs else []
     if motion.changes:
         found.append("pretension, carriages and load torque change slowly against the transverse modes")
     return tuple(found)
 
 
-def _rubs(drive: Drive) -> bool:
-    own = drive.motor.coulomb_friction if drive.motor is not None else 0.0
-    return max(own, *(pulley.coulomb_friction for pulley in drive.pulley)) > 0.0
-
-
-def _remedy(verdict: str, worst: ModeAlarm) -> str:
-    if verdict == SAFE:
+def remedy_of(verdict: str, modes: Sequence[ModeAlarm], place: str) -> str:
+    """What would keep the largest mode small; ``place``: how its span is named, such as "the {} span"."""
+    if verdict == SAFE or not modes:
         return "none needed"
-    where = f"mode {worst.number} of the {worst.span} span ({worst.frequency_hz:.4g} Hz)"
+    worst = modes[0]
+    where = f"mode {worst.number} of {place.format(worst.span)} ({worst.frequency_hz:.4g} Hz)"
+    if worst.excitation == NONE:
+        return "no mode grows; what is named above is not decided"
     if worst.excitation == DIRECT:
-        return (
-            f"keep the torque away from {where}: it is excited directly through the sag; or tighten the cable"
-        )
+        return f"keep the torque away from {where}: it is excited directly; or tighten the cable"
     return (
         f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension: "
         f"{where} is excited parametrically"

@@ -11,8 +11,8 @@ from cabledrive.mechanics.network.span_table import follows
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
+from cabledrive.studies.pair_thresholds import driven_of
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.route_snapshot import driven_of
 
 HOLDS, EXCEEDED, UNKNOWN = "holds", "exceeded", "unknown"
 FRICTION, TEETH = "friction", "teeth"

@@ -22,9 +22,9 @@ from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, coulomb_o
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.pair_thresholds import driven_of
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import torques_of
-from cabledrive.studies.route_snapshot import driven_of
 from cabledrive.studies.slow_motion import SlowMotion, slow_motion
 
 Array = NDArray[np.float64]

@@ -11,17 +11,19 @@ and a = b is the 1:2 resonance. There the third harmonic's share is added, as in
 
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.sagging_model import BAND, SaggingModel, longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import free_stretches, static_state
 
+Array = NDArray[np.float64]
 ONE_TO_TWO, SUM = "1:2", "sum"
 
 HIGHEST = 3.0
@@ -36,6 +38,8 @@ WEAKEST = 1e-2
 
 FEWEST, MOST = 3, 40
 _SEGMENTS = 240
+STILL = "the torque of the motor does not excite this longitudinal mode"
+TOO_FAR = "no torque at the longitudinal frequency makes it grow: too far from resonance, or not stretched"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,11 +73,11 @@ def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
             own = abs(natural / pulley_mode - 1.0) < 1e-9
             for r in range(len(numbers)):  # the other plane has the same pairs
                 found += _of_stretch(model, k, r, all_of_them=own)
-    return tuple(sorted(found, key=_order))
+    return tuple(sorted(found, key=by_threshold))
 
 
-def _order(pair: CoupledPair) -> tuple[float, float]:
-    """The lowest threshold first, then the least detuning."""
+def by_threshold(pair: Any) -> tuple[float, float]:
+    """The lowest threshold of a pair first, then the least detuning."""
     return inf if pair.threshold_torque is None else pair.threshold_torque, abs(pair.detuning_hz)
 
 
@@ -99,16 +103,10 @@ def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> li
                     transverse_hz=(float(part.omega[a]) / (2 * pi), float(part.omega[b]) / (2 * pi)),
                     detuning_hz=detuning / (2 * pi),
                     threshold_torque=torque if isfinite(torque) else None,
-                    reason="" if isfinite(torque) else _reason(model, k),
+                    reason="" if isfinite(torque) else STILL if _still(model, k) else TOO_FAR,
                 )
             )
     return found
-
-
-def _reason(model: SaggingModel, k: int) -> str:
-    if _still(model, k):
-        return "the torque of the motor does not excite this longitudinal mode"
-    return "no torque at the longitudinal frequency makes it grow: too far from resonance, or not stretched"
 
 
 def _still(model: SaggingModel, k: int) -> bool:
@@ -128,27 +126,23 @@ def _threshold(model: SaggingModel, k: int, r: int, a: int, b: int, detuning: fl
         return 0.0
     if a == b:  # as the averaged equations count it, (nu^2 - w^2) / nu
         detuning = 0.5 * natural - 2.0 * float(model.transverse[r, a]) ** 2 / natural
-    least = _least_pumping(loss_a, loss_b, detuning, natural, same=a == b)
-    return least / per_amplitude * resistance / abs(float(model.torque_shape[k]))
+    least = float(lost_square(0.5 * loss_a, 0.5 * loss_b, detuning))
+    if a == b:  # third harmonic: mu^2 = least with the detuning shifted by mu^2 / W
+        shift = 1.0 + 0.5 * detuning / natural
+        inside = shift**2 - least / natural**2
+        if inside < 0.0 or shift <= 0.0:
+            return inf
+        least = 2.0 * least / (shift + sqrt(inside))
+    return sqrt(least) / per_amplitude * resistance / abs(float(model.torque_shape[k]))
 
 
-def _least_pumping(loss_a: float, loss_b: float, detuning: float, natural: float, *, same: bool) -> float:
-    total = loss_a + loss_b
-    if total == 0.0:
-        least = 0.25 * detuning**2
-    else:
-        least = 0.25 * loss_a * loss_b * (1.0 + 4.0 * detuning**2 / total**2)
-    if not same:
-        return sqrt(least)
-    # third harmonic: mu^2 = least with the detuning shifted by mu^2 / W
-    shift = 1.0 + 0.5 * detuning / natural
-    inside = shift**2 - least / natural**2
-    if inside < 0.0 or shift <= 0.0:
-        return inf
-    return sqrt(2.0 * least / (shift + sqrt(inside)))
+def lost_square(first: ArrayLike, second: ArrayLike, detuning: ArrayLike) -> Array:
+    """Square of the growth rate that two modes with these decay rates lose [1/s^2]."""
+    a, b, off = np.asarray(first), np.asarray(second), np.asarray(detuning)
+    both = a + b
+    damped = a * b * (1.0 + (off / np.where(both > 0.0, both, 1.0)) ** 2)
+    return np.where(both > 0.0, damped, 0.25 * off**2)
 
-
-Array = NDArray[np.float64]
 
 WAYS = {"w": "across", "v": "out of plane"}
 """Direction of a transverse plane."""
@@ -217,16 +211,23 @@ def quadrature() -> tuple[Array, Array, Array]:
     return 0.5 * (x + 1.0), 0.5 * w, 2.0 * slope
 
 
-def motor_turn(network: Network, mode: Mode) -> float:
-    """Turn of the first motor's pulley, or of its rotor, in a mode of unit modal mass [rad/sqrt(kg)]."""
-    drive = network.drive
-    pulley = drive.pulley[drive.driven[0] if drive.driven else 0].name
-    joints = mode._motion.joints
-    for name in (f"rotor of {pulley}", pulley):
-        if name in joints:
-            value = abs(float(np.real(joints[name][0])))
-            return value if value > 1e-9 * max(float(np.abs(v[0])) for v in joints.values()) else 0.0
-    return 0.0
+def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
+    """Pulleys with a motor; without one the first pulley takes the torque."""
+    return drive.driven or (0,)
+
+
+def turns_of(network: Network, mode: Mode) -> Array:
+    """Turn of each motor in a mode of unit modal mass, shape (motors,) [rad/sqrt(kg)]; 0 below round-off."""
+    joints, driven = mode._motion.joints, driven_of(network.drive)
+    if not joints:
+        return np.zeros(len(driven))
+    largest, found = max(float(np.abs(value[0])) for value in joints.values()), []
+    for number in driven:
+        name = network.drive.pulley[number].name
+        value = joints.get(f"rotor of {name}", joints.get(name))
+        turn = 0.0 if value is None else float(np.real(value[0]))
+        found.append(turn if abs(turn) > 1e-9 * largest else 0.0)
+    return np.array(found)
 
 
 def modal_damping(network: Network, mode: Mode, strains: dict[int, Array]) -> float:

@@ -15,17 +15,14 @@ from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.alarm import (
     DETUNING,
-    DIRECT,
     MARGIN,
     MORE_FLOOR,
     MORE_TORQUE,
-    NONE,
-    SAFE,
     AlarmResult,
-    ModeAlarm,
     change_words,
     check_amplitudes,
-    excitation_of,
+    mode_alarms,
+    remedy_of,
     size_words,
     verdict_of,
 )
@@ -137,10 +134,22 @@ def route_alarm(
     found = growth_along(path, _runs(floor), MOST * limit)
     largest = float(found.displacement[[DRIVEN, GROWN]].max())
     bound = MARGIN * max(largest, float(found.displacement[GROWN:].max()))
-    tension = float((path.at("tension", path.here) + _rise(path)).min())
+    rise = np.einsum("ipq,iq->ip", path.at("strain", path.here), path.along)
+    tension = float((path.at("tension", path.here) + rise).min())
     doubts = _doubts(drive, motion, path, tension, limit)
     verdict = verdict_of(largest, bound, limit, doubts)
-    modes = _modes(drive, path, found, floor)
+    more = change_words(verdict, bound, limit)
+    if found.ended is not None:
+        more = f"; followed until {found.ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
+    lengths = {span.name: span.length for span in drive.free_spans}
+    rows = [
+        (span, (0.0, lengths[span]), plane, number, float(omega))
+        for (span, plane, number), omega in zip(
+            path.snapshots[0].keys, path.at("across", path.here[:1])[0], strict=True
+        )
+    ]
+    runs = [DIRECTLY, DRIVEN, GROWN]
+    modes = mode_alarms(rows, found.amplitude.T[runs], found.time.T[runs], floor)
     return RouteAlarm(
         verdict=verdict,
         floor=floor,
@@ -150,9 +159,9 @@ def route_alarm(
         modes=modes,
         lowest_tension=tension,
         slack=tension < 0.0,
-        reasons=_reasons(verdict, largest, bound, limit, doubts, found.ended),
+        reasons=(size_words(largest, limit) + more, *doubts),
         assumptions=_assumptions(path, motion),
-        remedy=_remedy(verdict, modes),
+        remedy=remedy_of(verdict, modes, "{}"),
         passages=passages_of(path),
         poses=len(path.snapshots),
     )
@@ -169,36 +178,6 @@ def _runs(floor: float) -> Runs:
     )
 
 
-def _rise(path: RoutePath) -> Array:
-    """Rise of the tension of every piece along the motion, shape (steps + 1, pieces) [N]."""
-    return np.asarray(np.einsum("ipq,iq->ip", path.at("strain", path.here), path.along))
-
-
-def _modes(drive: RoutedDrive, path: RoutePath, found: Growth, floor: float) -> tuple[ModeAlarm, ...]:
-    """What happens to each mode, the largest first."""
-    lengths = {span.name: span.length for span in drive.free_spans}
-    rows = []
-    for j, ((span, plane, number), omega) in enumerate(
-        zip(path.snapshots[0].keys, path.at("across", path.here[:1])[0], strict=True)
-    ):
-        run = DRIVEN if found.amplitude[j, DRIVEN] > found.amplitude[j, GROWN] else GROWN
-        largest, shaken = float(found.amplitude[j, run]), float(found.amplitude[j, DIRECTLY])
-        rows.append(
-            ModeAlarm(
-                span=span,
-                section=(0.0, lengths[span]),
-                plane=plane,
-                number=number,
-                frequency_hz=float(omega) / (2.0 * pi),
-                driven=float(found.amplitude[j, DRIVEN]),
-                largest=largest,
-                time=float(found.time[j, run]),
-                excitation=excitation_of(largest, shaken, floor),
-            )
-        )
-    return tuple(sorted(rows, key=lambda mode: -mode.largest))
-
-
 def _doubts(
     drive: RoutedDrive, motion: PlannedMotion, path: RoutePath, tension: float, limit: float
 ) -> list[str]:
@@ -213,7 +192,8 @@ def _doubts(
         found.append("the list of modes is not certified in every pose")
     if path.ambiguous:
         found.append(f"modes change too much between poses to be followed: {'; '.join(path.ambiguous[:3])}")
-    if not motion.places and len(path.snapshots) > 1 and _rubs(drive):
+    rubs = any(part.coulomb_friction for parts in (drive.motor, drive.pulley, drive.body) for part in parts)
+    if not motion.places and len(path.snapshots) > 1 and rubs:
         found.append(
             "the places of bodies follow from the torque without the file's friction: give them as columns"
         )
@@ -232,21 +212,6 @@ def _largest_sag(drive: RoutedDrive, path: RoutePath) -> tuple[float, str]:
     return found
 
 
-def _rubs(drive: RoutedDrive) -> bool:
-    rubs = [part.coulomb_friction for parts in (drive.motor, drive.pulley, drive.body) for part in parts]
-    return max(rubs, default=0.0) > 0.0
-
-
-def _reasons(
-    verdict: str, largest: float, bound: float, limit: float, doubts: list[str], ended: float | None
-) -> tuple[str, ...]:
-    if ended is None:
-        more = change_words(verdict, bound, limit)
-    else:
-        more = f"; followed until {ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
-    return (size_words(largest, limit) + more, *doubts)
-
-
 def _assumptions(path: RoutePath, motion: PlannedMotion) -> tuple[str, ...]:
     if len(path.snapshots) == 1:
         return ("bodies stay where the file has them", *ASSUMPTIONS)
@@ -255,19 +220,4 @@ def _assumptions(path: RoutePath, motion: PlannedMotion) -> tuple[str, ...]:
         f"modes in {len(path.snapshots)} poses, followed by their shapes and interpolated; "
         f"places of bodies {how}",
         *ASSUMPTIONS,
-    )
-
-
-def _remedy(verdict: str, modes: tuple[ModeAlarm, ...]) -> str:
-    if verdict == SAFE or not modes:
-        return "none needed"
-    worst = modes[0]
-    where = f"mode {worst.number} of {worst.span} ({worst.frequency_hz:.4g} Hz)"
-    if worst.excitation == NONE:
-        return "no mode grows; what is named above is not decided"
-    if worst.excitation == DIRECT:
-        return f"keep the torque away from {where}: it is excited directly; or tighten the cable"
-    return (
-        f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension "
-        f"of {where}"
     )

@@ -33,12 +33,14 @@ from cabledrive.studies.pair_thresholds import (
     WAYS,
     WEAKEST,
     Slopes,
+    by_threshold,
     coupling_by_span,
+    lost_square,
     modal_damping,
-    motor_turn,
     quadrature,
     slopes_of,
     transverse_loss,
+    turns_of,
 )
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance import resonance as resonance_of_loop
@@ -126,7 +128,7 @@ def route_resonance(
     thresholds = [(pair.longitudinal_hz, pair.threshold_torque) for pair in pairs]
     verdict, reasons = verdict_of(acting, thresholds)
     return RouteResonance(
-        pairs=tuple(sorted(pairs, key=_order)),
+        pairs=tuple(sorted(pairs, key=by_threshold)),
         longitudinal_hz=pulley.frequency,
         **_nearest(first, pulley.frequency),
         motor=found.motor,
@@ -137,10 +139,6 @@ def route_resonance(
         verdict=verdict,
         reasons=reasons,
     )
-
-
-def _order(pair: RoutePair) -> tuple[float, float]:
-    return inf if pair.threshold_torque is None else pair.threshold_torque, abs(pair.detuning_hz)
 
 
 def _pulley_mode(drive: RoutedDrive, found: Modes) -> Mode:
@@ -186,11 +184,10 @@ def _pair(
     a, b = both
     natural = 2 * pi * q.mode.frequency
     coupling = abs(sum(shares.values()))
-    decay = [0.5 * transverse_loss(network, own) for own in both]
-    least = decay[0] * decay[1]
-    least = least * (1.0 + detuning**2 / sum(decay) ** 2) if sum(decay) else 0.25 * detuning**2
+    decay_a, decay_b = (0.5 * transverse_loss(network, own) for own in both)
+    least = float(lost_square(decay_a, decay_b, detuning))
     amplitude = 4.0 * sqrt(4 * pi**2 * a.mode.frequency * b.mode.frequency * least) / coupling
-    turn, damping = motor_turn(network, q.mode), modal_damping(network, q.mode, q.by_piece)
+    turn, damping = abs(float(turns_of(network, q.mode)[0])), modal_damping(network, q.mode, q.by_piece)
     torque = amplitude * natural * damping / turn if turn else inf
     strain = max(float(np.abs(own).max()) for own in q.by_piece.values())
     span = max(shares, key=lambda number: abs(shares[number]))

@@ -15,9 +15,17 @@ from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive, posed
-from cabledrive.studies.pair_thresholds import NEAR, NEAR_SUM, ONE_TO_TWO, SUM, WEAKEST
+from cabledrive.studies.pair_thresholds import (
+    NEAR,
+    NEAR_SUM,
+    ONE_TO_TWO,
+    SUM,
+    WEAKEST,
+    driven_of,
+    lost_square,
+)
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.route_snapshot import Snapshot, driven_of, snapshot_of, tracked
+from cabledrive.studies.route_snapshot import Snapshot, snapshot_of, tracked
 
 Array = NDArray[np.float64]
 
@@ -206,12 +214,8 @@ def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Ar
     rows = torques_of(drive, motion)
     turns = np.array([rotor_turn(network, number) for number in driven_of(drive)])
     way = _twice_integrated(motion.time, np.array(rows).T @ turns @ shapes[:, :rigid]) @ shapes[:, :rigid].T
-    found = {}
-    for body in drive.body:
-        for move in body.moves:
-            at = 0.0 if move == "turn" else body.at["xy".index(move)]
-            found[f"{body.name}.{move}"] = at + way @ network.motion.unit(f"{body.name}.{move}")
-    return found
+    keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
+    return {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
 
 
 def torques_of(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
@@ -290,21 +294,19 @@ def passages_of(path: RoutePath) -> tuple[Passage, ...]:
                     i != j and strength[q, i, j] <= WEAKEST * itself[i] * itself[j]
                 ):
                     continue
-                least = _least(0.5 * loss[:, i], 0.5 * loss[:, j], detuning)
+                least = lost_square(0.5 * loss[:, i], 0.5 * loss[:, j], detuning)
                 threshold = 4.0 * np.sqrt(across[:, i] * across[:, j] * least)
                 share = np.abs(coupling[:, q, i, j]) * amplitude[:, q] / np.maximum(threshold, 1e-300)
                 when = int(np.argmax(share))
                 span, plane, _ = path.snapshots[0].keys[i]
+                hertz, n = (np.append(along[when], across[when]) / (2.0 * pi)).tolist(), across.shape[1]
                 found.append(
                     Passage(
                         kind=ONE_TO_TWO if i == j else SUM,
                         span=span,
                         plane=plane,
-                        longitudinal_hz=float(along[when, q]) / (2.0 * pi),
-                        transverse_hz=(
-                            float(across[when, i]) / (2.0 * pi),
-                            float(across[when, j]) / (2.0 * pi),
-                        ),
+                        longitudinal_hz=hertz[q],
+                        transverse_hz=(hertz[i - n], hertz[j - n]),
                         detuning_hz=(float(detuning.min()) / (2.0 * pi), float(detuning.max()) / (2.0 * pi)),
                         passes=bool(detuning.min() <= 0.0 <= detuning.max()),
                         amplitude=float(share[when]),
@@ -312,13 +314,6 @@ def passages_of(path: RoutePath) -> tuple[Passage, ...]:
                     )
                 )
     return tuple(sorted(found, key=lambda one: -one.amplitude))
-
-
-def _least(first: Array, second: Array, detuning: Array) -> Array:
-    """Square of the growth rate that two modes with these decay rates lose [1/s^2]."""
-    both = first + second
-    damped = first * second * (1.0 + (detuning / np.where(both > 0.0, both, 1.0)) ** 2)
-    return np.where(both > 0.0, damped, 0.25 * detuning**2)
 
 
 def _envelope(path: RoutePath) -> Array:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import pi
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,6 @@ from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import ALONG
-from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
@@ -32,10 +32,12 @@ from cabledrive.studies.pair_thresholds import (
     WAYS,
     Slopes,
     coupling_by_span,
+    driven_of,
     modal_damping,
     quadrature,
     slopes_of,
     transverse_loss,
+    turns_of,
 )
 
 Array = NDArray[np.float64]
@@ -89,20 +91,15 @@ class Snapshot:
         across[have], loss[have], turn[have] = self.across[own], self.across_loss[own], self.across_turn[own]
         coupling[np.ix_(range(count), have, have)] = self.coupling[np.ix_(range(count), own, own)]
         shape[:, have] = self.shape[:, own]
-        return replace(
-            self,
-            along=self.along[:count],
-            along_loss=self.along_loss[:count],
-            along_turn=self.along_turn[:count],
-            along_shape=self.along_shape[:, :count],
-            strain=self.strain[:, :count],
-            keys=tuple(keys),
-            across=across,
-            across_loss=loss,
-            across_turn=turn,
-            coupling=coupling,
-            shape=shape,
-        )
+        fewer = rearranged(self, "along", np.arange(count), np.ones(count))
+        moved: dict[str, Any] = {
+            "across": across,
+            "across_loss": loss,
+            "across_turn": turn,
+            "coupling": coupling,
+            "shape": shape,
+        }
+        return replace(fewer, keys=tuple(keys), **moved)
 
 
 def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
@@ -113,7 +110,7 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
     nodes, weights, slope = quadrature()
     along = []
     for mode in found.longitudinal:
-        turns = _turns(network, mode)
+        turns = turns_of(network, mode)
         if not mode.clamped and np.any(turns):
             along.append((Slopes(mode, slopes_of(network, mode, "along", nodes, slope)), turns))
     signs = [np.sign(turns[np.flatnonzero(turns)[0]]) for _, turns in along]
@@ -139,7 +136,7 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
         "across": np.array([2.0 * pi * own.mode.frequency for own in across]),
         "across_loss": np.array([transverse_loss(network, own) for own in across]),
         "across_turn": np.array(
-            [one * _turns(network, own.mode) for one, own in zip(facing, across, strict=True)]
+            [one * turns_of(network, own.mode) for one, own in zip(facing, across, strict=True)]
         ).reshape(len(across), len(driven_of(drive))),
         "shape": _shapes(network, across) * facing,
     }
@@ -153,32 +150,12 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
     )
 
 
-def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
-    """Pulleys with a motor; without one the first pulley takes the torque, as in the table of pairs."""
-    return drive.driven or (0,)
-
-
 def _lowest_driven(network: Network, drive: RoutedDrive) -> float:
     """Lowest longitudinal mode in which a motor turns [Hz]."""
     for mode in straight_modes(drive, count=10, motor=FREE).longitudinal:
-        if not mode.clamped and np.any(_turns(network, mode)):
+        if not mode.clamped and np.any(turns_of(network, mode)):
             return mode.frequency
     raise InputRefused("motion: no motor turns in the first longitudinal modes: it changes no tension")
-
-
-def _turns(network: Network, mode: Mode) -> Array:
-    """Turn of each motor in a mode of unit modal mass, shape (motors,); 0 below round-off."""
-    drive, joints = network.drive, mode._motion.joints
-    if not joints:
-        return np.zeros(len(driven_of(drive)))
-    largest = max(float(np.abs(value[0])) for value in joints.values())
-    found = []
-    for number in driven_of(drive):
-        name = drive.pulley[number].name
-        value = joints.get(f"rotor of {name}", joints.get(name))
-        turn = 0.0 if value is None else float(np.real(value[0]))
-        found.append(turn if abs(turn) > 1e-9 * largest else 0.0)
-    return np.array(found)
 
 
 def _facing(own: Slopes) -> float:
@@ -244,14 +221,33 @@ HALVINGS = 3
 _SAME_NAME = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
-class _Kind:
-    """Modes of one kind in a snapshot: their shapes, their name, and how to order and to turn them round."""
+_AXES: dict[str, dict[str, tuple[int, ...]]] = {
+    "along": {
+        "along": (0,),
+        "along_loss": (0,),
+        "along_turn": (0,),
+        "along_shape": (1,),
+        "strain": (1,),
+        "coupling": (0,),
+    },
+    "across": {"across": (0,), "across_loss": (0,), "across_turn": (0,), "shape": (1,), "coupling": (1, 2)},
+}
+"""Of each kind of mode the figures of a snapshot that it has, and their axes over its modes."""
+_SHAPES = {"along": "along_shape", "across": "shape"}
 
-    shape: Callable[[Snapshot], Array]
-    name: Callable[[Snapshot, int], str]
-    ordered: Callable[[Snapshot, Match], Snapshot]
-    signed: Callable[[Snapshot, Array], Snapshot]
+
+def rearranged(one: Snapshot, kind: str, order: Match, sign: Array) -> Snapshot:
+    """A snapshot whose modes of a kind stand in another order, then turned round where ``sign`` is -1."""
+    found: dict[str, Any] = {}
+    for name, axes in _AXES[kind].items():
+        found[name] = getattr(one, name)
+        for axis in axes:
+            found[name] = np.take(found[name], order, axis)
+            if name not in (kind, f"{kind}_loss"):
+                found[name] = found[name] * np.expand_dims(
+                    sign, [k for k in range(found[name].ndim) if k != axis]
+                )
+    return replace(one, **found)
 
 
 def tracked(
@@ -259,40 +255,42 @@ def tracked(
 ) -> tuple[list[Snapshot], list[str]]:
     """Snapshots whose modes stand in the order of the first, and which of them stay ambiguous."""
     found, doubts, half_way = list(snapshots), list[str](), cache(between)
-    for kind in (_ALONG, _ACROSS):
-        order = np.arange(kind.shape(snapshots[0]).shape[1])
+    for kind, name in _SHAPES.items():
+        shape: Callable[[Snapshot], Array] = attrgetter(name)
+        same = np.arange(shape(snapshots[0]).shape[1])
+        order, ones = same, np.ones(same.size)
         for number, one in enumerate(snapshots[1:], 1):
             before = snapshots[number - 1]
-            ends = float(number - 1), float(number)
-            match, unsure = _followed(kind.shape, before, one, *ends, half_way, HALVINGS)
-            doubts += [f"{kind.name(before, i)} between poses {number} and {number + 1}" for i in unsure]
+            match, unsure = _followed(shape, (before, one), (number - 1.0, float(number)), half_way, HALVINGS)
+            for i in unsure:
+                span, plane, count = before.keys[i] if kind == "across" else ("", "", i + 1)
+                what = f"mode {count} of {span} ({plane})" if span else f"longitudinal mode {count}"
+                doubts.append(f"{what} between poses {number} and {number + 1}")
             order = match[order]
-            own = kind.ordered(found[number], order)
-            facing = np.sum(kind.shape(own) * kind.shape(found[number - 1]), axis=0)
-            found[number] = kind.signed(own, np.where(facing < 0.0, -1.0, 1.0))
+            own = rearranged(found[number], kind, order, ones)
+            facing = np.sum(shape(own) * shape(found[number - 1]), axis=0)
+            found[number] = rearranged(own, kind, same, np.where(facing < 0.0, -1.0, 1.0))
     return found, doubts
 
 
 def _followed(
     shape: Callable[[Snapshot], Array],
-    first: Snapshot,
-    last: Snapshot,
-    start: float,
-    end: float,
+    both: tuple[Snapshot, Snapshot],
+    ends: tuple[float, float],
     between: Callable[[float], Snapshot],
     halvings: int,
 ) -> tuple[Match, list[int]]:
     """Where each mode of a pose is in the next one, and which are not sure; halved where that helps."""
+    (first, last), middle = both, 0.5 * sum(ends)
     match, unsure = matched(shape(first), shape(last))
     stay = not unsure and bool(np.all(match == np.arange(match.size)))
     if stay or halvings == 0:  # an exchange may be a crossing, or modes that turn into each other
         return match, unsure
-    middle = 0.5 * (start + end)
     half = between(middle)
     if shape(half).shape[1] != match.size:  # another mode lies between them there
         return match, unsure
-    here, before = _followed(shape, first, half, start, middle, between, halvings - 1)
-    there, behind = _followed(shape, half, last, middle, end, between, halvings - 1)
+    here, before = _followed(shape, (first, half), (ends[0], middle), between, halvings - 1)
+    there, behind = _followed(shape, (half, last), (middle, ends[1]), between, halvings - 1)
     back = np.argsort(here)
     return there[here], sorted({*before, *(int(back[i]) for i in behind)})
 
@@ -313,59 +311,3 @@ def matched(first: Array, last: Array) -> tuple[Match, list[int]]:
     rows = np.arange(match.size)
     pair, both = assurance[rows, match], listed[rows, match]
     return match, [int(i) for i in np.flatnonzero(both & (pair < SURE))]
-
-
-def _across_name(one: Snapshot, number: int) -> str:
-    span, plane, count = one.keys[number]
-    return f"mode {count} of {span} ({plane})"
-
-
-def _across_ordered(one: Snapshot, order: Match) -> Snapshot:
-    return replace(
-        one,
-        across=one.across[order],
-        across_loss=one.across_loss[order],
-        across_turn=one.across_turn[order],
-        coupling=one.coupling[:, order][:, :, order],
-        shape=one.shape[:, order],
-    )
-
-
-def _across_signed(one: Snapshot, sign: Array) -> Snapshot:
-    return replace(
-        one,
-        across_turn=one.across_turn * sign[:, None],
-        coupling=one.coupling * np.outer(sign, sign),
-        shape=one.shape * sign,
-    )
-
-
-def _along_ordered(one: Snapshot, order: Match) -> Snapshot:
-    return replace(
-        one,
-        along=one.along[order],
-        along_loss=one.along_loss[order],
-        along_turn=one.along_turn[order],
-        along_shape=one.along_shape[:, order],
-        strain=one.strain[:, order],
-        coupling=one.coupling[order],
-    )
-
-
-def _along_signed(one: Snapshot, sign: Array) -> Snapshot:
-    return replace(
-        one,
-        along_turn=one.along_turn * sign[:, None],
-        along_shape=one.along_shape * sign,
-        strain=one.strain * sign,
-        coupling=one.coupling * sign[:, None, None],
-    )
-
-
-_ACROSS = _Kind(lambda one: one.shape, _across_name, _across_ordered, _across_signed)
-_ALONG = _Kind(
-    lambda one: one.along_shape,
-    lambda one, number: f"longitudinal mode {number + 1}",
-    _along_ordered,
-    _along_signed,
-)

@@ -15,9 +15,9 @@ from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, rotor_tur
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.studies.pair_thresholds import driven_of
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, torques_of
-from cabledrive.studies.route_snapshot import driven_of
 
 Array = NDArray[np.float64]
 

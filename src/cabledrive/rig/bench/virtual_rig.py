@@ -1,12 +1,10 @@
 """A rig in numbers as a laboratory has it, and the rigs and excitations of chapter 4."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import exp, pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.identification.planning import multisine_lines, random_multisine, sum_of_sines
@@ -159,7 +157,7 @@ TORQUE_PER_VOLT = 10 ** (4.2 / 20)
 """Amplifier gain [N m/V], Eq. (4.20): 4.2 dB."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class BenchTest:
     """One row of Table 4.1 with the excitation that the text describes."""
 
@@ -169,43 +167,15 @@ class BenchTest:
     viscous: float
     coulomb: float
     offset: float
-    # frequencies, amplitudes: sines of the command [Hz], [V]
-    frequencies: tuple[float, ...]
-    amplitudes: tuple[float, ...]
+    amplitudes: tuple[float, ...]  # of the command's sines [V]
     duration: float  # [s]
+    frequencies: tuple[float, ...] = (1.0, 3.0, 5.0)  # [Hz]
 
 
 BENCH_TESTS = (
-    BenchTest(
-        name="motor",
-        inertia=0.0011,
-        viscous=0.00216,
-        coulomb=0.024,
-        offset=-0.0057,
-        frequencies=(1.0, 3.0, 5.0),
-        amplitudes=(0.05, 0.05, 0.1),
-        duration=55.0,
-    ),
-    BenchTest(
-        name="motor and drive pulley",
-        inertia=0.001742,
-        viscous=0.0031,
-        coulomb=0.0376,
-        offset=-0.0006,
-        frequencies=(1.0, 3.0, 5.0),
-        amplitudes=(0.1, 0.1, 0.1),
-        duration=70.0,
-    ),
-    BenchTest(
-        name="motor and load pulley",
-        inertia=0.00345,
-        viscous=0.005,
-        coulomb=0.045,
-        offset=-0.0008,
-        frequencies=(1.0, 3.0, 5.0),
-        amplitudes=(0.05, 0.05, 0.1),
-        duration=55.0,
-    ),
+    BenchTest("motor", 0.0011, 0.00216, 0.024, -0.0057, (0.05, 0.05, 0.1), 55.0),
+    BenchTest("motor and drive pulley", 0.001742, 0.0031, 0.0376, -0.0006, (0.1, 0.1, 0.1), 70.0),
+    BenchTest("motor and load pulley", 0.00345, 0.005, 0.045, -0.0008, (0.05, 0.05, 0.1), 55.0),
 )
 
 
@@ -218,9 +188,8 @@ def bench_rig(test: BenchTest, imperfections: Imperfections | None = None) -> Vi
         coulomb=(test.coulomb,),
         offsets=(test.offset,),
     )
-    return VirtualRig(
-        chain=chain, torque_per_volt=TORQUE_PER_VOLT, imperfections=imperfections or Imperfections()
-    )
+    flaws = imperfections or Imperfections()
+    return VirtualRig(chain=chain, torque_per_volt=TORQUE_PER_VOLT, imperfections=flaws)
 
 
 def bench_command(test: BenchTest, rng: np.random.Generator, sample_rate: float = 1000.0) -> Array:
@@ -265,64 +234,3 @@ def response_command(
     samples = round(duration * sample_rate)
     lines = multisine_lines(samples, sample_rate, 1.0, 500.0, count=1000)
     return amplitude * random_multisine(samples, lines, 10, rng)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VirtualCamera:
-    """A camera as in section 4.1."""
-
-    rows: int = 160
-    columns: int = 224
-    frame_rate: float = 480.0  # [Hz]
-    exposure: float = 0.5  # share of the time between frames with an open shutter: motion blurs the marker
-    blur: float = 1.0  # deviation of the lens's blur [pixel]
-    noise: float = 8.0  # deviation of a pixel's noise, of 255 levels
-    clutter: int = 6  # bright spots that stand still, nine tenths of the marker at most, beside hot pixels
-    marker: tuple[float, float] = (6.0, 12.0)  # height and width of the painted segment [pixel]
-    contrast: float = 170.0  # grey level of the marker above the dark background
-
-
-def filmed(
-    camera: VirtualCamera, position: Array, rng: np.random.Generator, *, column: float = 112.3
-) -> Iterator[NDArray[np.uint8]]:
-    """Frames of a marker, shape (rows, columns), whose middle has rows ``position``, (frames, instants)."""
-    backdrop = _backdrop(camera, rng)
-    across = _box(
-        np.arange(camera.columns, dtype=np.float64), np.array([column]), camera.marker[1], camera.blur
-    )
-    rows = np.arange(camera.rows, dtype=np.float64)
-    for instants in np.atleast_2d(position):
-        down = _box(rows, instants, camera.marker[0], camera.blur)
-        cover = np.outer(down, across)
-        frame = backdrop * (1.0 - cover) + (25.0 + camera.contrast) * cover
-        frame = frame + camera.noise * rng.normal(size=frame.shape)
-        yield np.clip(np.rint(frame), 0, 255).astype(np.uint8)
-
-
-def _box(pixels: Array, middle: Array, size: float, blur: float) -> Array:
-    """Light of a blurred bar on each pixel, integrated over the pixel, mean over the instants."""
-    edges = np.concatenate([pixels - 0.5, [pixels[-1] + 0.5]])
-
-    def ramp(x: Array) -> Array:  # integral of the blurred edge
-        return np.asarray(
-            0.5 * x * (1.0 + special.erf(x / (blur * 2**0.5)))
-            + blur / (2 * np.pi) ** 0.5 * np.exp(-0.5 * (x / blur) ** 2)
-        )
-
-    low, high = middle[:, None] - size / 2, middle[:, None] + size / 2
-    return np.diff(ramp(edges - low) - ramp(edges - high), axis=1).mean(axis=0)
-
-
-def _backdrop(camera: VirtualCamera, rng: np.random.Generator) -> Array:
-    """Dark cable and rig: a level that changes slowly, spots that stand still, hot pixels."""
-    from scipy.ndimage import gaussian_filter
-
-    shape = (camera.rows, camera.columns)
-    light = 25.0 + 6.0 * np.linspace(0.0, 1.0, camera.columns) * np.ones(shape)
-    spots = np.zeros(shape)
-    for _ in range(camera.clutter):
-        spots[rng.integers(4, camera.rows - 4), rng.integers(4, camera.columns - 4)] = rng.uniform(
-            500.0, 2400.0
-        )
-    hot = (rng.random(shape) < 5e-4) * rng.uniform(100.0, 230.0, shape)
-    return np.asarray(light + gaussian_filter(spots, 1.6) + hot)

@@ -3,12 +3,12 @@
 from math import exp, isfinite
 from typing import NamedTuple
 
-from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.closed_loop.loop_numbers import (
     DIVERGED,
     WENT_SLACK,
+    Control,
     LoopState,
     RigNumbers,
     decide,
@@ -33,6 +33,21 @@ class CableNumbers(NamedTuple):
     weight: float  # of the cable at the load's rim, along the span [N]
     zeros: Array  # (shafts,): angles at the start [rad]
     middle: Array  # (2,): largest v and w at the start, either way [m]
+
+
+class CableRun(NamedTuple):
+    """The cable while it moves: plan, nodes, which look into the state of the loop, and work space."""
+
+    plan: Plan
+    cable: State
+    work: Workspace
+    numbers: CableNumbers
+    tensions: Array  # (samples or 0, 2): gets the mean ones of the spans [N]
+    # row, torques, forces, fields: (1, columns), (steps,), (steps, 0), (0, 3, nodes): of the integration
+    row: Array
+    torques: Array
+    forces: Array
+    fields: Array
 
 
 @njit_in_place
@@ -65,20 +80,13 @@ def look_at_cable(plan: Plan, cable: State, numbers: CableNumbers, x: Array, sco
 
 
 @njit_in_place
-def acting_torques(
-    numbers: CableNumbers,
-    rig: RigNumbers,
-    older: float,
-    newer: float,
-    shaft: float,
-    push: float,
-    torques: Array,
-) -> float:
-    """Torque on the motor at each step of a sample; returns that of the torque loop at its end.
+def act(c: CableRun, rig: RigNumbers, commands: Array, shaft: float, push: float) -> float:
+    """Write the torque on the motor at each step of a sample; returns that of the torque loop at its end.
 
     The older command acts until the delay has passed. A step of the cable spreads its torque half a step to
     both sides; so does the share of each command.
     """
+    numbers, torques, older, newer = c.numbers, c.torques, commands[0], commands[1]
     step = rig.interval / numbers.steps
     keep = exp(-numbers.rate * step)
     for j in range(numbers.steps):
@@ -95,41 +103,27 @@ def acting_torques(
 
 
 @njit_in_place
-def cable_ends(plan: Plan, cable: State, numbers: CableNumbers, gone: float, s: LoopState) -> int:
+def cable_ends(c: CableRun, gone: float, s: LoopState) -> int:
     """Read the shafts and look at the cable at a sample; why the run ends here, 0 where it goes on."""
-    x, n = s.x, numbers.shafts
-    read_shafts(plan, cable, numbers, x)
+    x, n = s.x, c.numbers.shafts
+    read_shafts(c.plan, c.cable, c.numbers, x)
     if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
         return DIVERGED
-    look_at_cable(plan, cable, numbers, x, s.summary)
+    look_at_cable(c.plan, c.cable, c.numbers, x, s.summary)
     return 0
 
 
 @njit_in_place
-def move_cable(
-    plan: Plan,
-    cable: State,
-    work: Workspace,
-    numbers: CableNumbers,
-    rig: RigNumbers,
-    k: int,
-    s: LoopState,
-    tensions: Array,
-    row: Array,
-    torques: Array,
-    forces: Array,
-    fields: Array,
-) -> int:
+def move_cable(c: CableRun, rig: RigNumbers, k: int, s: LoopState) -> int:
     """Move the cable to the next sample; why the run ends after it, 0 where it goes on."""
-    x, n, commands = s.x, numbers.shafts, s.controller.commands
-    push = numbers.offset + rig.forces[k, 0]
-    x[2 * n] = acting_torques(numbers, rig, commands[0], commands[1], x[2 * n], push, torques)
+    x, n, plan, numbers, row = s.x, c.numbers.shafts, c.plan, c.numbers, c.row
+    x[2 * n] = act(c, rig, s.controller.commands, x[2 * n], numbers.offset + rig.forces[k, 0])
     plan.node[WEIGHT_U, plan.segments] = numbers.weight + rig.forces[k, 1] / numbers.radius
-    given = plan, cable, work, torques, forces, numbers.steps, row, fields
+    given = plan, c.cable, c.work, c.torques, c.forces, numbers.steps, row, c.fields
     code = integrate(None, numbers.zeros, None, None, False, *given)
     plan.node[WEIGHT_U, plan.segments] = numbers.weight
-    if tensions.shape[0] > 0:
-        tensions[k, 0], tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
+    if c.tensions.shape[0] > 0:
+        c.tensions[k, 0], c.tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
     least = HANGS * plan.pretension
     if row[0, MEAN_TENSION] < least or (plan.closed and row[0, MEAN_TENSION + 1] < least):
         s.summary[9] += 1.0
@@ -141,43 +135,17 @@ def move_cable(
 
 
 @njit_in_place
-def run_cable_loop(
-    plan: Plan,
-    cable: State,
-    work: Workspace,
-    numbers: CableNumbers,
-    observer: ObserverNumbers,
-    law: LawNumbers,
-    rig: RigNumbers,
-    reference: Array,
-    target: Array,
-    first: int,
-    last: int,
-    s: LoopState,
-    log: Array,
-    tensions: Array,
-    row: Array,
-    torques: Array,
-    forces: Array,
-    fields: Array,
-) -> int:
-    """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
-
-    ``cable`` looks into ``s.x`` behind the shafts' own states. ``row`` (1, columns), ``torques`` (steps,),
-    ``forces`` (steps, 0) and ``fields`` (0, 3, nodes) are work space of the integration.
-    """
-    x, n = s.x, numbers.shafts
-    gone = farthest(target)
+def run_cable(c: CableRun, control: Control, first: int, last: int, s: LoopState, log: Array) -> int:
+    """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended."""
+    x, n, gone, rig = s.x, c.numbers.shafts, farthest(control.target), control.rig
     for k in range(first, last):
-        s.discrete[1] = cable_ends(plan, cable, numbers, gone, s)
+        s.discrete[1] = cable_ends(c, gone, s)
         if s.discrete[1] != 0:
             return k
-        wanted, command, sigma = decide(observer, law, rig, reference, k, x, s)
+        wanted, command, sigma = decide(control, k, x, s)
         slip = 0 if x[n] == 0.0 else 1
-        finish_sample(rig, target, k, s, log, x[: 2 * n + 1], wanted, command, sigma, slip)
-        s.discrete[1] = move_cable(
-            plan, cable, work, numbers, rig, k, s, tensions, row, torques, forces, fields
-        )
+        finish_sample(control, k, s, log, x[: 2 * n + 1], wanted, command, sigma, slip)
+        s.discrete[1] = move_cable(c, rig, k, s)
         if s.discrete[1] != 0:
             return k + 1
     return last

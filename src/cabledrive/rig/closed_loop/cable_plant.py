@@ -5,20 +5,19 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness
-from cabledrive.rig.closed_loop.cable_kernels import CableNumbers, run_cable_loop
-from cabledrive.rig.closed_loop.loop_numbers import Array, LoopState, RigNumbers
+from cabledrive.rig.closed_loop.cable_kernels import CableNumbers, CableRun
+from cabledrive.rig.closed_loop.loop_numbers import Array, LoopState
 from cabledrive.rig.disturbances import current_rate
 from cabledrive.rig.setting import RigOptions
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
-from cabledrive.simulation.plan import State, Workspace, new_state, new_workspace
+from cabledrive.simulation.plan import State, new_state, new_workspace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,7 +35,16 @@ def cable_plant(
 ) -> CablePlant:
     """Make the cable of a drive ready at rest; ``measured``: its EA and damping are those of ``[lumped]``."""
     require_own_spans(drive, "the distributed cable as plant")
-    _check(drive, options)
+    if options.jitter > 0.0:
+        raise InputRefused(
+            f"jitter = {options.jitter:.4g} s is not followed with the distributed cable, whose steps divide "
+            "a sample: leave it out, or take a plant of few inertias"
+        )
+    if drive.motor is not None and drive.motor.backlash > 0.0:
+        raise InputRefused(
+            f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable: "
+            "set it to 0, or take --plant model-4"
+        )
     free = released(drive)
     own = with_measured_stiffness(free) if measured and not options.as_printed else free
     case = case_of(
@@ -60,19 +68,6 @@ def cable_plant(
     )
 
 
-def _check(drive: Drive, options: RigOptions) -> None:
-    if options.jitter > 0.0:
-        raise InputRefused(
-            f"jitter = {options.jitter:.4g} s is not followed with the distributed cable, whose steps divide "
-            "a sample: leave it out, or take a plant of few inertias"
-        )
-    if drive.motor is not None and drive.motor.backlash > 0.0:
-        raise InputRefused(
-            f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable: "
-            "set it to 0, or take --plant model-4"
-        )
-
-
 def _numbers(case: Case, chain: LumpedChain, rate: float, state: State) -> CableNumbers:
     radius = case.drive.drive_pulley.radius
     rims = case.mesh.rims
@@ -89,55 +84,18 @@ def _numbers(case: Case, chain: LumpedChain, rate: float, state: State) -> Cable
     )
 
 
-def run_cable(
-    cable: CablePlant,
-    observer: ObserverNumbers,
-    law: LawNumbers,
-    rig: RigNumbers,
-    reference: Array,
-    target: Array,
-    first: int,
-    last: int,
-    state: LoopState,
-    log: Array,
-    tensions: Array,
-) -> int:
-    """Run samples on the cable; ``tensions``, shape (samples or 0, 2), gets the spans' mean ones [N]."""
-    moving, work, space = cable_parts(cable, state)
-    return int(
-        run_cable_loop(
-            cable.case.plan,
-            moving,
-            work,
-            cable.numbers,
-            observer,
-            law,
-            rig,
-            reference,
-            target,
-            first,
-            last,
-            state,
-            log,
-            tensions,
-            *space,
-        )
-    )
-
-
-def cable_parts(cable: CablePlant, state: LoopState) -> tuple[State, Workspace, tuple[Array, ...]]:
-    """The cable's nodes in the state of a loop, and work space: row of records, torques, forces, fields."""
+def cable_run(cable: CablePlant, state: LoopState, tensions: Array) -> CableRun:
+    """The cable with its nodes in the state of a loop; ``tensions``, shape (samples or 0, 2), gets [N]."""
     case, nodes = cable.case, cable.case.mesh.nodes
-    kept = state.x[2 * cable.numbers.shafts + 1 :]
+    kept, every = state.x[2 * cable.numbers.shafts + 1 :], cable.case.grid.every
     fresh = new_state(np.zeros((3, nodes)), np.zeros((3, nodes)), (0.0, 0.0))
     moving = fresh._replace(
         x=kept[: 3 * nodes].reshape(3, nodes),
         x_t=kept[3 * nodes : 6 * nodes].reshape(3, nodes),
         motor=kept[6 * nodes :],
     )
-    every = case.grid.every
     space = (np.zeros((1, case.width)), np.zeros(every), np.zeros((every, 0)), np.zeros((0, 3, nodes)))
-    return moving, new_workspace(case.plan), space
+    return CableRun(case.plan, moving, new_workspace(case.plan), cable.numbers, tensions, *space)
 
 
 def drive_like(drive: Drive, chain: LumpedChain) -> Drive:

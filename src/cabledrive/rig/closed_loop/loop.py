@@ -13,7 +13,8 @@ from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
-from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, drive_like, run_cable
+from cabledrive.rig.closed_loop.cable_kernels import run_cable
+from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, drive_like
 from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
 from cabledrive.rig.closed_loop.chain_plant import (
     Pair,
@@ -24,7 +25,14 @@ from cabledrive.rig.closed_loop.chain_plant import (
     pair_plant,
 )
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, run_loop
-from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
+from cabledrive.rig.closed_loop.loop_numbers import (
+    ESTIMATES,
+    Array,
+    Control,
+    LoopState,
+    RigNumbers,
+    new_state,
+)
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, run_by_sample, run_own, user_plant
 from cabledrive.rig.disturbances import (
     control_delay,
@@ -67,6 +75,12 @@ class Loop:
     def driven(self) -> ChainPlant:
         """The lumped plant as it runs: with two motors where there is a pair."""
         return self.plant if self.pair is None else pair_plant(self.pair, self.plant, self.rig.interval)
+
+    @property
+    def control(self) -> Control:
+        """What runs the plant, as the compiled loops take it."""
+        made = self.controller
+        return Control(self.observer, made.law, self.rig, made.reference, self.target)
 
     @property
     def backlash(self) -> float:
@@ -239,16 +253,16 @@ def run(
     state = loop_at_rest(loop) if state is None else state
     end = samples if last is None else last
     kept = np.zeros((samples if log else 0, log_width(loop)))
-    made = (loop.observer, controller.law, loop.rig, controller.reference, loop.target)
+    made = loop.control
     if controller.own is not None or loop.own_plant is not None:
         return run_users(loop, first, end, state, kept)
     if loop.cable is not None:
         tensions = np.zeros((samples if log else 0, 2))
-        ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
+        ended = int(run_cable(cable_run(loop.cable, state, tensions), made, first, end, state, kept))
         return Run(ended=ended, state=state, log=kept, tensions=tensions, interpreted=why_plain())
     plant, flanks = loop.driven, np.zeros((len(kept), 6 if loop.pair else 0))
     pair = no_pair(loop.observer) if loop.pair is None else pair_numbers(loop.pair, plant)
-    ended = int(run_loop(plant, pair, *made, first, end, state, kept, flanks))
+    ended = int(run_loop(plant, pair, made, first, end, state, kept, flanks))
     borne = None if loop.pair is None else flanks
     return Run(ended=ended, state=state, log=kept, flanks=borne, interpreted=why_plain())
 

@@ -32,6 +32,7 @@ from cabledrive.rig.closed_loop.chain_kernels import (
 )
 from cabledrive.rig.closed_loop.loop_numbers import (
     Array,
+    Control,
     Integers,
     LoopState,
     RigNumbers,
@@ -86,17 +87,18 @@ def part_command(
 
 @njit_in_place
 def run_loop(
-    plant: ChainPlant, pair: PairNumbers, observer: ObserverNumbers, law: LawNumbers, rig: RigNumbers,
-    reference: Array, target: Array, first: int, last: int, s: LoopState, log: Array, record: Array,
+    plant: ChainPlant, pair: PairNumbers, control: Control, first: int, last: int, s: LoopState, log: Array,
+    record: Array,
 ) -> int:  # fmt: skip
     """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
 
-    ``target``: wanted load angle. ``log`` has a row per sample, or none at all: true angles and speeds, shaft
+    ``log`` has a row per sample, or none at all: true angles and speeds, shaft
     torque, readings, limited command, slip, sigma, estimates (12), regressor (12), states of the law.
     ``record``, shape (samples or 0, 6), of a pair: torques of both flanks, of both motors, of both flanks as
     observed.
     """
-    gone, two, pressed, older, newer = farthest(target), plant.motors > 1, 0.0, 0.0, 0.0
+    gone, two, pressed, older, newer = farthest(control.target), plant.motors > 1, 0.0, 0.0, 0.0
+    observer, rig = control.observer, control.rig
     size = plant.inertia.size - plant.motors + 1
     on_its_way = s.x[2 * plant.inertia.size - 1 + MEMORY + COMMANDS :] if two else s.x[:0]
     for k in range(first, last):
@@ -107,7 +109,7 @@ def run_loop(
         if two:
             pressed = sense_pair(pair, rig, s)
         wanted, command, sigma, valid = controller_step(
-            observer, law, rig.torque_limit, s.controller, s.readings, reference, k
+            observer, control.law, rig.torque_limit, s.controller, s.readings, control.reference, k
         )
         s.summary[6] += not valid
         if two:
@@ -118,7 +120,7 @@ def run_loop(
             command = s.x[2 * size]
             wanted = command + (1.0 if lag > 0.5 * pi else 0.0)
         seen = s.terms[VIEW, : 2 * size + 1]
-        finish_sample(rig, target, k, s, log, seen, wanted, command, sigma, s.discrete[0])
+        finish_sample(control, k, s, log, seen, wanted, command, sigma, s.discrete[0])
         move_chain(plant, rig, k, s, older, newer)
     return last
 
@@ -132,15 +134,13 @@ HELD = -1
 
 
 @njit_in_place
-def before_step(
-    plant: ChainPlant, observer: ObserverNumbers, rig: RigNumbers, k: int, gone: float, s: LoopState
-) -> int:
+def before_step(plant: ChainPlant, c: Control, k: int, gone: float, s: LoopState) -> int:
     """A sample up to the user's step: why the run ends here, `HELD` where a reading is missing, else 0."""
     code = see_chain(plant, gone, s)
     if code != 0:
         return code
-    sense(observer, rig, k, s.work, s)
-    seen = observe(observer, s.controller, s.readings)
+    sense(c.observer, c.rig, k, s.work, s)
+    seen = observe(c.observer, s.controller, s.readings)
     for j in range(s.readings.size):
         seen = seen and isfinite(s.readings[j])
     return 0 if seen else HELD
@@ -148,16 +148,15 @@ def before_step(
 
 @njit_in_place
 def after_step(
-    plant: ChainPlant, observer: ObserverNumbers, rig: RigNumbers, target: Array, k: int, torque: float,
-    valid: bool, s: LoopState, log: Array,
-) -> None:  # fmt: skip
+    plant: ChainPlant, c: Control, k: int, torque: float, valid: bool, s: LoopState, log: Array
+) -> None:
     """A sample from the user's torque on: limit, filter, score, log, plant."""
     if not valid:
         s.summary[6] += 1.0
-    wanted, command = issue(observer, rig.torque_limit, s.controller, torque, valid)
+    wanted, command = issue(c.observer, c.rig.torque_limit, s.controller, torque, valid)
     seen = s.terms[VIEW, : s.x.size]
-    finish_sample(rig, target, k, s, log, seen, wanted, command, 0.0, s.discrete[0])
-    move_chain(plant, rig, k, s, 0.0, 0.0)
+    finish_sample(c, k, s, log, seen, wanted, command, 0.0, s.discrete[0])
+    move_chain(plant, c.rig, k, s, 0.0, 0.0)
 
 
 @lru_cache(maxsize=16)
@@ -166,18 +165,17 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
     import numba
 
     def run_own_loop(  # arrays may be made here: numba counts their references
-        plant: Any, observer: Any, gains: Any, rig: Any, reference: Array, target: Array, first: int,
-        last: int, s: Any, log: Array,
-    ) -> int:  # fmt: skip
-        gone, memory = farthest(target), s.controller.memory
+        plant: Any, control: Any, gains: Any, first: int, last: int, s: Any, log: Array
+    ) -> int:
+        gone, memory = farthest(control.target), s.controller.memory
         for k in range(first, last):
-            code, torque = before_step(plant, observer, rig, k, gone, s), 0.0
+            code, torque = before_step(plant, control, k, gone, s), 0.0
             if code > 0:
                 s.discrete[1] = code
                 return k
             if code == 0:
                 measurement = s.controller.states.copy() if filtered else s.readings.copy()
-                state, torque = step(gains, memory.copy(), measurement, reference[k].copy())
+                state, torque = step(gains, memory.copy(), measurement, control.reference[k].copy())
                 good = isfinite(torque) and len(state) == memory.size
                 for i in range(memory.size):
                     if good:
@@ -186,7 +184,7 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
                 if not good:
                     s.discrete[1] = NOT_FINITE
                     return k
-            after_step(plant, observer, rig, target, k, torque, code == 0, s, log)
+            after_step(plant, control, k, torque, code == 0, s, log)
         return last
 
     compiled: Callable[..., int] = numba.njit(error_model="numpy", nogil=True)(run_own_loop)

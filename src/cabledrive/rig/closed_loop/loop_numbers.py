@@ -61,6 +61,16 @@ class RigNumbers(NamedTuple):
     dropout: Integers
 
 
+class Control(NamedTuple):
+    """What runs a plant: filter and law, sensors and limits, what the law follows, the wanted load angle."""
+
+    observer: ObserverNumbers
+    law: LawNumbers
+    rig: RigNumbers
+    reference: Array
+    target: Array
+
+
 class LoopState(NamedTuple):
     """Everything that moves, and scratch; arrays, so that a run can go on where another ended.
 
@@ -157,8 +167,7 @@ def _put(row: Array, start: int, values: Array) -> int:
 
 @njit_part
 def finish_sample(
-    rig: RigNumbers,
-    target: Array,
+    c: Control,
     k: int,
     s: LoopState,
     log: Array,
@@ -169,9 +178,10 @@ def finish_sample(
     slip: int,
 ) -> None:
     """Score and log of a sample whose command is known; ``shafts``: angles, speeds and shaft torque."""
-    own = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
-    error = shafts[shafts.size // 2 - 1] - target[k]
-    keep_score(s.summary, k < rig.first_end, error, error + own, wanted, command)
+    counts, phases = c.rig.counts, c.rig.phases
+    own = counts[counts.size - 1] * phases[phases.size - 1]
+    error = shafts[shafts.size // 2 - 1] - c.target[k]
+    keep_score(s.summary, k < c.rig.first_end, error, error + own, wanted, command)
     if log.shape[0] > 0:
         write_row(log[k], shafts, s.readings, command, slip, sigma, s.controller)
 
@@ -189,19 +199,11 @@ def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, x: Array, s: LoopS
 
 
 @njit_part
-def decide(
-    observer: ObserverNumbers,
-    law: LawNumbers,
-    rig: RigNumbers,
-    reference: Array,
-    k: int,
-    x: Array,
-    s: LoopState,
-) -> tuple[float, float, float]:
+def decide(c: Control, k: int, x: Array, s: LoopState) -> tuple[float, float, float]:
     """Command wanted, limited command and sigma of one sample; without states the last command is kept."""
-    sense(observer, rig, k, x, s)
+    sense(c.observer, c.rig, k, x, s)
     wanted, command, sigma, valid = controller_step(
-        observer, law, rig.torque_limit, s.controller, s.readings, reference, k
+        c.observer, c.law, c.rig.torque_limit, s.controller, s.readings, c.reference, k
     )
     if not valid:
         s.summary[6] += 1.0

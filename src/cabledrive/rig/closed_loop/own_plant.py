@@ -8,15 +8,23 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cabledrive.control.controller_kernels import controller_step, issue, observe
+from cabledrive.control.controller_kernels import issue, observe
 from cabledrive.control.own_controller import OwnController, stepped
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
 from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
-from cabledrive.rig.closed_loop.cable_plant import cable_parts
+from cabledrive.rig.closed_loop.cable_plant import cable_run
 from cabledrive.rig.closed_loop.chain_kernels import VIEW, move_chain, see_chain
-from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, Array, LoopState, farthest, finish_sample, sense
+from cabledrive.rig.closed_loop.loop_numbers import (
+    DIVERGED,
+    Array,
+    LoopState,
+    decide,
+    farthest,
+    finish_sample,
+    sense,
+)
 from cabledrive.rig.laws.controllers import fitted_encoders, load_gear
 from cabledrive.rig.setting import RigOptions
 
@@ -218,7 +226,7 @@ def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array
     """Run samples ``first`` to ``last`` - 1 of a loop; returns the sample at which the run ended."""
     ends, moves = _plant(loop, state, tensions)
     lumped = loop.cable is None and loop.own_plant is None
-    decides = _controller(loop, state)
+    decides, control = _controller(loop, state), loop.control
     shafts = (state.terms[VIEW] if lumped else state.x)[: 2 * loop.chain.size + 1]
     for k in range(first, last):
         state.discrete[1] = ends()
@@ -226,7 +234,7 @@ def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array
             return k
         wanted, command, sigma = decides(k)
         slip = int(state.discrete[0]) if loop.cable is None else int(shafts[loop.chain.size] != 0.0)
-        finish_sample(loop.rig, loop.target, k, state, log, shafts, wanted, command, sigma, slip)
+        finish_sample(control, k, state, log, shafts, wanted, command, sigma, slip)
         state.discrete[1] = moves(k)
         if state.discrete[1]:
             return k + 1
@@ -239,17 +247,12 @@ def _when(loop: Any, k: int) -> str:
 
 def _controller(loop: Any, s: LoopState) -> Decide:
     """One sample of the controller: command wanted, limited command, sigma."""
-    made, rig, observer, c = loop.controller, loop.rig, loop.observer, s.controller
+    made, rig, observer, c, control = loop.controller, loop.rig, loop.observer, s.controller, loop.control
     seen = s.work if loop.cable is None and loop.own_plant is None else s.x
     own: OwnController | None = made.own
 
     def packaged(k: int) -> tuple[float, float, float]:
-        sense(observer, rig, k, seen, s)
-        wanted, command, sigma, valid = controller_step(
-            observer, made.law, rig.torque_limit, c, s.readings, made.reference, k
-        )
-        s.summary[6] += not valid
-        return wanted, command, sigma
+        return decide(control, k, seen, s)
 
     def users(k: int) -> tuple[float, float, float]:
         assert own is not None
@@ -273,14 +276,8 @@ def _plant(loop: Any, s: LoopState, tensions: Array) -> tuple[Ends, Moves]:
     if loop.own_plant is not None:
         return _own_plant(loop, s, gone)
     if loop.cable is not None:
-        cable = loop.cable
-        moving, work, space = cable_parts(cable, s)
-        parts = (cable.case.plan, moving)
-        return (
-            lambda: cable_ends(*parts, cable.numbers, gone, s),
-            lambda k: move_cable(*parts, work, cable.numbers, rig, k, s, tensions, *space),
-        )
-
+        cable = cable_run(loop.cable, s, tensions)
+        return lambda: cable_ends(cable, gone, s), lambda k: move_cable(cable, rig, k, s)
     plant = loop.plant
 
     def moves(k: int) -> int:
@@ -330,10 +327,7 @@ def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> i
         ) from None
     run = own_loop(own.step, own.measures == "states")
     try:
-        ended = run(
-            loop.plant, loop.observer, own.gains, loop.rig, made.reference, loop.target, first, last,
-            state, log,
-        )  # fmt: skip
+        ended = run(loop.plant, loop.control, own.gains, first, last, state, log)
     except NumbaError:
         return None
     if state.discrete[1] == NOT_FINITE:

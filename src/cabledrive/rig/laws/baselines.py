@@ -33,7 +33,7 @@ from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observers import QUIET, KalmanTuning
 from cabledrive.control.reference import AT_ONCE, FlatOutput, flat_output, flat_reference
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, natural_frequencies_of, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, law_shafts, load_count
 
@@ -75,26 +75,18 @@ def _made(
     wanted: Array | None = None,
     taps: Sequence[tuple[float, float]] = AT_ONCE,
 ) -> Controller:
-    number = highest_model(spec.drive)
-    chain = spec.model(number)
+    chain = spec.chain
     wanted = spec.wanted(2 * chain.size) if wanted is None else wanted
-    reference = np.ascontiguousarray(feedforward_table(spec, chain, wanted))
     return Controller(
         name=name,
         law=law,
-        reference=reference,
-        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
-        start=np.zeros(0),
+        reference=np.ascontiguousarray(feedforward_table(spec, chain, wanted)),
+        shafts=spec.shafts,
         tuning=tuning,
         gains=gains | {"feedforward": FEEDFORWARDS[spec.feedforward]},
-        model=number,
-        damped=True,
+        model=spec.number,
         generator=feedforward_generator(chain, inverse_of(spec, chain), spec.interval, taps),
     )
-
-
-def _chain(spec: DesignSpec) -> LumpedChain:
-    return spec.model(highest_model(spec.drive))
 
 
 def _hertz(spec: DesignSpec, default: float) -> float:
@@ -107,12 +99,12 @@ def _hertz(spec: DesignSpec, default: float) -> float:
 def pd(spec: DesignSpec) -> Controller:
     """PD on the motor."""
     hertz = _hertz(spec, PD_HZ)
-    return _made(spec, "pd", pd_law(_chain(spec), hertz, spec.interval), {"bandwidth_hz": hertz})
+    return _made(spec, "pd", pd_law(spec.chain, hertz, spec.interval), {"bandwidth_hz": hertz})
 
 
 def pid(spec: DesignSpec) -> Controller:
     """PID on the load with a notch at the lowest mode."""
-    chain, hertz = _chain(spec), _hertz(spec, PID_HZ)
+    chain, hertz = spec.chain, _hertz(spec, PID_HZ)
     notch = float(natural_frequencies_of(chain)[0]) / (2.0 * pi)
     law = pid_law(chain, hertz, notch, spec.interval)
     return _made(spec, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
@@ -120,13 +112,13 @@ def pid(spec: DesignSpec) -> Controller:
 
 def lqg(spec: DesignSpec, torque: float | None = None) -> Controller:
     """Linear-quadratic feedback; one count of error weighs as much as a ``torque`` [N m]."""
-    chain, (count, torque, settings) = _chain(spec), weights(spec, torque)
+    chain, (count, torque, settings) = spec.chain, weights(spec, torque)
     return _made(spec, "lqg", lq_law(chain, count, torque, spec.interval), settings)
 
 
 def lqi(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback with an integral of the load's error."""
-    chain, (count, torque, settings) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = spec.chain, weights(spec)
     time = integral_time(chain, count, torque)
     law = lqi_law(chain, count, torque, time, spec.interval)
     return _made(spec, "lqi", law, settings | {"integral_time": time})
@@ -134,14 +126,14 @@ def lqi(spec: DesignSpec) -> Controller:
 
 def lqg_dob(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback, and the motor disturbance that the filter sees subtracted."""
-    chain, (count, torque, settings) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = spec.chain, weights(spec)
     law = lq_law(chain, count, torque, spec.interval)
     return _made(spec, "lqg-dob", law, settings, tuning=replace(QUIET, cancels=True))
 
 
 def hinf(spec: DesignSpec) -> Controller:
     """H-infinity feedback with an integral, against torques of the size of the motor's friction."""
-    chain, (count, torque, settings) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = spec.chain, weights(spec)
     time = integral_time(chain, count, torque)
     against = chain.coulomb[0] if chain.coulomb[0] > 0.0 else LEAST_SHARE * torque
     law = hinf_law(chain, count, torque, against, time, spec.interval)
@@ -150,7 +142,7 @@ def hinf(spec: DesignSpec) -> Controller:
 
 def l1(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback with L1 adaptation, whose low-pass has the bandwidth of the feedback."""
-    chain, (count, torque, settings) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = spec.chain, weights(spec)
     hertz = rigid_bandwidth(chain, count, torque)
     law = l1_law(chain, count, torque, hertz, spec.interval)
     return _made(spec, "l1", law, settings | {"low_pass_hz": hertz})
@@ -165,7 +157,7 @@ def weights(
     spec: DesignSpec, torque: float | None = None, chain: LumpedChain | None = None
 ) -> tuple[float, float, dict[str, Any]]:
     """Error [rad] and torque [N m] that weigh the same in the laws of a quadratic cost."""
-    count, chain = load_count(spec.drive), chain or _chain(spec)
+    count, chain = load_count(spec.drive), chain or spec.chain
     settings: dict[str, Any] = {"error_weight_rad": count}
     if torque is None and spec.bandwidth is not None:
         hertz = _hertz(spec, 0.0)
@@ -183,7 +175,7 @@ def integral_time(chain: LumpedChain, error: float, torque: float) -> float:
 def dob(spec: DesignSpec) -> Controller:
     """PD on the motor, and the disturbance that the filter of the whole chain sees subtracted."""
     hertz = _hertz(spec, PD_HZ)
-    law = pd_law(_chain(spec), hertz, spec.interval)
+    law = pd_law(spec.chain, hertz, spec.interval)
     return _made(spec, "dob", law, {"bandwidth_hz": hertz}, tuning=replace(QUIET, cancels=True))
 
 
@@ -193,15 +185,7 @@ def shaper(spec: DesignSpec) -> Controller:
     Its reference comes half a period late, and the error is counted against the one that was asked for. The
     shaper itself takes the place of an inverse; with one it would shape a motion that needs none.
     """
-    chain, hertz = _chain(spec), _hertz(spec, PD_HZ)
-    wanted, frequency, taps = shaped(spec, chain)
-    law = pd_law(chain, hertz, spec.interval)
-    gains = {"bandwidth_hz": hertz, "shaper_hz": frequency}
-    return _made(spec, "shaper", law, gains, wanted=wanted, taps=taps)
-
-
-def shaped(spec: DesignSpec, chain: LumpedChain) -> tuple[Array, float, tuple[tuple[float, float], ...]]:
-    """The motion through two pulses that leave the lowest mode at rest, that mode [Hz], the pulses."""
+    chain, hertz = spec.chain, _hertz(spec, PD_HZ)
     poles = np.linalg.eigvals(state_space(chain)[0])
     lowest = min(poles[poles.imag > 1e-6], key=abs)
     ratio = -lowest.real / abs(lowest)
@@ -212,7 +196,9 @@ def shaped(spec: DesignSpec, chain: LumpedChain) -> tuple[Array, float, tuple[tu
     held[0, :late] = y[0, 0]
     first = 1.0 / (1.0 + overshoot)
     taps = ((0.0, first), (late * spec.interval, overshoot * first))
-    return (y + overshoot * held) / (1.0 + overshoot), abs(lowest) / (2.0 * pi), taps
+    law = pd_law(chain, hertz, spec.interval)
+    gains = {"bandwidth_hz": hertz, "shaper_hz": abs(lowest) / (2.0 * pi)}
+    return _made(spec, "shaper", law, gains, wanted=(y + overshoot * held) / (1.0 + overshoot), taps=taps)
 
 
 BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
@@ -245,10 +231,8 @@ def backstepping_6(spec: DesignSpec) -> Controller:
         reference=chain_reference(chain, spec.wanted(6), spec.interval),
         shafts=law_shafts(4, spec.feedback),
         start=law.learning[0],
-        tuning=QUIET,
         gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
         model=4,
-        damped=True,
         generator=chain_generator(chain, spec.interval),
     )
 
@@ -260,8 +244,7 @@ SLOWER = 0.1
 
 def reference_model(spec: DesignSpec) -> Controller:
     """Quadratic feedback whose closed loop is the reference model; the motor's four parameters adapt."""
-    number = highest_model(spec.drive)
-    chain = spec.model(number)
+    chain = spec.chain
     count, torque, settings = weights(spec)
     flat = flat_output(chain)
     motion = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
@@ -282,12 +265,10 @@ def reference_model(spec: DesignSpec) -> Controller:
         name=NAME,
         law=law,
         reference=np.ascontiguousarray(np.hstack((feedforward(chain, flat, motion), functions))),
-        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
+        shafts=spec.shafts,
         start=np.zeros(4),
-        tuning=QUIET,
         gains=settings
         | {"learns": ["inertia_motor", "viscous_friction", "coulomb_friction", "offset_torque"]},
-        model=number,
-        damped=True,
+        model=spec.number,
         generator=reference_model_generator(chain, flat, spec.interval),
     )

@@ -1,6 +1,6 @@
 """Control laws by name, made ready for a drive, a motion and the rig's sensors."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import pi
 from typing import Any
 
@@ -30,7 +30,13 @@ from cabledrive.control.reference import (
 )
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, LumpedChain, lumped_model, reflected
+from cabledrive.reduction.lumped_chain import (
+    FLEXIBLE_JOINT,
+    LumpedChain,
+    highest_model,
+    lumped_model,
+    reflected,
+)
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
 from cabledrive.trajectories import Trajectory, rise_coefficients
@@ -67,9 +73,7 @@ def load_count(drive: Drive) -> float:
 
 def law_shafts(model: int, feedback: str) -> tuple[str, ...]:
     """Shafts whose angles a law of a model takes, from the motor to the load."""
-    return {1: (feedback,), 2: ("motor", "drive"), 3: (feedback, "load"), 4: ("motor", "drive", "load")}[
-        model
-    ]
+    return {1: (feedback,), 2: SHAFTS[:2], 3: (feedback, "load"), 4: SHAFTS}[model]
 
 
 def fit_observer(
@@ -138,11 +142,11 @@ class Controller:
     law: LawNumbers
     reference: Array  # (samples, columns): what the law takes at each sample
     shafts: tuple[str, ...]  # shafts whose angles it takes, from the motor to the load
-    start: Array  # parameter estimates to begin with
-    tuning: KalmanTuning
+    start: Array = field(default_factory=lambda: np.zeros(0))  # parameter estimates to begin with
+    tuning: KalmanTuning = QUIET
     gains: dict[str, Any]  # what it was tuned to, in the units of their names
     model: int  # Model that it was made for
-    damped: bool  # whether it counts the damping of joint and cable
+    damped: bool = True  # whether it counts the damping of joint and cable
     bandwidth: float | None = None  # lambda of a law of the chain [rad/s]
     flat: FlatOutput | None = None
     # Model of the Kalman filter; None: the highest that the drive's data allow, with every encoder. A filter
@@ -185,6 +189,21 @@ class DesignSpec:
     motion: Motion | None = None  # what the trajectory was made of; for trial runs
     options: RigOptions | None = None  # of the run; for trial runs and the filter
     plant: Drive | None = None  # as it is, where that differs; trial runs are on this one
+
+    @property
+    def number(self) -> int:
+        """The highest model that the drive's data allow."""
+        return highest_model(self.drive)
+
+    @property
+    def chain(self) -> LumpedChain:
+        """That model, in angles of the first shaft."""
+        return self.model(self.number)
+
+    @property
+    def shafts(self) -> tuple[str, ...]:
+        """Shafts of its angles, from the motor to the load."""
+        return SHAFTS if self.number == 4 else (SHAFTS[0], SHAFTS[-1])
 
     def model(self, number: int) -> LumpedChain:
         """A model, {1, 2, 3, 4}, of the drive under torque control, in angles of its first shaft."""
@@ -285,7 +304,6 @@ def backstepping(spec: DesignSpec) -> Controller:
         reference=np.ascontiguousarray(spec.wanted(4).T),
         shafts=law_shafts(3, spec.feedback),
         start=law.learning[0],
-        tuning=QUIET,
         gains={"bandwidth_hz": hertz} | {name: getattr(gains, name) for name in names},
         model=3,
         damped=False,

@@ -12,7 +12,7 @@ from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR, NOMINAL
 from cabledrive.control.observers import KalmanTuning
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.closed_loop.loop import Loop, plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import (
@@ -121,13 +121,8 @@ def _stable(made: Controller, spec: DesignSpec) -> bool:
 def damped_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
     """The damping-aware law of Model 3 or 4 (``number``); its filter by what is not known."""
     counts = np.array(list(read_encoders(spec, number).values()))
-    tuning = tuning_by_uncertainty(spec, filter_chain(spec, number), counts)
-    return chain_law(spec, number, name, damped=True, tuning=tuning)
-
-
-def filter_chain(spec: DesignSpec, number: int) -> LumpedChain:
-    """The chain that the Kalman filter of a law is made for; ``number``, {1, 2, 3, 4}: Model of the law."""
-    return spec.model(own_filter(number, spec.feedback) or highest_model(spec.drive))
+    chain = spec.model(own_filter(number, spec.feedback) or spec.number)
+    return chain_law(spec, number, name, damped=True, tuning=tuning_by_uncertainty(spec, chain, counts))
 
 
 def read_encoders(spec: DesignSpec, number: int) -> dict[str, float]:

@@ -9,15 +9,13 @@ import numpy as np
 from cabledrive.control.linear_laws import feedforward_generator
 from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import DARC, HIGH, LEARNING, LOW, OWN, LawNumbers, start_estimates
-from cabledrive.control.observers import QUIET
 from cabledrive.control.own_controller import OwnController, checked_controller
-from cabledrive.control.reference import ReferenceNumbers, flat_output, reference_numbers
+from cabledrive.control.reference import ReferenceNumbers, reference_numbers
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, content_hash
-from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table
+from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table, inverse_of
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers, place
 from cabledrive.rig.laws.load_learning import KINDS, load_learning
@@ -30,9 +28,7 @@ def own_law(given: Any, spec: DesignSpec) -> Controller:
     """The user's controller with its reference along the motion."""
     own = checked_controller(given)
     _check(own, spec)
-    number = highest_model(spec.drive)
-    chain = spec.model(number)
-    shafts = own.shafts or (("motor", "drive", "load") if chain.size == 3 else ("motor", "load"))
+    chain, shafts = spec.chain, own.shafts or spec.shafts
     if "drive" in shafts and chain.size == 2 and "motor" in shafts:
         raise InputRefused(
             f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {spec.drive.name} '
@@ -46,11 +42,8 @@ def own_law(given: Any, spec: DesignSpec) -> Controller:
         law=LawNumbers(OWN, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((5, 0)), np.zeros(7)),
         reference=np.ascontiguousarray(_reference(own, spec, shafts)),
         shafts=shafts,
-        start=np.zeros(0),
-        tuning=QUIET,
         gains=gains,
-        model=number,
-        damped=True,
+        model=spec.number,
         own=own,
         generator=_generator(own, spec, shafts),
     )
@@ -58,7 +51,7 @@ def own_law(given: Any, spec: DesignSpec) -> Controller:
 
 def _reference(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> Array:
     """What the controller follows, shape (samples, columns)."""
-    chain = spec.model(highest_model(spec.drive))
+    chain = spec.chain
     wanted = spec.wanted(2 * chain.size)
     if own.follows == "motion":
         return wanted.T
@@ -69,15 +62,13 @@ def _reference(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) ->
 
 def _generator(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> ReferenceNumbers | None:
     """What makes the rows of `_reference` sample by sample; none where friction needs a shaft left out."""
-    chain = spec.model(highest_model(spec.drive))
+    chain = spec.chain
     n = chain.size
     if own.follows == "motion":
         return reference_numbers(np.eye(2 * n + 1))
     if "motor" not in shafts and chain.coulomb[0] > 0.0:
         return None
-    rigid = spec.feedforward == "rigid"
-    flat = None if rigid else flat_output(chain, damped=spec.feedforward == "damped")
-    whole = feedforward_generator(chain, flat, spec.interval)
+    whole = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
     places = [place(chain, shaft) for shaft in shafts]
     kept = [*places, *(n + i for i in places), 2 * n]
     return whole._replace(

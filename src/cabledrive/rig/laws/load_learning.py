@@ -18,7 +18,7 @@ from cabledrive.control.numbers import (
 from cabledrive.control.observer_kernels import missed_by_filter, whitening
 from cabledrive.control.observers import KalmanTuning, Sampling
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
+from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.baselines import feedforward_table, inverse_of, weights
@@ -76,8 +76,7 @@ class LoadTables:
 def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = None) -> Controller:
     """Feedback about a reference with the load's friction and inertia, learnt from innovations."""
     kind = KINDS[name]
-    number = highest_model(spec.drive)
-    chain = spec.model(number)
+    chain = spec.chain
     turning = turning or TURNING * (spec.motion.rise if spec.motion is not None else 0.5)
     tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name, turning)
     count, torque, settings = weights(spec)
@@ -105,12 +104,11 @@ def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = No
         name=name,
         law=law,
         reference=np.ascontiguousarray(np.hstack((reference, tables.blocks))),
-        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
+        shafts=spec.shafts,
         start=start_estimates(law),
         tuning=tables.tuning,
         gains=gains,
-        model=number,
-        damped=True,
+        model=spec.number,
         generator=generator._replace(
             load=load_row_numbers(chain, tables.observer, tables.white, turning, spec.interval)
         ),
@@ -134,19 +132,17 @@ def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
     """Tables of the law along a motion; ``turning``: time in which the sign of friction turns [s]."""
     kind = KINDS[name]
     options = spec.options or RigOptions()
-    number = highest_model(spec.drive)
-    chain = spec.model(number)
+    chain = spec.chain
     counts = np.array(list(read_encoders(spec, 4).values()))
     tuning = tuning_by_uncertainty(spec, chain, counts)
     tuning = replace(tuning, load_acceleration=kind.unlearnt * tuning.load_acceleration)
     used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
-    shafts = ("motor", "drive", "load") if chain.size == 3 else ("motor", "load")
     sampling = Sampling(
         interval=spec.interval,
         delay=control_delay(spec.plant or spec.drive),
         current_rate=current_rate(spec.drive),
     )
-    observer, _, fitted = fit_observer(chain, chain, spec.drive, shafts, options, sampling, used)
+    observer, _, fitted = fit_observer(chain, chain, spec.drive, spec.shafts, options, sampling, used)
     if observer.kind != KALMAN:
         raise InputRefused(
             f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"

@@ -6,12 +6,12 @@ motion is late by the shaper's mean delay, and errors are counted against the mo
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import pi
 
 import numpy as np
 
 from cabledrive.control.linear_laws import linear_law
-from cabledrive.control.observers import QUIET
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.lumped_chain import highest_model, state_space
@@ -46,8 +46,7 @@ def stepper(spec: DesignSpec, *, shaped: bool = False) -> Controller:
         )
     stiffness = motor.holding_stiffness
     torque = stiffness / TEETH if motor.torque_limit is None else motor.torque_limit
-    number = highest_model(spec.drive)
-    chain = spec.model(number)
+    chain = spec.chain
     n, wanted, late = chain.size, spec.wanted(0)[0], 0.0
     gains: dict[str, object] = {"bandwidth_hz": None, "field_periods": stiffness / torque}
     if shaped:
@@ -68,26 +67,20 @@ def stepper(spec: DesignSpec, *, shaped: bool = False) -> Controller:
         name=name,
         law=linear_law(np.zeros((0, 2 * n + 1)), np.zeros((1, 2 * n)), spec.interval),
         reference=np.column_stack((np.zeros((spec.samples, 2 * n)), wanted)),
-        shafts=("motor", "drive", "load") if n == 3 else ("motor", "load"),
-        start=np.zeros(0),
-        tuning=QUIET,
+        shafts=spec.shafts,
         gains=gains,
-        model=number,
-        damped=True,
+        model=spec.number,
         field=(torque, stiffness / torque),
         late=late,
     )
 
 
 CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
-    "darc-1": lambda spec: darc(spec, 1),
-    "darc-2": lambda spec: darc(spec, 2),
-    "darc-3": lambda spec: darc(spec, 3),
-    "darc-4": lambda spec: darc(spec, 4),
-    "darc-1-damped": lambda spec: damped_law(spec, "darc-1-damped", 1),
-    "darc-2-damped": lambda spec: damped_law(spec, "darc-2-damped", 2),
-    "darc-3-damped": lambda spec: damped_law(spec, "darc-3-damped", 3),
-    "darc-4-damped": lambda spec: damped_law(spec, "darc-4-damped"),
+    **{f"darc-{number}": partial(darc, number=number) for number in (1, 2, 3, 4)},
+    **{
+        f"darc-{number}-damped": partial(damped_law, name=f"darc-{number}-damped", number=number)
+        for number in (1, 2, 3, 4)
+    },
     "backstepping": backstepping,
     "backstepping-6": backstepping_6,
     NAME: indirect,

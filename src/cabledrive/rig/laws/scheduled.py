@@ -9,7 +9,7 @@ from cabledrive.control.load_schedule import LoadSchedule, scheduled_law, with_l
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observers import QUIET
 from cabledrive.control.reference import ReferenceNumbers
-from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
+from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
@@ -27,7 +27,7 @@ def scheduled(spec: DesignSpec) -> Controller:
     The reference holds beside states and torque what either adds for another load of the drive's own size:
     both are linear in the load's inertia. Its last column is the load that is announced.
     """
-    chain = spec.model(highest_model(spec.drive))
+    chain = spec.chain
     low, high = PAYLOAD_RANGE if spec.motion is None else spec.motion.payload_range
     schedule = schedule_of(low, high)
     designs = [_designed(spec, with_load(chain, load)) for load in schedule.loads]
@@ -41,12 +41,11 @@ def scheduled(spec: DesignSpec) -> Controller:
         name=NAME,
         law=scheduled_law(designs, schedule, chain.coulomb[0]),
         reference=table,
-        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
+        shafts=spec.shafts,
         start=np.ones(1),
         tuning=tuning_by_uncertainty(spec, chain, counts) if spec.motion is not None else QUIET,
         gains=settings | {"designed_for": [low, high], "designs": schedule.points},
-        model=highest_model(spec.drive),
-        damped=True,
+        model=spec.number,
         generator=_generator(spec, smooth),
         schedule=schedule,
         believed=chain,

@@ -18,7 +18,8 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import posed
 from cabledrive.reduction.two_motors import TwoMotorMachine
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
-from cabledrive.rig.two_motors.plant_kernels import move, pull_of
+from cabledrive.rig.setting import BodyMotion
+from cabledrive.rig.two_motors.plant_kernels import Body, move, pull_of
 from cabledrive.trajectories import Trajectory, pulse
 
 DELAY_SHARE = 0.17
@@ -118,9 +119,11 @@ _HALVINGS = 40
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Plan:
-    """A motion and what it asks for."""
+class Setup:
+    """What all runs share: a machine as believed, its law, a motion and what that asks for."""
 
+    machine: TwoMotorMachine
+    design: TensionDesign
     trajectory: Trajectory  # of the part of the way, from 0 to 1
     table: Array  # (samples, 3 m + 2): as `cabledrive.control.tension_position.step` takes it
     # tension, torque, speed: (samples, 2): of lines [N], drums [N m] and [rad/s]
@@ -128,15 +131,14 @@ class Plan:
     torque: Array
     speed: Array
 
-    def used(self, machine: TwoMotorMachine, design: TensionDesign) -> float:
+    @property
+    def used(self) -> float:
         """Largest part of what tension, torque and speed allow; above 1: it cannot be followed."""
-        gains, numbers = design.gains, machine.numbers
-        room = (machine.tension - self.tension) / (machine.tension - gains.low)
-        parts = [room.max(), (np.abs(self.torque) / numbers.limit).max()]
-        limits = [motor.speed_limit for motor in machine.drive.motor]
-        parts += [
-            np.abs(self.speed[:, i]).max() / limit for i, limit in enumerate(limits) if limit is not None
-        ]
+        rest, numbers = self.machine.tension, self.machine.numbers
+        parts = [((rest - self.tension) / (rest - self.design.gains.low)).max()]
+        parts += [(np.abs(self.torque) / numbers.limit).max()]
+        limits = [motor.speed_limit for motor in self.machine.drive.motor]
+        parts += [np.abs(own).max() / limit for own, limit in zip(self.speed.T, limits, strict=True) if limit]
         return float(max(parts))
 
 
@@ -157,31 +159,21 @@ def way_of(machine: TwoMotorMachine, moves: Mapping[str, float]) -> Array:
     return np.array([moves.get(name, 0.0) for name in machine.names])
 
 
-def plan_motion(
-    machine: TwoMotorMachine,
-    design: TensionDesign,
-    way: Array,
-    *,
-    rise: float | None,
-    dwell: float,
-    pulses: int,
-    order: int = ORDER,
-) -> Plan:
-    """Go a way and back, smoothly; ``rise`` None: the shortest that uses at most `USED` of the limits."""
+def plan_motion(machine: TwoMotorMachine, design: TensionDesign, way: Array, motion: BodyMotion) -> Setup:
+    """Go a way and back, smoothly; without a rise the shortest that uses at most `USED` of the limits."""
+    order = ORDER if motion.order is None else motion.order
 
-    def planned(rise: float) -> Plan:
-        trajectory = pulse(1.0, rise, dwell, pulses=pulses, order=order)
+    def planned(rise: float) -> Setup:
+        trajectory = pulse(1.0, rise, motion.dwell, pulses=motion.pulses, order=order)
         return _plan(machine, design, way, trajectory)
 
     _check_way(machine, way)
-    if rise is not None:
-        return planned(rise)
+    if motion.rise is not None:
+        return planned(motion.rise)
     single = [0.01, LONGEST_RISE]
 
     def asks(rise: float) -> float:
-        return _plan(machine, design, way, pulse(1.0, rise, 0.0, order=order), samples=400).used(
-            machine, design
-        )
+        return _plan(machine, design, way, pulse(1.0, rise, 0.0, order=order), samples=400).used
 
     if asks(single[1]) > USED:
         raise InputRefused(
@@ -197,14 +189,10 @@ def plan_motion(
 def _check_way(machine: TwoMotorMachine, way: Array) -> None:
     """Refuse a way on which the machine of the file cannot be."""
     drive = machine.drive
-    at = dict(zip(("x", "y"), drive.body[0].at, strict=True))
+    at = [drive.body[0].at["xy".index(name[-1])] for name in machine.names]
     for share in (0.25, 0.5, 0.75, 1.0):
-        pose = {
-            name: at[name.rpartition(".")[2]] + share * float(distance)
-            for name, distance in zip(machine.names, way, strict=True)
-        }
         try:
-            posed(drive, pose)
+            posed(drive, dict(zip(machine.names, (at + share * way).tolist(), strict=True)))
         except InputRefused as refusal:
             raise InputRefused(f"move: {refusal}") from None
     if not way.any():
@@ -217,7 +205,7 @@ def _plan(
     way: Array,
     trajectory: Trajectory,
     samples: int | None = None,
-) -> Plan:
+) -> Setup:
     """Tables over the samples of the run, or over as many as are given."""
     numbers, gains = machine.numbers, design.gains
     count = round(trajectory.duration / gains.interval) + 1 if samples is None else samples
@@ -243,7 +231,9 @@ def _plan(
         + numbers.turning_coulomb * np.tanh(speed / gains.sliding)
     )
     lead = 2.0 * rate / gains.filter + bent / gains.filter**2
-    return Plan(
+    return Setup(
+        machine=machine,
+        design=design,
         trajectory=trajectory,
         table=np.ascontiguousarray(np.hstack([q, v, a, lead])),
         tension=tension,
@@ -292,12 +282,12 @@ def loop_poles(
     def following(x: Array) -> Array:
         """The loop one sample later."""
         q, v, turned, turn = (part.copy() for part in np.split(x[: 2 * m + 4], [m, 2 * m, 2 * m + 2]))
-        own, rows, pull = state.copy(), np.zeros((2, m)), np.zeros(2)
+        body, own = Body(q, v, turned, turn, np.zeros((2, m)), np.zeros(2)), state.copy()
         own[: 3 * m + 6] = x[2 * m + 4 :]
-        pull_of(still, q, v, turned, turn, rows, pull)
-        own, torque = step(believed, own, np.concatenate([turned, pull]), reference)
+        pull_of(still, body)
+        own, torque = step(believed, own, np.concatenate([body.angle, body.tension]), reference)
         for _ in range(substeps):
-            move(still, gains.interval / substeps, q, v, turned, turn, torque, np.zeros(m), rows, pull)
+            move(still, body, gains.interval / substeps, torque, np.zeros(m))
         return np.concatenate([q, v, turned, turn, own[: 3 * m + 6]])
 
     columns = [
@@ -309,9 +299,6 @@ def loop_poles(
 
 def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, substeps: int) -> float:
     """Least damping ratio of all poles over some places, shape (places, m); negative: unstable."""
-    found = []
-    for place in places:
-        poles = loop_poles(machine, gains, place, substeps)
-        poles = poles[np.abs(poles) > _AT_ONE]
-        found.append(float((-poles.real / np.abs(poles)).min()))
-    return min(found)
+    poles = np.concatenate([loop_poles(machine, gains, place, substeps) for place in places])
+    poles = poles[np.abs(poles) > _AT_ONE]
+    return float((-poles.real / np.abs(poles)).min())

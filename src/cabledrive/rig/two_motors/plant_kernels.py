@@ -26,6 +26,17 @@ class RigNumbers(NamedTuple):
     noise: Array  # (samples, 2): of the load cells [N]
 
 
+class Body(NamedTuple):
+    """What moves, and scratch: places and speeds, shape (m,), angles and speeds of the drums, shape (2,)."""
+
+    q: Array
+    v: Array
+    angle: Array
+    turn: Array
+    along: Array  # (2, m): directions of the lines
+    tension: Array  # (2,): of the lines [N]
+
+
 @njit
 def close_loop(
     machine: TwoMotors,
@@ -43,18 +54,18 @@ def close_loop(
     ``least``, shape (2,): the least tension between samples as well [N]. A number that is not finite ends it.
     """
     m = machine.mass.size
-    q, v, angle, turn = np.zeros(m), np.zeros(m), np.zeros(2), np.zeros(2)
-    along, tension, torque = np.zeros((2, m)), np.zeros(2), np.zeros(2)
+    q, angle, tension, torque = np.zeros(m), np.zeros(2), np.zeros(2), np.zeros(2)
+    body = Body(q, np.zeros(m), angle, np.zeros(2), np.zeros((2, m)), tension)
     command, held, measurement = np.zeros(2), np.zeros(2), np.zeros(4)
     state, space, work = state.copy(), np.zeros((2, m)), np.zeros(3 * m + 22)
-    pull_of(machine, q, v, angle, turn, along, tension)
+    pull_of(machine, body)
     for i in range(2):  # at rest the motors hold the lines
         torque[i] = machine.drum[i] * tension[i]
         command[i] = held[i] = torque[i]
     for k in range(len(reference)):
-        read(rig, k, angle, tension, measurement)
         for i in range(2):
-            held[i] = command[i]
+            measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
+            measurement[2 + i], held[i] = tension[i] + rig.noise[k, i], command[i]
         step_in_place(gains, state, measurement, reference[k], command, space, work)
         for j in range(m):
             record[k, j] = q[j]
@@ -68,18 +79,10 @@ def close_loop(
             for i in range(2):
                 wanted = command[i] if s >= rig.late else held[i]
                 torque[i] = wanted + rig.lag * (torque[i] - wanted)
-            move(machine, rig.interval / rig.substeps, q, v, angle, turn, torque, force[k], along, tension)
+            move(machine, body, rig.interval / rig.substeps, torque, force[k])
             for i in range(2):
                 least[i] = min(least[i], tension[i])
     return len(reference)
-
-
-@njit
-def read(rig: RigNumbers, k: int, angle: Array, tension: Array, measurement: Array) -> None:
-    """What the sensors give at a sample."""
-    for i in range(2):
-        measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
-        measurement[2 + i] = tension[i] + rig.noise[k, i]
 
 
 @njit
@@ -89,44 +92,30 @@ def counted(value: float, count: float, phase: float) -> float:
 
 
 @njit
-def pull_of(
-    machine: TwoMotors, q: Array, v: Array, angle: Array, turn: Array, along: Array, tension: Array
-) -> None:
+def pull_of(machine: TwoMotors, body: Body) -> None:
     """Write directions and tensions of both lines."""
     for i in range(2):
-        length, free, _ = line_at(machine, i, q, along[i])
-        speed = machine.drum[i] * turn[i]
-        for j in range(q.size):
-            speed += along[i, j] * v[j]
-        stretch = length + machine.drum[i] * angle[i] - machine.unwound[i]
-        tension[i] = pulled(stretch, speed, machine.rigidity[i] / free, machine.loss[i] / free)
+        length, free, _ = line_at(machine, i, body.q, body.along[i])
+        speed = machine.drum[i] * body.turn[i]
+        for j in range(body.q.size):
+            speed += body.along[i, j] * body.v[j]
+        stretch = length + machine.drum[i] * body.angle[i] - machine.unwound[i]
+        body.tension[i] = pulled(stretch, speed, machine.rigidity[i] / free, machine.loss[i] / free)
 
 
 @njit
-def move(
-    machine: TwoMotors,
-    h: float,
-    q: Array,
-    v: Array,
-    angle: Array,
-    turn: Array,
-    torque: Array,
-    force: Array,
-    along: Array,
-    tension: Array,
-) -> None:
+def move(m: TwoMotors, body: Body, h: float, torque: Array, force: Array) -> None:
     """One internal step: speeds by the forces, friction set-valued, then places (symplectic)."""
-    pull_of(machine, q, v, angle, turn, along, tension)
-    for j in range(q.size):
-        total = machine.force[j] + force[j] - along[0, j] * tension[0] - along[1, j] * tension[1]
-        v[j] = rubbed(v[j], total, machine.mass[j], machine.viscous[j], machine.coulomb[j], h)
-        q[j] += h * v[j]
+    pull_of(m, body)
+    along, tension, v, turn = body.along, body.tension, body.v, body.turn
+    for j in range(v.size):
+        total = m.force[j] + force[j] - along[0, j] * tension[0] - along[1, j] * tension[1]
+        v[j] = rubbed(v[j], total, m.mass[j], m.viscous[j], m.coulomb[j], h)
+        body.q[j] += h * v[j]
     for i in range(2):
-        total = torque[i] - machine.drum[i] * tension[i]
-        turn[i] = rubbed(
-            turn[i], total, machine.inertia[i], machine.turning_viscous[i], machine.turning_coulomb[i], h
-        )
-        angle[i] += h * turn[i]
+        total = torque[i] - m.drum[i] * tension[i]
+        turn[i] = rubbed(turn[i], total, m.inertia[i], m.turning_viscous[i], m.turning_coulomb[i], h)
+        body.angle[i] += h * turn[i]
 
 
 @njit

@@ -1,7 +1,7 @@
 """Run the law of two motors on a machine, and what is left of a run."""
 
 from dataclasses import dataclass
-from math import ceil, exp, pi, sqrt
+from math import ceil, exp, pi
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,9 @@ from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.two_motors import TwoMotorMachine
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 from cabledrive.rig.disturbances import stepped_in
+from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.setting import Disturbance
-from cabledrive.rig.two_motors.plan import Plan, TensionDesign, lines_along
+from cabledrive.rig.two_motors.plan import Setup, lines_along
 from cabledrive.rig.two_motors.plant_kernels import COLUMNS, RigNumbers, close_loop
 
 
@@ -62,15 +63,6 @@ STEPS_PER_RADIAN = 20.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Setup:
-    """A machine as believed, its law and the motion: what all runs share."""
-
-    machine: TwoMotorMachine
-    design: TensionDesign
-    plan: Plan
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class PlantRun:
     """One plant under the law."""
 
@@ -83,14 +75,12 @@ class PlantRun:
 
 def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:
     """Run one plant, at rest at first, with encoder phases and cell noise drawn."""
-    gains, table = setup.design.gains, setup.plan.table
+    gains, table = setup.design.gains, setup.table
     m, substeps = actual.mass.size, substeps_of(actual, gains.interval)
     record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
     state = first_state(gains, setup.machine.tension)
-    ended = close_loop(
-        actual, gains, state, rig_numbers(setup.machine, gains.interval, substeps, len(table), rng),
-        table, force, record, least,
-    )  # fmt: skip
+    rig = rig_numbers(setup.machine, gains.interval, substeps, len(table), rng)
+    ended = close_loop(actual, gains, state, rig, table, force, record, least)
     return PlantRun(record=record[:ended], least=least, substeps=substeps)
 
 
@@ -123,7 +113,7 @@ def rig_numbers(
 
 def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
     """Forces on the body from each sample to the next, shape (samples, m) [N]."""
-    interval, samples = setup.design.gains.interval, len(setup.plan.table)
+    interval, samples = setup.design.gains.interval, len(setup.table)
     for push in disturbances:
         if push.start >= samples * interval:
             raise InputRefused(
@@ -143,7 +133,7 @@ def bound_of_place(setup: Setup) -> Array:
     numbers, sensors = machine.numbers, machine.drive.sensors
     assert sensors is not None  # the design has read it
     m = numbers.mass.size
-    places = np.ascontiguousarray(setup.plan.table[:: max(1, len(setup.plan.table) // CHECKED_PLACES), :m])
+    places = np.ascontiguousarray(setup.table[:: max(1, len(setup.table) // CHECKED_PLACES), :m])
     along, _, free = lines_along(numbers, places)
     turns, pulls = np.abs(np.linalg.pinv(along)), np.abs(along)
     stretch = (sensors.load_cell_noise or 0.0) * free / numbers.rigidity
@@ -173,7 +163,7 @@ MOST_DRAWS = 100_000
 
 
 def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str, Any]:
-    """Run drawn plants with gusts; how many kept every line tight, with the 95 % interval of Wilson."""
+    """Run drawn plants with gusts; how many kept every line tight, and the least share that this shows."""
     if not 0 < draws <= MOST_DRAWS:
         raise InputRefused(f"draws = {draws} must lie between 1 and {MOST_DRAWS}: ask for fewer")
     least, errors, used = [], [], []
@@ -182,19 +172,17 @@ def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str,
         actual = drawn_plant(setup, rng)
         done = run_plant(setup, actual, drawn_gusts(setup, rng), rng)
         m = actual.mass.size
-        complete = len(done.record) == len(setup.plan.table)
+        complete = len(done.record) == len(setup.table)
         least.append(float(done.least.min()) if complete else 0.0)
-        off = done.record[:, :m] - setup.plan.table[: len(done.record), :m]
+        off = done.record[:, :m] - setup.table[: len(done.record), :m]
         errors.append(float(np.sqrt((off**2).sum(axis=1)).max()) if complete else np.inf)
         used.append(part_used(bound, off) if complete else np.inf)
     kept = sum(value >= setup.design.floor for value in least)
-    low, high = wilson(kept, draws)
     return {
         "draws": draws,
         "kept": kept,
         "share": kept / draws,
-        "share_low": low,
-        "share_high": high,
+        "share_low": share_low(kept, draws),
         "least_tension": min(least),
         "median_peak_error_mm": 1e3 * float(np.median(errors)),
         "worst_peak_error_mm": 1e3 * max(errors),
@@ -224,7 +212,7 @@ def drawn_plant(setup: Setup, rng: np.random.Generator) -> TwoMotors:
 
 def drawn_gusts(setup: Setup, rng: np.random.Generator) -> Array:
     """Gusts that step in and out at random, together never above the stated force, shape (samples, m) [N]."""
-    samples, m = len(setup.plan.table), setup.machine.numbers.mass.size
+    samples, m = len(setup.table), setup.machine.numbers.mass.size
     force = np.zeros((samples, m))
     edges = np.sort(rng.integers(0, samples, 2 * GUSTS)).reshape(GUSTS, 2)
     for first, last in edges:
@@ -232,12 +220,3 @@ def drawn_gusts(setup: Setup, rng: np.random.Generator) -> Array:
         size = setup.design.gust * rng.uniform() / np.linalg.norm(direction)
         force[first:last] = size * direction
     return force
-
-
-def wilson(successes: int, runs: int) -> tuple[float, float]:
-    """Two-sided 95 % interval of a share, E. B. Wilson, J. Am. Stat. Assoc. 22, 209-212, 1927."""
-    z = 1.959963984540054
-    share, scale = successes / runs, 1.0 + z * z / runs
-    middle = share + 0.5 * z * z / runs
-    half = z * sqrt(share * (1.0 - share) / runs + 0.25 * (z / runs) ** 2)
-    return max((middle - half) / scale, 0.0), min((middle + half) / scale, 1.0)

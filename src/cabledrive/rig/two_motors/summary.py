@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED
 from cabledrive.reduction.two_motors_kernels import TwoMotors
-from cabledrive.rig.two_motors.plan import least_damping
-from cabledrive.rig.two_motors.run import PlantRun, Setup, TwoMotorTracking, bound_of_place, part_used
+from cabledrive.rig.two_motors.plan import Setup, least_damping
+from cabledrive.rig.two_motors.run import PlantRun, TwoMotorTracking, bound_of_place, part_used
 
 NAMES = {
     "mass": "mass of the body",
@@ -30,40 +30,14 @@ ALWAYS = (
 
 def place_departures(setup: Setup, actual: TwoMotors, reshaped: float) -> list[str]:
     """In what a run differs from what the bound of the place supposes; ``reshaped``: part of its samples."""
-    believed = setup.machine.numbers
-    found = [
-        f"{words} {100.0 * off:.0f} % off"
-        for key, words in NAMES.items()
-        if (off := _off(getattr(actual, key), getattr(believed, key))) > 1e-9
-    ]
+    found = []
+    for key, words in NAMES.items():
+        ours, theirs = getattr(setup.machine.numbers, key), getattr(actual, key)
+        off = float(np.max(np.abs(theirs - ours) / np.maximum(np.abs(ours), 1e-12), initial=0.0))
+        found += [f"{words} {100.0 * off:.0f} % off"] if off > 1e-9 else []
     if reshaped > 0.0:
         found.append(f"wanted tensions were reshaped at {reshaped:.1%} of the samples")
     return [*found, *ALWAYS]
-
-
-def _off(actual: Array, believed: Array) -> float:
-    """Largest relative difference."""
-    scale = np.maximum(np.abs(believed), 1e-12)
-    return float(np.max(np.abs(actual - believed) / scale, initial=0.0))
-
-
-def place_words(
-    setup: Setup, actual: TwoMotors, error: Array, broken: list[str], reshaped: float
-) -> dict[str, Any]:
-    """The bound beside the error, shape (samples, m) [m], inside it where no broken assumption is named."""
-    bound = bound_of_place(setup)
-    used = part_used(bound, error)
-    named = list(broken)
-    if not used <= 1.0:
-        named += place_departures(setup, actual, reshaped)
-    return {
-        "position_bound_mm": {
-            name: 1e3 * float(value) for name, value in zip(setup.machine.names, bound, strict=True)
-        },
-        "position_bound_used": used,
-        "position_within_bound": None if named else True,
-        "position_broken_assumptions": named,
-    }
 
 
 Flags = NDArray[np.bool_]
@@ -81,8 +55,8 @@ def summarize(
 ) -> TwoMotorTracking:
     """Put a run of ``actual`` into words and arrays; ``force``, shape (samples, m): on the body [N]."""
     gains, design, machine = setup.design.gains, setup.design, setup.machine
-    m, record, samples = len(machine.names), done.record, len(setup.plan.table)
-    wanted = setup.plan.table[: len(record), :m]
+    m, record, samples = len(machine.names), done.record, len(setup.table)
+    wanted = setup.table[: len(record), :m]
     error = record[:, :m] - wanted
     size = np.sqrt((error**2).sum(axis=1)) if len(record) else np.zeros(1)
     tension, torque, limit = record[:, m : m + 2], record[:, m + 2 : m + 4], machine.numbers.limit
@@ -91,7 +65,7 @@ def summarize(
     finite = len(record) == samples
     least = [float(value) if np.isfinite(value) else None for value in done.least]
     kept = finite and bool((done.least >= design.floor).all())
-    move = setup.plan.trajectory.moves[0]
+    move = setup.trajectory.moves[0]
     summary: dict[str, Any] = {
         "controller": CONTROLLER,
         "plant": "body between two lines, exact geometry",
@@ -141,18 +115,18 @@ def summarize(
         "reshaped_fraction": float(reshaped.mean()) if len(record) else None,
         "gust": design.gust,
         "motion": {
-            "way": {name: float(setup.plan.table[:, j].max() + setup.plan.table[:, j].min())
+            "way": {name: float(setup.table[:, j].max() + setup.table[:, j].min())
                     for j, name in enumerate(machine.names)},
             "rise": move.duration,
-            "pulses": len(setup.plan.trajectory.moves) // 2,
-            "order": setup.plan.trajectory.order,
-            "used": setup.plan.used(machine, design),
+            "pulses": len(setup.trajectory.moves) // 2,
+            "order": setup.trajectory.order,
+            "used": setup.used,
         },
         "sample_rate": 1.0 / gains.interval,
         "internal_step": gains.interval / done.substeps,
         "seed": seed,
     }  # fmt: skip
-    places = setup.plan.table[:: max(1, len(setup.plan.table) // PLACES), :m]
+    places = setup.table[:: max(1, len(setup.table) // PLACES), :m]
     damping = least_damping(machine.numbers, gains, places, done.substeps)
     summary["least_damping"] = damping
     broken = _broken(setup, force, saturated)
@@ -163,9 +137,23 @@ def summarize(
     if broken:
         summary["within_bound_reason"] = "; ".join(broken)
     share = float(reshaped.mean()) if len(reshaped) else 0.0
-    summary |= place_words(setup, actual, error, broken, share)
-    summary["assumptions"] = list(ASSUMED)
-    summary["reasons"] = _reasons(setup, reshaped, broken)
+    bound = bound_of_place(setup)
+    used, named = part_used(bound, error), list(broken)
+    if not used <= 1.0:
+        named += place_departures(setup, actual, share)
+    summary |= {
+        "position_bound_mm": dict(zip(machine.names, (1e3 * bound).tolist(), strict=True)),
+        "position_bound_used": used,
+        "position_within_bound": None if named else True,
+        "position_broken_assumptions": named,
+        "assumptions": list(ASSUMED),
+        "reasons": [],
+    }
+    if share >= _TOLD:  # the position gave way to the tension
+        words = (
+            f"at {share:.1%} of the samples the wanted tensions were outside their limits and were moved to "
+        )
+        summary["reasons"] = [f"{words}them: the position gives way, the tension does not", *broken]
     if drawn is not None:
         summary["over_draws"] = drawn
     return TwoMotorTracking(
@@ -182,9 +170,9 @@ def summarize(
 def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:
     """What the promise of the floor supposes and this run did not have."""
     design, machine, found = setup.design, setup.machine, []
-    used = setup.plan.used(machine, design)
+    used = setup.used
     if used > 1.0:
-        low = setup.plan.tension.min(axis=0)
+        low = setup.tension.min(axis=0)
         i = int(np.argmin(low - design.gains.low))
         found.append(
             f"the motion uses {used:.2f} times what tension, torque and speed allow ({machine.lines[i]}: "
@@ -197,7 +185,7 @@ def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:
         names = " and ".join(
             name
             for name, limit, t in zip(
-                machine.motors, machine.numbers.limit, np.abs(setup.plan.torque).max(axis=0), strict=True
+                machine.motors, machine.numbers.limit, np.abs(setup.torque).max(axis=0), strict=True
             )
             if t > limit
         )
@@ -206,25 +194,13 @@ def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:
     return found
 
 
-def _reasons(setup: Setup, reshaped: Flags, broken: list[str]) -> list[str]:
-    """Why the position gave way to the tension."""
-    share = float(reshaped.mean()) if len(reshaped) else 0.0
-    if share < _TOLD:
-        return []
-    return [
-        f"at {share:.1%} of the samples the wanted tensions were outside their limits and were moved to "
-        "them: the position gives way, the tension does not",
-        *broken,
-    ]
-
-
 def _incomplete(
     setup: Setup, done: PlantRun, tension: Array, broken: list[str], drawn: dict[str, Any] | None
 ) -> str | None:
     """What was not kept, and why; None where all was."""
     machine, floor = setup.machine, setup.design.floor
     why = "; ".join(broken) or "no assumption is broken: the margin is too small for this plant"
-    if len(done.record) < len(setup.plan.table):
+    if len(done.record) < len(setup.table):
         return f"the run diverged at {len(done.record) * setup.design.gains.interval:.4g} s: {why}"
     i = int(np.argmin(done.least))
     if done.least[i] < floor:

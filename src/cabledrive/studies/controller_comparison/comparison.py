@@ -19,12 +19,12 @@ from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed_plants import Disturbances, load_disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
+from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
 from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import check_motion, spec_for
 from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
-from cabledrive.studies.study.acceptance_stage import share_low
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
 

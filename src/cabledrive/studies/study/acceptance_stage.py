@@ -1,22 +1,33 @@
-"""Stage 7: a sampled law on many plants drawn from what is known."""
+"""Stage 7: every law on many plants drawn from what is known, and the simplest that holds the goal."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
-from scipy.stats import beta
 
+from cabledrive.rig.plant_samples import CONFIDENCE, share_low
+from cabledrive.studies.study.controller_stage import LawSetting
+from cabledrive.studies.study.goals import Goals, goal_of
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.machine import Quantity
-from cabledrive.studies.study.plants import ClosedLoop, Score
+from cabledrive.studies.study.plants import ClosedLoop, Plant, Score
 from cabledrive.studies.study.sampled_plants import Correlation, sampled_plant
-from cabledrive.studies.study.stage_cache import Made, StageCache
+from cabledrive.studies.study.stage_cache import StageCache
 
-CONFIDENCE = 0.95
 ENOUGH = {"lumped": 0.99, "carriage": 0.99, "cable": 0.95}
 """Share of the plants that must keep within the goal, by the kind of plant."""
+NONE_ASKED = "no runs on the distributed cable were requested"
+NOT_HELD = "none of the laws meets the goal on the lumped plants"
+FIRST = 50
+"""Plants that every law meets, where there are several."""
+NEAR = 1.5
+"""Over the smallest error on these: laws up to it are run to the end where there is no goal."""
+BLOCKS = {"lumped": 50, "carriage": 25, "cable": 5}
+"""Runs that are kept together, by the kind of plant."""
+KEPT = 400
+"""Points of the worst run that are kept."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,31 +39,6 @@ class ReachedError:
     # can show where it is too small for that
     share: float
     confidence: float = CONFIDENCE
-
-
-def share_low(inside: int, runs: int) -> float:
-    """Lower limit of the share of plants inside, with `CONFIDENCE`."""
-    if inside == 0:
-        return 0.0
-    return float(beta.ppf(1.0 - CONFIDENCE, inside, runs - inside + 1))
-
-
-def misses_allowed(runs: int, share: float) -> int:
-    """Most runs that may miss while `share_low` keeps a share; -1: so few runs cannot show it."""
-    misses = -1
-    while misses + 1 < runs and share_low(runs - misses - 1, runs) >= share:
-        misses += 1
-    return misses
-
-
-def reached_error(lasting: Sequence[float], runs: int, share: float) -> ReachedError:
-    """Error below which runs show that a share of plants stays, or the share that so many runs can show."""
-    misses = misses_allowed(runs, share)
-    shown = share
-    if misses < 0:
-        misses, shown = 0, share_low(runs, runs)
-    place = runs - misses - 1
-    return ReachedError(error=lasting[place] if place < len(lasting) else None, share=shown)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,72 +59,6 @@ class LawScore:
     share_low: float | None
     holds: bool | None  # whether `share_low` is enough; None without a goal, or where not all runs were made
     reason: str  # why runs were not made
-
-
-def score(
-    controller: str,
-    setting: str,
-    plant: str,
-    lasting: Sequence[float],
-    runs: int,
-    goal: float | None,
-    reason: str = "",
-) -> LawScore:
-    """What many runs of a law say; ``lasting``: their errors, ascending; ``goal``: [rad] or [m]."""
-    share = low = None
-    if goal is not None and runs:
-        inside = sum(error <= goal for error in lasting)
-        share, low = inside / runs, share_low(inside, runs)
-    return LawScore(
-        controller=controller,
-        setting=setting,
-        plant=plant,
-        runs=runs,
-        failed=runs - len(lasting),
-        worst=lasting[-1] if lasting else None,
-        reached=reached_error(lasting, runs, ENOUGH[plant]) if runs else None,
-        share=share,
-        share_low=low,
-        holds=None if low is None else low >= ENOUGH[plant],
-        reason=reason,
-    )
-
-
-def lost(misses: int, runs: int, plant: str) -> bool:
-    """Whether a law has missed the goal so often that the rest of the runs cannot mend it."""
-    return misses > max(misses_allowed(runs, ENOUGH[plant]), 0)
-
-
-def closest(scores: Sequence[LawScore]) -> LawScore | None:
-    """The law with the smallest error, with a goal the largest share first; None: no law has runs."""
-    made = [one for one in scores if one.runs]
-    if not made:
-        return None
-
-    def rank(one: LawScore) -> tuple[float, float]:
-        error = one.reached.error if one.reached else None
-        return -(one.share or 0.0), float("inf") if error is None else error
-
-    return min(made, key=rank)
-
-
-def quantile_of_all(lasting: Sequence[float], runs: int, share: float) -> float | None:
-    """Error that a share of all runs kept below; None where too many ended early, or none was made."""
-    needed = max(ceil(share * runs - 1e-9), 1)
-    return lasting[needed - 1] if needed <= len(lasting) else None
-
-
-BLOCKS = {"lumped": 50, "carriage": 25, "cable": 5}
-"""Runs that are kept together, by the kind of plant."""
-KEPT = 400
-"""Points of the worst run that are kept."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SampleBlock:
-    """Runs on some plants, in the order of their draws."""
-
-    scores: tuple[Score, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,42 +97,127 @@ class AcceptanceResult:
 
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below [rad] or [m]; None where too many ended early."""
-        return quantile_of_all(self.rests if rest else self.peaks, self.draws, share)
+        lasting, needed = self.rests if rest else self.peaks, max(ceil(share * self.draws - 1e-9), 1)
+        return lasting[needed - 1] if needed <= len(lasting) else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TriedLaws:
+    """All laws of a study."""
+
+    scores: tuple[LawScore, ...]  # on the plants that decide first, simplest law first
+    cable_scores: tuple[LawScore, ...]  # on the distributed cable, of those that came to it
+    # the simplest that holds the goal; without one that does, or without a goal, the one that came closest
+    chosen: LawSetting | None
+    # runs, cable: of the chosen law
+    runs: AcceptanceResult
+    cable: AcceptanceResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """What the acceptance of every law shares; ``bound``: stated for the law of the chain [rad]."""
+
+    plant: Plant
+    goals: Goals
+    known: Knowledge
+    bound: float | None
+    cache: StageCache
+
+
+def misses_allowed(runs: int, share: float) -> int:
+    """Most runs that may miss while `share_low` keeps a share; -1: so few runs cannot show it."""
+    misses = -1
+    while misses + 1 < runs and share_low(runs - misses - 1, runs) >= share:
+        misses += 1
+    return misses
+
+
+def lost(misses: int, runs: int, plant: str) -> bool:
+    """Whether a law has missed the goal so often that the rest of the runs cannot mend it."""
+    return misses > max(misses_allowed(runs, ENOUGH[plant]), 0)
+
+
+def score(law: LawSetting, found: AcceptanceResult, goal: float | None) -> LawScore:
+    """What many runs of a law say; ``goal``: [rad] or [m]."""
+    runs, enough = found.draws, ENOUGH[found.plant]
+    share = low = reached = None
+    if goal is not None and runs:
+        inside = sum(error <= goal for error in found.peaks)
+        share, low = inside / runs, share_low(inside, runs)
+    if runs:  # the share asked for, or what so few runs can show
+        misses = misses_allowed(runs, enough)
+        shown = enough if misses >= 0 else share_low(runs, runs)
+        place = runs - max(misses, 0) - 1
+        reached = ReachedError(error=found.peaks[place] if place < len(found.peaks) else None, share=shown)
+    return LawScore(
+        controller=law.controller,
+        setting=law.words,
+        plant=found.plant,
+        runs=runs,
+        failed=runs - len(found.peaks),
+        worst=found.peaks[-1] if found.peaks else None,
+        reached=reached,
+        share=share,
+        share_low=low,
+        holds=None if low is None else low >= enough,
+        reason=found.reason,
+    )
+
+
+def closest(scores: Sequence[LawScore]) -> LawScore | None:
+    """The law with the smallest error, with a goal the largest share first; None: no law has runs."""
+
+    def rank(one: LawScore) -> tuple[float, float]:
+        error = one.reached.error if one.reached else None
+        return -(one.share or 0.0), float("inf") if error is None else error
+
+    return min((one for one in scores if one.runs), key=rank, default=None)
 
 
 def accept(
-    loop: ClosedLoop | Made[ClosedLoop],
-    known: Knowledge,
-    *,
-    plant: str,
-    law: str,
-    draws: int,
-    seed: int,
-    cache: StageCache,
-    error: float | None = None,
-    bound: float | None = None,
-    to_the_end: bool = False,
+    trial: Trial, law: LawSetting, plant: str, draws: int, *, to_the_end: bool = False
 ) -> AcceptanceResult:
-    """Run a law on many plants, block by block; each finished block is kept.
+    """Run a law on many plants, {"lumped", "carriage", "cable"}, block by block; each finished block is kept.
 
-    ``plant``, {"lumped", "carriage", "cable"}; ``error``, ``bound``: goal, stated for the law [rad] or [m]. A
-    law that has missed the goal more often than all the runs allow is not run further. Blocks of a loop that
-    is not `Made`, such as one with a controller of the user's own, are not kept: a changed step could not be
-    distinguished from the one before.
+    A law that has missed the goal more often than all the runs allow is not run further.
     """
-    keep = cache if isinstance(loop, Made) else StageCache(folder=None, note=cache.note)
-    about, name = (loop, known.quantities, known.correlations, seed), f"acceptance-{plant}-{law}"
+    if law.value is None:
+        return no_runs(plant, law.reason)
+    goal, bound, cache = goal_of(trial.goals), None if law.model is None else trial.bound, trial.cache
+    loop, known = trial.plant.closed_loop(law, cable=plant == "cable"), trial.known
+    about, name = (loop, known.quantities, known.correlations, trial.goals.seed), law.controller
     scores: list[Score] = []
     for first in range(0, draws, BLOCKS[plant]):
-        last = min(first + BLOCKS[plant], draws)
-        scores += keep.staged(f"{name}-{first:05d}", sampled_block, *about, first, last).scores
-        cache.note(f"      {law}, {plant} plants: {last} of {draws}")
-        misses = sum(one.peak is None or (error is not None and one.peak > error) for one in scores)
-        if error is not None and not to_the_end and lost(misses, draws, plant):
+        last, stage = min(first + BLOCKS[plant], draws), f"acceptance-{plant}-{name}-{first:05d}"
+        scores += cache.staged(stage, sampled_block, *about, first, last)
+        cache.note(f"      {name}, {plant} plants: {last} of {draws}")
+        misses = sum(one.peak is None or (goal is not None and one.peak > goal) for one in scores)
+        if goal is not None and not to_the_end and lost(misses, draws, plant):
             break
     lasting = sorted((one.peak, draw) for draw, one in enumerate(scores) if one.peak is not None)
-    worst = keep.staged(f"{name}-worst", worst_case, *about, lasting[-1][1]) if lasting else None
-    return _summed(scores, worst, plant=plant, error=error, bound=bound)
+    peaks = tuple(peak for peak, _ in lasting)
+
+    def within(limit: float | None) -> float | None:
+        return None if limit is None else sum(p <= limit for p in peaks) / len(scores)
+
+    return AcceptanceResult(
+        plant=plant,
+        draws=len(scores),
+        peaks=peaks,
+        rests=tuple(sorted(one.rest for one in scores if one.rest is not None)),
+        inside=within(bound),
+        reached=within(goal),
+        failed=len(scores) - len(peaks),
+        saturated=sum(one.saturated > 0.0 for one in scores),
+        largest_torque=max((one.torque for one in scores if one.torque is not None), default=None),
+        smallest_tension=min((one.tension for one in scores if one.tension is not None), default=None),
+        worst=(
+            cache.staged(f"acceptance-{plant}-{name}-worst", worst_case, *about, lasting[-1][1])
+            if lasting
+            else None
+        ),
+    )
 
 
 def sampled_block(
@@ -222,38 +227,14 @@ def sampled_block(
     seed: int,
     first: int,
     last: int,
-) -> SampleBlock:
+) -> tuple[Score, ...]:
     """The runs of some draws, two at a time."""
 
     def one(draw: int) -> Score:
         return loop.run(*sampled_plant(quantities, loop.encoders, seed, draw, correlations))
 
     with ThreadPoolExecutor(2) as pool:
-        return SampleBlock(scores=tuple(pool.map(one, range(first, last))))
-
-
-def _summed(
-    scores: Sequence[Score], worst: WorstCase | None, *, plant: str, error: float | None, bound: float | None
-) -> AcceptanceResult:
-    peaks = sorted(one.peak for one in scores if one.peak is not None)
-    torques = [one.torque for one in scores if one.torque is not None]
-
-    def within(limit: float | None) -> float | None:
-        return None if limit is None else sum(p <= limit for p in peaks) / len(scores)
-
-    return AcceptanceResult(
-        plant=plant,
-        draws=len(scores),
-        peaks=tuple(peaks),
-        rests=tuple(sorted(one.rest for one in scores if one.rest is not None)),
-        inside=within(bound),
-        reached=within(error),
-        failed=len(scores) - len(peaks),
-        saturated=sum(one.saturated > 0.0 for one in scores),
-        largest_torque=max(torques, default=None),
-        smallest_tension=min((one.tension for one in scores if one.tension is not None), default=None),
-        worst=worst,
-    )
+        return tuple(pool.map(one, range(first, last)))
 
 
 def worst_case(
@@ -266,19 +247,88 @@ def worst_case(
     """The run of one draw over time, thinned to what is shown."""
     values, phases = sampled_plant(quantities, loop.encoders, seed, draw, correlations)
     history = loop.history(values, phases)
-    n = len(history.error)
-    shown = np.unique(np.append(np.arange(0, n, max(1, n // KEPT)), np.argmax(np.abs(history.error))))
-    return WorstCase(
-        draw=draw,
-        values=values,
-        phases=tuple(float(p) for p in phases),
-        time=tuple(float(t) for t in history.time[shown]),
-        reference=tuple(float(r) for r in history.reference[shown]),
-        error=tuple(float(e) for e in history.error[shown]),
-        torque=tuple(float(u) for u in history.torque[shown]),
-    )
+    n = len(history["error"])
+    shown = np.unique(np.append(np.arange(0, n, max(1, n // KEPT)), np.argmax(np.abs(history["error"]))))
+    thinned = {name: tuple(column[shown].tolist()) for name, column in history.items()}
+    return WorstCase(draw=draw, values=values, phases=tuple(phases.tolist()), **thinned)
 
 
 def no_runs(plant: str, reason: str) -> AcceptanceResult:
     """An acceptance that was not made, with its reason."""
     return AcceptanceResult(plant=plant, reason=reason)
+
+
+def try_laws(trial: Trial, settings: Sequence[LawSetting]) -> TriedLaws:
+    """Run laws on the same plants and choose; ``settings``: simplest first.
+
+    Every law is run on the first few plants. With a goal, those that can still hold it are run to the end and
+    on the distributed cable, simplest first, until one holds it; without one, those whose largest error comes
+    near the smallest. A law that is alone is run to the end.
+    """
+    goals, kind, goal = trial.goals, trial.plant.kind, goal_of(trial.goals)
+    draws = goals.carriage_draws if kind == "carriage" else goals.draws
+    why = NONE_ASKED if goals.cable_draws == 0 else trial.plant.no_cable
+    alone = len(settings) == 1
+    first = draws if alone else min(FIRST, draws)
+    runs = [accept(trial, one, kind, first, to_the_end=alone) for one in settings]
+    scores = [score(one, result, goal) for one, result in zip(settings, runs, strict=True)]
+    if closest(scores) is None:
+        none = "; ".join(f"{one.controller}: {one.reason}" for one in settings)
+        nothing = no_runs(kind, f"no law is applicable: {none}")
+        return TriedLaws(
+            scores=tuple(scores), cable_scores=(), chosen=None, runs=nothing, cable=no_runs("cable", none)
+        )
+    found: dict[int, AcceptanceResult] = {}
+    cable_scores: list[LawScore] = []
+    chosen: int | None = None
+
+    def on_the_cable(place: int) -> bool | None:
+        found[place] = accept(trial, settings[place], "cable", goals.cable_draws)
+        cable_scores.append(score(settings[place], found[place], goal))
+        return cable_scores[-1].holds
+
+    for place in _promising(scores, goal, draws, kind):
+        if runs[place].draws < draws:
+            runs[place] = accept(trial, settings[place], kind, draws)
+        scores[place] = score(settings[place], runs[place], goal)
+        if goal is not None and scores[place].holds and (why or on_the_cable(place)):
+            chosen = place
+            break
+    scores = [_left_off(one, goal, draws) for one in scores]
+    if chosen is None:
+        near = closest([one for k, one in enumerate(scores) if k in found] or scores)
+        chosen = next(k for k, one in enumerate(scores) if one is near)
+    if goal is None and not why:
+        on_the_cable(chosen)
+    return TriedLaws(
+        scores=tuple(scores),
+        cable_scores=tuple(cable_scores),
+        chosen=settings[chosen],
+        runs=runs[chosen],
+        cable=found.get(chosen, no_runs("cable", why or NOT_HELD)),
+    )
+
+
+def _promising(scores: Sequence[LawScore], goal: float | None, draws: int, kind: str) -> list[int]:
+    """Laws that are run to the end, by place, simplest first."""
+    made = [k for k, one in enumerate(scores) if one.runs]
+    if goal is not None:
+        left = [k for k in made if not lost(_missed(scores[k]), draws, kind)]
+        best = closest(scores)
+        return left or [k for k in made if scores[k] is best]
+    errors = {k: one.worst for k, one in enumerate(scores) if one.worst is not None and not one.failed}
+    return [k for k, error in errors.items() if error <= NEAR * min(errors.values())] if errors else made
+
+
+def _left_off(one: LawScore, goal: float | None, draws: int) -> LawScore:
+    """A law that might hold and was not run to the end says so, and claims nothing."""
+    missed = one.share is not None and lost(_missed(one), draws, one.plant)
+    if missed or not 0 < one.runs < draws:
+        return one
+    why = "a simpler law meets the goal" if goal is not None else "another law has a smaller error"
+    return replace(one, holds=None, reason=f"stopped early: {why}")
+
+
+def _missed(one: LawScore) -> int:
+    assert one.share is not None
+    return round((1.0 - one.share) * one.runs)

@@ -9,14 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import expm
 
-from cabledrive.control.darc import darc_step
-from cabledrive.control.numbers import NOMINAL, LawNumbers
 from cabledrive.parameters import Drive
-from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.margins import closed_loop, response, sampled_controller, sampled_plant
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.tracking import summarize
 from cabledrive.studies.study.machine import Quantity
@@ -25,77 +22,14 @@ from cabledrive.studies.study.sampled_plants import joined_loop, make_law, rig_o
 UNSTABLE = 1e3
 
 
-def law_rows(law: LawNumbers, states: int) -> Array:
-    """Command of a law of the chain per state, nominal estimates, no Coulomb friction, shape (2n,)."""
-    frozen = law.learning[NOMINAL].copy()
-    frozen[2:] = 0.0
-    rest = np.zeros(states + 3)
-    return np.array([darc_step(law, frozen, unit, rest).command for unit in np.eye(states)])
-
-
-def closed_loop_matrix(loop: Loop) -> tuple[Array, Array]:
-    """One sample of the linear closed loop, from sample to sample.
-
-    Returns ``transition``, shape (m, m): states: plant, shaft torque, filter, its shaft torque, commands on
-    their way; ``readings``, shape (m, encoders): what an error of each reading adds.
-    """
-    n, q, late = 2 * loop.chain.size, loop.observer.model.shape[0], loop.rig.late_samples
-    size = n + 1 + q + 1 + late + 2
-    count = len(loop.rig.encoders)
-    every = _sample(loop, np.eye(size, size + count), np.eye(size + count)[size:])
-    return every[:, :size], every[:, size:]
-
-
-def _sample(loop: Loop, states: Array, errors: Array) -> Array:
-    """Next states of many loops at once, one per column."""
-    n, q = 2 * loop.chain.size, loop.observer.model.shape[0]
-    plant, observed = states[: n + 1], states[n + 1 : n + 1 + q]
-    held, commands = states[n + 1 + q], states[n + 2 + q :]
-    observer, scalars = loop.observer, loop.observer.scalars
-    innovation = plant[loop.rig.encoders] + errors - observer.output @ observed
-    observed = observed + observer.gains[-1] @ innovation
-    command = law_rows(loop.controller.law, len(observer.chosen)) @ observed[observer.chosen]
-    commands = np.vstack((commands[1:], command))
-    known = observer.model[:, :q] @ observed
-    inputs = np.vstack((held, commands[0], commands[1]))
-    known = known + observer.model[:, q : q + 3] @ inputs
-    carried = scalars[2] * held + scalars[3] * commands[0] + scalars[4] * commands[1]
-    early, rest = _transitions(loop)
-    plant = early @ np.vstack((plant, commands[0]))
-    plant = rest @ np.vstack((plant, commands[1]))
-    return np.vstack((plant, known, carried, commands))
-
-
-def _transitions(loop: Loop) -> tuple[Array, Array]:
-    """Plant and torque loop over the delay and over the rest of a sample; last column: the command."""
-    n = 2 * loop.chain.size
-    a, b = state_space(loop.chain)
-    rate = loop.plant.current_rate
-    whole = np.zeros((n + 2, n + 2))
-    whole[:n, :n] = a
-    if rate > 0.0:
-        whole[:n, n] = b[:, 0]
-        whole[n, n], whole[n, n + 1] = -rate, rate
-    else:
-        whole[:n, n + 1] = b[:, 0]
-    late = loop.rig.late_part
-    return expm(whole * late)[: n + 1], expm(whole * (loop.rig.interval - late))[: n + 1]
-
-
 def sensor_bound(loop: Loop) -> float | None:
     """Largest error of the load by counts and phases of the encoders [rad]; None if the loop is unstable."""
-    transition, readings = closed_loop_matrix(loop)
+    transition, readings, _ = closed_loop(sampled_controller(loop), sampled_plant(loop))
     if np.abs(np.linalg.eigvals(transition)).max() > 1.0 + 1e-6:
         return None
-    load, samples = loop.chain.size - 1, len(loop.target)
-    state, total = readings.copy(), np.zeros(readings.shape[1])
-    step, highest = np.zeros(readings.shape[1]), np.zeros(readings.shape[1])
-    for _ in range(samples):
-        response = state[load]
-        total += np.abs(response)
-        step += response
-        highest = np.maximum(highest, np.abs(step))
-        state = transition @ state
+    load = np.eye(len(transition))[loop.chain.size - 1]
+    impulse = response(transition, readings, load, len(loop.target))
+    total, highest = np.abs(impulse).sum(axis=0), np.abs(np.cumsum(impulse, axis=0)).max(axis=0)
     bound = float(0.5 * loop.rig.counts @ (total + highest) / loop.gear)
     return bound if bound < UNSTABLE else None
 
@@ -134,18 +68,6 @@ class Candidate:
     refused: str = ""  # why it cannot be used; empty where it can
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Unmatched:
-    """What springs, dampers and the load do to the error."""
-
-    nominal: Array  # (samples,): error at the best values [rad]
-    shares: dict[str, float]  # largest deviation by each quantity alone [rad]
-    # (samples,): sum of these deviations at every sample, or the deviation with all quantities at the ends
-    # that push one way, whichever is larger [rad]
-    deviation: Array
-    ends: tuple[dict[str, float], ...]  # these ends, and the opposite ones
-
-
 def evaluate(
     drive: Drive,
     motion: Motion,
@@ -168,19 +90,20 @@ def evaluate(
     if incomplete or nominal.bound is None or sensors is None:
         why = incomplete or "the loop with encoders and filter is unstable"
         return replace(empty, refused=why), {}
-    found = unmatched_part(smooth, drive, quantities)
-    if found is None:
+    nominal_error = _error(smooth, drive, {})
+    found = None if nominal_error is None else unmatched_part(smooth, drive, quantities, nominal_error)
+    if nominal_error is None or found is None:
         return replace(
             empty, refused="for some parameters within their bounds the drive diverges, or a span goes slack"
         ), {}
-    for values in found.ends:
+    deviation, shares, ends = found
+    for values in ends:
         cost = sensor_bound(with_values(real, drive, values, None))
         if cost is None:
             why = "for some parameters within their bounds the loop with encoders and filter is unstable"
             return replace(empty, refused=why), {}
         sensors = max(sensors, cost)
-    excess = np.maximum(np.abs(found.nominal) - nominal.bound, 0.0)
-    unmatched = found.deviation + excess
+    unmatched = deviation + np.maximum(np.abs(nominal_error) - nominal.bound, 0.0)
     peak = float(seen.summary["peak_torque"])
     saturated = seen.summary["saturated_fraction"] > 0.0
     return Candidate(
@@ -192,14 +115,18 @@ def evaluate(
         bound=float((nominal.bound + unmatched).max()) + sensors,
         torque=peak,
         refused=f"the torque reaches its limit of {peak:.4g} N m" if saturated else "",
-    ), found.shares
+    ), shares
 
 
-def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity]) -> Unmatched | None:
-    """How far springs, dampers and the load can move the error within their bounds; None if a run ended."""
-    nominal = _error(loop, drive, {})
-    if nominal is None:
-        return None
+def unmatched_part(
+    loop: Loop, drive: Drive, quantities: Mapping[str, Quantity], nominal: Array
+) -> tuple[Array, dict[str, float], tuple[dict[str, float], ...]] | None:
+    """How far springs, dampers and the load can move the error within their bounds; None if a run ended.
+
+    Returns the sum of the largest deviations from the ``nominal`` error, or the deviation with all quantities
+    at the ends that push one way, whichever is larger, shape (samples,) [rad]; the largest by each quantity
+    alone [rad]; these ends, and the opposite ones.
+    """
     open_names = [n for n in UNMATCHED if n in quantities and quantities[n].low != quantities[n].high]
     moved: dict[str, tuple[Array, Array]] = {}
     for name in open_names:
@@ -210,14 +137,18 @@ def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity])
         moved[name] = low - nominal, high - nominal
     largest = {name: np.abs(both).max(axis=0) for name, both in moved.items()}
     deviation = np.sum([np.zeros(len(nominal)), *largest.values()], axis=0)
-    ends = _pushing_one_way(quantities, moved, int(np.argmax(deviation)))
+    sample = int(np.argmax(deviation))
+    up = {name: int(high[sample] > low[sample]) for name, (low, high) in moved.items()}
+    ends = tuple(
+        {name: quantities[name].outer[abs(end - side)] for name, end in up.items()} for side in (0, 1) if up
+    )
     for values in ends:
         joint = _error(loop, drive, values)
         if joint is None:
             return None
         deviation = np.maximum(deviation, np.abs(joint - nominal))
     shares = {name: float(each.max()) for name, each in largest.items()}
-    return Unmatched(nominal=nominal, shares=shares, deviation=deviation, ends=ends)
+    return deviation, shares, ends
 
 
 def _error(loop: Loop, drive: Drive, values: Mapping[str, float]) -> Array | None:
@@ -225,13 +156,3 @@ def _error(loop: Loop, drive: Drive, values: Mapping[str, float]) -> Array | Non
     moved = with_values(loop, drive, values, None)
     done = run(moved)
     return None if done.failed else moved.load_error(done.log)
-
-
-def _pushing_one_way(
-    quantities: Mapping[str, Quantity], moved: Mapping[str, tuple[Array, Array]], sample: int
-) -> tuple[dict[str, float], ...]:
-    """All quantities at the ends that push the error up at a sample, and all at the others; of none, none."""
-    up = {name: int(high[sample] > low[sample]) for name, (low, high) in moved.items()}
-    return tuple(
-        {name: quantities[name].outer[abs(end - side)] for name, end in up.items()} for side in (0, 1) if up
-    )

@@ -1,6 +1,6 @@
 """A carriage under its scheduled law, and what its motion asks of motor and cable."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import ceil, pi
 
@@ -24,7 +24,6 @@ from cabledrive.studies.study.carriage_machine import (
 )
 from cabledrive.studies.study.check_stage import Demand, DemandResult
 from cabledrive.studies.study.goals import Goals
-from cabledrive.studies.study.machine import Quantity, has_flexible_joint
 from cabledrive.trajectories import pulse
 
 Array = NDArray[np.float64]
@@ -155,13 +154,6 @@ def torque_of(case: CarriageCase, log: Array) -> tuple[float, float]:
     return float(force.max()) * case.design.radius, float(np.mean(force >= (1.0 - 1e-9) * case.limit))
 
 
-def at_its_bounds(quantities: Mapping[str, Quantity]) -> Iterator[tuple[str, tuple[float, float]]]:
-    """Each quantity that is not known for sure, with its bounds."""
-    for name, quantity in quantities.items():
-        if quantity.low < quantity.high:
-            yield name, quantity.outer
-
-
 LONGEST, HALVINGS = 64.0, 12
 """How much longer a move is tried, and how finely the shortest is looked for."""
 RIGHT = 0.05
@@ -190,10 +182,15 @@ def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
     """Hold the model's frequency against the certified one along the way."""
     case, machine = case_of(drive, goals), with_measured_stiffness(drive)
     places = tuple(float(x) for x in np.linspace(*case.ends, 3))
+
+    def certified(position: float) -> float:
+        there = replace(machine, carriage=(replace(machine.carriage[0], position=position),))
+        return float(natural_frequencies(there, count=1)[0])
+
     found = CarriageModel(
         positions=places,
         lumped=tuple(cable_frequency(case.design, x) for x in places),
-        exact=tuple(_certified(machine, x) for x in places),
+        exact=tuple(certified(x) for x in places),
         left_out=left_out_of(case),
         reason="",
     )
@@ -207,18 +204,11 @@ def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
     )
 
 
-def _certified(drive: Drive, position: float) -> float:
-    there = replace(drive, carriage=(replace(drive.carriage[0], position=position),))
-    return float(natural_frequencies(there, count=1)[0])
-
-
 def left_out_of(case: CarriageCase) -> float:
     """Largest windup of the joint along the motion, and the whole of its backlash, at the rim [m]."""
-    motor, r = case.drive.motor, case.design.radius
+    motor, r, windup = case.drive.motor, case.design.radius, 0.0
     assert motor is not None
-    windup = 0.0
-    if has_flexible_joint(case.drive):
-        assert motor.joint_stiffness is not None
+    if motor.joint_stiffness is not None:
         windup = float(np.abs(case.reference[:, 8]).max()) * r**2 / motor.joint_stiffness
     return windup + motor.backlash * r
 
@@ -229,21 +219,19 @@ def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
     exceeded = [demand.name for demand in demands if not demand.met]
     if not exceeded:
         return DemandResult(demands=demands, shortest=None, binding="no limit is met")
+
+    def possible(duration: float) -> bool:
+        return all(one.met for one in _demands(drive, replace(goals, duration=duration, pulses=1)))
+
     assert goals.duration is not None
-    long = LONGEST * goals.duration
-    if not _possible(drive, goals, long):
-        return DemandResult(
-            demands=demands, shortest=None, binding="none of the tried durations is long enough"
-        )
-    short = goals.duration
+    short, long = goals.duration, LONGEST * goals.duration
+    if not possible(long):
+        why = "none of the tried durations is long enough"
+        return DemandResult(demands=demands, shortest=None, binding=why)
     for _ in range(HALVINGS):
         middle = (short * long) ** 0.5
-        short, long = (short, middle) if _possible(drive, goals, middle) else (middle, long)
+        short, long = (short, middle) if possible(middle) else (middle, long)
     return DemandResult(demands=demands, shortest=long, binding=exceeded[0])
-
-
-def _possible(drive: Drive, goals: Goals, duration: float) -> bool:
-    return all(one.met for one in _demands(drive, replace(goals, duration=duration, pulses=1)))
 
 
 def _demands(drive: Drive, goals: Goals) -> tuple[Demand, ...]:
@@ -252,30 +240,15 @@ def _demands(drive: Drive, goals: Goals) -> tuple[Demand, ...]:
     row, r = case.reference, case.design.radius
     limit, speed = case.limit * r, drive.motor.speed_limit
     bounded = drive.motor.torque_limit is not None or goals.torque is not None
-    return (
-        Demand(
-            name="torque",
-            asked=float(np.abs(row[:, 8]).max()) * r,
-            limit=limit if bounded else None,
-            unit="N m",
-        ),
-        Demand(name="speed", asked=float(np.abs(row[:, 4]).max()) / r, limit=speed, unit="rad/s"),
-        Demand(
-            name="lost tension",
-            asked=_lost_tension(case, row),
-            limit=case.design.pretension,
-            unit="N",
-        ),
-    )
-
-
-def _lost_tension(case: CarriageCase, row: Array) -> float:
-    """Largest fall of a strand's tension along the motion, its stiffness that of the place [N]."""
-    design = case.design
-    lost = 0.0
+    lost, design = 0.0, case.design  # largest fall of a strand's tension, its stiffness that of the place [N]
     for k in range(0, len(row), max(1, len(row) // 1000)):
         q1, s, q2 = row[k, :3]
         strands = strand_stiffness(design, design.start + float(s))
         pulled = (s - q1, q2 - s, q1 - q2)
-        lost = max(lost, *(-stiff * e for stiff, e in zip(strands, pulled, strict=True)))
-    return float(lost)
+        lost = max(lost, *(float(-stiff * e) for stiff, e in zip(strands, pulled, strict=True)))
+    torque, turn = float(np.abs(row[:, 8]).max()) * r, float(np.abs(row[:, 4]).max()) / r
+    return (
+        Demand(name="torque", asked=torque, limit=limit if bounded else None, unit="N m"),
+        Demand(name="speed", asked=turn, limit=speed, unit="rad/s"),
+        Demand(name="lost tension", asked=lost, limit=design.pretension, unit="N"),
+    )

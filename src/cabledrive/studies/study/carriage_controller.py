@@ -13,7 +13,6 @@ from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
 from cabledrive.studies.study.carriage_case import (
     Array,
     CarriageCase,
-    at_its_bounds,
     case_of,
     errors,
     growth,
@@ -112,7 +111,14 @@ def evaluate(
         ideal, real = (loop_at(case, hertz, ideal=kind) for kind in (True, False))
     except LinAlgError as failure:
         return replace(empty, refused=f"no feedback or observer exists: {failure}"), {}
-    rate, place, bound = _growth_within_bounds(case, real, quantities)
+    best, cable = carriage_values(case.drive, case.goals), quantities["cable_stiffness"]
+    tried = {"the cable at its best value": cable.value}
+    tried |= dict(zip(("the cable at its softest", "the cable at its stiffest"), cable.outer, strict=True))
+    plants = {
+        words: transporter_with(case.drive, best | {"cable_stiffness": stiff})
+        for words, stiff in tried.items()
+    }
+    rate, place, bound = max((*growth(case, real, plant), words) for words, plant in plants.items())
     empty = replace(empty, growth=rate)
     if rate >= 0.0:
         return replace(empty, refused=f"unstable at {place:.3g} m, {bound}"), {}
@@ -139,25 +145,12 @@ def evaluate(
     ), shares
 
 
-def _growth_within_bounds(
-    case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity]
-) -> tuple[float, float, str]:
-    """Of the best value and both bounds of the cable, the worst."""
-    best, cable = carriage_values(case.drive, case.goals), quantities["cable_stiffness"]
-    tried = {"the cable at its best value": cable.value}
-    tried |= dict(zip(("the cable at its softest", "the cable at its stiffest"), cable.outer, strict=True))
-    found = []
-    for words, stiffness in tried.items():
-        plant = transporter_with(case.drive, best | {"cable_stiffness": stiffness})
-        found.append((*growth(case, loop, plant), words))
-    return max(found)
-
-
 def _moved(
     case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity], clean: Array
 ) -> tuple[dict[str, float], Array | None]:
     """How far each number can move the error, at the worse of its bounds; at every sample, by squares."""
-    asked = [(name, value) for name, ends in at_its_bounds(quantities) for value in ends]
+    open_ones = {name: one for name, one in quantities.items() if one.low < one.high}
+    asked = [(name, value) for name, one in open_ones.items() for value in one.outer]
 
     def one(item: tuple[str, float]) -> Array | None:
         log = whole_run(case, loop, {item[0]: item[1]}, CENTRED)

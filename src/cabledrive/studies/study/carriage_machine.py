@@ -21,21 +21,15 @@ from cabledrive.studies.study.machine import (
     GOAL,
     GUESS,
     KINDS,
-    UNITS,
     Quantity,
     by_datasheet,
-    has_flexible_joint,
+    known,
     values_of,
 )
 
 SHARED = (
-    "near_inertia",
-    "load_inertia",
-    "viscous_friction",
-    "coulomb_friction",
-    "offset_torque",
-    "cable_stiffness",
-    "cable_damping",
+    *("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "offset_torque"),
+    *("cable_stiffness", "cable_damping"),
 )
 UNUSED = "the regression models have no carriage: the logs were not used, all values are from the data sheet"
 RAIL = 0.5
@@ -92,8 +86,7 @@ def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
     assert drive.motor is not None
     assert drive.sensors is not None
     machine = transporter_with(drive, carriage_values(drive, Goals()))
-    if has_flexible_joint(drive):
-        assert drive.motor.joint_stiffness is not None
+    if drive.motor.joint_stiffness is not None:
         joint = drive.motor.joint_stiffness / machine.radius**2
         cable = 1.0 / float(compliance(machine, machine.start)[0])  # type: ignore[arg-type]
         if joint < STIFF_JOINT * cable:
@@ -140,22 +133,14 @@ def carriage_quantities(drive: Drive, goals: Goals) -> dict[str, Quantity]:
         guessed = name == "rail_friction" and goals.rail_friction is None
         half = value if guessed else goals.spreads[KINDS[name]] * value
         source = GUESS if guessed else DATASHEET if name == "carriage_mass" else GOAL
-        found[name] = Quantity(
-            name=name, value=value, low=value - half, high=value + half, unit=UNITS[name], source=source
-        )
+        found[name] = known(name, value, value - half, value + half, source)
     return found
 
 
 def know_carriage(drive: Drive, goals: Goals, spreads: Mapping[str, float], *, logged: bool) -> Knowledge:
     """What is known of a drive with a carriage: the data sheet, the goals and estimates."""
-    found = Knowledge(
-        quantities=carriage_quantities(drive, replace(goals, spreads=spreads)),
-        undetermined=(UNUSED,) if logged else (),
-        open_names=(),
-        findings=(),
-        residual=None,
-        method="no log: data-sheet values with stated uncertainty",
-    )
+    known = carriage_quantities(drive, replace(goals, spreads=spreads))
+    found = Knowledge(quantities=known, undetermined=(UNUSED,) if logged else ())
     return found if goals.load_inertia is None else with_load(found, goals.load_inertia)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import ceil, floor, log10
+from math import ceil, floor, isfinite, log10
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +58,19 @@ def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResu
         derived={k: v for k, v in derived.items() if v is None or isinstance(v, float)},
         warnings=(*warnings, *([left_out] if left_out else [])),
         missing=missing_for_control(drive),
-        logs=tuple(_in_short(log, digest) for log, digest in zip(logs, hashes, strict=True)),
+        logs=tuple(
+            LogWords(
+                name=Path(log.source).name,
+                sha256=digest,
+                rows=log.report.rows,
+                duration=float(log.report.duration),
+                sample_rate=float(log.sample_rate),
+                channels=dict(log.units),
+                repaired=log.report.repaired,
+                findings=log.report.findings,
+            )
+            for log, digest in zip(logs, hashes, strict=True)
+        ),
     )
 
 
@@ -84,20 +96,6 @@ def missing_for_control(drive: Drive) -> tuple[str, ...]:
     if any(pulley.fixed for pulley in drive.pulley):
         found.append("a pulley is fixed: the controller stages need two rotating pulleys")
     return tuple(found)
-
-
-def _in_short(log: Log, digest: str) -> LogWords:
-    report = log.report
-    return LogWords(
-        name=Path(log.source).name,
-        sha256=digest,
-        rows=report.rows,
-        duration=float(report.duration),
-        sample_rate=float(log.sample_rate),
-        channels=dict(log.units),
-        repaired=report.repaired,
-        findings=report.findings,
-    )
 
 
 ANGLE = 45.0 * DEGREE
@@ -188,7 +186,10 @@ def _half_of_the_way(drive: Drive) -> float:
 
 def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
     """Duration of a move by limits and lowest mode [s], and which of them decides."""
-    lowest = _lowest_mode(drive)
+    if isinstance(drive, AxisDrive):  # of its chain
+        lowest = float(min(drive.words["frequencies_hz"]))
+    else:
+        lowest = float(natural_frequencies(with_measured_stiffness(drive), count=1)[0])
     by_mode = PERIODS / lowest
     mode_words = f"{PERIODS:g} periods of the lowest longitudinal mode, {lowest:.4g} Hz"
     try:
@@ -201,20 +202,10 @@ def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
     return _rounded_up(by_mode), mode_words
 
 
-def _lowest_mode(drive: Drive) -> float:
-    """Lowest longitudinal mode, of an axis the lowest of its chain [Hz]."""
-    if isinstance(drive, AxisDrive):
-        return float(min(drive.words["frequencies_hz"]))
-    return float(natural_frequencies(with_measured_stiffness(drive), count=1)[0])
-
-
 def _rounded_up(duration: float) -> float:
     power = 10.0 ** floor(log10(duration))
     step = next(one for one in STEPS if one >= ceil(duration / power * 1e9 - 1.0) / 1e9)
     return float(f"{step * power:.3g}")
-
-
-UNITS = {"torque": "N m", "speed": "rad/s", "slack_torque": "N m"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,19 +247,15 @@ def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResul
     time = np.linspace(0.0, motion.trajectory.duration, 4001)
     _, speed, acceleration = motion.trajectory(time, 2)
     through = values_of(drive)["load_inertia"] / gear * np.abs(acceleration).max()
-    found = [
-        Demand(name="torque", asked=float(np.abs(along).max()), limit=_finite(limits.torque), unit="N m"),
-        Demand(name="speed", asked=float(np.abs(speed).max()), limit=_finite(limits.speed), unit="rad/s"),
-    ]
-    if drive.kind == "loop":
-        slack = _finite(limits.slack_torque)
-        found.append(Demand(name="slack_torque", asked=float(through), limit=slack, unit="N m"))
+    asked = {"torque": (np.abs(along).max(), "N m"), "speed": (np.abs(speed).max(), "rad/s")}
+    asked |= {"slack_torque": (through, "N m")} if drive.kind == "loop" else {}
+    ends = {name: float(getattr(limits, name)) for name in asked}
+    found = tuple(
+        Demand(name=name, asked=float(most), limit=ends[name] if isfinite(ends[name]) else None, unit=unit)
+        for name, (most, unit) in asked.items()
+    )
     try:
         shortest, binding = shortest_rise(limits, motion.angle * DEGREE, motion.rise_order)
     except (InputRefused, NotComputed) as failure:
-        return DemandResult(demands=tuple(found), shortest=None, binding=str(failure))
-    return DemandResult(demands=tuple(found), shortest=shortest, binding=binding)
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+        return DemandResult(demands=found, shortest=None, binding=str(failure))
+    return DemandResult(demands=found, shortest=shortest, binding=binding)

@@ -97,16 +97,26 @@ def design_controller(
             if found.bound is not None and not found.refused and found.bound < least:
                 best, parts, least = found, shares, found.bound
     if best is None:
-        return _without(models, tuple(candidates), rate)
-    model = best.model
+        model, holds = next(iter(models.items()))
+        limit = f"a fortieth of the sample rate, {rate:.3g} Hz"
+        if holds < rate:
+            limit = f"where Model {model} is right to 5 %, {holds:.3g} Hz"
+        why = f"the lowest one tried, {BANDWIDTHS[0]:g} Hz, lies above {limit}"
+        why = candidates[0].refused if candidates else why
+        return ControllerResult(
+            model=model,
+            name=f"darc-{model}-damped",
+            candidates=tuple(candidates),
+            reason=f"no bandwidth can be used: {why}",
+        )
     law = make_law(drive, motion, quantities, best.model, best.bandwidth)
     loop = joined_loop(drive, drive, law, motion, None)
     seen = summarize(loop, run(loop), drive, drive, motion, rig_options(drive), 0)
     return ControllerResult(
-        model=model,
+        model=best.model,
         name=law.name,
         bandwidth=best.bandwidth,
-        sliding_rate=RATIO[model] * best.bandwidth,
+        sliding_rate=RATIO[best.model] * best.bandwidth,
         bound=best.bound,
         chosen=best,
         candidates=tuple(candidates),
@@ -118,35 +128,16 @@ def design_controller(
     )
 
 
-def _without(models: Mapping[int, float], candidates: tuple[Candidate, ...], rate: float) -> ControllerResult:
-    model, holds = next(iter(models.items()))
-    limit = f"a fortieth of the sample rate, {rate:.3g} Hz"
-    if holds < rate:
-        limit = f"where Model {model} is right to 5 %, {holds:.3g} Hz"
-    why = f"the lowest one tried, {BANDWIDTHS[0]:g} Hz, lies above {limit}"
-    why = candidates[0].refused if candidates else why
-    return ControllerResult(
-        model=model,
-        name=f"darc-{model}-damped",
-        candidates=candidates,
-        reason=f"no bandwidth can be used: {why}",
-    )
-
-
 def _reason(best: Candidate, models: Mapping[int, float], rate: float) -> str:
     assert best.bound is not None
     holds, first = models[best.model], next(iter(models))
     limit, highest = ("the model's validity", holds) if holds <= rate else ("the sample rate", rate)
-    words = (
+    more = f"; the law of Model {best.model} has a smaller bound than that of Model {first}, whose "
+    more = "" if best.model == first else more + "springs it neglects (counted in the unmatched part)"
+    return (
         f"{best.bandwidth:g} Hz gives the smallest bound ({best.bound / DEGREE:.3g} deg) without excessive "
-        f"torque ripple from quantisation; {limit} permits up to {highest:.3g} Hz"
+        f"torque ripple from quantisation; {limit} permits up to {highest:.3g} Hz{more}"
     )
-    if best.model != first:
-        words += (
-            f"; the law of Model {best.model} has a smaller bound than that of Model {first}, whose springs "
-        )
-        words += "it neglects (counted in the unmatched part)"
-    return words
 
 
 FIXED = ("pd", "shaper", "pid", "dob", "lqg", "lqi", "hinf", "l1", "mrac")
@@ -173,13 +164,6 @@ class LawSetting:
         return f"{self.value:.3g} Hz" + (f", filter {self.filter}" if self.filter else "")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LawSettings:
-    """Every law that is tried, simplest first."""
-
-    settings: tuple[LawSetting, ...]
-
-
 def tuned_laws(
     drive: Drive,
     motion: Motion,
@@ -188,20 +172,17 @@ def tuned_laws(
     torque: float | None,
     *,
     every_law: bool = False,
-) -> LawSettings:
-    """Each law at its best setting: those that a comparison offers, or every one; ``torque`` [N m]."""
-    usable = chain_law.bandwidth is not None
+) -> tuple[LawSetting, ...]:
+    """Each law at its best setting, simplest first: those that a comparison offers, or every one."""
+    hertz, why = chain_law.bandwidth, chain_law.reason
     chain = LawSetting(
-        controller=chain_law.name,
-        model=chain_law.model,
-        value=chain_law.bandwidth,
-        reason="" if usable else chain_law.reason,
+        controller=chain_law.name, model=chain_law.model, value=hertz, reason="" if hertz else why
     )
     fixed, learning = (
         [_tuned(name, drive, motion, known, torque) for name in names if every_law or name in MAIN_LAWS]
         for names in (FIXED, KINDS)
     )
-    return LawSettings(settings=(*fixed, chain, *learning))
+    return (*fixed, chain, *learning)
 
 
 def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) -> Controller:
@@ -231,11 +212,11 @@ def _tuned(name: str, drive: Drive, motion: Motion, known: Knowledge, torque: fl
     except (NotComputed, InputRefused) as failure:
         return replace(empty, reason=str(failure))
     if not found.accepted:
-        why = (
-            f"no bandwidth keeps a disk margin of {LEAST_DISK:g}, a torque ripple of "
+        why = f"no bandwidth keeps a disk margin of {LEAST_DISK:g}, a torque ripple of "
+        why += (
             f"{ripple_limit(spec):.3g} N m and {100 * MOST_TORQUE:.0f} % of the torque limit on the plants "
-            "for tuning"
         )
+        why += "for tuning"
         return replace(empty, reason=why)
     return replace(empty, value=found.bandwidth, filter=found.filter)
 

@@ -6,17 +6,17 @@ from math import ceil, floor, log10
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import percent, rounded
+from cabledrive.rig.plant_samples import CONFIDENCE
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import CONFIDENCE, ENOUGH, AcceptanceResult, LawScore
+from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, LawScore, TriedLaws
 from cabledrive.studies.study.carriage_case import CarriageModel
-from cabledrive.studies.study.carriage_controller import CarriageController
+from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.check_stage import CheckResult, DemandResult
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.goals import ErrorUnit, Goals, goal_of
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.machine import WORDS
 from cabledrive.studies.study.modes_stage import ModelResult, ResonanceResult
-from cabledrive.studies.study.tried_laws import TriedLaws
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,18 +49,16 @@ class Findings:
     @property
     def chosen(self) -> LawScore | None:
         """The law that is chosen, on the plants that decide first; None: no law was run."""
-        if self.laws is None or self.laws.chosen is None:
-            return None
-        name = self.laws.chosen.controller
-        return next(one for one in self.scores if one.controller == name)
+        return self._of_the_chosen(self.scores)
 
     @property
     def cable_score(self) -> LawScore | None:
         """The chosen law on the distributed cable; None: it was not run there."""
-        if self.laws is None or self.laws.chosen is None:
-            return None
-        name = self.laws.chosen.controller
-        return next((one for one in self.laws.cable_scores if one.controller == name), None)
+        return None if self.laws is None else self._of_the_chosen(self.laws.cable_scores)
+
+    def _of_the_chosen(self, scores: Sequence[LawScore]) -> LawScore | None:
+        chosen = self.laws.chosen if self.laws is not None else None
+        return next((one for one in scores if chosen and one.controller == chosen.controller), None)
 
 
 PLANTS = {
@@ -185,28 +183,32 @@ def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
 
 
 def remedies_for(found: Findings) -> list[str]:
-    """Changes that keep the runs from ending early, or else make the bound smaller."""
-    slower = "lengthen the move: the acceleration falls with the square of its duration"
-    if found.runs.failed:
+    """Changes that keep the runs from ending early, or else make the error, or the bound of it, smaller."""
+    control, carried = found.controller, isinstance(found.controller, CarriageController)
+    pull = "force" if carried else "acceleration"
+    slower = f"lengthen the move: the {pull} falls with the square of its duration"
+    if found.runs.failed and not carried:
         unstable = f"where the loop is unstable, identify the drive more accurately: {RECORD}"
         return ["raise cable.pretension to keep the spans from going slack", slower, unstable]
-    controller = found.controller
-    if not isinstance(controller, ControllerResult) or controller.chosen is None:
+    if control is None or control.chosen is None:
         return [slower, RECORD]
-    chosen, words = controller.chosen, []
-    parts = {
-        "sensors": chosen.sensors or 0.0,
-        "unmatched": chosen.unmatched or 0.0,
-        "matched": chosen.theorem or 0.0,
-    }
-    largest = max(parts, key=lambda name: parts[name])
-    if largest == "sensors":
-        words.append("fit finer encoders: quantisation is the largest part of the bound")
-    elif largest == "unmatched" and controller.shares:
-        name = max(controller.shares, key=lambda key: controller.shares[key])
-        words.append(f"identify the {WORDS[name]} more accurately, the largest part of the bound: {RECORD}")
+    chosen, words, what = control.chosen, [], "error" if carried else "bound"
+    if isinstance(chosen, CarriageCandidate):
+        noisy = (chosen.sensors or 0.0) > max(chosen.uncertain or 0.0, chosen.nominal or 0.0)
+        by_values = True
     else:
+        noisy = (chosen.sensors or 0.0) >= max(chosen.unmatched or 0.0, chosen.theorem or 0.0)
+        by_values = (chosen.unmatched or 0.0) >= (chosen.theorem or 0.0)
+    record = "" if carried else f": {RECORD}"
+    if noisy:
+        words.append(f"fit finer encoders: quantisation is the largest part of the {what}")
+    elif by_values and control.shares:
+        name = max(control.shares, key=lambda key: control.shares[key])
+        words.append(f"identify the {WORDS[name]} more accurately, the largest part of the {what}{record}")
+    elif not carried:
+        words.append(f"identify friction and inertia of the motor more accurately, or sample faster{record}")
+    if isinstance(control, CarriageController) and not control.both:
         words.append(
-            f"identify friction and inertia of the motor more accurately, or sample faster: {RECORD}"
+            "fit sensors.load_encoder with the resolution of the drive pulley's: the law then uses both"
         )
     return [*words, slower]

@@ -12,6 +12,7 @@ from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import identify_chain, whole_drive, with_torque_at
 from cabledrive.studies.study.log_replay import LogFinding, Replay, coarser_encoders, encoder_findings, replay
 from cabledrive.studies.study.machine import (
+    FRICTIONS,
     GOAL,
     LOAD_FRICTIONS,
     LOG,
@@ -32,8 +33,6 @@ SEEN = 0.2
 """Share of the largest eccentricity that the replay of a log may overlook."""
 ESSENTIAL = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "cable_stiffness")
 """Parameters that a log of the whole drive should identify; the study reports those it does not."""
-FRICTION = ("viscous_friction", "coulomb_friction")
-"""What a data sheet guesses: a log that finds another replaces it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,11 +40,11 @@ class Knowledge:
     """What is known of a drive."""
 
     quantities: dict[str, Quantity]  # by name
-    undetermined: tuple[str, ...]  # what is not identifiable from the logs, in words; empty without logs
-    open_names: tuple[str, ...]  # the essential quantities among them
-    findings: tuple[LogFinding, ...]  # what contradicts the drive file
-    residual: float | None  # of the torque, relative; None without logs
-    method: str
+    undetermined: tuple[str, ...] = ()  # what is not identifiable from the logs, in words
+    open_names: tuple[str, ...] = ()  # the essential quantities among them
+    findings: tuple[LogFinding, ...] = ()  # what contradicts the drive file
+    residual: float | None = None  # of the torque, relative; None without logs
+    method: str = "no log: data-sheet values with stated uncertainty"
     correlations: tuple[Correlation, ...] = ()  # of the identified numbers; of the others none is known
     # the identified model over each log; empty where no log shows the whole drive
     replays: tuple[Replay, ...] = ()
@@ -71,14 +70,7 @@ def know(
     """What logs tell of a drive; ``load_inertia`` [kg m^2]; ``backlash``: where none is said [rad]."""
     known = by_datasheet(drive, spreads, backlash)
     if not logs:
-        found = Knowledge(
-            quantities=known,
-            undetermined=(),
-            open_names=(),
-            findings=(),
-            residual=None,
-            method="no log: data-sheet values with stated uncertainty",
-        )
+        found = Knowledge(quantities=known)
     elif any(whole_drive(log) for log in logs):
         found = _by_regression(drive, [log for log in logs if whole_drive(log)], known)
     else:
@@ -126,59 +118,47 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         apart = low > sheet.high or high < sheet.low
         if high - low > sheet.high - sheet.low and not apart:
             if name not in UNLISTED:
-                words += (
-                    f"{WORDS[name]}: the log is less accurate than the data sheet; the data-sheet "
-                    "value is kept",
-                )
+                less = "the log is less accurate than the data sheet; the data-sheet value is kept"
+                words += (f"{WORDS[name]}: {less}",)
         else:
             fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
-    fresh |= _quiet(fresh, result.residual_torque)
+    # What the log leaves bounds the ripple, what a replay would see the eccentricity.
+    limits = {
+        "ripple_torque": PEAK * result.residual_torque,
+        "eccentricity": SEEN * fresh["eccentricity"].high,
+    }
+    fresh |= {name: replace(fresh[name], high=min(most, fresh[name].high)) for name, most in limits.items()}
     machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
     correlations = among(result.correlations, fresh)
     likely = [drive_with(drive, sampled_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
     replays = tuple(replay(with_torque_at(log, result.lag), machine, likely=likely) for log in logs)
-    late = _late(result.lag, drive, logs)
+    late, beyond = _late(result.lag, drive, max(log.interval for log in logs))
     findings = _against_the_datasheet(fresh, known) + late
     return Knowledge(
         quantities=fresh,
         undetermined=words,
         open_names=tuple(name for name in ESSENTIAL if name in result.negative),
-        findings=findings + tuple(_of_a_replay(one) for one in replays if one.contradicts),
+        findings=findings
+        + tuple(
+            LogFinding(id="replay", value=one.ratio, limit=one.limit, words=one.words)
+            for one in replays
+            if one.contradicts
+        ),
         replays=replays,
         residual=result.residual,
         method="sum of torques, equation of the load and twist of the joint; "
         f"{100 * result.kept:.0f} % of the samples could be used",
         correlations=correlations,
-        late=_excess(result.lag, drive, logs) if late else 0.0,
+        late=beyond,
     )
 
 
-def _of_a_replay(one: Replay) -> LogFinding:
-    return LogFinding(id="replay", value=one.ratio, limit=one.limit, words=one.words)
-
-
-def _quiet(known: Mapping[str, Quantity], residual: float) -> dict[str, Quantity]:
-    """Ripple and eccentricity where a log shows the whole drive: what it leaves, what a replay would see."""
-    limits = {"ripple_torque": PEAK * residual, "eccentricity": SEEN * known["eccentricity"].high}
-    return {name: replace(known[name], high=min(most, known[name].high)) for name, most in limits.items()}
-
-
-def _own_lags(drive: Drive) -> float:
-    """Delay and torque loop of the drive file [s]."""
+def _late(lag: float, drive: Drive, interval: float) -> tuple[tuple[LogFinding, ...], float]:
+    """A lag that neither sampling nor the drive file's own lags explain, and by how much it is beyond [s]."""
     rate = current_rate(drive)
-    return control_delay(drive) + (1.0 / rate if rate > 0.0 else 0.0)
-
-
-def _excess(lag: float, drive: Drive, logs: Sequence[Log]) -> float:
-    """Of a lag, what a torque held from its sample on and the drive file do not explain [s]."""
-    return max(lag - 0.5 * max(log.interval for log in logs) - _own_lags(drive), 0.0)
-
-
-def _late(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[LogFinding, ...]:
-    """A lag between torque and angles that neither sampling nor the drive file's own lags explain."""
-    interval, known = max(log.interval for log in logs), _own_lags(drive)
+    known = control_delay(drive) + (1.0 / rate if rate > 0.0 else 0.0)
     if -interval <= lag <= 1.5 * interval + known:
-        return ()
+        return (), 0.0
     allowed = 1e3 * (1.5 * interval + known)
     words = (
         f"the angles lag the torque by {1e3 * lag:.3g} ms; sampling and the lags of the drive file allow "
@@ -187,7 +167,8 @@ def _late(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[LogFinding, ..
     if lag > 0.0:
         words += "; the controller is designed for the rest as a delay"
     limit = 1e-3 * allowed if lag > 0.0 else -interval
-    return (LogFinding(id="delay", value=lag, limit=limit, unit="s", words=words),)
+    found = LogFinding(id="delay", value=lag, limit=limit, unit="s", words=words)
+    return (found,), max(lag - 0.5 * interval - known, 0.0)
 
 
 def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
@@ -247,8 +228,6 @@ def _without_result(known: dict[str, Quantity], why: str) -> Knowledge:
         quantities=known,
         undetermined=(why,),
         open_names=ESSENTIAL,
-        findings=(),
-        residual=None,
         method="data-sheet values with stated uncertainty, since the logs could not be used",
     )
 
@@ -272,17 +251,10 @@ def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity
                 f"{WORDS[name]}: {quantity.value:.4g} {quantity.unit} from the log, outside the data-sheet "
                 f"interval {sheet.low:.4g} to {sheet.high:.4g} {quantity.unit}"
             )
-            guess = name in FRICTION
+            guess, value, unit = name in FRICTIONS, quantity.value, quantity.unit
             words += "; it replaces the data-sheet value" if guess else ""
             limit = sheet.high if quantity.low > sheet.high else sheet.low
             found.append(
-                LogFinding(
-                    id=name,
-                    value=quantity.value,
-                    limit=limit,
-                    unit=quantity.unit,
-                    words=words,
-                    decides=not guess,
-                )
+                LogFinding(id=name, value=value, limit=limit, unit=unit, words=words, decides=not guess)
             )
     return tuple(found)

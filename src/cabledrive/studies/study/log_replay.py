@@ -86,21 +86,18 @@ def coarser_encoders(drive: Drive, logs: Sequence[Log]) -> dict[str, int]:
 
 def encoder_findings(drive: Drive, coarser: Mapping[str, int]) -> tuple[LogFinding, ...]:
     """Encoders of a log that are no longer those of the drive file."""
-    found = []
-    for key, counts in coarser.items():
-        named = getattr(drive.sensors, key)
-        if named > COARSER * counts:
-            found.append(
-                LogFinding(
-                    id=key,
-                    value=2.0 * pi / counts,
-                    limit=COARSER * 2.0 * pi / named,
-                    unit="rad",
-                    words=f"the {key.replace('_', ' ')} of the log has {counts} counts per revolution, "
-                    f"sensors.{key} of the drive file {named}; the coarser one is used",
-                )
-            )
-    return tuple(found)
+    return tuple(
+        LogFinding(
+            id=key,
+            value=2.0 * pi / counts,
+            limit=COARSER * 2.0 * pi / named,
+            unit="rad",
+            words=f"the {key.replace('_', ' ')} of the log has {counts} counts per revolution, "
+            f"sensors.{key} of the drive file {named}; the coarser one is used",
+        )
+        for key, counts in coarser.items()
+        if (named := getattr(drive.sensors, key)) > COARSER * counts
+    )
 
 
 Array = NDArray[np.float64]
@@ -161,15 +158,16 @@ def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) 
     )
     gears = np.array([load_gear(drive) if name == "load_angle" else 1.0 for name in channels])
     measured = np.column_stack([log.channel(name) for name in channels]) * gears
-    seen = octaves(innovations(probe, torque, measured - measured[0]), h)
-    noise = torque_noise(torque, h)
+    middle, lines, seen = octaves(innovations(probe, torque, measured - measured[0]), h)
+    # Of white noise, by the upper half of the spectrum; that none of it acts on the shaft forgives most.
+    noise = np.sqrt(2.0) * np.std(torque - zero_phase(torque, h, 0.25 / h))
 
     def left(moved: Array) -> Array:
         """Power that the model leaves of a log of these angles."""
         angles = moved[:, [place(chain, CHANNELS[name]) for name in channels]]
         read = np.array(counts) * np.floor(angles / counts + generator.uniform(size=len(channels)))
         logged = torque + noise * generator.standard_normal(torque.size)
-        return octaves(innovations(probe, logged, read - read[0]), h).power
+        return octaves(innovations(probe, logged, read - read[0]), h)[2]
 
     own = _moved(drive, torque, h)
     if own is None:
@@ -177,7 +175,16 @@ def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) 
     model = np.mean([left(own) for _ in range(REPEATS)], axis=0)
     drawn = [left(moved) for machine in likely if (moved := _moved(machine, torque, h)) is not None]
     excess = np.max([model, *drawn], axis=0) / model - 1.0
-    return _largest(seen, model, np.maximum(TOLERANCE, 1.0 + excess), channels)
+    ratio = seen / model
+    chance = stats.f.isf(CHANCE / ratio.size, 2.0 * lines, 2.0 * REPEATS * lines)
+    limit = np.maximum(TOLERANCE, 1.0 + excess) * chance[:, None]
+    k, j = np.unravel_index(int(np.argmax(ratio / limit)), ratio.shape)
+    return Replay(
+        ratio=float(ratio[k, j]),
+        limit=float(limit[k, j]),
+        encoder=channels[int(j)],
+        frequency=float(middle[k]),
+    )
 
 
 def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
@@ -190,16 +197,6 @@ def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
         return None
 
 
-def torque_noise(torque: Array, interval: float) -> float:
-    """Standard deviation of a torque's white noise, by the upper half of its spectrum [N m].
-
-    ``torque``, shape (samples,) [N m]; ``interval`` [s]. How much of it acts on the shaft is not known; that
-    none does is the assumption that forgives most.
-    """
-    upper = torque - zero_phase(torque, interval, 0.25 / interval)
-    return float(np.sqrt(2.0) * np.std(upper))
-
-
 def count_of(log: Log, drive: Drive, name: str) -> float:
     """One count of a channel at the first shaft [rad], by the log where it shows one, else by the file."""
     gear = load_gear(drive) if name == "load_angle" else 1.0
@@ -210,28 +207,19 @@ def count_of(log: Log, drive: Drive, name: str) -> float:
     return 2.0 * np.pi / (number or 1e5) * gear
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Octaves:
-    """Power of several signals in octaves."""
+def octaves(values: Array, interval: float) -> tuple[Array, Array, Array]:
+    """Power of ``values``, shape (samples, m), in octaves from `LOWEST` to a quarter of the sample rate.
 
-    middle: Array  # (k,): [Hz]
-    lines: Array  # (k,): independent frequencies in each
-    power: Array  # (k, m)
-
-
-def octaves(values: Array, interval: float) -> Octaves:
-    """Power of ``values``, shape (samples, m), in octaves from `LOWEST` to a quarter of the sample rate."""
+    Returns the middle of each [Hz] and its independent frequencies, shape (k,), and the powers, (k, m).
+    """
     n = len(values)
     spectrum = np.abs(np.fft.rfft(values * signal.windows.hann(n)[:, None], axis=0)) ** 2
     frequency = np.fft.rfftfreq(n, interval)
     edges = LOWEST * 2.0 ** np.arange(0, 40)
     edges = edges[edges <= 0.25 / interval]
     bands = [(frequency >= low) & (frequency < high) for low, high in pairwise(edges)]
-    return Octaves(
-        middle=np.sqrt(edges[1:] * edges[:-1]),
-        lines=np.array([band.sum() / 1.5 for band in bands]),  # Hann's window ties neighbours together
-        power=np.array([spectrum[band].sum(axis=0) for band in bands]),
-    )
+    lines = np.array([band.sum() / 1.5 for band in bands])  # Hann's window ties neighbours together
+    return np.sqrt(edges[1:] * edges[:-1]), lines, np.array([spectrum[band].sum(axis=0) for band in bands])
 
 
 def innovations(probe: ObserverNumbers, torque: Array, readings: Array) -> Array:
@@ -257,17 +245,3 @@ def predict_along(probe: ObserverNumbers, torque: Array, readings: Array, memory
             out[k, j] = readings[k, j] - predicted
         correct(probe, k, estimate, readings[k], taken, fresh)
         predict(probe, estimate, held, torque[k], torque[k], fresh)
-
-
-def _largest(seen: Octaves, model: Array, allowed: Array, channels: Sequence[str]) -> Replay:
-    ratio = seen.power / model
-    share = CHANCE / ratio.size
-    chance = stats.f.isf(share, 2.0 * seen.lines, 2.0 * REPEATS * seen.lines)
-    limit = allowed * chance[:, None]
-    k, j = np.unravel_index(int(np.argmax(ratio / limit)), ratio.shape)
-    return Replay(
-        ratio=float(ratio[k, j]),
-        limit=float(limit[k, j]),
-        encoder=channels[int(j)],
-        frequency=float(seen.middle[k]),
-    )

@@ -13,76 +13,32 @@ POSITIVE = 1e-3
 """Smallest share of its best value that a quantity can have."""
 SIGNED = ("offset_torque",)
 LOG, DATASHEET, GOAL, GUESS = "log", "datasheet", "goal", "guess"
-UNITS = {
-    "near_inertia": "kg m^2",
-    "motor_share": "1",
-    "load_inertia": "kg m^2",
-    "viscous_friction": "N m s/rad",
-    "coulomb_friction": "N m",
-    "offset_torque": "N m",
-    "cable_stiffness": "N/m",
-    "cable_damping": "N s/rad",
-    "joint_stiffness": "N m/rad",
-    "joint_damping": "N m s/rad",
-    "load_viscous_friction": "N m s/rad",
-    "load_coulomb_friction": "N m",
-    "backlash": "rad",
-    "delay": "s",
-    "ripple_torque": "N m",
-    "ripple_order": "1/rad",
-    "ripple_phase": "rad",
-    "eccentricity": "rad",
-    "carriage_mass": "kg",
-    "rail_friction": "N s/m",
-    "hanging_mass": "kg",
-    "line_length": "m",
+_TABLE = {
+    "near_inertia": ("kg m^2", "inertia of motor and drive pulley", "inertia"),
+    "motor_share": ("1", "motor's share of it", "inertia"),
+    "load_inertia": ("kg m^2", "inertia of the load pulley", "inertia"),
+    "viscous_friction": ("N m s/rad", "viscous friction", "friction"),
+    "coulomb_friction": ("N m", "Coulomb friction", "friction"),
+    "offset_torque": ("N m", "offset torque", "friction"),
+    "cable_stiffness": ("N/m", "stiffness of a span", "stiffness"),
+    "cable_damping": ("N s/rad", "damping of a span", "damping"),
+    "joint_stiffness": ("N m/rad", "stiffness of the motor joint", "stiffness"),
+    "joint_damping": ("N m s/rad", "damping of the motor joint", "damping"),
+    "load_viscous_friction": ("N m s/rad", "viscous friction of the load pulley", "friction"),
+    "load_coulomb_friction": ("N m", "Coulomb friction of the load pulley", "friction"),
+    "backlash": ("rad", "backlash of the motor joint", "friction"),
+    "delay": ("s", "delay from sampling to torque", ""),
+    "ripple_torque": ("N m", "torque ripple and cogging of the motor", ""),
+    "ripple_order": ("1/rad", "periods of the ripple per radian", ""),
+    "ripple_phase": ("rad", "phase of the ripple", ""),
+    "eccentricity": ("rad", "eccentricity of the load encoder", ""),
+    "carriage_mass": ("kg", "mass of the carriage", "inertia"),
+    "rail_friction": ("N s/m", "friction of the carriage on its guide", "friction"),
+    "hanging_mass": ("kg", "hanging mass", "inertia"),
+    "line_length": ("m", "length of its line", "inertia"),
 }
-WORDS = {
-    "near_inertia": "inertia of motor and drive pulley",
-    "motor_share": "motor's share of it",
-    "load_inertia": "inertia of the load pulley",
-    "viscous_friction": "viscous friction",
-    "coulomb_friction": "Coulomb friction",
-    "offset_torque": "offset torque",
-    "cable_stiffness": "stiffness of a span",
-    "cable_damping": "damping of a span",
-    "joint_stiffness": "stiffness of the motor joint",
-    "joint_damping": "damping of the motor joint",
-    "load_viscous_friction": "viscous friction of the load pulley",
-    "load_coulomb_friction": "Coulomb friction of the load pulley",
-    "backlash": "backlash of the motor joint",
-    "delay": "delay from sampling to torque",
-    "ripple_torque": "torque ripple and cogging of the motor",
-    "ripple_order": "periods of the ripple per radian",
-    "ripple_phase": "phase of the ripple",
-    "eccentricity": "eccentricity of the load encoder",
-    "carriage_mass": "mass of the carriage",
-    "rail_friction": "friction of the carriage on its guide",
-    "hanging_mass": "hanging mass",
-    "line_length": "length of its line",
-}
-KINDS = {
-    "near_inertia": "inertia",
-    "motor_share": "inertia",
-    "load_inertia": "inertia",
-    "viscous_friction": "friction",
-    "coulomb_friction": "friction",
-    "offset_torque": "friction",
-    "cable_stiffness": "stiffness",
-    "cable_damping": "damping",
-    "joint_stiffness": "stiffness",
-    "joint_damping": "damping",
-    "load_viscous_friction": "friction",
-    "load_coulomb_friction": "friction",
-    "backlash": "backlash",
-    "delay": "delay",
-    "ripple_torque": "torque",
-    "eccentricity": "angle",
-    "carriage_mass": "inertia",
-    "rail_friction": "friction",
-    "hanging_mass": "inertia",
-    "line_length": "inertia",
-}
+"""Of each quantity its SI unit, its name in words, and the spread of `SPREADS` of its data-sheet value."""
+UNITS, WORDS, KINDS = ({name: row[k] for name, row in _TABLE.items()} for k in range(3))
 
 
 FRICTIONS = ("viscous_friction", "coulomb_friction")
@@ -126,6 +82,11 @@ class Quantity:
         return -inf if self.name in SIGNED else POSITIVE * abs(self.value)
 
 
+def known(name: str, value: float, low: float, high: float, source: str = DATASHEET) -> Quantity:
+    """A quantity of `UNITS` with its bounds."""
+    return Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=source)
+
+
 def has_flexible_joint(drive: Drive) -> bool:
     """Whether a spring joins the motor to the drive pulley."""
     return drive.motor is not None and drive.motor.joint_stiffness is not None
@@ -149,9 +110,7 @@ def values_of(drive: Drive) -> dict[str, float]:
         "load_viscous_friction": second.viscous_friction,
         "load_coulomb_friction": second.coulomb_friction,
     }
-    if has_flexible_joint(drive):
-        assert motor is not None
-        assert motor.joint_stiffness is not None
+    if motor is not None and motor.joint_stiffness is not None:
         found["motor_share"] = own / found["near_inertia"]
         found["joint_stiffness"] = motor.joint_stiffness
         found["joint_damping"] = motor.joint_damping
@@ -165,9 +124,9 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     The load pulley has the friction that is given for it, the drive pulley keeps its own, and the motor has
     the rest; where less is given than those take, all of it is theirs in the proportions that they have.
     """
-    given = values_of(drive) | dict(values)
-    motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
     before = values_of(drive)
+    given = before | dict(values)
+    motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
     lumped = Lumped(cable_stiffness=given["cable_stiffness"], cable_damping=given["cable_damping"])
     rubs: dict[str, Any] = {name: given[f"load_{name}"] for name in FRICTIONS}
     second = replace(second, **rubs)
@@ -180,10 +139,7 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
         return replace(drive, pulley=(near, load), lumped=lumped)
     share = given.get("motor_share", before["near_inertia"] and motor.inertia / before["near_inertia"])
     fresh = replace(
-        motor,
-        inertia=share * given["near_inertia"],
-        offset_torque=given["offset_torque"],
-        **moved,
+        motor, inertia=share * given["near_inertia"], offset_torque=given["offset_torque"], **moved
     )
     if has_flexible_joint(drive):
         joint = {name: given[name] for name in ("joint_stiffness", "joint_damping", "backlash")}
@@ -248,32 +204,22 @@ def by_datasheet(
     hidden["backlash"] = backlash_limit(drive) if backlash is None else backlash
     found = {}
     for name, value in values.items():
-        half = spreads["friction" if name == "backlash" else KINDS[name]] * abs(value)
-        low, high = value - half, value + half
+        half = spreads[KINDS[name]] * abs(value)
         if name == "offset_torque":
             half = max(half, spreads["friction"] * values["coulomb_friction"])
-            low, high = value - half, value + half
-        elif name in LOAD_FRICTIONS or (name == "backlash" and value == 0.0):
+        low, high = value - half, value + half
+        if name in LOAD_FRICTIONS or (name == "backlash" and value == 0.0):
             high = max(high, value + hidden[name])
         elif name == "motor_share":
             high = min(high, 0.999)
-        found[name] = Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=DATASHEET)
+        found[name] = known(name, value, low, high)
     if drive.sensors is not None and drive.sensors.sample_rate is not None:
         late, interval = drive.sensors.delay, 1.0 / drive.sensors.sample_rate
-        found["delay"] = Quantity(
-            name="delay", value=late, low=late, high=late + interval, unit="s", source=DATASHEET
-        )
-    for name, most in _unlisted(drive, values).items():
-        found[name] = Quantity(name=name, value=0.0, low=0.0, high=most, unit=UNITS[name], source=DATASHEET)
-    return found
-
-
-def _unlisted(drive: Drive, values: Mapping[str, float]) -> dict[str, float]:
-    """Largest torque ripple [N m] and eccentricity of the load encoder [rad], which no drive file has."""
-    motor, sensors = drive.motor, drive.sensors
+        found["delay"] = known("delay", late, late, late + interval)
+    motor, sensors = drive.motor, drive.sensors  # no drive file has ripple and eccentricity
     limit = motor.torque_limit if motor is not None and motor.torque_limit else 0.0
     count = 2.0 * pi / sensors.load_encoder if sensors is not None and sensors.load_encoder else 0.0
-    return {
-        "ripple_torque": max(RIPPLE_SHARE * limit, RIPPLE_FRICTION * values["coulomb_friction"]),
-        "eccentricity": ECCENTRIC_COUNTS * count,
-    }
+    ripple = max(RIPPLE_SHARE * limit, RIPPLE_FRICTION * values["coulomb_friction"])
+    found["ripple_torque"] = known("ripple_torque", 0.0, 0.0, ripple)
+    found["eccentricity"] = known("eccentricity", 0.0, 0.0, ECCENTRIC_COUNTS * count)
+    return found

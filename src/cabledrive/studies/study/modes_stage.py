@@ -1,5 +1,6 @@
 """Stages 3 to 5: certified modes, the internal resonance, and which reduced model holds how far."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,11 +16,11 @@ from cabledrive.reduction.quality import ModelQuality, model_quality, with_measu
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.ranked import one_count
 from cabledrive.rig.setting import DEGREE, Motion
-from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
+from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance
 from cabledrive.studies.resonance_detuning import UNKNOWN
-from cabledrive.studies.route_alarm import RouteAlarm, route_alarm
+from cabledrive.studies.route_alarm import route_alarm
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study.machine import values_of
 
@@ -117,11 +118,8 @@ def choose_reduced_model(
     simpler = [one for one in evidence if one.model < chosen]
     least = ", ".join(f"Model {one.model} {one.windup / DEGREE:.3g} deg" for one in simpler)
     reason = f"Model {chosen} ({MODEL_WORDS[chosen]}) neglects {windups[chosen] / DEGREE:.3g} deg"
-    reason += (
-        f"; simpler models neglect more than the {tolerance / DEGREE:.3g} deg allowed: {least}"
-        if least
-        else ""
-    )
+    if least:
+        reason += f"; simpler models neglect more than the {tolerance / DEGREE:.3g} deg allowed: {least}"
     return ModelResult(chosen=chosen, tolerance=tolerance, evidence=evidence, reason=reason)
 
 
@@ -153,21 +151,21 @@ class ResonanceResult:
     # {"safe", "close", "resonant", "unknown"}: under the ripple, if it swung at the pulley mode's frequency
     verdict: str
     # frequency_ratio, detuning, pulley_frequency: [-], [-], [Hz]
-    frequency_ratio: float | None
-    detuning: float | None
-    pulley_frequency: float | None
+    frequency_ratio: float | None = None
+    detuning: float | None = None
+    pulley_frequency: float | None = None
     # tuned_pretension, threshold_torque: [N], [N m]
-    tuned_pretension: float | None
-    threshold_torque: float | None
+    tuned_pretension: float | None = None
+    threshold_torque: float | None = None
     # torque, ripple: largest torque of the motion, and what is taken to ripple at the pulley mode's frequency
     # [N m]
     torque: float
     ripple: float
     # {"safe", "dangerous", "unknown"}: of the planned motion; None: it could not be computed
-    alarm: str | None
+    alarm: str | None = None
     largest: float | None  # largest transverse amplitude along the motion [m]; None: beyond all numbers
-    limit: float  # what is allowed [m]
-    slack: bool  # whether the pulley mode's response takes a span's tension away
+    limit: float = 0.0  # what is allowed [m]
+    slack: bool = False  # whether the pulley mode's response takes a span's tension away
     reasons: tuple[str, ...]
     remedy: str
 
@@ -192,84 +190,61 @@ def motion_torque(
 
 
 def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
-    """Internal resonance of a drive, its stiffness as identified, under a planned motion."""
-    if isinstance(drive, AxisDrive):
-        return _of_axis(drive, motion)
-    machine = with_measured_stiffness(drive)
+    """Internal resonance of a drive, its stiffness as identified, under a planned motion.
+
+    Of an axis the pairs of its machine, as its file gives it, and the motion that its motors share.
+    """
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
     time, torque = motion_torque(drive, repeated, samples=8001)
     largest = float(np.abs(torque).max())
-    summary = resonance(machine, torque=RIPPLE_SHARE * largest)
-    try:
-        found = alarm(machine, PlannedMotion(time=time, torque=torque))
-        word, swing, limit = found.verdict, found.largest_transverse, found.limit
-        slack, remedy = found.slack, found.remedy
-    except (InputRefused, NotComputed):
-        word, swing, limit, slack, remedy = None, 0.0, 0.0, False, ""
-    if summary.verdict == RESONANT and word == SAFE:
-        remedy = "move the pretension away from the tuned one, or damp the cable"
-    return ResonanceResult(
-        verdict=summary.verdict,
-        frequency_ratio=summary.frequency_ratio,
-        detuning=summary.detuning,
-        pulley_frequency=summary.pulley_frequency,
-        tuned_pretension=summary.tuned_pretension,
-        threshold_torque=summary.threshold_torque,
-        torque=largest,
-        ripple=RIPPLE_SHARE * largest,
-        alarm=word,
-        largest=float(swing) if np.isfinite(swing) else None,
-        limit=float(limit),
-        slack=bool(slack),
-        reasons=tuple(summary.reasons),
-        remedy=remedy,
-    )
-
-
-def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
-    """Pairs of the machine of an axis, as its file gives it, and the motion that its motors share."""
-    repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
-    largest = float(np.abs(motion_torque(drive, repeated, samples=8001)[1]).max())
     ripple = RIPPLE_SHARE * largest
-    judged, refused = _alarm_of_axis(drive, repeated, *motion_torque(drive, repeated, 8001, rubbing=False))
-    found: dict[str, Any] = {
-        "verdict": UNKNOWN,
-        "frequency_ratio": None,
-        "detuning": None,
-        "pulley_frequency": None,
-        "threshold_torque": None,
-    }
-    try:
-        pairs = route_resonance(drive.machine, torque=ripple / len(drive.machine.motor), motor=FREE)
-    except InputRefused as refusal:
-        reasons: tuple[str, ...] = (f"pairs of modes: {refusal}",)
+    names: tuple[str, ...] = ("verdict", "frequency_ratio", "detuning", "threshold_torque")
+    found: dict[str, Any] = {"torque": largest, "ripple": ripple}
+    judged: AlarmResult | None = None
+    if isinstance(drive, AxisDrive):
+        machine, failed, remedy = drive.machine, "", "move the pretension of the span away, or damp the cable"
+        time, smooth = motion_torque(drive, repeated, samples=8001, rubbing=False)
+        try:
+            judged = route_alarm(machine, _shared_motion(drive, repeated, time, smooth))
+        except (InputRefused, NotComputed) as failure:
+            failed = f"planned motion: {failure}"
+        reasons = (failed,) if judged is None else (*judged.reasons, *judged.assumptions)
+        try:
+            pairs = route_resonance(machine, torque=ripple / len(machine.motor), motor=FREE)
+        except InputRefused as refusal:
+            found |= {"verdict": UNKNOWN, "reasons": (f"pairs of modes: {refusal}", *reasons)}
+        else:
+            found |= {name: getattr(pairs, name) for name in names}
+            found |= {
+                "pulley_frequency": pairs.longitudinal_hz,
+                "reasons": (*pairs.reasons, *pairs.left_out, *reasons),
+            }
     else:
-        reasons = (*pairs.reasons, *pairs.left_out)
-        found |= {
-            "verdict": pairs.verdict,
-            "frequency_ratio": pairs.frequency_ratio,
-            "detuning": pairs.detuning,
-            "pulley_frequency": pairs.longitudinal_hz,
-            "threshold_torque": pairs.threshold_torque,
-        }
+        stiff, remedy = with_measured_stiffness(drive), ""
+        summary = resonance(stiff, torque=ripple)
+        names = (*names, "pulley_frequency", "tuned_pretension", "reasons")
+        found |= {name: getattr(summary, name) for name in names}
+        with suppress(InputRefused, NotComputed):
+            judged = alarm(stiff, PlannedMotion(time=time, torque=torque))
+            remedy = judged.remedy
+        if summary.verdict == RESONANT and judged is not None and judged.verdict == SAFE:
+            remedy = "move the pretension away from the tuned one, or damp the cable"
+    if judged is None:
+        largest_swing = None if isinstance(drive, AxisDrive) else 0.0
+        return ResonanceResult(**found, largest=largest_swing, remedy=remedy)
+    swing = judged.largest_transverse
     return ResonanceResult(
         **found,
-        tuned_pretension=None,
-        torque=largest,
-        ripple=ripple,
-        alarm=None if judged is None else judged.verdict,
-        largest=None if judged is None else judged.largest_transverse,
-        limit=0.0 if judged is None else judged.limit,
-        slack=judged is not None and judged.slack,
-        reasons=(*reasons, *((refused,) if judged is None else (*judged.reasons, *judged.assumptions))),
-        remedy="move the pretension of the span away, or damp the cable" if judged is None else judged.remedy,
+        alarm=judged.verdict,
+        largest=float(swing) if np.isfinite(swing) else None,
+        limit=float(judged.limit),
+        slack=bool(judged.slack),
+        remedy=judged.remedy if isinstance(drive, AxisDrive) else remedy,
     )
 
 
-def _alarm_of_axis(
-    drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray
-) -> tuple[RouteAlarm | None, str]:
-    """The alarm for the motors' shared torque, shape (samples,), without Coulomb friction; else why not."""
+def _shared_motion(drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray) -> PlannedMotion:
+    """The motion of an axis as its machine makes it; ``torque``: of all motors together, (samples,) [N m]."""
     machine, signs = drive.machine, drive.words["motors"]
     first, *others = [machine.pulley[number].name for number in machine.driven]
     shares = {name: sign * torque / len(signs) for name, sign in signs.items()}
@@ -280,10 +255,5 @@ def _alarm_of_axis(
     if name in bodies and move in POSE:
         start = 0.0 if move == "turn" else bodies[name].at["xy".index(move)]
         places = {drive.load: start + way}
-    try:
-        planned = PlannedMotion(
-            time=time, torque=shares[first], places=places, torques={one: shares[one] for one in others}
-        )
-        return route_alarm(machine, planned), ""
-    except (InputRefused, NotComputed) as failure:
-        return None, f"planned motion: {failure}"
+    torques = {one: shares[one] for one in others}
+    return PlannedMotion(time=time, torque=shares[first], places=places, torques=torques)

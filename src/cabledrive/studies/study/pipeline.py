@@ -13,7 +13,7 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.studies.route_pairs import route_resonance
-from cabledrive.studies.study.acceptance_stage import no_runs
+from cabledrive.studies.study.acceptance_stage import Trial, TriedLaws, no_runs, try_laws
 from cabledrive.studies.study.check_stage import CheckResult, check, goals_for
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
@@ -21,7 +21,6 @@ from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModesResult, find_modes, resonance_of
 from cabledrive.studies.study.plants import CarriagePlant, LoadPlant, Plant
 from cabledrive.studies.study.stage_cache import StageCache, key_of, log_files, logs_of
-from cabledrive.studies.study.tried_laws import Trial, TriedLaws, try_laws
 from cabledrive.studies.study.verdict_stage import Verdict, judge
 
 

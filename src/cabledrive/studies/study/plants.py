@@ -61,16 +61,6 @@ class Score:
     tension: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RunHistory:
-    """One run over time, each of shape (samples,): [s], [rad] or [m], the same, [N m]."""
-
-    time: Array
-    reference: Array
-    error: Array
-    torque: Array
-
-
 class ClosedLoop(Protocol):
     """A law that can be run on one plant after another."""
 
@@ -81,8 +71,8 @@ class ClosedLoop(Protocol):
     def run(self, values: Mapping[str, float], phases: Array) -> Score:
         """What a plant with these quantities leaves, its encoders at these phases, shape (encoders,)."""
 
-    def history(self, values: Mapping[str, float], phases: Array) -> RunHistory:
-        """The same run over time."""
+    def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
+        """The same run: time [s], reference, error [rad] or [m], torque [N m], each of shape (samples,)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,39 +173,29 @@ class LoadPlant:
         """The reduced model, the damped law of the chain by its bound, and every law at its best setting."""
         if self.missing or not possible:
             return Candidates(reason=self.missing or EXCEEDED)
-        goals, note, staged = self.goals, self.cache.note, self.cache.staged
-        drive, motion = replace(self.drive, name="", title="", source=""), goals.motion
-        assert self.known is not None
+        goals, note, staged, known = self.goals, self.cache.note, self.cache.staged, self.known
+        assert known is not None
+        asked = bare(self.drive), goals.motion
         note("[5/8] choice of the reduced model")
-        model = staged("model", choose_reduced_model, drive, motion, goals.error, modes.models)
+        model = staged("model", choose_reduced_model, *asked, goals.error, modes.models)
         note("[6/8] controllers: settings of each law")
-        models = models_for_the_law(model.chosen, modes)
-        controller = staged(
-            "controller", design_controller, drive, motion, self.known.quantities, models, goals.torque
-        )
-        laws = staged(
-            "laws",
-            tuned_laws,
-            drive,
-            motion,
-            self.known,
-            controller,
-            goals.torque,
-            every_law=goals.every_law,
-        )
-        return Candidates(model=model, controller=controller, laws=laws.settings, bound=controller.bound)
+        # The model called for, then the others that bend the cable, and up to where each holds [Hz].
+        holds = {one.model: one.holds_5 for one in modes.models}
+        others = [number for number in (4, 3) if number in holds and number != model.chosen]
+        models = {number: holds[number] for number in (model.chosen, *others)}
+        controller = staged("controller", design_controller, *asked, known.quantities, models, goals.torque)
+        laws = staged("laws", tuned_laws, *asked, known, controller, goals.torque, every_law=goals.every_law)
+        return Candidates(model=model, controller=controller, laws=laws, bound=controller.bound)
 
     def closed_loop(self, law: LawSetting, *, cable: bool) -> Made[ClosedLoop]:
         """A law on this drive."""
-        goals, drive = self.goals, replace(self.drive, name="", title="", source="")
-        return Made(load_loop, (drive, goals.motion, self.known, law, goals.torque, cable))
+        goals = self.goals
+        return Made(load_loop, (bare(self.drive), goals.motion, self.known, law, goals.torque, cable))
 
 
-def models_for_the_law(chosen: int, modes: ModesResult) -> dict[int, float]:
-    """The model called for, then the others that bend the cable, and up to where each holds [Hz]."""
-    holds = {one.model: one.holds_5 for one in modes.models}
-    others = [number for number in (4, 3) if number in holds and number != chosen]
-    return {number: holds[number] for number in (chosen, *others)}
+def bare(drive: Drive) -> Drive:
+    """The drive without its words."""
+    return replace(drive, name="", title="", source="")
 
 
 def load_loop(
@@ -249,16 +229,16 @@ class LoadLoop:
         peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0)
         return Score(peak=peak, torque=found["peak_torque"], saturated=share)
 
-    def history(self, values: Mapping[str, float], phases: Array) -> RunHistory:
+    def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
         """The wanted angle of the load, its error, and the command."""
         moved = with_values(self.loop, self.drive, values, phases)
         log, rig = run(moved).log, moved.rig
-        return RunHistory(
-            time=np.asarray(rig.interval * np.arange(len(log)), dtype=np.float64),
-            reference=moved.target / moved.gear,
-            error=moved.load_error(log),
-            torque=log[:, 2 * moved.chain.size + 1 + len(rig.encoders)],
-        )
+        return {
+            "time": rig.interval * np.arange(len(log), dtype=np.float64),
+            "reference": moved.target / moved.gear,
+            "error": moved.load_error(log),
+            "torque": log[:, 2 * moved.chain.size + 1 + len(rig.encoders)],
+        }
 
 
 NO_MODELS = "a carriage divides the span; see the model of the carriage below"
@@ -277,11 +257,6 @@ class CarriagePlant:
     no_models = no_cable = NO_MODELS
 
     @property
-    def bare(self) -> Drive:
-        """The drive without its words."""
-        return replace(self.drive, name="", title="", source="")
-
-    @property
     def task(self) -> Goals:
         """Goals without what only the acceptance, the logs or the verdict depend on."""
         plain = Goals()
@@ -291,7 +266,9 @@ class CarriagePlant:
     def quantities(self, logs: Logs) -> Knowledge:
         """Data sheet, goals and estimates."""
         logged, spreads = bool(logs.arguments[0]), self.goals.spreads
-        return self.cache.staged("knowledge", know_carriage, self.bare, self.task, spreads, logged=logged)
+        return self.cache.staged(
+            "knowledge", know_carriage, bare(self.drive), self.task, spreads, logged=logged
+        )
 
     def knowing(self, known: Knowledge) -> "CarriagePlant":
         """The same machine: no log has moved its values."""
@@ -299,19 +276,24 @@ class CarriagePlant:
 
     def demand(self) -> DemandResult:
         """What the motion asks of motor and cable."""
-        return self.cache.staged("demand", carriage_demand, self.bare, self.task)
+        return self.cache.staged("demand", carriage_demand, bare(self.drive), self.task)
 
     def candidates(self, modes: ModesResult, *, possible: bool) -> Candidates:
         """The model of the carriage and the scheduled law at its bandwidth."""
         note, staged = self.cache.note, self.cache.staged
         assert self.known is not None
         note("[5/8] model of the carriage")
-        model = staged("model", carriage_model, self.bare, self.task)
+        model = staged("model", carriage_model, bare(self.drive), self.task)
         if model.reason or not possible:
             return Candidates(model=model, reason=model.reason or EXCEEDED)
         note("[6/8] controller: bandwidth of the scheduled law")
         law = staged(
-            "controller", design_carriage_law, self.bare, self.task, self.known.quantities, model.left_out
+            "controller",
+            design_carriage_law,
+            bare(self.drive),
+            self.task,
+            self.known.quantities,
+            model.left_out,
         )
         setting = LawSetting(controller=law.name, model=None, value=law.bandwidth, filter="")
         laws = () if law.bandwidth is None else (setting,)
@@ -320,7 +302,7 @@ class CarriagePlant:
     def closed_loop(self, law: LawSetting, *, cable: bool) -> Made[ClosedLoop]:
         """The scheduled law; there is no plant on the distributed cable."""
         assert not cable
-        return Made(carriage_loop, (self.bare, self.task, law.value))
+        return Made(carriage_loop, (bare(self.drive), self.task, law.value))
 
 
 def carriage_loop(drive: Drive, goals: Goals, bandwidth: float) -> "CarriageRuns":
@@ -356,14 +338,14 @@ class CarriageRuns:
             saturated=saturated,
         )
 
-    def history(self, values: Mapping[str, float], phases: Array) -> RunHistory:
+    def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
         """Motion and error of the carriage, or of the mass below it where that errs more."""
         case = self.case
         log = whole_run(case, self.loop, values, phases)
         both = errors(case, log)
-        return RunHistory(
-            time=np.asarray(case.interval * np.arange(len(log)), dtype=np.float64),
-            reference=case.wanted[: len(log)],
-            error=both[int(np.argmax(np.abs(both).max(axis=1)))],
-            torque=log[:, FORCE] * case.design.radius,
-        )
+        return {
+            "time": case.interval * np.arange(len(log), dtype=np.float64),
+            "reference": case.wanted[: len(log)],
+            "error": both[int(np.argmax(np.abs(both).max(axis=1)))],
+            "torque": log[:, FORCE] * case.design.radius,
+        }

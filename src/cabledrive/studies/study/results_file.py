@@ -75,13 +75,12 @@ def results_of(result: StudyResult) -> dict[str, Any]:
 def _reached(result: StudyResult) -> dict[str, Any]:
     """What the chosen law reached, with the unit in the key."""
     unit, reached = error_unit(result.goals), result.verdict.reached
-    if reached is None:
-        found: dict[str, Any] = {f"reached_error_{unit.name}": None, "share": None, "confidence": None}
-        return found | {f"reached_error_{unit.name}_reason": "no law was run on drawn plants"}
-    error = None if reached.error is None else unit.of(reached.error)
-    found = {f"reached_error_{unit.name}": error, "share": reached.share, "confidence": reached.confidence}
+    key, error = f"reached_error_{unit.name}", reached.error if reached else None
+    found: dict[str, Any] = {key: None if error is None else unit.of(error)}
+    found |= {name: getattr(reached, name, None) for name in ("share", "confidence")}
     if error is None:
-        found[f"reached_error_{unit.name}_reason"] = "too many runs ended early"
+        why = "too many runs ended early" if reached else "no law was run on drawn plants"
+        found[f"{key}_reason"] = why
     return found
 
 

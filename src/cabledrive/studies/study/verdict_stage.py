@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cabledrive.mechanics.warnings import elastic_range, largest_pretension
-from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
@@ -27,39 +26,16 @@ from cabledrive.studies.study.findings import (
     short_of,
     unrun,
 )
-from cabledrive.studies.study.goals import ErrorUnit, error_unit, goal_of
+from cabledrive.studies.study.goals import error_unit, goal_of
 from cabledrive.studies.study.machine import WORDS
 from cabledrive.studies.study.modes_stage import motion_torque
 
 NO_BOUND = "no theorem bounds the error of the scheduled law: the error is a result of the runs"
-LONGER = "lengthen the move: the force falls with the square of its duration"
 
 
-def _millimetres(value: float) -> str:
-    return f"{1e3 * value:.3g} mm"
-
-
-def carriage_remedies(control: CarriageController) -> list[str]:
-    """What would make the error of a carriage smaller; ``control``: with a bandwidth."""
-    assert control.chosen is not None
-    chosen = control.chosen
-    parts = {"sensors": chosen.sensors or 0.0, "uncertain": chosen.uncertain or 0.0}
-    words = []
-    if parts["sensors"] > max(parts["uncertain"], chosen.nominal or 0.0):
-        words.append("fit finer encoders: quantisation is the largest part of the error")
-    elif control.shares:
-        name = max(control.shares, key=lambda key: control.shares[key])
-        words.append(f"identify the {WORDS[name]} more accurately: it causes the largest part of the error")
-    if not control.both:
-        words.append(
-            "fit sensors.load_encoder with the resolution of the drive pulley's: the law then uses both"
-        )
-    return [*words, LONGER]
-
-
-def carriage_cautions(found: Findings, current_loop: bool) -> list[str]:
+def carriage_cautions(found: Findings) -> list[str]:
     """What does not decide, and should be known."""
-    runs, model, control = found.runs, found.model, found.controller
+    runs, model, control, drive = found.runs, found.model, found.controller, found.known
     words = [NO_BOUND] if runs.draws else []
     if found.goals.rail_friction is None:
         words.append(
@@ -69,9 +45,10 @@ def carriage_cautions(found: Findings, current_loop: bool) -> list[str]:
     if isinstance(model, CarriageModel) and model.left_out > 0.0:
         words.append(
             "the motor joint is taken as rigid: its windup and backlash, "
-            f"{_millimetres(model.left_out)} at the carriage, are added to every error"
+            f"{1e3 * model.left_out:.3g} mm at the carriage, are added to every error"
         )
-    if current_loop:
+    late = drive is not None and drive.sensors is not None and drive.sensors.delay > 0.0
+    if late or (drive is not None and drive.motor is not None and drive.motor.current_bandwidth is not None):
         words.append(
             "the runs contain neither delay nor torque loop; both are short compared with the period of "
             "the carriage"
@@ -169,36 +146,33 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
         reasons.append(resonance_words(resonance))
         remedies += [resonance.remedy] if resonance.remedy and resonance.remedy != "none needed" else []
         if resonance.tuned_pretension is not None:
-            remedies.append(_away_from_tuning(resonance.tuned_pretension, found.known))
+            tuned, drive = resonance.tuned_pretension, found.known
+            if drive is None or tuned <= largest_pretension(drive):
+                words = f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
+            else:
+                words = (
+                    f"no pretension {elastic_range(drive)} tunes the lowest mode of an empty span: keep away "
+                    "from the pretensions of the other pairs, which cabledrive resonance lists"
+                )
+            remedies.append(words)
     return reasons, remedies
-
-
-def _away_from_tuning(tuned: float, drive: Drive | None) -> str:
-    if drive is None or tuned <= largest_pretension(drive):
-        return f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
-    return (
-        f"no pretension {elastic_range(drive)} tunes the lowest mode of an empty span: keep away from the "
-        "pretensions of the other pairs, which cabledrive resonance lists"
-    )
 
 
 def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
     goals, unit, cable = found.goals, error_unit(found.goals), found.cable_score
     goal, doubts = goal_of(goals), _doubts(found)
+    correct = [CORRECT] if found.knowledge.findings else []
     if goal is None:
-        reasons = [*doubts, reached_words(chosen, cable, goals, unit)]
-        return (
-            UNKNOWN,
-            reasons,
-            [_state_a_goal(chosen, unit), *([CORRECT] if found.knowledge.findings else [])],
-        )
+        remedy = "set error in [goals] to get a verdict"
+        if chosen.reached and chosen.reached.error is not None:
+            remedy += f', such as error = "{rounded_up(unit.of(chosen.reached.error)):g} {unit.name}"'
+        return UNKNOWN, [*doubts, reached_words(chosen, cable, goals, unit)], [remedy, *correct]
     short = [words for one in (chosen, cable) if one is not None for words in short_of(one, goal, unit)]
     off, words = _coupling(found)
     if off and chosen.reached and chosen.reached.error is not None and chosen.reached.error + off > goal:
         short += words
     if doubts:
-        remedies = [CORRECT] if found.knowledge.findings else []
-        return UNKNOWN, [*doubts, *short], [*remedies, *([RECORD] if found.knowledge.open_names else [])]
+        return UNKNOWN, [*doubts, *short], [*correct, *([RECORD] if found.knowledge.open_names else [])]
     if not short:
         return YES, held_words(chosen, cable, goals, unit), []
     median = found.runs.quantile(0.5)
@@ -220,20 +194,11 @@ def _doubts(found: Findings) -> list[str]:
     return words
 
 
-def _state_a_goal(chosen: LawScore, unit: ErrorUnit) -> str:
-    error = chosen.reached.error if chosen.reached else None
-    if error is None:
-        return "set error in [goals] to get a verdict"
-    proposed = f"{rounded_up(unit.of(error)):g} {unit.name}"
-    return f'set error in [goals] to get a verdict, such as error = "{proposed}"'
-
-
 def _remedies(found: Findings, chosen: LawScore) -> list[str]:
     if chosen.share_low is not None and chosen.share == 1.0:
         key = "carriage_draws" if chosen.plant == "carriage" else "draws"
         return [f"run more plants: raise {key} in [acceptance], or omit --quick"]
-    control = found.controller
-    return carriage_remedies(control) if isinstance(control, CarriageController) else remedies_for(found)
+    return remedies_for(found)
 
 
 def _margins(found: Findings) -> tuple[Margin, ...]:
@@ -283,28 +248,21 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
             "the response of the pulley mode to the motion takes a span's tension to zero for a moment"
         )
     if isinstance(found.known, AxisDrive):
-        words += _of_an_axis(found)
+        words += ["modes, lumped models and resonance are of the machine as its file gives it"]
+        words += _coupling(found)[1]
+        if found.knowledge.residual is not None:
+            words.append(
+                "drive.toml is the machine as given; identified numbers are those of its chain, in "
+                "results.json"
+            )
     if found.carried:
-        return (*words, *carriage_cautions(found, _late(found.known)))
+        return (*words, *carriage_cautions(found))
     words += unrun(found, reasons)
     for one in (found.runs, found.cable):
         if one.saturated:
             words.append(f"{one.saturated} of {one.draws} {one.plant} runs reached the torque limit")
     words += _on_the_bound(found)
     return tuple(words)
-
-
-def _of_an_axis(found: Findings) -> list[str]:
-    """What a study of the lumped chain of an axis does not say of its machine."""
-    words = [
-        "modes, lumped models and resonance are of the machine as its file gives it",
-        *_coupling(found)[1],
-    ]
-    if found.knowledge.residual is not None:
-        words.append(
-            "drive.toml is the machine as given; identified numbers are those of its chain, in results.json"
-        )
-    return words
 
 
 def _coupling(found: Findings) -> tuple[float, list[str]]:
@@ -336,10 +294,3 @@ def _on_the_bound(found: Findings) -> list[str]:
             + " (covered by the other parts of the bound)"
         )
     return words
-
-
-def _late(drive: Drive | None) -> bool:
-    """Whether the drive file names a delay or a torque loop."""
-    if drive is None or drive.motor is None or drive.sensors is None:
-        return False
-    return drive.sensors.delay > 0.0 or drive.motor.current_bandwidth is not None

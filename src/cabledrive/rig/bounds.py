@@ -1,12 +1,11 @@
-"""Bounds of laws that learn the load's torque or go by an announced load, along a run.
+"""Bounds along a run: of the theorem, of laws that learn the load's torque or go by an announced load.
 
 Between two announcements the law with true states and the chain with the announced load are one linear loop.
 Across them the response to a torque of one sample goes on through the new loop from the state that the old
 one left, so that the tube is the sum over all samples of the size of that response times what may act there.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,19 +15,22 @@ from cabledrive.control.bound import (
     ErrorBound,
     IdealLoop,
     believed_range,
+    error_bound,
     ideal_loop,
     missing_torque,
+    regressor_deviation,
+    sliding_residual,
 )
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.load_schedule import law_at, with_load
-from cabledrive.control.numbers import HIGH, LOW, LawNumbers
+from cabledrive.control.numbers import DARC, DESIRED, HIGH, LEARNING, LOW, NOMINAL, SCHEDULED, LawNumbers
+from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.assumptions import TOLERANCE, load_along
-from cabledrive.rig.closed_loop.linear_loop import driven
+from cabledrive.rig.assumptions import TOLERANCE, load_along, true_parameters
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
 from cabledrive.rig.expected_bound import tube
-from cabledrive.rig.laws.controllers import LoadMotion
+from cabledrive.rig.laws.controllers import place
 
 NEGLIGIBLE = 1e-3
 """Of a count of the load's encoder: errors that no bound is held against."""
@@ -40,22 +42,19 @@ NAMES = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LearningCheck:
-    """Bound along a run, and the sources of the error beside it, at the first shaft."""
+class BoundCheck:
+    """Bound along a run, and the sources of the error beside it, at the first shaft [rad]."""
 
     bound: ErrorBound
-    # matched, unmatched: (samples,): parts of the error that a torque of the motor makes, and that none makes
-    # [rad]
-    matched: Array
-    unmatched: Array
-    lag: Array  # (samples,): by which the law's own reference misses the wanted angle between samples [rad]
+    sources: Array  # (samples,): all of them, by their sizes
+    unmatched: Array  # (samples,): what no torque of the motor makes
     # parameters outside their bounds, and estimates further off than the bound takes them to be
-    beyond: tuple[str, ...]
+    beyond: tuple[str, ...] = ()
 
     @property
     def used(self) -> float:
         """Largest share of the bound that the sources of the error use; above 1 an assumption fails."""
-        return self._share(np.abs(self.matched) + np.abs(self.unmatched) + self.lag)
+        return self._share(self.sources)
 
     @property
     def unmatched_part(self) -> float:
@@ -63,63 +62,116 @@ class LearningCheck:
         return self._share(np.abs(self.unmatched))
 
     def _share(self, part: Array) -> float:
-        share = float(np.max(part / self.bound.tube))
+        inside = self.bound.tube > 0.0
+        share = float(np.max(part[inside] / self.bound.tube[inside], initial=0.0))
         return share if np.isfinite(share) else float("inf")
 
 
-def check_learning(loop: Loop, log: Array) -> LearningCheck | None:
+def check_theorem(loop: Loop, actual: Drive, log: Array) -> BoundCheck | None:
+    """Bound of the theorem and sources of the error along a run; None for laws that have no bound here."""
+    if loop.controller.law.kind == LEARNING:
+        return check_learning(loop, log)
+    if loop.controller.law.kind == SCHEDULED and loop.controller.believed is not None:
+        return check_scheduled(loop, loop.controller.believed, log)
+    bound = bound_along(loop, log)
+    if bound is None:
+        return None
+    made = loop.controller
+    assert made.flat is not None
+    assert made.bandwidth is not None
+    nominal = float(made.law.learning[NOMINAL, 0])
+    share = float(true_parameters(loop, actual)[0]) / nominal if nominal > 0.0 else 1.0
+    residual = sliding_residual(
+        made.law,
+        made.flat,
+        made.bandwidth,
+        share * made.law.mu,
+        law_states(loop, log),
+        made.reference[: len(log)],
+        log[:, loop.chain.size - 1] - loop.target[: len(log)],
+        loop.rig.interval,
+    )
+    return BoundCheck(bound=bound, sources=residual.total, unmatched=residual.unmatched)
+
+
+def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
+    """Bound of the theorem along a run, actuator and friction at rest counted; None for laws without one."""
+    made, n = loop.controller, loop.chain.size
+    if made.law.kind != DARC or made.bandwidth is None or made.flat is None or len(log) < 2:
+        return None
+    column = 2 * n + 1 + len(loop.rig.encoders)
+    start = column + 3 + ESTIMATES
+    delta = disturbance_bound(made.law, log[:, 2 * n], log[:, column])
+    deviation = None
+    if made.law.scalars[DESIRED]:
+        deviation = regressor_deviation(made.law, law_states(loop, log), made.reference[: len(log)])
+    return error_bound(
+        made.law,
+        made.bandwidth,
+        log[:, start : start + made.law.learning.shape[1]],
+        delta,
+        loop.rig.interval,
+        made.flat.time_constants,
+        deviation,
+    )
+
+
+def law_states(loop: Loop, log: Array) -> Array:
+    """True angles, then speeds, of the inertias that a law takes, shape (samples, 2n)."""
+    places = [place(loop.chain, shaft) for shaft in loop.controller.shafts]
+    return np.ascontiguousarray(log[:, [*places, *(loop.chain.size + i for i in places)]])
+
+
+def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
+    """Bound of the disturbance: friction at rest, and torque less command, shape (samples,) [N m]."""
+    late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
+    return np.asarray(law.learning[HIGH][2] + late, dtype=np.float64)
+
+
+def check_learning(loop: Loop, log: Array) -> BoundCheck | None:
     """Bound of a law that learns and sources of the error; none where the plant is another model."""
     made, interval = loop.controller, loop.rig.interval
     motion, law, count = made.load_motion, made.law, len(log)
     if motion is None or loop.own_plant is not None or loop.chain.names != motion.chain.names or count < 2:
         return None
     n, k = motion.chain.size, law.matrix.shape[0]
-    ideal = ideal_loop(law, motion.chain, interval)
+    whole = Segment(law, motion.chain, None, interval, (0, count))
     wanted, block = made.reference[:count, : 2 * n], made.reference.shape[1] - 2 * n - 1
     width = block // len(motion.states)
     torque = np.array([made.reference[:count, 2 * n + 1 + j * width + 2 * n] for j in range(len(NAMES))])
     states = motion.states[:, :count]
-    true = load_parameters(loop.chain, motion)
-    estimates, spread = learnt_along(loop, log)
+    ends = [
+        np.array([one.coulomb[-1], one.viscous[-1], one.inertias[-1]]) for one in (loop.chain, motion.chain)
+    ]
+    true = ends[0] - ends[1]
+    p = law.learning.shape[1]
+    first = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3
+    kept = log[:, first : first + ESTIMATES]
+    covariance = kept[:, p : p + p * p].reshape(-1, p, p)
+    spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+    estimates = kept[:, :p]
     height = np.sum(
         np.abs(missing_torque(law.rows[0, k : k + 2 * n], states, torque))
         * believed_range(law, estimates, spread),
         axis=1,
     ) + motor_disturbance(motion.chain, wanted, interval)
-    bound = tube(np.abs(ideal.response(count)), np.append(height[0], height[:-1]) + height)
     error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)
-    matched, unmatched = parts_of(ideal, motion.chain, error, k)
-    lag = np.abs(wanted[:, n - 1] - loop.target[:count])
-    least = lag + NEGLIGIBLE * loop.rig.counts[-1]  # at the very first samples nothing has moved yet
-    return LearningCheck(
+    found = _held(loop, [whole], wanted[:, n - 1], height, error)
+    return replace(found, beyond=beyond(law.learning, true, estimates, spread))
+
+
+def _held(loop: Loop, parts: list["Segment"], wanted: Array, height: Array, error: Array) -> BoundCheck:
+    """The check of a run; ``height``: of what may act on the motor [N m]; ``error``: of all states."""
+    bound = switched_tube(parts, np.append(height[0], height[:-1]) + height)
+    matched, unmatched = switched_parts(parts, error)
+    lag = np.abs(wanted - loop.target[: len(error)])  # by which the law's own reference misses the angle
+    # At the very first samples nothing has moved yet.
+    least = lag + max(NEGLIGIBLE * float(loop.rig.counts[-1]), ROUNDING)
+    return BoundCheck(
         bound=ErrorBound(tube=bound + least, steady=float(bound.max()), printed=float("nan")),
-        matched=matched,
+        sources=np.abs(matched) + np.abs(unmatched) + lag,
         unmatched=unmatched,
-        lag=lag,
-        beyond=beyond(law.learning, true, estimates, spread),
     )
-
-
-def load_parameters(chain: LumpedChain, motion: LoadMotion) -> Array:
-    """What the law is to learn of a plant, shape (3,): friction, Coulomb and viscous, inertia beyond it."""
-    ours = motion.chain
-    return np.array(
-        [
-            chain.coulomb[-1] - ours.coulomb[-1],
-            chain.viscous[-1] - ours.viscous[-1],
-            chain.inertias[-1] - ours.inertias[-1],
-        ]
-    )
-
-
-def learnt_along(loop: Loop, log: Array) -> tuple[Array, Array]:
-    """Estimates and their standard deviations at every sample, shape (samples, p)."""
-    p = loop.controller.law.learning.shape[1]
-    first = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3
-    kept = log[:, first : first + ESTIMATES]
-    covariance = kept[:, p : p + p * p].reshape(-1, p, p)
-    variances = np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)
-    return kept[:, :p], np.sqrt(variances)
 
 
 def motor_disturbance(chain: LumpedChain, wanted: Array, interval: float) -> Array:
@@ -130,29 +182,6 @@ def motor_disturbance(chain: LumpedChain, wanted: Array, interval: float) -> Arr
         (np.gradient(speed, interval), speed, np.ones(len(speed)), np.ones(len(speed)))
     )
     return np.asarray(np.abs(functions) @ bounds.spread + bounds.high[2])
-
-
-def parts_of(ideal: IdealLoop, chain: LumpedChain, error: Array, memory: int) -> tuple[Array, Array]:
-    """The load's error by a torque of the motor, and by the rest, told apart in the norm of energy."""
-    n, count = chain.size, len(error)
-    kept = np.zeros((count, memory))
-    for i in range(count - 1):
-        kept[i + 1] = ideal.matrix[:memory] @ np.concatenate((kept[i], error[i]))
-    whole = np.hstack((kept, error))
-    driving = error[1:] - whole[:-1] @ ideal.matrix[memory:].T
-    driving = np.vstack((driving, np.zeros(2 * n)))
-    push = ideal.push[memory:]
-    energy = np.zeros((2 * n, 2 * n))
-    for i, stiffness in enumerate(chain.stiffness):
-        energy[i : i + 2, i : i + 2] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    energy[n:, n:] = np.diag(chain.inertias)
-    torque = driving @ energy @ push / (push @ energy @ push)
-    picks = np.zeros(len(ideal.matrix))
-    picks[ideal.load] = 1.0
-    start = np.zeros((count, memory))
-    by_motor = np.outer(torque, push)
-    matched = driven(ideal.matrix, np.hstack((start, by_motor)), picks)
-    return matched, driven(ideal.matrix, np.hstack((start, driving - by_motor)), picks)
 
 
 def beyond(learning: Array, true: Array, estimates: Array, spread: Array) -> tuple[str, ...]:
@@ -173,7 +202,7 @@ ROWS = 500
 """Samples whose responses are worked out at once."""
 
 
-def check_scheduled(loop: Loop, believed: LumpedChain, log: Array) -> LearningCheck | None:
+def check_scheduled(loop: Loop, believed: LumpedChain, log: Array) -> BoundCheck | None:
     """Bound and sources of the error along a run; none where the plant is another model."""
     made, interval, count, n = loop.controller, loop.rig.interval, len(log), believed.size
     if loop.own_plant is not None or loop.chain.names != believed.names or count < 2 or made.load is None:
@@ -183,44 +212,41 @@ def check_scheduled(loop: Loop, believed: LumpedChain, log: Array) -> LearningCh
     wanted = own + (told - 1.0)[:, None] * further[:, :-1]
     true = load_along(loop, count) / made.load
     error = log[:, : 2 * n] - own - (true - 1.0)[:, None] * further[:, :-1]
-    parts = [Segment(made.law, believed, told[first], interval, first, last) for first, last in runs_of(told)]
+    stretches = pairwise([0, *(np.flatnonzero(np.diff(told)) + 1).tolist(), count])
+    parts = [Segment(made.law, believed, told[ends[0]], interval, ends) for ends in stretches]
     height = motor_disturbance(believed, wanted, interval)
     for one in parts:
         inside = slice(one.first, one.last)
         missing = further[inside, -1] - further[inside, :-1] @ one.feedback
-        height[inside] += TOLERANCE * one.load * np.abs(missing)
-    bound = switched_tube(parts, np.append(height[0], height[:-1]) + height)
-    matched, unmatched = switched_parts(parts, error)
-    lag = np.abs(wanted[:, n - 1] - loop.target[:count])
-    least = lag + max(NEGLIGIBLE * float(loop.rig.counts[-1]), ROUNDING)
-    return LearningCheck(
-        bound=ErrorBound(tube=bound + least, steady=float(bound.max()), printed=float("nan")),
-        matched=matched,
-        unmatched=unmatched,
-        lag=lag,
-        beyond=(),
-    )
-
-
-def runs_of(told: Array) -> Iterator[tuple[int, int]]:
-    """First sample and the one after the last of each stretch of one announced load."""
-    return pairwise([0, *(np.flatnonzero(np.diff(told)) + 1).tolist(), len(told)])
+        height[inside] += TOLERANCE * told[one.first] * np.abs(missing)
+    return _held(loop, parts, wanted[:, n - 1], height, error)
 
 
 class Segment:
-    """The loop with true states while one load is announced; its memory is a torque."""
+    """The loop with true states over a stretch of samples; ``load``: that is announced there, if any is.
+
+    The memory of a law that is told the load is kept as a torque, which goes on through an announcement.
+    """
 
     def __init__(
-        self, law: LawNumbers, believed: LumpedChain, load: float, interval: float, first: int, last: int
+        self,
+        law: LawNumbers,
+        believed: LumpedChain,
+        load: float | None,
+        interval: float,
+        ends: tuple[int, int],
     ) -> None:
-        self.load, self.first, self.last = float(load), first, last
-        self.chain = with_load(believed, self.load)
-        one = law_at(law, self.load)
-        row, matrix = one.rows.copy(), one.matrix.copy()
-        matrix[0, 1:] *= row[0, 0]
-        row[0, 0] = 1.0
-        self.feedback: Array = row[0, 1:]
-        self.ideal: IdealLoop = ideal_loop(one._replace(rows=row, matrix=matrix), self.chain, interval)
+        self.first, self.last = ends
+        self.chain = believed if load is None else with_load(believed, float(load))
+        one = law if load is None else law_at(law, float(load))
+        self.memory = one.matrix.shape[0]
+        if load is not None:
+            row, matrix = one.rows.copy(), one.matrix.copy()
+            matrix[0, 1:] *= row[0, 0]
+            row[0, 0] = 1.0
+            one = one._replace(rows=row, matrix=matrix)
+        self.feedback: Array = one.rows[0, self.memory :]
+        self.ideal: IdealLoop = ideal_loop(one, self.chain, interval)
 
     @property
     def energy(self) -> Array:
@@ -259,17 +285,18 @@ def switched_parts(parts: list[Segment], error: Array) -> tuple[Array, Array]:
     """The load's error by a torque of the motor, and by the rest, shape (samples,) [rad] each."""
     count, size = len(error), len(parts[0].ideal.matrix)
     matched, unmatched = np.zeros((count, size)), np.zeros((count, size))
-    unmatched[0, 1:] = error[0]
-    memory = 0.0
+    kept = parts[0].memory
+    unmatched[0, kept:] = error[0]
+    memory = np.zeros(kept)
     for one in parts:
         matrix, push, energy = one.ideal.matrix, one.ideal.push, one.energy
-        weight = energy @ push[1:] / (push[1:] @ energy @ push[1:])
+        weight = energy @ push[kept:] / (push[kept:] @ energy @ push[kept:])
         for k in range(one.first, min(one.last, count - 1)):
-            after = matrix @ np.concatenate(([memory], error[k]))
-            driving = error[k + 1] - after[1:]
-            memory, torque = after[0], driving @ weight
+            after = matrix @ np.concatenate((memory, error[k]))
+            driving = error[k + 1] - after[kept:]
+            memory, torque = after[:kept], driving @ weight
             matched[k + 1] = matrix @ matched[k] + torque * push
             unmatched[k + 1] = matrix @ unmatched[k]
-            unmatched[k + 1, 1:] += driving - torque * push[1:]
+            unmatched[k + 1, kept:] += driving - torque * push[kept:]
     place = parts[0].ideal.load
     return matched[:, place], unmatched[:, place]
