@@ -118,14 +118,15 @@ def sampled_plant(loop: Loop) -> Sampled:
     rates = linear_rates(loop.chain, rate)
     states = len(rates)
     queue = rig.late_samples + 1
-    block = np.zeros((states + 1, states + 1))
+    block, shaft = np.zeros((states + 1, states + 1)), states - 1
     block[:states, : states + 1] = rates[:, : states + 1]
-    before, after = expm(block * rig.late_part), expm(block * (rig.interval - rig.late_part))
     if rate == 0.0:  # without a torque loop the torque is the command
-        before, after = (
-            _at_once(before, rates, rig.late_part),
-            _at_once(after, rates, rig.interval - rig.late_part),
-        )
+        block[:, states] += block[:, shaft]
+        block[:, shaft] = 0.0
+    before, after = expm(block * rig.late_part), expm(block * (rig.interval - rig.late_part))
+    if rate == 0.0:
+        for one in (before, after):
+            one[shaft], one[shaft, states] = 0.0, 1.0
     a = np.zeros((states + queue, states + queue))
     b = np.zeros((states + queue, 1))
     a[:states, :states] = after[:states, :states] @ before[:states, :states]
@@ -143,20 +144,6 @@ def sampled_plant(loop: Loop) -> Sampled:
     c = np.zeros((len(rig.encoders), states + queue))
     c[np.arange(len(rig.encoders)), rig.encoders] = 1.0
     return Sampled(a=a, b=b, c=c, d=np.zeros((len(rig.encoders), 1)))
-
-
-def _at_once(power: Array, rates: Array, time: float) -> Array:
-    """A transition whose torque is the command from the beginning, shape (states + 1, states + 1)."""
-    states = len(rates)
-    block = np.zeros((states, states))
-    block[: states - 1, : states - 1] = rates[: states - 1, : states - 1]
-    block[: states - 1, states - 1] = rates[: states - 1, states - 1]
-    direct = expm(block * time)
-    found = np.zeros_like(power)
-    found[: states - 1, : states - 1] = direct[: states - 1, : states - 1]
-    found[: states - 1, states] = direct[: states - 1, states - 1]
-    found[states - 1, states], found[states, states] = 1.0, 1.0
-    return found
 
 
 def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:

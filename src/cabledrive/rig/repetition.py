@@ -63,7 +63,10 @@ def repeat_motion(loop: Loop, spec: DesignSpec, options: RigOptions, repetitions
             stopped = "a repetition ended before its time"
             break
         place = learning.corrected(place, _mean_error(loop, done, width, nodes), radius)
-        tried = with_torque(frozen, torque_along(learning.directions @ place, width, len(loop.target)))
+        torque, made = torque_along(learning.directions @ place, width, len(loop.target)), frozen.controller
+        table = made.reference.copy()
+        table[: len(torque), 2 * len(made.shafts)] += torque
+        tried = replace(frozen, controller=replace(made, reference=table))
         done = run(tried)
         errors.append(_errors(tried, done))
         least = min(one["encoder_rms_deg"] for one in errors[:-1])
@@ -126,13 +129,6 @@ def _lifted(loop: Loop, width: int, nodes: int) -> tuple[Array, Array]:
     later = response(matrix, push, np.array((load, command)), nodes * width - 1)[:, :, 0]
     both = np.vstack(([0.0, 1.0], later))  # the added torque itself comes at once
     return lifted(both[:, 0], nodes, width), lifted(both[:, 1], nodes, width)
-
-
-def with_torque(loop: Loop, torque: Array) -> Loop:
-    """A loop whose law adds a torque along its motion, shape (samples,) [N m]."""
-    made, table = loop.controller, loop.controller.reference.copy()
-    table[: len(torque), 2 * len(made.shafts)] += torque
-    return replace(loop, controller=replace(made, reference=table))
 
 
 def _frozen(loop: Loop, done: Run) -> Loop:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from math import inf
 
 import numpy as np
@@ -86,10 +86,8 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
 
 
 def _with_reason(name: str, spec: DesignSpec) -> Controller:
-    found = tuned(name, spec, standard_disturbances(spec.drive))
-    limits = (
-        f"a disk margin of {LEAST_DISK:g} and a torque ripple of {ripple_limit(spec):.3g} N m by rounding"
-    )
+    found, ripple = tuned(name, spec, standard_disturbances(spec.drive)), ripple_limit(spec)
+    limits = f"a disk margin of {LEAST_DISK:g} and a torque ripple of {ripple:.3g} N m by rounding"
     why = f"the highest that keeps {limits}"
     if not found.accepted:
         why = f"no bandwidth keeps {limits}; this one comes closest"
@@ -168,21 +166,31 @@ def tuned(
 def _tuned(
     name: str, spec: DesignSpec, disturbances: Disturbances, worst: Callable[[Controller], float] | None
 ) -> TunedLaw:
-    begun, options = time.perf_counter(), spec.options
+    begun, options, design = time.perf_counter(), spec.options, CONTROLLERS[name]
     assert options is not None
+
+    def tried(words: str, tuning: KalmanTuning | None, hertz: float) -> TunedLaw | None:
+        try:
+            loop = nominal_loop(design(replace(spec, bandwidth=hertz)), spec, options, tuning)
+            margins = margins_of(loop) if loop.observer.kind == KALMAN else UNLIMITED
+        except (InputRefused, np.linalg.LinAlgError):
+            return None
+        share = share_of_limits(loop, margins, spec, disturbances.load_factor)
+        if share >= 1.0 and worst is not None and worst(loop.controller) == inf:
+            share = 0.0
+        return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
+
     if name in OPEN_LOOPS:
-        loop = nominal_loop(CONTROLLERS[name](spec), spec, options)
+        loop = nominal_loop(design(spec), spec, options)
         share = share_of_limits(loop, UNLIMITED, spec, disturbances.load_factor)
         return TunedLaw(
             name=name, loop=loop, bandwidth=0.0, filter=NO_FILTER, margins=UNLIMITED, reached=share
         )
-    found = [
-        one
-        for words, tuning in filters(name, spec)
-        if (one := _highest(name, spec, words, tuning, disturbances, worst)) is not None
-    ]
+    top = sum(hertz <= 1.0 / (20.0 * spec.interval) for hertz in SETTINGS_HZ)
+    best_of = [_highest(partial(tried, words, tuning), top) for words, tuning in filters(name, spec)]
+    found = [one for one in best_of if one is not None]
     if not found:
-        check_sample_rate(CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[0])), spec.interval)
+        check_sample_rate(design(replace(spec, bandwidth=SETTINGS_HZ[0])), spec.interval)
         raise NotComputed(f"{name}: no loop can be made at any bandwidth: give one")
     kept = [one for one in found if one.accepted]
     if kept:
@@ -199,6 +207,29 @@ def _tuned(
     return replace(best, seconds=time.perf_counter() - begun)
 
 
+def _highest(tried: Callable[[float], TunedLaw | None], top: int) -> TunedLaw | None:
+    """The highest of the first ``top`` bandwidths of the grid that is accepted; else the one that is closest.
+
+    A law may need a least bandwidth as well: from a coarse comb on, then upwards by bisection.
+    """
+    at = cache(lambda place: tried(SETTINGS_HZ[place]))
+    seen: dict[int, TunedLaw] = {}
+
+    def accepted(place: int) -> bool:
+        found = at(place)
+        seen.update({place: found} if found is not None else {})
+        return found is not None and found.accepted
+
+    low = next((place for place in range(top - 1, -1, -4) if accepted(place)), None)
+    if low is None:
+        return max(seen.values(), key=lambda one: one.reached, default=None)
+    high = min(low + 4, top)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if accepted(middle) else (low, middle)
+    return seen[low]
+
+
 def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | None]]:
     """Filters that are offered to a law; none: it brings its own."""
     if name in (*KINDS, *OPEN_LOOPS):
@@ -213,57 +244,6 @@ def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | N
     yield from zip(FILTERS, shares, strict=True)
 
 
-def _highest(
-    name: str,
-    spec: DesignSpec,
-    words: str,
-    tuning: KalmanTuning | None,
-    disturbances: Disturbances,
-    worst: Callable[[Controller], float] | None,
-) -> TunedLaw | None:
-    """The highest bandwidth of the grid that is accepted, by bisection; else the one that comes closest."""
-    tried: dict[int, TunedLaw | None] = {}
-
-    def accepted(place: int) -> bool:
-        if place not in tried:
-            one = _tried(name, spec, words, tuning, SETTINGS_HZ[place], disturbances)
-            if one is not None and one.accepted and worst is not None and worst(one.loop.controller) == inf:
-                one = replace(one, reached=0.0)
-            tried[place] = one
-        found = tried[place]
-        return found is not None and found.accepted
-
-    top = sum(hertz <= 1.0 / (20.0 * spec.interval) for hertz in SETTINGS_HZ)
-    # A law may need a least bandwidth as well: from a coarse comb on, then upwards by bisection.
-    low = next((place for place in range(top - 1, -1, -4) if accepted(place)), None)
-    if low is None:
-        made = [one for one in tried.values() if one is not None]
-        return max(made, key=lambda one: one.reached) if made else None
-    high = min(low + 4, top)
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if accepted(middle) else (low, middle)
-    return tried[low]
-
-
-def _tried(
-    name: str,
-    spec: DesignSpec,
-    words: str,
-    tuning: KalmanTuning | None,
-    hertz: float,
-    disturbances: Disturbances,
-) -> TunedLaw | None:
-    assert spec.options is not None
-    try:
-        loop = nominal_loop(CONTROLLERS[name](replace(spec, bandwidth=hertz)), spec, spec.options, tuning)
-        margins = margins_of(loop) if loop.observer.kind == KALMAN else UNLIMITED
-    except (InputRefused, np.linalg.LinAlgError):
-        return None
-    share = share_of_limits(loop, margins, spec, disturbances.load_factor)
-    return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
-
-
 def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple[float, float]) -> float:
     """What a nominal loop keeps of the limits, over them; ``loads``: factors of the load that it meets."""
     assert spec.options is not None
@@ -273,14 +253,11 @@ def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple
     share = min(margins.disk / LEAST_DISK, ripple_limit(spec) / margins.ripple)
     if share < 1.0 or loads == (1.0, 1.0):
         return share
-    return min(share, *(disk_under_load(loop, load, spec.options) / LOADED_DISK for load in loads))
-
-
-def disk_under_load(loop: Loop, factor: float, options: RigOptions) -> float:
-    """Disk margin of a law with its filter on the nominal plant with another load, announced if it can be."""
-    *others, load = loop.chain.inertias
-    chain = replace(loop.chain, inertias=(*others, factor * load))
-    return margins_of(with_plant(loop, chain, options), factor).disk
+    *others, own = loop.chain.inertias
+    for load in loads:  # on the nominal plant with another load, announced if it can be
+        loaded = with_plant(loop, replace(loop.chain, inertias=(*others, load * own)), spec.options)
+        share = min(share, margins_of(loaded, load).disk / LOADED_DISK)
+    return share
 
 
 def nominal_loop(

@@ -239,25 +239,21 @@ def travels(drive: RoutedDrive, points: int = 9) -> Iterator[Travel]:
     keys that move together, as `cabledrive.studies.mode_map.map_modes` takes them.
     """
     done: set[str] = set()
-    for number, body in enumerate(drive.body):
+    for body in drive.body:
         for move in body.moves:
             key = f"{body.name}.{move}"
             if move not in SLIDES or key in done:
                 continue
             try:
-                linked = _sliding(drive, rates(drive, key))
+                moving = rates(drive, key)
             except InputRefused:  # a spring or a rope holds it: it does not travel
                 continue
+            slides = [f"{own.name}.{way}" for own in drive.body for way in own.moves if way in SLIDES]
+            linked = {name: moving[name] for name in slides if abs(moving.get(name, 0.0)) > LEAST_RATE}
             done |= set(linked)
             low, high = _reach(drive, linked)
             if high > low:
-                yield _places(drive, number, move, linked, np.linspace(low, high, points))
-
-
-def _sliding(drive: RoutedDrive, moving: dict[str, float]) -> dict[str, float]:
-    """The bodies' slides that take part in a motion, with their rates."""
-    own = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move in SLIDES]
-    return {name: moving[name] for name in own if abs(moving.get(name, 0.0)) > LEAST_RATE}
+                yield _places(drive, key, linked, np.linspace(low, high, points))
 
 
 def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
@@ -271,22 +267,17 @@ def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
         at = np.array([point[axis] for point in _carried(drive, body)])
         ends = sorted(((box[0][axis] - at.min()) / rate, (box[1][axis] - at.max()) / rate))
         low, high = max(low, ends[0]), min(high, ends[1])
-    own = [_stated(drive, name, rate) for name, rate in linked.items()]
-    stated = max((ends[0] for ends in own), default=-np.inf), min((ends[1] for ends in own), default=np.inf)
+    stated, bodies = (-np.inf, np.inf), {body.name: body for body in drive.body}
+    for key, rate in linked.items():  # ways of the first body to the ends of a body's stated travel
+        name, _, move = key.rpartition(".")
+        at, travel = bodies[name].at[SLIDES.index(move)], bodies[name].travel
+        if travel is not None:
+            ends = sorted((end - at) / rate for end in travel)
+            stated = max(stated[0], ends[0]), min(stated[1], ends[1])
     if np.isfinite(stated).all():
         return float(stated[0]), float(stated[1])
     room = ROOM * max(high - low, 0.0)
     return low + room, high - room
-
-
-def _stated(drive: RoutedDrive, key: str, rate: float) -> tuple[float, float]:
-    """Ways of the first body [m] to the ends of a body's stated travel; without end where none is stated."""
-    name, _, move = key.rpartition(".")
-    body = next(one for one in drive.body if one.name == name)
-    if body.travel is None:
-        return -np.inf, np.inf
-    low, high = sorted((end - body.at[SLIDES.index(move)]) / rate for end in body.travel)
-    return low, high
 
 
 def _carried(drive: RoutedDrive, body: str) -> list[tuple[float, float]]:
@@ -299,15 +290,14 @@ def _carried(drive: RoutedDrive, body: str) -> list[tuple[float, float]]:
     return points + [anchor.at for anchor in drive.anchor if anchor.on in on]
 
 
-def _places(
-    drive: RoutedDrive, number: int, move: str, linked: dict[str, float], steps: NDArray[np.float64]
-) -> Travel:
+def _places(drive: RoutedDrive, first: str, linked: dict[str, float], steps: NDArray[np.float64]) -> Travel:
     """Rows of places, the body that was asked for first."""
-    first = f"{drive.body[number].name}.{move}"
-    names = (first, *(name for name in linked if name != first))
-    rows = []
+    names, rows, bodies = (
+        (first, *(name for name in linked if name != first)),
+        [],
+        {b.name: b for b in drive.body},
+    )
     for name in names:
         body, _, way = name.rpartition(".")
-        own = next(one for one in drive.body if one.name == body)
-        rows.append(own.at[SLIDES.index(way)] + linked[name] / linked[first] * steps)
+        rows.append(bodies[body].at[SLIDES.index(way)] + linked[name] / linked[first] * steps)
     return {names: np.array(rows)}

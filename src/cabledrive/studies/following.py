@@ -52,7 +52,13 @@ class Follower:
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
-            known = self._known[value] = _station(value, drive, count, self._cells)
+            modes = longitudinal_modes(drive, count=count)
+            repeats = [mode.multiplicity for mode in modes]
+            frequency = np.repeat([mode.frequency for mode in modes], repeats)
+            family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
+            shapes = mass_weighted_shapes(drive, modes, self._cells)
+            known = Station(value, frequency, shapes, family, np.arange(frequency.size))
+            self._known[value] = known
         return known
 
     def path(self, values: Array, curves: int) -> list[Station]:
@@ -84,13 +90,15 @@ class Follower:
         must not jump over one of them unnoticed. Returns ``there``: in the order of the curves; ``sure``:
         whether every shape is found again and no two curves changed order on the way.
         """
+        from scipy.optimize import linear_sum_assignment
+
         curves = here.frequency.size
         beside = self._beside(here)
         found = self._partners(np.hstack((here.shapes, beside.shapes)), value)
         overlap = here.shapes.T @ found.shapes
         found = _aligned(found, overlap)
         overlap = np.vstack((here.shapes.T @ found.shapes, beside.shapes.T @ found.shapes)) ** 2
-        chosen = _assignment(overlap)
+        chosen = np.asarray(linear_sum_assignment(-overlap)[1])
         certain = overlap[np.arange(chosen.size), chosen] >= DECISIVE
         sure = bool(certain[:curves].all()) and not _order_changed(
             np.concatenate((here.frequency, beside.frequency))[certain],
@@ -114,15 +122,6 @@ class Follower:
             if caught.min() >= DECISIVE or count >= 4 * shapes.shape[1] + 16:
                 return found
             count *= 2
-
-
-def _station(value: float, drive: Drive, count: int, cells: int) -> Station:
-    modes = longitudinal_modes(drive, count=count)
-    repeats = [mode.multiplicity for mode in modes]
-    frequency = np.repeat([mode.frequency for mode in modes], repeats)
-    family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
-    places = np.arange(frequency.size)
-    return Station(value, frequency, mass_weighted_shapes(drive, modes, cells), family, places)
 
 
 def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
@@ -163,12 +162,6 @@ def _aligned(found: Station, overlap: Array) -> Station:
         rotation = np.vstack((left @ right[: left.shape[0]], right[left.shape[0] :]))
         shapes[:, group] = shapes[:, group] @ rotation.T
     return replace(found, shapes=shapes)
-
-
-def _assignment(overlap: Array) -> NDArray[np.intp]:
-    from scipy.optimize import linear_sum_assignment
-
-    return np.asarray(linear_sum_assignment(-overlap)[1])
 
 
 def _order_changed(before: Array, after: Array, curves: int) -> bool:
@@ -264,7 +257,11 @@ def _closest(follower: Follower, bracket: list[Station], pair: tuple[int, int]) 
     """The station of least gap between three, the middle one lowest: by parabolas through the squared gap."""
     low, middle, high = bracket
     for _ in range(_REFINEMENTS):
-        value = _lowest_point(low, middle, high, pair)
+        x = np.array([station.value for station in (low, middle, high)]) - middle.value
+        y, scale = _gaps([low, middle, high], pair) ** 2, x[2] - x[0]
+        bend, slope, _ = np.polyfit(x / scale, y, 2)
+        step = -slope / (2.0 * bend) * scale if bend > 0.0 else 0.0
+        value = float(middle.value + np.clip(step, 0.9 * x[0], 0.9 * x[2]))
         if abs(value - middle.value) <= 1e-9 * abs(middle.value):
             break
         there, _ = follower.step(middle, value)
@@ -274,12 +271,3 @@ def _closest(follower: Follower, bracket: list[Station], pair: tuple[int, int]) 
         else:
             low, middle = left, right
     return middle
-
-
-def _lowest_point(low: Station, middle: Station, high: Station, pair: tuple[int, int]) -> float:
-    x = np.array([station.value for station in (low, middle, high)]) - middle.value
-    y = _gaps([low, middle, high], pair) ** 2
-    scale = x[2] - x[0]
-    bend, slope, _ = np.polyfit(x / scale, y, 2)
-    step = -slope / (2.0 * bend) * scale if bend > 0.0 else 0.0
-    return float(middle.value + np.clip(step, 0.9 * x[0], 0.9 * x[2]))

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.modal import modes
 from cabledrive.modal import modes as certified_modes
@@ -13,7 +12,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.drive import require_two_pulleys
-from cabledrive.studies.following import Crossing, Follower, Station, crossings
+from cabledrive.studies.following import Follower, Station, crossings
 from cabledrive.studies.mode_map import coordinates_of, frequency_of_coordinate
 from cabledrive.studies.varied_drive import quantity_of, stamped, varied, varied_together
 
@@ -66,15 +65,35 @@ def frequency_against(
     path = _complete_path(follower, ordered, modes)
     stations = {station.value: station for station in path}
     shown = [stations[float(value)] for value in ordered]
-    curves = [c for c in range(path[0].frequency.size) if any(_rank(s, c) < modes for s in shown)]
-    return _dataset(
-        drive,
-        values=(ordered, place, key, unit, meaning),
-        shown=shown,
-        curves=curves,
-        transverse=[_lowest_transverse(drives[float(value)]) for value in ordered],
-        crossings=[m for m in crossings(follower, path) if set(m.curves) <= set(curves)],
-    )
+    ranks = [np.sum(s.frequency < s.frequency[:, None] * (1 - 1e-9), axis=1) for s in shown]
+    curves = np.flatnonzero(np.min(ranks, axis=0) < modes).tolist()
+    transverse = [certified_modes(drives[float(value)], count=1).transverse[0].frequency for value in ordered]
+    met = [m for m in crossings(follower, path) if set(m.curves) <= set(curves)]
+    import xarray as xr
+
+    number = {curve: i for i, curve in enumerate(curves)}
+    frequency = np.array([station.frequency[curves] for station in shown]).T[:, place]
+    family = np.array([[station.family[curve] for curve in curves] for station in shown], dtype=object).T
+    data = {
+        "frequency": (("mode", "value"), frequency, {"units": "Hz", "long_name": "natural frequency"}),
+        "family": (("mode", "value"), family[:, place], {"long_name": "what mainly moves"}),
+        "lowest_transverse": (
+            "value",
+            np.array(transverse)[place],
+            {"units": "Hz", "long_name": "lowest transverse frequency"},
+        ),
+        "crossing_kind": ("crossing", np.array([m.kind for m in met], dtype=object)),
+        "crossing_value": ("crossing", np.array([m.value for m in met]), {"units": unit}),
+        "crossing_frequency": ("crossing", np.array([m.frequency for m in met]), {"units": "Hz"}),
+        "crossing_gap": ("crossing", np.array([m.gap for m in met]), {"units": "Hz"}),
+        "crossing_first": ("crossing", np.array([number[m.curves[0]] for m in met], dtype=int)),
+        "crossing_second": ("crossing", np.array([number[m.curves[1]] for m in met], dtype=int)),
+    }
+    coordinates = {
+        "mode": np.arange(len(curves)),
+        "value": ("value", ordered[place], {"units": unit, "long_name": meaning, "key": key}),
+    }
+    return stamped(xr.Dataset(data, coordinates), drive, f"frequency against {key}")
 
 
 def _checked(values: Sequence[float] | Array, modes: int) -> Array:
@@ -89,66 +108,20 @@ def _checked(values: Sequence[float] | Array, modes: int) -> Array:
 def _complete_path(follower: Follower, values: Array, modes: int) -> list[Station]:
     """Follow so many modes that every one among the lowest, at whatever value, is one of them."""
     curves = modes
+
+    def holds_lowest(station: Station) -> bool:
+        lowest = follower.modes_at(station.value, modes).frequency[:modes]
+        return np.allclose(np.sort(station.frequency)[:modes], lowest, rtol=1e-9, atol=0.0)
+
     while curves <= 4 * modes + 16:
         path = follower.path(values, curves)
-        if all(_holds_lowest(follower, station, modes) for station in path):
+        if all(map(holds_lowest, path)):
             return path
         curves += 1 + modes // 4
     raise NotComputed(
         f"a mode among the lowest {modes} starts above the lowest {curves} at the smallest value: "
         "narrow the range"
     )
-
-
-def _holds_lowest(follower: Follower, station: Station, modes: int) -> bool:
-    lowest = follower.modes_at(station.value, modes).frequency[:modes]
-    held = np.sort(station.frequency)[:modes]
-    return bool(np.allclose(held, lowest, rtol=1e-9, atol=0.0))
-
-
-def _rank(station: Station, curve: int) -> int:
-    return int(np.sum(station.frequency < station.frequency[curve] * (1 - 1e-9)))
-
-
-def _lowest_transverse(drive: Drive) -> float:
-    return certified_modes(drive, count=1).transverse[0].frequency
-
-
-def _dataset(
-    drive: Drive,
-    *,
-    values: tuple[Array, NDArray[np.intp], str, str, str],
-    shown: list[Station],
-    curves: list[int],
-    transverse: list[float],
-    crossings: list[Crossing],
-) -> "xr.Dataset":
-    import xarray as xr
-
-    ordered, place, key, unit, meaning = values
-    number = {curve: i for i, curve in enumerate(curves)}
-    frequency = np.array([station.frequency[curves] for station in shown]).T[:, place]
-    family = np.array([[station.family[curve] for curve in curves] for station in shown], dtype=object).T
-    data = {
-        "frequency": (("mode", "value"), frequency, {"units": "Hz", "long_name": "natural frequency"}),
-        "family": (("mode", "value"), family[:, place], {"long_name": "what mainly moves"}),
-        "lowest_transverse": (
-            "value",
-            np.array(transverse)[place],
-            {"units": "Hz", "long_name": "lowest transverse frequency"},
-        ),
-        "crossing_kind": ("crossing", np.array([m.kind for m in crossings], dtype=object)),
-        "crossing_value": ("crossing", np.array([m.value for m in crossings]), {"units": unit}),
-        "crossing_frequency": ("crossing", np.array([m.frequency for m in crossings]), {"units": "Hz"}),
-        "crossing_gap": ("crossing", np.array([m.gap for m in crossings]), {"units": "Hz"}),
-        "crossing_first": ("crossing", np.array([number[m.curves[0]] for m in crossings], dtype=int)),
-        "crossing_second": ("crossing", np.array([number[m.curves[1]] for m in crossings], dtype=int)),
-    }
-    coordinates = {
-        "mode": np.arange(len(curves)),
-        "value": ("value", ordered[place], {"units": unit, "long_name": meaning, "key": key}),
-    }
-    return stamped(xr.Dataset(data, coordinates), drive, f"frequency against {key}")
 
 
 Keys = tuple[str, ...]
@@ -219,7 +192,10 @@ def fit_to_peaks(
         own = _logs(factors)
         columns = [(_logs(factors + _STEP * unit) - own) / _STEP for unit in np.eye(factors.size)]
         slope = np.array(columns).T / errors[:, None]
-        _require_determined(slope, groups)
+        values = np.linalg.svd(slope, compute_uv=False)
+        if values[-1] < LEAST_SINGULAR * values[0]:
+            shown = " and ".join(group[0] for group in groups)
+            raise NotComputed(f"the peaks do not determine {shown}: fit fewer figures, or give more peaks")
         step = np.linalg.lstsq(slope, (wanted - own) / errors, rcond=None)[0]
         factors = factors + np.clip(step, -0.3, 0.3)
         if np.abs(factors).max() > np.log(WIDEST):
@@ -285,10 +261,3 @@ def _frequencies(drive: RoutedDrive, names: Keys, motor: str | None) -> Array:
         missing = names[int(np.argmax(np.isnan(values)))]
         raise NotComputed(f"none of the first {COUNT} modes of each kind moves {missing}")
     return values
-
-
-def _require_determined(slope: Array, groups: Sequence[Keys]) -> None:
-    values = np.linalg.svd(slope, compute_uv=False)
-    if values[-1] < LEAST_SINGULAR * values[0]:
-        shown = " and ".join(group[0] for group in groups)
-        raise NotComputed(f"the peaks do not determine {shown}: fit fewer figures, or give more peaks")

@@ -40,18 +40,6 @@ class Axis(NamedTuple):
     values: Array  # (keys, p): in SI
 
 
-class _Point(NamedTuple):
-    """What one point of a map holds: frequencies [Hz], padded by NaN, and why there are none."""
-
-    longitudinal: Array
-    transverse: Array
-    family: list[str]
-    span: list[str]
-    coordinate: Array
-    certified: bool
-    reason: str
-
-
 def map_modes(
     drive: Drive | RoutedDrive,
     vary: Vary,
@@ -103,8 +91,8 @@ def map_modes(
         points.append(point)
         if progress is not None:
             progress(number + 1)
-    if all(point.reason for point in points):
-        raise InputRefused(f"no point of the map is a machine: {points[0].reason}")
+    if all(point["reason"] for point in points):
+        raise InputRefused(f"no point of the map is a machine: {points[0]['reason']}")
     return _dataset(drive, axes, points, count, held)
 
 
@@ -219,33 +207,31 @@ def _solved(jobs: list[tuple[Any, ...]], workers: int, solve: Callable[[Any], An
         yield from pool.imap(solve, jobs, chunksize=max(1, len(jobs) // (8 * workers)))
 
 
-def _point(job: tuple[Any, ...]) -> _Point:
+def _point(job: tuple[Any, ...]) -> dict[str, Any]:
+    """Variables of a map at one point: frequencies [Hz], padded by NaN, and why there are none."""
     drive, setting, count, motor, hold = job
     coordinates = coordinates_of(drive)
-    nothing = np.full(count, np.nan)
     try:
         found = certified_modes(varied_together(drive, setting), count=count, motor=motor, hold=hold)
+        certified, reason = found.certified, ""
     except (InputRefused, NotComputed) as failure:
-        none = [""] * count
-        return _Point(nothing, nothing, none, none, np.full(len(coordinates), np.nan), False, str(failure))
-    return _Point(
-        _spread(found, "longitudinal", count),
-        _spread(found, "transverse", count),
-        _words([m.family for m in found.longitudinal for _ in range(m.multiplicity)], count),
-        _words([m.span or "" for m in found.transverse for _ in range(m.multiplicity)], count),
-        np.array([frequency_of_coordinate(found, name) for name in coordinates]),
-        found.certified,
-        "",
-    )
+        found, certified, reason = None, False, str(failure)
 
+    def spread(kind: str, value: Callable[[Any], Any], empty: Any) -> list[Any]:
+        own = [] if found is None else [m for m in found.modes if m.kind == kind]
+        listed = [value(m) for m in own for _ in range(m.multiplicity)][:count]
+        return listed + [empty] * (count - len(listed))
 
-def _spread(found: Modes, kind: str, count: int) -> Array:
-    listed = [m.frequency for m in found.modes if m.kind == kind for _ in range(m.multiplicity)][:count]
-    return np.array(listed + [np.nan] * (count - len(listed)))
-
-
-def _words(words: list[str], count: int) -> list[str]:
-    return (words + [""] * count)[:count]
+    hertz = [np.nan if found is None else frequency_of_coordinate(found, name) for name in coordinates]
+    return {
+        "longitudinal_hz": spread("longitudinal", lambda m: m.frequency, np.nan),
+        "transverse_hz": spread("transverse", lambda m: m.frequency, np.nan),
+        "family": spread("longitudinal", lambda m: m.family, ""),
+        "span": spread("transverse", lambda m: m.span or "", ""),
+        "certified": certified,
+        "reason": reason,
+        "coordinate_hz": hertz,
+    }
 
 
 def coordinates_of(drive: Drive | RoutedDrive) -> tuple[str, ...]:
@@ -263,36 +249,27 @@ def frequency_of_coordinate(found: Modes, name: str) -> float:
 
 
 def _dataset(
-    drive: Drive | RoutedDrive, axes: list[Axis], points: list[_Point], count: int, motor: str
+    drive: Drive | RoutedDrive, axes: list[Axis], points: list[dict[str, Any]], count: int, motor: str
 ) -> "xr.Dataset":
     import xarray as xr
 
     dims = tuple(axis.keys[0] for axis in axes)
     shape = tuple(axis.values.shape[1] for axis in axes)
-    hertz = {"units": "Hz"}
-
-    def over(
-        values: Sequence[Any], *more: str, attrs: dict[str, str] | None = None, text: bool = False
-    ) -> Any:
-        array = np.array(values, dtype=object if text else None)
-        return (*dims, *more), array.reshape(*shape, *array.shape[1:]), attrs or {}
-
     coords: dict[str, Any] = {"mode": np.arange(1, count + 1)}
     for axis in axes:
         for key, values in zip(axis.keys, axis.values, strict=True):
             unit, meaning = quantity_of(drive, key)
             coords[key] = (axis.keys[0], values, {"units": unit, "long_name": meaning})
-    data = {
-        "longitudinal_hz": over([p.longitudinal for p in points], "mode", attrs=hertz),
-        "transverse_hz": over([p.transverse for p in points], "mode", attrs=hertz),
-        "family": over([p.family for p in points], "mode", text=True),
-        "span": over([p.span for p in points], "mode", text=True),
-        "certified": over([p.certified for p in points]),
-        "reason": over([p.reason for p in points], text=True),
-    }
+    more = dict.fromkeys(("longitudinal_hz", "transverse_hz", "family", "span"), ("mode",))
+    more |= {"certified": (), "reason": ()}
     names = coordinates_of(drive)
     if names:
         coords["coordinate"] = list(names)
-        data["coordinate_hz"] = over([p.coordinate for p in points], "coordinate", attrs=hertz)
+        more["coordinate_hz"] = ("coordinate",)
+    data = {}
+    for name, last in more.items():
+        array = np.array([p[name] for p in points], object if name in ("family", "span", "reason") else None)
+        attributes = {"units": "Hz"} if name.endswith("_hz") else {}
+        data[name] = (*dims, *last), array.reshape(*shape, *array.shape[1:]), attributes
     found = xr.Dataset(data, coords).assign_attrs(motor=motor)
     return stamped(found, drive, "natural frequencies over figures of the machine")

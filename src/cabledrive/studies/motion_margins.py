@@ -81,9 +81,8 @@ class MotorMargin:
     @property
     def verdict(self) -> str:
         """Whether torque and speed stay within the limits."""
-        if self.torque_limit is not None and self.peak_torque > self.torque_limit:
-            return EXCEEDED
-        if self.speed_limit is not None and self.peak_speed > self.speed_limit:
+        pairs = ((self.peak_torque, self.torque_limit), (self.peak_speed, self.speed_limit))
+        if any(limit is not None and peak > limit for peak, limit in pairs):
             return EXCEEDED
         return UNKNOWN if self.torque_limit is None else HOLDS
 
@@ -189,12 +188,8 @@ class MotionMargins:
     @property
     def verdict(self) -> str:
         """The worst of all: "exceeded", then "unknown", then "holds"."""
-        parts: tuple[SpanMargin | PulleyMargin | MotorMargin, ...] = (
-            *self.spans,
-            *self.pulleys,
-            *self.motors,
-        )
-        own = {part.verdict for part in parts}
+        own = {one.verdict for one in self.spans} | {one.verdict for one in self.pulleys}
+        own |= {one.verdict for one in self.motors}
         return next((word for word in (EXCEEDED, UNKNOWN) if word in own), HOLDS)
 
 
@@ -205,6 +200,7 @@ def motion_margins(
     found = motion_tensions(drive, motion)
     spans, motors = _spans(drive, found), _motors(drive, found)
     pulleys = tuple(sorted(_pulleys(drive, found, wraps or {}), key=lambda own: own.margin or np.inf))
+    first = found.slow.networks[0]
     rise, risen = (float(np.abs(own - found.rest).max()) for own in (found.even, found.vibrating))
     return MotionMargins(
         spans=spans,
@@ -215,13 +211,8 @@ def motion_margins(
         step=float(found.time[1]),
         given=found.slow.given,
         reasons=reasons_of(spans, pulleys, motors),
-        assumptions=(*_held_by_loads(found), *assumptions_of(found, pulleys)),
+        assumptions=(*unheld_words(first.motion, first.statics), *assumptions_of(found, pulleys)),
     )
-
-
-def _held_by_loads(found: MotionTensions) -> list[str]:
-    network = found.slow.networks[0]
-    return unheld_words(network.motion, network.statics)
 
 
 def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
@@ -233,13 +224,14 @@ def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
             x[:, own].reshape(len(x), -1) for x in (found.rest, found.even, found.vibrating)
         )
         strength = drive.ropes[span.route].strength
+        ends = [(float(values.min()), float(values.max())) for values in (rest, even, tension)]
         rows.append(
             SpanMargin(
                 name=span.name,
                 route=drive.route[span.route].name,
-                rest=_range(rest),
-                even=_range(even),
-                tension=_range(tension),
+                rest=ends[0],
+                even=ends[1],
+                tension=ends[2],
                 lowest_at=float(found.time[int(tension.min(axis=1).argmin())]),
                 highest_at=float(found.time[int(tension.max(axis=1).argmax())]),
                 strength=strength,
@@ -247,10 +239,6 @@ def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
             )
         )
     return tuple(rows)
-
-
-def _range(values: Array) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
 
 
 def _pulleys(drive: RoutedDrive, found: MotionTensions, given: Mapping[str, float]) -> list[PulleyMargin]:
@@ -282,14 +270,16 @@ def _pulley(
     assert span.end.pulley is not None
     pulley, rope = drive.pulley[span.end.pulley], drive.ropes[span.route]
     tight, loose = np.maximum(*sides), np.minimum(*sides)
-    needed = np.where(
-        loose > 0.0, np.log(np.maximum(tight, 1e-300) / np.maximum(loose, 1e-300)) / wrap, np.inf
-    )
+    ratio = np.maximum(tight, 1e-300) / np.maximum(loose, 1e-300)
+    needed = np.where(loose > 0.0, np.log(ratio) / wrap, np.inf)
     effective = tight - loose
     teeth = allowed = None
     worst, have = float(needed.max()), pulley.capstan_friction
     when = int(needed.argmax())
-    if rope.tooth_pitch is not None and _meets_teeth(drive, number):
+    # A belt's teeth are on the side on which a driven pulley of its route lies.
+    driven = [place for place in drive.places[span.route] if place.pulley in driven_of(drive)]
+    meets = not driven or span.end.sense in {place.sense for place in driven}
+    if rope.tooth_pitch is not None and meets:
         when = int(effective.argmax())
         teeth = int(wrap.min() * pulley.radius / rope.tooth_pitch + 1e-6)
         factor = min(1.0, max(0.0, 1.0 - PER_TOOTH * (FULL_MESH - teeth)))
@@ -316,17 +306,6 @@ def _pulley(
         time=float(found.time[when]),
         verdict=verdict,
     )
-
-
-def _meets_teeth(drive: RoutedDrive, number: int) -> bool:
-    """Whether a pulley lies on the side of the belt on which a driven pulley of its route lies."""
-    own = drive.free_spans[number]
-    sides = {
-        place.sense
-        for place in drive.places[own.route]
-        if place.pulley is not None and place.pulley in driven_of(drive)
-    }
-    return not sides or own.end.sense in sides
 
 
 def _motors(drive: RoutedDrive, found: MotionTensions) -> tuple[MotorMargin, ...]:

@@ -186,9 +186,16 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     segments = int(np.clip(SEGMENTS_PER_MODE * _needed(drives[0], first, numbers), COARSE, MOST_SEGMENTS))
     states = [_state(d, motion, t, segments) for d, t in zip(drives, knots, strict=True)]
     kept, models = modes.natural.size, []
-    previous = None
+    previous: LongitudinalModes | None = None
     for d, state in zip(drives, states, strict=True):
-        own = _continued(longitudinal_modes(d, state, 0.0, kept), kept, previous)
+        found = longitudinal_modes(d, state, 0.0, kept)
+        natural, rims, strain = found.natural[:kept], found.rims[:kept], found.strain[:kept]
+        if previous is not None:  # with the signs that they had
+            size = min(strain.shape[1], previous.strain.shape[1])
+            same = np.sum(strain[:, :size] * previous.strain[:, :size], axis=1)
+            sign = np.where((same < 0.0) & (natural > 0.0), -1.0, 1.0)[:, None]
+            rims, strain = sign * rims, sign * strain
+        own = LongitudinalModes(natural=natural, rims=rims, strain=strain)
         models.append(sagging_model(d, state, own, numbers))
         previous = own
     fastest = max(float(np.max(modes.natural)), *(float(m.transverse.max()) for m in models), content)
@@ -263,17 +270,6 @@ def _tensions(
     duration = h * torque.size
     size = amplitudes(relative).max(axis=1)
     return TensionLines(size=size, omega=2 * pi * np.arange(size.size) / duration, duration=duration)
-
-
-def _continued(modes: LongitudinalModes, kept: int, previous: LongitudinalModes | None) -> LongitudinalModes:
-    """As many modes as before, with the signs that they had."""
-    natural, rims, strain = modes.natural[:kept], modes.rims[:kept], modes.strain[:kept]
-    if previous is None:
-        return LongitudinalModes(natural=natural, rims=rims, strain=strain)
-    size = min(strain.shape[1], previous.strain.shape[1])
-    same = np.sum(strain[:, :size] * previous.strain[:, :size], axis=1)
-    sign = np.where((same < 0.0) & (natural > 0.0), -1.0, 1.0)[:, None]
-    return LongitudinalModes(natural=natural, rims=sign * rims, strain=sign * strain)
 
 
 def _stages(motion: PreparedMotion, detuned: float) -> list[tuple[SaggingNumbers, Array]]:

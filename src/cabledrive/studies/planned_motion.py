@@ -122,7 +122,11 @@ def read_motion(
     InputRefused
         If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
-    path, columns = Path(path), COLUMNS if machine is None else _columns_of(machine)
+    path, columns = Path(path), COLUMNS
+    if machine is not None:  # in lower case, with their SI units
+        moves = [*_by_column(_moves(machine)), *_by_column(_motors(machine), "torque ")]
+        units = [POSE[one.rpartition(".")[2]] for one in _moves(machine)] + ["N m"] * len(_motors(machine))
+        columns = {"time": "s", "torque": "N m", **dict(zip(moves, units, strict=True))}
     require_regular(path, "name a CSV file with time and torque")
     table = open_table(path, text=True)
     if (table.rows or 0) > MOST_ROWS:
@@ -160,13 +164,6 @@ def read_motion(
         return PlannedMotion(**_fields(found, machine))
     except InputRefused as refusal:
         raise InputRefused(f"{path.name}: {refusal}") from None
-
-
-def _columns_of(machine: RoutedDrive) -> dict[str, str]:
-    """Columns of a motion of a machine with routes, in lower case, and their SI units."""
-    moves = [*_by_column(_moves(machine)), *_by_column(_motors(machine), "torque ")]
-    units = [POSE[one.rpartition(".")[2]] for one in _moves(machine)] + ["N m"] * len(_motors(machine))
-    return {"time": "s", "torque": "N m", **dict(zip(moves, units, strict=True))}
 
 
 def _moves(machine: RoutedDrive) -> list[str]:

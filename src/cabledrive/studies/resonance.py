@@ -29,6 +29,7 @@ from cabledrive.studies.resonance_detuning import (
     far_from_tuning,
     instability_margin,
     split_tunings,
+    tuned_threshold,
 )
 
 __all__ = [
@@ -99,27 +100,39 @@ def resonance(
     try:
         pulley = pulley_mode(drive).omega / (2 * pi)
     except InputRefused as refusal:
-        return _without_pulley_mode(tau, str(refusal))
+        names = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque", "pulley_frequency")
+        missing = dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), str(refusal))
+        why = (f"no 1:2 pair in range: {refusal}",)
+        return ResonanceSummary(verdict=SAFE, torque=tau, reasons=why, missing=missing)
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     instability = instability_margin(model, tau)
-    tuned, missing = _tuned(drive)
-    missing = _unreached(drive) | missing | ({} if details else {"growth_torque": "not asked for"})
-    at_tuning = (
-        autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned))) if tuned else None
-    )
+    divided = ", where carriages divide the spans and no section is near 1:2," if drive.carriage else ""
+    missing = {
+        "threshold_torque": f"at the tuned pretension of an empty span{divided} no torque makes a mode grow",
+        "threshold_here": "no section is near enough to 1:2 for any torque at the pulley mode's frequency",
+    }
+    tuned = at_tuning = at_threshold = growth = None
+    try:
+        tuned = tuned_pretension(drive)
+    except InputRefused as refusal:
+        missing |= dict.fromkeys(("tuned_pretension", "threshold_torque", "growth_torque"), str(refusal))
+    if tuned:
+        at_tuning = autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned)))
+        at_threshold = float(tuned_threshold(at_tuning))
+        growth = growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME) if details else None
+    if not details:
+        missing["growth_torque"] = "not asked for"
     ratio = span_frequency(drive) / pulley
     return ResonanceSummary(
         frequency_ratio=ratio,
         detuning=ratio - 0.5,
         tuned_pretension=tuned,
-        threshold_torque=_finite(_tuned_threshold(at_tuning)),
+        threshold_torque=_finite(at_threshold),
         verdict=NO_EXCITATION if torque is None else instability.verdict,
         pulley_frequency=pulley,
         torque=tau,
         threshold_here=_finite(float(threshold_torque(model))),
-        growth_torque=(_finite(growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME)) if at_tuning else None)
-        if details
-        else None,
+        growth_torque=_finite(growth),
         coulomb_onset=coulomb_onset_torque(model),
         instability=instability,
         pairs=resonant_pairs(drive) if details else (),
@@ -131,32 +144,6 @@ def resonance(
         missing=missing,
         split=split_tunings(model) if load_torque else {},
     )
-
-
-def _tuned(drive: Drive) -> tuple[float | None, dict[str, str]]:
-    try:
-        return tuned_pretension(drive), {}
-    except InputRefused as refusal:
-        why = str(refusal)
-        return None, dict.fromkeys(("tuned_pretension", "threshold_torque", "growth_torque"), why)
-
-
-def _unreached(drive: Drive) -> dict[str, str]:
-    """Why a threshold is infinite, said where it is."""
-    divided = ", where carriages divide the spans and no section is near 1:2," if drive.carriage else ""
-    return {
-        "threshold_torque": f"at the tuned pretension of an empty span{divided} no torque makes a mode grow",
-        "threshold_here": "no section is near enough to 1:2 for any torque at the pulley mode's frequency",
-    }
-
-
-def _tuned_threshold(model: AutoparametricModel | None) -> float | None:
-    """Zero where either mode is undamped, whatever round-off leaves of the tuning."""
-    if model is None:
-        return None
-    if model.modal_damping == 0.0 or model.transverse_damping == 0.0:
-        return 0.0
-    return float(threshold_torque(model))
 
 
 def _guessed_threshold(model: AutoparametricModel) -> float:
@@ -172,16 +159,6 @@ def _guessed_threshold(model: AutoparametricModel) -> float:
 
 def _finite(value: float | None) -> float | None:
     return value if value is not None and np.isfinite(value) else None
-
-
-def _without_pulley_mode(torque: float, why: str) -> ResonanceSummary:
-    names = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque", "pulley_frequency")
-    return ResonanceSummary(
-        verdict=SAFE,
-        torque=torque,
-        reasons=(f"no 1:2 pair in range: {why}",),
-        missing=dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), why),
-    )
 
 
 def _reasons(

@@ -157,14 +157,14 @@ def many_resonances(loops: LoopBatch, torque: Array) -> ResonanceBatch:
             done=found & (phase < LARGEST_PHASE) & allowed & (rest.lowest > 0.0),
             frequency_ratio=ratio,
             tuned_pretension=tuned,
-            threshold_torque=np.where(reached, _finite(_tuned_threshold(at_tuning)), np.nan),
+            threshold_torque=np.where(reached, _finite(tuned_threshold(at_tuning)), np.nan),
             threshold_here=_finite(threshold_torque(here)),
             pulley_frequency=omega / (2.0 * np.pi),
             verdict=verdicts(here, torque),
         )
 
 
-def _tuned_threshold(model: AutoparametricModel) -> Array:
+def tuned_threshold(model: AutoparametricModel) -> Array:
     """Zero where either mode is undamped, whatever round-off leaves of the tuning."""
     undamped = (np.asarray(model.modal_damping) == 0.0) | (np.asarray(model.transverse_damping) == 0.0)
     return np.where(undamped, 0.0, threshold_torque(model))

@@ -64,12 +64,13 @@ def growth_map(
     that come nearest to resonance at the drive's own pretension are taken.
     """
     tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
-    tension = _axis(pretensions, _tension_range(drive, tuned), "pretensions", positive=True)
+    own = drive.cable.pretension
+    closest = min(tuned, key=lambda value: abs(np.log(value / own)), default=own)
+    reach = min(own, closest) / (1 + SPREAD), max(own, closest) * (1 + SPREAD)
+    tension = _axis(pretensions, reach, "pretensions", positive=True)
     taus = _axis(torques, (0.0, 3.0 * torque if torque > 0.0 else 1.0), "torques", positive=False)
     height = 1e-4 * drive.span_length if pluck is None else pluck
-    nearest = min(
-        tuned, key=lambda value: abs(value - drive.cable.pretension), default=drive.cable.pretension
-    )
+    nearest = min(tuned, key=lambda value: abs(value - own), default=own)
     near = replace(drive, cable=replace(drive.cable, pretension=nearest))
     model = _nearest_two(autoparametric_model(near, load_torque=load_torque))
     lanes = at_pretension(model, np.repeat(tension[None], taus.size, axis=0).ravel())
@@ -103,13 +104,6 @@ def growth_map(
         duration=duration,
         method=method,
     )
-
-
-def _tension_range(drive: Drive, tuned: tuple[float, ...]) -> tuple[float, float]:
-    own = drive.cable.pretension
-    nearest = min(tuned, key=lambda value: abs(np.log(value / own)), default=own)
-    low, high = min(own, nearest), max(own, nearest)
-    return low / (1 + SPREAD), high * (1 + SPREAD)
 
 
 def _axis(given: ArrayLike | None, span: tuple[float, float], name: str, *, positive: bool) -> Array:

@@ -13,14 +13,13 @@ motor's pulley, where the mode turns by :math:`\theta`, gives :math:`Q = M\theta
 
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.modal import Mode, Modes
+from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
@@ -110,7 +109,15 @@ def route_resonance(
             )
     network = network_of(drive, motor=motor)
     first = straight_modes(drive, count=10, motor=motor)
-    pulley = _pulley_mode(drive, first)
+    names = {one.name for one in drive.pulley}
+    turning = (m for m in first.longitudinal if any(m.kinetic_shares.get(name, 0.0) > 1e-6 for name in names))
+    pulley = next(turning, None)
+    if pulley is None:
+        raise InputRefused("no pulley turns in the first longitudinal modes: there is no pulley mode to tune")
+    lowest: dict[str, Mode] = {}  # of each span, across
+    for mode in first.transverse:
+        lowest.setdefault(mode.span or "", mode)
+    nearest = min(lowest.values(), key=lambda mode: abs(mode.frequency / pulley.frequency - 0.5))
     found = straight_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor)
     nodes, weights, slope = quadrature()
     along = [
@@ -130,7 +137,8 @@ def route_resonance(
     return RouteResonance(
         pairs=tuple(sorted(pairs, key=by_threshold)),
         longitudinal_hz=pulley.frequency,
-        **_nearest(first, pulley.frequency),
+        nearest_span=nearest.span or "",
+        frequency_ratio=nearest.frequency / pulley.frequency,
         motor=found.motor,
         certified=found.certified,
         certified_reason=found.certified_reason,
@@ -139,24 +147,6 @@ def route_resonance(
         verdict=verdict,
         reasons=reasons,
     )
-
-
-def _pulley_mode(drive: RoutedDrive, found: Modes) -> Mode:
-    """The lowest longitudinal mode in which a pulley turns."""
-    pulleys = {pulley.name for pulley in drive.pulley}
-    for mode in found.longitudinal:
-        if any(mode.kinetic_shares.get(name, 0.0) > 1e-6 for name in pulleys):
-            return mode
-    raise InputRefused("no pulley turns in the first longitudinal modes: there is no pulley mode to tune")
-
-
-def _nearest(found: Modes, frequency: float) -> dict[str, Any]:
-    """The first transverse mode of any span that is nearest to half a frequency."""
-    first: dict[str, Mode] = {}
-    for mode in found.transverse:
-        first.setdefault(mode.span or "", mode)
-    nearest = min(first.values(), key=lambda mode: abs(mode.frequency / frequency - 0.5))
-    return {"nearest_span": nearest.span or "", "frequency_ratio": nearest.frequency / frequency}
 
 
 def _pairs_of(network: Network, q: Slopes, across: list[Slopes], weights: Array) -> list[RoutePair]:

@@ -213,7 +213,8 @@ def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Ar
     _, shapes = eigh(network.static_stiffness, network.static_mass)
     rows = torques_of(drive, motion)
     turns = np.array([rotor_turn(network, number) for number in driven_of(drive)])
-    way = _twice_integrated(motion.time, np.array(rows).T @ turns @ shapes[:, :rigid]) @ shapes[:, :rigid].T
+    free = shapes[:, :rigid]
+    way = summed(motion.time, summed(motion.time, np.array(rows).T @ turns @ free)) @ free.T
     keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
     return {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
 
@@ -224,11 +225,10 @@ def torques_of(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
     return [motion.torque, *(motion.torques.get(name, np.zeros(motion.time.size)) for name in others)]
 
 
-def _twice_integrated(time: Array, values: Array) -> Array:
-    for _ in range(2):
-        steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
-        values = np.vstack([np.zeros(values.shape[1]), np.cumsum(steps, axis=0)])
-    return values
+def summed(time: Array, values: Array) -> Array:
+    """Integral over time from zero on, shape (m, n)."""
+    steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
+    return np.vstack([np.zeros(values.shape[1]), np.cumsum(steps, axis=0)])
 
 
 def _driven(path: RoutePath) -> tuple[Array, Array]:

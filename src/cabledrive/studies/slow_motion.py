@@ -17,7 +17,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.studies.pair_thresholds import driven_of
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, torques_of
+from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, summed, torques_of
 
 Array = NDArray[np.float64]
 
@@ -58,10 +58,13 @@ def slow_motion(drive: RoutedDrive, motion: PlannedMotion) -> SlowMotion:
     first = strainless(network)
     given = bool(motion.places)
     if given:
-        way, rate = _given_way(drive, network, first, motion)
+        steps = np.column_stack([own - place_in_file(drive, key) for key, own in motion.places.items()])
+        follow = _follow(network, first, motion, steps)
+        way, rate = steps @ follow.T, _slope(motion.time, steps) @ follow.T
     else:
         way, rate = _driven_way(drive, network, first, motion)
-    places = _places(drive, network, way)
+    keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
+    places = {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
     poses, here = poses_along(drive, places, motion.time)
     found = [_network(drive, pose) for pose in poses]
     machines, networks = tuple(own.drive for own in found), tuple(found)
@@ -96,15 +99,6 @@ def _network(drive: RoutedDrive, pose: Mapping[str, float]) -> Network:
         return network_of(moved(drive, pose) if pose else drive, motor=FREE)
     except InputRefused as refusal:
         raise InputRefused(f"motion: at {pose_words(drive, pose) or 'rest'}: {refusal}") from None
-
-
-def _given_way(
-    drive: RoutedDrive, network: Network, free: Array, motion: PlannedMotion
-) -> tuple[Array, Array]:
-    """Way of all coordinates from the places of some, and their rates; of the machine in its file's pose."""
-    steps = np.column_stack([values - place_in_file(drive, key) for key, values in motion.places.items()])
-    follow = _follow(network, free, motion, steps)
-    return steps @ follow.T, _slope(motion.time, steps) @ follow.T
 
 
 def _rates(
@@ -164,21 +158,11 @@ def _driven_way(
             "its bodies as columns"
         )
     push = np.column_stack(torques_of(drive, motion)) @ turns @ free
-    speed = _summed(motion.time, np.linalg.solve(mass, push.T).T)
-    return _summed(motion.time, speed) @ free.T, speed @ free.T
-
-
-def _places(drive: RoutedDrive, network: Network, way: Array) -> dict[str, Array]:
-    keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
-    return {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
+    speed = summed(motion.time, np.linalg.solve(mass, push.T).T)
+    return summed(motion.time, speed) @ free.T, speed @ free.T
 
 
 def _slope(time: Array, values: Array) -> Array:
     if time.size > 2:
         return np.asarray(np.gradient(values, time, axis=0, edge_order=2))
     return np.asarray(np.gradient(values, time, axis=0))
-
-
-def _summed(time: Array, values: Array) -> Array:
-    steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
-    return np.vstack([np.zeros(values.shape[1]), np.cumsum(steps, axis=0)])

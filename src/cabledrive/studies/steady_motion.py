@@ -144,9 +144,10 @@ def steady_branches(
     per_torque = float(c.force.real) / torque
     found = [_branch(c, state, per_torque) for state in _single_states(c)]
     for state in _joint_states(c, rng):
-        amplitudes = np.abs(state)
-        seen = any(_passes(branch, torque, amplitudes) for branch in found if len(branch.spans) == 2)
-        if not seen:
+        place = np.append(torque, np.abs(state))[:, None]
+        both = [one for one in found if len(one.spans) == 2]
+        points = [np.array([one.torque, one.pulley, *one.amplitude]) for one in both]
+        if not any(np.min(np.max(np.abs(own / place - 1.0), axis=0)) < STEP for own in points):
             found.append(_branch(c, state, per_torque))
     return tuple(found)
 
@@ -266,10 +267,3 @@ def _joined(
         onset=births[0] if births else None,
         ended=f"down: {down.ended}; up: {up.ended}",
     )
-
-
-def _passes(branch: SteadyBranch, torque: float, amplitudes: Array) -> bool:
-    """Whether a branch passes near a state."""
-    points = np.array([branch.torque, branch.pulley, *branch.amplitude])
-    place = np.append(torque, amplitudes)
-    return bool(np.min(np.max(np.abs(points / place[:, None] - 1.0), axis=0)) < STEP)

@@ -150,16 +150,6 @@ class CarriageRun:
         return float(np.abs(self.payload[after] - self.wanted[-1]).max())
 
 
-def check_way(transporter: Transporter, distance: float) -> None:
-    """Refuse a way that leaves the span; ``distance`` [m]."""
-    end, length = transporter.start + distance, transporter.span_length
-    if not MARGIN < min(transporter.start, end) <= max(transporter.start, end) < length - MARGIN:
-        raise InputRefused(
-            f"the carriage goes from {transporter.start:.4g} m to {end:.4g} m, nearer than {MARGIN:g} m to "
-            f"an end of its span of {length:.4g} m: shorten the way, or lengthen layout.span_length"
-        )
-
-
 def one_count(drive: Drive) -> float:
     """One count of the pulleys' encoders at the rim [m]."""
     sensors = drive.sensors
@@ -233,26 +223,22 @@ def move_carriage(
     if law not in LAWS:
         raise InputRefused(f"law = {law!r} is not known: take one of {', '.join(LAWS)}")
     believed = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
-    check_way(believed, move.distance)
+    end, length = believed.start + move.distance, believed.span_length
+    if not MARGIN < min(believed.start, end) <= max(believed.start, end) < length - MARGIN:
+        raise InputRefused(
+            f"the carriage goes from {believed.start:.4g} m to {end:.4g} m, nearer than {MARGIN:g} m to "
+            f"an end of its span of {length:.4g} m: shorten the way, or lengthen layout.span_length"
+        )
     interval, count = sample_interval(drive), one_count(drive)
     wanted, reference = reference_of(believed, law, move, interval)
     made = made_law(believed, law, move, interval, count, force_limit(drive), tuning)
-    actual = plant or believed
-    phases = np.random.default_rng(seed).uniform(-0.5, 0.5, 2)
-    wind, samples = np.zeros(len(reference)), len(reference)
-    strength, start, end = move.gust
-    wind[round(start / interval) : round(end / interval)] = strength
-    loop = CarriageLoop(
-        law=made,
-        reference=reference,
-        wind=wind,
-        interval=interval,
-        substeps=substeps,
-        one_count=0.0 if ideal_sensors else count,
-    )
-    log, why = run_carriage(loop, actual, phases), None
+    wind, why = np.zeros(len(reference)), None
+    strength, begin, stop = move.gust
+    wind[round(begin / interval) : round(stop / interval)] = strength
+    loop = CarriageLoop(made, reference, wind, interval, substeps, 0.0 if ideal_sensors else count)
+    log = run_carriage(loop, plant or believed, np.random.default_rng(seed).uniform(-0.5, 0.5, 2))
     ended = len(log)
-    if ended < samples:
+    if ended < len(reference):
         why = (
             f"a strand went slack, or the carriage left its span, at t = {ended * interval:.4g} s: raise "
             "cable.pretension, shorten the way, or take longer"
@@ -320,11 +306,8 @@ def made_law(
         tuning=tuning,
         frozen=0.5 * (ends[0] + ends[1]) if law == "frozen" else None,
     )
-    return made._replace(feedback=pd_feedback(transporter)) if law in ("pd", "pd-flat", "shaper") else made
-
-
-def pd_feedback(transporter: Transporter) -> Array:
-    """PD on the motor at every position: both poles of the rigid whole at 5 Hz, shape (positions, 8)."""
-    row, rate = np.zeros(STATES), 2.0 * pi * PD_HZ
+    if LAWS[law][0] != "PD on the motor":
+        return made
+    row, rate = np.zeros(STATES), 2.0 * pi * PD_HZ  # both poles of the rigid whole at 5 Hz
     row[0], row[4] = transporter.masses.sum() * rate**2, 2.0 * transporter.masses.sum() * rate
-    return np.tile(row, (POSITIONS, 1))
+    return made._replace(feedback=np.tile(row, (POSITIONS, 1)))

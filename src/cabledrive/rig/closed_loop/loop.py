@@ -252,7 +252,9 @@ def run(
     controller, samples = loop.controller, len(loop.target)
     state = loop_at_rest(loop) if state is None else state
     end = samples if last is None else last
-    kept = np.zeros((samples if log else 0, log_width(loop)))
+    # States, readings, command, slip, sigma, estimates, regressor, states of the law.
+    width = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
+    kept = np.zeros((samples if log else 0, width))
     made = loop.control
     if controller.own is not None or loop.own_plant is not None:
         return run_users(loop, first, end, state, kept)
@@ -261,16 +263,13 @@ def run(
         ended = int(run_cable(cable_run(loop.cable, state, tensions), made, first, end, state, kept))
         return Run(ended=ended, state=state, log=kept, tensions=tensions, interpreted=why_plain())
     plant, flanks = loop.driven, np.zeros((len(kept), 6 if loop.pair else 0))
-    pair = no_pair(loop.observer) if loop.pair is None else pair_numbers(loop.pair, plant)
+    law = FlankLaw(loop.observer, *np.zeros(8).tolist())  # stands for that of a pair
+    pair = PairNumbers(law=law, phase=0.0, start=0.0, joint=np.zeros(2, dtype=np.int64))
+    if loop.pair is not None:
+        pair = pair_numbers(loop.pair, plant)
     ended = int(run_loop(plant, pair, made, first, end, state, kept, flanks))
     borne = None if loop.pair is None else flanks
     return Run(ended=ended, state=state, log=kept, flanks=borne, interpreted=why_plain())
-
-
-def no_pair(observer: ObserverNumbers) -> PairNumbers:
-    """Stands for the pair of a single motor."""
-    law = FlankLaw(observer, *np.zeros(8).tolist())
-    return PairNumbers(law=law, phase=0.0, start=0.0, joint=np.zeros(2, dtype=np.int64))
 
 
 def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -> Run:
@@ -286,11 +285,6 @@ def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -
     space = np.zeros((0, 2)) if tensions is None else tensions
     ended = run_by_sample(loop, first, last, state, log, space)
     return Run(ended=ended, state=state, log=log, tensions=tensions, interpreted=plain or "loop")
-
-
-def log_width(loop: Loop) -> int:
-    """Columns of a log: states, readings, command, slip, sigma, estimates, regressor, states of the law."""
-    return 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
 
 
 def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float | None = None) -> Loop:

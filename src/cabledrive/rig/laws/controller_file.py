@@ -176,6 +176,8 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
     along = made.own is not None and made.own.follows == "motion"
     columns = reference_columns(made.law, made.shafts, made.reference.shape[1], motion=along)
+    # On which the filter settles; of one scheduled by the load those of all points.
+    gains = loop.observer.gains if loop.observer.kind == BY_LOAD else loop.observer.gains[-1]
     return {
         "about": ABOUT,
         "name": made.name,
@@ -195,13 +197,8 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
         "reference": None if generator is None else plain_numbers(generator._asdict()),
         "arrays": ARRAYS,
         "law": plain_numbers(made.law._asdict()),
-        "filter": plain_numbers(loop.observer._asdict() | {"gains": kept_gains(loop.observer)}),
+        "filter": plain_numbers(loop.observer._asdict() | {"gains": gains}),
     }
-
-
-def kept_gains(observer: ObserverNumbers) -> Array:
-    """The gain on which a filter settles; of one scheduled by the load those of all points."""
-    return observer.gains if observer.kind == BY_LOAD else observer.gains[-1]
 
 
 def plain_numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
@@ -249,7 +246,11 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
             raise InputRefused("is the controller of a carriage, and track moves load pulleys: " + REMEDY)
         if "drive_hash" not in data:
             raise InputRefused("has no drive_hash, it was written by version 0.1: run the study again")
-        seen = data["filter"]
+        seen, numbers = data["filter"], data["law"]
+        law = LawNumbers(int(numbers["kind"]), *(_array(numbers[name]) for name in LawNumbers._fields[1:]))
+        if not law.matrix.size:  # a list cannot say how wide an empty table is
+            law = law._replace(matrix=np.zeros((0, 2 * len(data["shafts"]) + 1)))
+        gains = _array(seen["gains"])
         found = ControllerFile(
             path=place,
             name=str(data["name"]),
@@ -260,7 +261,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
             sample_time=float(data["sample_time"]),
             torque_limit=float("inf") if data["torque_limit"] is None else float(data["torque_limit"]),
             drive_hash=str(data["drive_hash"]),
-            law=_law(data["law"], 2 * len(data["shafts"])),
+            law=law,
             own=own,
             **_target(data),
             observer=ObserverNumbers(
@@ -269,7 +270,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
                 places=np.array(seen["places"], dtype=np.int64),
                 model=_array(seen["model"]),
                 output=_array(seen["output"]),
-                gains=_stacked(_array(seen["gains"])),
+                gains=gains if gains.ndim == 3 else gains[None],
                 scalars=_array(seen["scalars"]),
             ),
         )
@@ -320,16 +321,6 @@ def _array(values: Any) -> Array:
     array = np.array(values, dtype=np.float64)
     array[np.isnan(array)] = np.inf
     return array
-
-
-def _stacked(gains: Array) -> Array:
-    return gains if gains.ndim == 3 else gains[None]
-
-
-def _law(data: Mapping[str, Any], states: int) -> LawNumbers:
-    """The law in numbers; a list cannot say how wide an empty table is."""
-    law = LawNumbers(int(data["kind"]), *(_array(data[name]) for name in LawNumbers._fields[1:]))
-    return law if law.matrix.size else law._replace(matrix=np.zeros((0, states + 1)))
 
 
 def _check(found: ControllerFile) -> None:

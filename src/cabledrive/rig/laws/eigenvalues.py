@@ -144,7 +144,8 @@ def tuning_by_uncertainty(spec: DesignSpec, chain: LumpedChain, counts: Array) -
     spreads = Spreads()
     wanted = spec.wanted(2)
     moving = np.abs(wanted[1]) > 0.0
-    rise = float(np.count_nonzero(moving)) * spec.interval / max(1, _moves(moving))
+    sets_out = int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])
+    rise = float(np.count_nonzero(moving)) * spec.interval / max(1, sets_out)
     off = (spreads.cable_stiffness + spreads.load_inertia) * float(np.abs(wanted[2]).max())
     coulomb = chain.coulomb[0]
     return KalmanTuning(
@@ -153,8 +154,3 @@ def tuning_by_uncertainty(spec: DesignSpec, chain: LumpedChain, counts: Array) -
         load_acceleration=off**2 * rise / 16.0,
         offsets=tuple(float(count) ** 2 / 6.0 for count in counts[:-1]),
     )
-
-
-def _moves(moving: Array) -> int:
-    """How many times a motion sets out."""
-    return int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])

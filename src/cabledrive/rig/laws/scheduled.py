@@ -34,7 +34,10 @@ def scheduled(spec: DesignSpec) -> Controller:
     settings = weights(spec)[2]
     counts = np.array(list(read_encoders(spec, 4).values()))
     smooth = replace(chain, coulomb=(0.0,) * chain.size)  # friction is fed forward in the step
-    table = _with_load_columns(spec, smooth)
+    # States and torque of the drive's own load, what another of its size adds, and a column of ones.
+    wanted = spec.wanted(2 * chain.size)
+    own, double = (feedforward_table(spec, with_load(smooth, load), wanted) for load in (1.0, 2.0))
+    table = np.ascontiguousarray(np.column_stack((own, double - own, np.ones(len(own)))))
     payload = () if spec.motion is None else spec.motion.payload
     table[:, -1] = announced(payload, spec.interval, len(table))
     return Controller(
@@ -78,13 +81,6 @@ def told_otherwise(made: Controller, told: Array) -> Controller:
 def _designed(spec: DesignSpec, chain: LumpedChain) -> LawNumbers:
     count, torque, _ = weights(spec, chain=chain)
     return lqi_law(chain, count, torque, integral_time(chain, count, torque), spec.interval)
-
-
-def _with_load_columns(spec: DesignSpec, chain: LumpedChain) -> Array:
-    """States and torque of the drive's own load, what another of its size adds, and a column of ones."""
-    wanted = spec.wanted(2 * chain.size)
-    own, double = (feedforward_table(spec, with_load(chain, load), wanted) for load in (1.0, 2.0))
-    return np.ascontiguousarray(np.column_stack((own, double - own, np.ones(len(own)))))
 
 
 def _generator(spec: DesignSpec, chain: LumpedChain) -> ReferenceNumbers:

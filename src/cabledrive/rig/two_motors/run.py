@@ -75,21 +75,18 @@ class PlantRun:
 
 def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:
     """Run one plant, at rest at first, with encoder phases and cell noise drawn."""
-    gains, table = setup.design.gains, setup.table
-    m, substeps = actual.mass.size, substeps_of(actual, gains.interval)
+    gains, table, m = setup.design.gains, setup.table, actual.mass.size
+    # Steps that resolve the fastest motion of drums and body against the lines.
+    reach = np.sqrt(((actual.anchor - actual.centre) ** 2).sum(axis=1)) + actual.fixed
+    stiffness = actual.rigidity / reach
+    fastest = np.sqrt(np.max(stiffness * (actual.drum**2 / actual.inertia + 1.0 / actual.mass.min())))
+    per_second = max(1.0 / INTERNAL_STEP, STEPS_PER_RADIAN * float(fastest))
+    substeps = int(max(1, ceil(gains.interval * per_second)))
     record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
     state = first_state(gains, setup.machine.tension)
     rig = rig_numbers(setup.machine, gains.interval, substeps, len(table), rng)
     ended = close_loop(actual, gains, state, rig, table, force, record, least)
     return PlantRun(record=record[:ended], least=least, substeps=substeps)
-
-
-def substeps_of(numbers: TwoMotors, interval: float) -> int:
-    """Internal steps per sample that resolve the fastest motion of drums and body against the lines."""
-    reach = np.sqrt(((numbers.anchor - numbers.centre) ** 2).sum(axis=1)) + numbers.fixed
-    stiffness = numbers.rigidity / reach
-    fastest = np.sqrt(np.max(stiffness * (numbers.drum**2 / numbers.inertia + 1.0 / numbers.mass.min())))
-    return int(max(1, ceil(interval * max(1.0 / INTERNAL_STEP, STEPS_PER_RADIAN * float(fastest)))))
 
 
 def rig_numbers(

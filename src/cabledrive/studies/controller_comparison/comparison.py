@@ -1,7 +1,8 @@
 """`compare`: control laws side by side on one drive, tuned and run by one procedure."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import reduce
 from pathlib import Path
@@ -97,32 +98,26 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
         "tuning_seconds": tuning.seconds,
         "reason": tuning.reason,
     }
-    return words | (_no_runs() if scores is None else _run_words(law, scores, goal))
+    if scores is None:
+        names = (
+            *("worst_deg", "median_deg", "error_99_deg", "worst_whole_run_deg", "worst_later_deg"),
+            *("share_within", "share_low", "peak_torque", "median_torque"),
+        )
+        return words | {"runs": 0, "failed": 0, "saturated_runs": 0} | dict.fromkeys(names)
+    lasted, errors = ~np.array(scores.failed), np.array(scores.later if law.learns else scores.peaks)
+    inside, runs = int(np.count_nonzero((errors <= goal) & lasted)), len(errors)
 
+    def degrees(statistic: Callable[..., Any], values: Any) -> float | None:
+        return float(statistic(np.array(values)[lasted] / DEGREE)) if lasted.any() else None
 
-def _no_runs() -> dict[str, Any]:
-    names = (
-        *("worst_deg", "median_deg", "error_99_deg", "worst_whole_run_deg", "worst_later_deg"),
-        *("share_within", "share_low", "peak_torque", "median_torque"),
-    )
-    return {"runs": 0, "failed": 0, "saturated_runs": 0} | dict.fromkeys(names)
-
-
-def _run_words(law: ComparedLaw, scores: Scores, goal: float) -> dict[str, Any]:
-    failed = np.array(scores.failed)
-    errors = np.array(scores.later if law.learns else scores.peaks)
-    lasting = errors[~failed] / DEGREE
-    inside, runs = int(np.count_nonzero((errors <= goal) & ~failed)), len(errors)
-    whole, later = (np.array(values)[~failed] / DEGREE for values in (scores.peaks, scores.later))
-    some = len(lasting) > 0
-    return {
+    return words | {
         "runs": runs,
-        "failed": int(failed.sum()),
-        "worst_deg": float(lasting.max()) if some else None,
-        "median_deg": float(np.median(lasting)) if some else None,
-        "error_99_deg": float(np.quantile(lasting, 0.99)) if some else None,
-        "worst_whole_run_deg": float(whole.max()) if some else None,
-        "worst_later_deg": float(later.max()) if some else None,
+        "failed": int(np.count_nonzero(~lasted)),
+        "worst_deg": degrees(np.max, errors),
+        "median_deg": degrees(np.median, errors),
+        "error_99_deg": degrees(lambda lasting: np.quantile(lasting, 0.99), errors),
+        "worst_whole_run_deg": degrees(np.max, scores.peaks),
+        "worst_later_deg": degrees(np.max, scores.later),
         "share_within": inside / runs,
         "share_low": share_low(inside, runs),
         "peak_torque": float(np.max(scores.torques)),
@@ -205,13 +200,11 @@ def compare(
     check_motion(drive, motion)
     spec = spec_for(drive, motion, options=COMPARED)
     allowed = goal_of(drive) if goal is None else goal * DEGREE
-    job = _Job(drive, motion, asked, draws, seed, note or (lambda line: None), folder)
-    if folder is None:
-        laws = job.run(names)
-    else:
-        with one_process(Path(folder)):
-            laws = job.run(names)
-    laws = tuple(sorted(laws, key=lambda law: law.rank(allowed)))
+    cache = StageCache(folder=None if folder is None else Path(folder), note=note or (lambda line: None))
+    about = replace(drive, name="", title="", source=""), motion, asked
+    with nullcontext() if folder is None else one_process(Path(folder)):
+        found = list(_laws(names, about, draws, seed, cache))
+    laws = tuple(sorted(found, key=lambda law: law.rank(allowed)))
     return Comparison(summary=_summary(spec, laws, asked, draws, seed, allowed), laws=laws)
 
 
@@ -232,49 +225,31 @@ def _check(draws: int, seed: int, goal: float | None) -> None:
         )
 
 
-class _Job:
-    """A comparison in progress: tunings and blocks of runs, each kept when it is done."""
+def _laws(
+    names: Sequence[str], asked: tuple[Drive, Motion, Disturbances], draws: int, seed: int, cache: StageCache
+) -> Iterator[ComparedLaw]:
+    """Every law tuned and run: tunings and blocks of runs, each kept when it is done."""
+    begun, finished = time.monotonic(), 0.0
 
-    def __init__(
-        self,
-        drive: Drive,
-        motion: Motion,
-        disturbances: Disturbances,
-        draws: int,
-        seed: int,
-        note: Callable[[str], None],
-        folder: str | Path | None,
-    ) -> None:
-        self.asked = replace(drive, name="", title="", source=""), motion, disturbances
-        self.draws, self.seed, self.note, self.several = draws, seed, note, motion.pulses > 1
-        self.cache = StageCache(folder=None if folder is None else Path(folder), note=note)
-        self.begun, self.finished, self.planned = time.monotonic(), 0.0, 1.0
+    def progress(words: str, share: float) -> None:
+        nonlocal finished
+        finished += share
+        left = (time.monotonic() - begun) * (len(names) / finished - 1.0)
+        cache.note(f"{words}; about {left:.0f} s left" if left >= 1.0 else words)
 
-    def run(self, names: Sequence[str]) -> tuple[ComparedLaw, ...]:
-        """Every law tuned and run."""
-        self.planned = float(len(names))
-        return tuple(self._law(name) for name in names)
-
-    def _law(self, name: str) -> ComparedLaw:
-        self.note(f"{name}: tuning")
-        tuning = self.cache.staged(f"tuning-{name}", tuning_of, name, *self.asked)
-        scores = None if tuning.bandwidth is None else self._scores(tuning)
-        if scores is None:
-            self._progress(f"{name}: {tuning.reason}", 1.0)
-        return ComparedLaw(tuning=tuning, scores=scores, learns=self.several and name in LEARNS)
-
-    def _scores(self, tuning: TuningRecord) -> Scores:
-        law, blocks = Made(tuned_again, (replace(tuning, seconds=0.0), *self.asked[:2])), []
-        for first in range(0, self.draws, BLOCK):
-            last, name = min(first + BLOCK, self.draws), f"runs-{tuning.name}-{first:05d}"
-            blocks.append(self.cache.staged(name, runs_of, law, *self.asked, self.seed, first, last))
-            self._progress(f"{tuning.name}: {last} of {self.draws} plants", (last - first) / self.draws)
-        return reduce(Scores.joined, blocks)
-
-    def _progress(self, words: str, share: float) -> None:
-        self.finished += share
-        left = (time.monotonic() - self.begun) * (self.planned / self.finished - 1.0)
-        self.note(f"{words}; about {left:.0f} s left" if left >= 1.0 else words)
+    for name in names:
+        cache.note(f"{name}: tuning")
+        tuning, scores = cache.staged(f"tuning-{name}", tuning_of, name, *asked), None
+        if tuning.bandwidth is None:
+            progress(f"{name}: {tuning.reason}", 1.0)
+        else:
+            law, blocks = Made(tuned_again, (replace(tuning, seconds=0.0), *asked[:2])), []
+            for first in range(0, draws, BLOCK):
+                last, stage = min(first + BLOCK, draws), f"runs-{name}-{first:05d}"
+                blocks.append(cache.staged(stage, runs_of, law, *asked, seed, first, last))
+                progress(f"{name}: {last} of {draws} plants", (last - first) / draws)
+            scores = reduce(Scores.joined, blocks)
+        yield ComparedLaw(tuning=tuning, scores=scores, learns=asked[1].pulses > 1 and name in LEARNS)
 
 
 def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbances) -> TuningRecord:

@@ -114,14 +114,8 @@ def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> Carriag
         tuning=tuning,
         reads=case.reads,
     )
-    return CarriageLoop(
-        law=law,
-        reference=case.reference,
-        wind=np.zeros(len(case.reference)),
-        interval=case.interval,
-        substeps=case.substeps,
-        one_count=0.0 if ideal else case.count,
-    )
+    still, count = np.zeros(len(case.reference)), 0.0 if ideal else case.count
+    return CarriageLoop(law, case.reference, still, case.interval, case.substeps, count)
 
 
 def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:

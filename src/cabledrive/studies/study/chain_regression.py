@@ -14,7 +14,6 @@ from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import (
     Factors,
-    Fit,
     factor,
     joined,
     solve,
@@ -108,19 +107,16 @@ def identify_joint(
     relative = float(half / compliance[0])
     result = {"joint_stiffness": around("joint_stiffness", stiffness, stiffness * relative)}
     play = around("backlash", float(free[0]), half_free)
-    result["backlash"] = (0.0, 0.0, 0.0) if play[2] < _fine(drive) else play
+    sensors = drive.sensors
+    numbers = [] if sensors is None else [sensors.motor_encoder, sensors.drive_encoder]
+    # A tenth of the coarser count beside the joint is as good as none.
+    fine = max((0.2 * np.pi / number for number in numbers if number), default=0.0)
+    result["backlash"] = (0.0, 0.0, 0.0) if play[2] < fine else play
     dampings = np.array([-v[1] for v, _ in values]) * stiffness**2
     rub = float(values[0][1][1] * stiffness**2 + np.max(np.abs(dampings - dampings[0])))
     if dampings[0] > 0.0 and rub < 0.5 * dampings[0]:
         result["joint_damping"] = around("joint_damping", float(dampings[0]), rub)
     return result
-
-
-def _fine(drive: Drive) -> float:
-    """Backlash that is as good as none: a tenth of the coarser count beside the joint [rad]."""
-    sensors = drive.sensors
-    numbers = [] if sensors is None else [sensors.motor_encoder, sensors.drive_encoder]
-    return max((0.2 * np.pi / number for number in numbers if number), default=0.0)
 
 
 def _twist_rows(
@@ -194,7 +190,15 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     load = load_equation(sides)
     solution, sides, lag = sum_equation(sides, load)
     scale = np.array([1.0, (drive.load_pulley.radius / drive.drive_pulley.radius) ** 2, 1.0, 1.0, 1.0])
-    middle, halves = _of_the_drive(solution.fit, scale), solution.halves[: len(NAMES)] * scale
+    fit, n = solution.fit, len(NAMES)  # in the quantities of a drive, without the lag
+    middle = replace(
+        fit,
+        names=NAMES,
+        values=fit.values[:n] * scale,
+        covariance=fit.covariance[:n, :n] * np.outer(scale, scale),
+        unidentifiable=fit.unidentifiable[:, :n] * scale,
+    )
+    halves = solution.halves[:n] * scale
     halves += _by_the_split(sides, load, solution, drive) * scale
     sizes = solution.sizes[: len(NAMES)] / scale
     unidentifiable = unidentifiable_parameters(middle)
@@ -203,7 +207,11 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         for name, value, half in zip(NAMES, middle.values, halves, strict=True)
         if name not in unidentifiable
     }
-    weak = [name for name in found if _is_weak(name, found[name], sizes, middle)]
+    weak = []
+    for name, (value, low, high) in found.items():
+        half = 0.5 * (high - low)
+        if half > abs(value) and half * sizes[NAMES.index(name)] > WEAK_SHARE * middle.scale:
+            weak.append(name)
     words = unidentifiable_words(middle) + tuple(weak_words(name) for name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
     sums = found
@@ -274,18 +282,6 @@ def _sides(log: Log, drive: Drive) -> TwoSides:
     )
 
 
-def _of_the_drive(fit: Fit, scale: Array) -> Fit:
-    """The sum of torques in the quantities of a drive, without the lag."""
-    count = len(NAMES)
-    return replace(
-        fit,
-        names=NAMES,
-        values=fit.values[:count] * scale,
-        covariance=fit.covariance[:count, :count] * np.outer(scale, scale),
-        unidentifiable=fit.unidentifiable[:, :count] * scale,
-    )
-
-
 def _by_the_split(
     sides: Sequence[TwoSides], load: Solution | None, solution: Solution, drive: Drive
 ) -> Array:
@@ -297,9 +293,3 @@ def _by_the_split(
         for split in SPLITS
     ]
     return np.asarray(np.nanmax(np.abs(np.array(others) - solution.fit.values), axis=0)[: len(NAMES)])
-
-
-def _is_weak(name: str, interval: tuple[float, float, float], sizes: Array, fit: Fit) -> bool:
-    value, low, high = interval
-    half = 0.5 * (high - low)
-    return bool(half > abs(value) and half * sizes[NAMES.index(name)] > WEAK_SHARE * fit.scale)

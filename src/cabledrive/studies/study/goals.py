@@ -184,10 +184,10 @@ def load_goals(path: str | Path) -> Goals:
 
 def goals_of(content: Mapping[str, Any]) -> Goals:
     """Goals from a table of TOML."""
-    plain_tables = {name: _table(content, name) for name in ("uncertainty", "log")}
+    plain_tables = {name: dict(table_of(name, content.get(name, {}))) for name in ("uncertainty", "log")}
     flat = {key: value for key, value in content.items() if not isinstance(value, Mapping)}
     for table in TABLES:
-        flat |= _table(content, table)
+        flat |= table_of(table, content.get(table, {}))
     known = (*QUANTITIES, *COUNTS, "load_inertia")
     found: dict[str, Any] = {}
     for key, value in flat.items():
@@ -201,19 +201,17 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
             found[key] = _range(value)
         else:
             found[key] = whole_of(key, value, least=0 if key in ("seed", "cable_draws") else 1)
-    others = [key for key, value in content.items() if isinstance(value, Mapping) and key not in TABLES]
-    for key in others:
-        if key not in plain_tables:
+    for key, value in content.items():
+        if isinstance(value, Mapping) and key not in (*TABLES, *plain_tables):
             raise InputRefused(f"{key}: unknown table{nearest(key, (*TABLES, *plain_tables))}")
     open_values = dict(plain_tables["uncertainty"])
     if "backlash" in open_values:
         found["backlash"] = quantity_of("uncertainty.backlash", open_values.pop("backlash"), "rad")
-    spreads, columns = _spreads(open_values), column_map(plain_tables["log"])
-    return Goals(spreads=spreads, columns=columns, **found)
-
-
-def _table(content: Mapping[str, Any], name: str) -> dict[str, Any]:
-    return dict(table_of(name, content.get(name, {})))
+    for key in open_values:
+        if key not in SPREADS:
+            raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, (*SPREADS, 'backlash'))}")
+    spreads = {key: quantity_of(f"uncertainty.{key}", value, "1") for key, value in open_values.items()}
+    return Goals(spreads=SPREADS | spreads, columns=column_map(plain_tables["log"]), **found)
 
 
 def _is_length(value: Any) -> bool:
@@ -229,13 +227,6 @@ def _range(value: Any) -> tuple[float, float]:
         raise InputRefused(f"load_inertia = {written(value)} is no range: write [smallest, largest]")
     smallest, largest = quantities_of("load_inertia", value, "kg m^2")
     return smallest, largest
-
-
-def _spreads(given: Mapping[str, Any]) -> dict[str, float]:
-    for key in given:
-        if key not in SPREADS:
-            raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, (*SPREADS, 'backlash'))}")
-    return SPREADS | {key: quantity_of(f"uncertainty.{key}", value, "1") for key, value in given.items()}
 
 
 def motion_of(goals: Goals) -> dict[str, Any]:

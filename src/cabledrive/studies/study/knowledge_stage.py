@@ -181,7 +181,10 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
     fresh, result = dict(known), found.identifiable and not wrong
     together: tuple[Correlation, ...] = ()
     if result and "inertia" in found.parameters:
-        parts = _shares_of_the_axis(drive, known)
+        # Either inertia over that of the whole axis at the motor, as the data sheet has it.
+        gear = drive.load_pulley.radius / drive.drive_pulley.radius
+        whole = known["near_inertia"].value + known["load_inertia"].value / gear**2
+        parts = {name: known[name].value / whole for name in ("near_inertia", "load_inertia")}
         fresh |= _rigid_quantities(found, known, parts)
         together = of_an_axis(found, parts, fresh)
     words = found.unidentifiable + tuple(wrong)
@@ -197,13 +200,6 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         method="one rigid axis, inverse dynamics; the split between motor and load is from the data sheet",
         correlations=among(together, fresh),
     )
-
-
-def _shares_of_the_axis(drive: Drive, known: dict[str, Quantity]) -> dict[str, float]:
-    """Either inertia over that of the whole axis at the motor, as the data sheet has it."""
-    squared = (drive.load_pulley.radius / drive.drive_pulley.radius) ** 2
-    whole = known["near_inertia"].value + known["load_inertia"].value / squared
-    return {name: known[name].value / whole for name in ("near_inertia", "load_inertia")}
 
 
 def _rigid_quantities(

@@ -144,7 +144,11 @@ def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) 
     """The octave and encoder of a whole drive's log whose replay is farthest over its limit."""
     generator = np.random.default_rng(seed)
     channels = [name for name in CHANNELS if name in log.channels]
-    counts = [count_of(log, drive, name) for name in channels]
+    gears = np.array([load_gear(drive) if name == "load_angle" else 1.0 for name in channels])
+    counts = []  # at the first shaft [rad], by the log where it shows one, else by the file
+    for name, gear in zip(channels, gears.tolist(), strict=True):
+        number = getattr(drive.sensors, f"{CHANNELS[name]}_encoder") if drive.sensors else None
+        counts.append((float(log.report.quantum.get(name) or 0.0) or 2.0 * np.pi / (number or 1e5)) * gear)
     chain, h = plant_chain(drive, highest_model(drive)), log.interval
     torque = log.channel("torque")
     probe = kalman_filter(
@@ -156,7 +160,6 @@ def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) 
         tuning=TUNING,
         settled=True,
     )
-    gears = np.array([load_gear(drive) if name == "load_angle" else 1.0 for name in channels])
     measured = np.column_stack([log.channel(name) for name in channels]) * gears
     middle, lines, seen = octaves(innovations(probe, torque, measured - measured[0]), h)
     # Of white noise, by the upper half of the spectrum; that none of it acts on the shaft forgives most.
@@ -195,16 +198,6 @@ def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
         return integrate_chain(chain, torque, interval, gaps=gaps, substeps=4, hold="line").angles
     except NotComputed:
         return None
-
-
-def count_of(log: Log, drive: Drive, name: str) -> float:
-    """One count of a channel at the first shaft [rad], by the log where it shows one, else by the file."""
-    gear = load_gear(drive) if name == "load_angle" else 1.0
-    quantum = log.report.quantum.get(name)
-    if quantum:
-        return float(quantum) * gear
-    number = getattr(drive.sensors, f"{CHANNELS[name]}_encoder") if drive.sensors else None
-    return 2.0 * np.pi / (number or 1e5) * gear
 
 
 def octaves(values: Array, interval: float) -> tuple[Array, Array, Array]:

@@ -123,8 +123,10 @@ def _shown(found: AcceptanceResult, left_out: tuple[str, ...]) -> dict[str, Any]
 def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     """The law and its filter as numbers that another program can run; none where no controller was found."""
     goals, control = result.goals, result.controller
+    # So that who exports the law is told what the study says of it.
+    said = {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
     if isinstance(control, CarriageController):
-        return _carriage_numbers(result, control)
+        return _carriage_numbers(result, control, said)
     chosen = result.laws.chosen if result.laws is not None else None
     if chosen is None:
         return None
@@ -134,12 +136,14 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,
-        "study": _judged(result),
+        "study": said,
         "stated_bound": control.bound if chosen.model is not None and control is not None else None,
     }
 
 
-def _carriage_numbers(result: StudyResult, found: CarriageController) -> dict[str, Any] | None:
+def _carriage_numbers(
+    result: StudyResult, found: CarriageController, said: dict[str, str]
+) -> dict[str, Any] | None:
     """Tables of the scheduled law over the carriage's place; forces at the rim of the drive pulley."""
     if found.bandwidth is None:
         return None
@@ -156,25 +160,16 @@ def _carriage_numbers(result: StudyResult, found: CarriageController) -> dict[st
         "torque_limit": case.limit * case.design.radius if np.isfinite(case.limit) else None,
         "law": plain_numbers(law._asdict()),
         "stated_bound": None,
-        "study": _judged(result),
+        "study": said,
     }
-
-
-def _judged(result: StudyResult) -> dict[str, str]:
-    """What the study says of the law, so that who exports it is told."""
-    return {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
-
-
-def _file_of(result: StudyResult) -> str:
-    """The drive as identified; a machine with routes as its file gives it, which a chain does not change."""
-    drive = result.drive
-    return drive_text(drive.machine if isinstance(drive, AxisDrive) else result.known)
 
 
 def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
     """Write everything a study leaves, the results last; returns the content of ``results.json``."""
-    controller = controller_numbers(result)
-    written: dict[str, str] = {REPORT: report, DRIVE: _file_of(result)}
+    controller, drive = controller_numbers(result), result.drive
+    # A machine with routes as its file gives it, which a chain does not change.
+    identified = drive_text(drive.machine if isinstance(drive, AxisDrive) else result.known)
+    written: dict[str, str] = {REPORT: report, DRIVE: identified}
     if controller is not None:
         written[CONTROLLER] = json.dumps(controller, indent=1, allow_nan=False) + "\n"
     return finish(folder, written, results_of(result), asked=asked, code=code)

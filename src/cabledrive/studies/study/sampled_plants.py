@@ -173,10 +173,7 @@ def _half_products(covariance: Array, halves: Array) -> Array:
 
 
 def _over(products: Mapping[tuple[str, str], float], whole: Mapping[str, float]) -> tuple[Correlation, ...]:
-    found = {}
-    for (a, b), product in products.items():
-        if product != 0.0:
-            found[min(a, b), max(a, b)] = product / (whole[a] * whole[b])
+    found = {(min(a, b), max(a, b)): p / (whole[a] * whole[b]) for (a, b), p in products.items() if p != 0.0}
     return tuple(Correlation(first=a, second=b, value=found[a, b]) for a, b in sorted(found))
 
 
@@ -218,12 +215,9 @@ def sampled_values(
     found = {}
     for name in names:
         q = quantities[name]
-        if q.source == LOG:
-            value = q.value + q.half_width / TWO_SIDED_95 * chance[name]
-        else:
-            value = q.low + (q.high - q.low) * chance[name]
+        start, width = (q.value, q.half_width / TWO_SIDED_95) if q.source == LOG else (q.low, q.high - q.low)
         most = 0.999 if name == "motor_share" else np.inf
-        found[name] = float(np.clip(value, q.least, most))
+        found[name] = float(np.clip(start + width * chance[name], q.least, most))
     return found
 
 
