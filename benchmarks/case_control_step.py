@@ -12,7 +12,7 @@ from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.loop_numbers import LoopState
-from cabledrive.rig.trial import spec_for
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.tuning import design
 
 TITLE = "One control step: law and observer of Model 4"
@@ -69,7 +69,7 @@ def report() -> str:
 
 def made(name: str, gains: str) -> tuple:
     drive, motion = cd.load_drive("dissertation-3"), Motion()
-    spec = spec_for(drive, motion, best=gains == "best")
+    spec = DesignSpec(drive, motion, best=gains == "best")
     loop = close_loop(drive, drive, design(name, spec), motion, RigOptions(), np.random.default_rng(0))
     first = 2 * loop.chain.size + 1
     log = run(loop).log

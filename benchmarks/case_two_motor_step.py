@@ -13,7 +13,7 @@ from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import close_loop
-from cabledrive.rig.trial import spec_for
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.tuning import design
 from cabledrive.rig.two_motors.plan import design_tensions
 
@@ -73,7 +73,7 @@ def report() -> str:
 def pair_law() -> FlankLaw:
     drive = doubled(cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"]))
     options, motion = RigOptions(pair=True), Motion(order=11)
-    spec = spec_for(drive, motion, bandwidth=15.0, options=options)
+    spec = DesignSpec(drive, motion, bandwidth=15.0, options=options)
     made = close_loop(drive, drive, design("lqg", spec), motion, options, np.random.default_rng(0))
     assert made.pair is not None
     return made.pair.law

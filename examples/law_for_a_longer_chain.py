@@ -14,9 +14,8 @@ import cabledrive as cd
 from cabledrive.control.observers import KalmanTuning
 from cabledrive.reduction.lumped_chain import natural_frequencies_of
 from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.laws.controllers import law_for_chain
+from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain
 from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.rig.trial import spec_for
 
 chain = cd.LumpedChain(
     names=("motor", "first", "second", "third", "load"),
@@ -33,7 +32,7 @@ fitted = replace(drive.sensors, motor_encoder=40_000, drive_encoder=None, load_e
 drive = replace(drive, sensors=fitted)
 motion, options = Motion(angle=45.0, rise=0.5, dwell=0.3, order=13), RigOptions(forbid_slack=True)
 tuning = KalmanTuning(torque=1e-6, disturbance=1e-2, load_acceleration=0.1)
-law = law_for_chain(spec_for(drive, motion, bandwidth=35.0), chain, tuning=tuning)
+law = law_for_chain(DesignSpec(drive, motion, bandwidth=35.0), chain, tuning=tuning)
 loop = close_loop(drive, drive, law, motion, options, np.random.default_rng(0), plant=chain)
 error = np.degrees(np.abs(run(loop).log[:, 4] - loop.target).max())
 

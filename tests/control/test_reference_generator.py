@@ -10,18 +10,17 @@ from cabledrive.control.reference import MotionNumbers, reference_numbers
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig import Motion
-from cabledrive.rig.laws.controllers import motion_numbers
+from cabledrive.rig.laws.controllers import DesignSpec, motion_numbers
 from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
 from cabledrive.rig.laws.load_learning import load_blocks
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, needed_order
-from cabledrive.rig.trial import spec_for
 from cabledrive.trajectories import rise_coefficients
 
 DRIVE = cd.load_drive("dissertation-3")
 
 
 def table_of(name: str, motion: Motion, drive: cd.Drive = DRIVE):
-    spec = spec_for(drive, motion)
+    spec = DesignSpec(drive, motion)
     made = CONTROLLERS[name](spec)
     assert made.generator is not None
     numbers = motion_numbers(drive, motion)

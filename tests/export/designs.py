@@ -12,8 +12,8 @@ from cabledrive.export.source import ExportSource
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.controller_file import controller_from, controller_numbers
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
-from cabledrive.rig.trial import spec_for
 
 DRIVE = cd.load_drive("dissertation-3")
 
@@ -22,7 +22,7 @@ DRIVE = cd.load_drive("dissertation-3")
 def loop_of(name: str, drive: str = "dissertation-3") -> Loop:
     loaded = cd.load_drive(drive)
     motion = Motion(order=needed_order(name, loaded))
-    made = CONTROLLERS[name](spec_for(loaded, motion))
+    made = CONTROLLERS[name](DesignSpec(loaded, motion))
     return close_loop(loaded, loaded, made, motion, RigOptions(), np.random.default_rng(0))
 
 

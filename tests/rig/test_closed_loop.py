@@ -14,9 +14,9 @@ import pytest
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from dissertation_runs import track
 from oracles.loop_reference import run_reference
@@ -38,7 +38,7 @@ def peak(controller, options=IDEAL, **choices):
 @pytest.mark.parametrize("options", [IDEAL, CENTRED], ids=["ideal", "kalman"])
 def test_compiled_loop_is_the_readable_loop(options):
     """To some thousandths of a count of 6e-4 rad: friction stops the compiled plant at an internal step."""
-    spec = spec_for(DRIVE, SHORT)
+    spec = DesignSpec(DRIVE, SHORT)
     loop = close_loop(DRIVE, DRIVE, design("darc-4-damped", spec), SHORT, options, np.random.default_rng(0))
     commands, angles = run_reference(loop, 400)
     done = run(loop, last=400)
@@ -123,7 +123,7 @@ def test_a_slack_span_ends_the_run_and_keeps_what_was_computed():
 
 def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
     """Damping-aware: 23 Hz, five times, and 25 Hz; printed: pairs at 6.9 Hz (0.81) and 28.3 Hz (0.34)."""
-    spec = spec_for(DRIVE, Motion())
+    spec = DesignSpec(DRIVE, Motion())
     designed = closed_loop_poles(DRIVE, design("darc-4-damped", spec))
     assert all(pole.damping_ratio > 0.99 for pole in designed)
     assert all(21.0 < pole.frequency < 27.0 for pole in designed)

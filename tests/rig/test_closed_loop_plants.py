@@ -14,8 +14,8 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.plant_samples import run_samples, sampled_loops
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track
@@ -154,7 +154,7 @@ SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
 
 
 def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
-    spec = spec_for(DRIVE, motion)
+    spec = DesignSpec(DRIVE, motion)
     generator = np.random.default_rng(0)
     return close_loop(DRIVE, DRIVE, design(law, spec), motion, options, generator, plant_model=plant_model)
 
@@ -162,15 +162,15 @@ def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
 @pytest.mark.parametrize("law, plant", [("darc-1", 1), ("darc-3", 3), ("darc-4-damped", 4)])
 def test_many_plants_score_what_single_runs_score(law, plant):
     loop = loop_of(law, plant_model=plant)
-    many = run_samples(loop, SMOOTH, 20, 5).scores[:, 4:6]
-    single = np.array([run(one, log=False).state.summary[4:6] for one in sampled_loops(loop, SMOOTH, 20, 5)])
+    many = run_samples(loop, 20, 5).scores[:, 4:6]
+    single = np.array([run(one, log=False).state.summary[4:6] for one in sampled_loops(loop, 20, 5)])
     np.testing.assert_array_equal(many, single)
 
 
 def test_a_slack_span_fails_the_draw():
     loop = loop_of("darc-4")
     loop = replace(loop, slack=0.02, plant=loop.plant._replace(twist_limit=0.02))
-    assert run_samples(loop, SMOOTH, 18, 1).failed == 18
+    assert run_samples(loop, 18, 1).failed == 18
 
 
 IDEAL = RigOptions(ideal_sensors=True)
@@ -184,7 +184,7 @@ def on_cable(controller, options=IDEAL, **choices):
 def test_cable_starts_as_its_row_of_inertias_does():
     """Twenty samples: too short for the cable's own modes to matter."""
     motion = Motion(angle=20.0, rise=0.002, dwell=0.001)
-    spec = spec_for(DRIVE, motion)
+    spec = DesignSpec(DRIVE, motion)
     options = replace(IDEAL, segments=4)
     found = [
         run(close_loop(DRIVE, DRIVE, design("pd", spec), motion, options, np.random.default_rng(0), cable=c))

@@ -16,9 +16,9 @@ from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.disturbed_plants import Disturbances, disturbed_plant, load_disturbances
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.tracking import log_text
-from cabledrive.rig.trial import spec_for
 from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track
 from true_plants import followed, truth_of
@@ -160,7 +160,7 @@ MOTION, OPTIONS = Motion(angle=20.0, rise=0.3, dwell=0.15, order=11), RigOptions
 
 @pytest.fixture(scope="module")
 def loop():
-    made = CONTROLLERS["lqi"](spec_for(DRIVE, MOTION, bandwidth=20.0))
+    made = CONTROLLERS["lqi"](DesignSpec(DRIVE, MOTION, bandwidth=20.0))
     found = close_loop(DRIVE, DRIVE, made, MOTION, OPTIONS, np.random.default_rng(4))
     # Without counts: a loop that rounds makes other counts out of the last digit of an integrator.
     return replace(found, rig=found.rig._replace(counts=np.zeros(3)))

@@ -17,17 +17,16 @@ from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
 from cabledrive.rig.laws.baselines import backstepping_6
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
-from cabledrive.rig.laws.controllers import law_for_chain, motion_numbers
+from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.laws.indirect import learnt_bounds
 from cabledrive.rig.laws.load_learning import TURNING, load_blocks, load_learning
 from cabledrive.rig.plant_samples import Spreads, sampled_chain
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
-SPEC = spec_for(DRIVE, Motion())
+SPEC = DesignSpec(DRIVE, Motion())
 SIZES = {"median": "median_peak_error", "99 %": "peak_error_99", "worst": "worst_peak_error"}
 
 
@@ -94,7 +93,7 @@ def worst_errors(draws):
                 motor = {part: getattr(sure, part) for part in ("viscous", "coulomb", "offsets")}
                 chain = replace(chain, inertias=(sure.inertias[0], *chain.inertias[1:]), **motor)
             phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
-            one = replace(with_plant(loop, chain, options), rig=loop.rig._replace(phases=phases))
+            one = replace(with_plant(loop, chain), rig=loop.rig._replace(phases=phases))
             peaks.append(np.degrees(run(one, log=False).state.summary[0]))
         worst[name] = max(peaks)
     return worst
@@ -159,7 +158,7 @@ def row(n: int) -> LumpedChain:
 
 def closed(chain: LumpedChain, hertz: float, options: RigOptions, design: LumpedChain | None = None) -> Loop:
     """The law on the chain; ``design``: as the law believes it to be."""
-    spec = spec_for(CARRIER, MOTION, bandwidth=hertz)
+    spec = DesignSpec(CARRIER, MOTION, bandwidth=hertz)
     law = law_for_chain(spec, design or chain, tuning=TUNING)
     return close_loop(CARRIER, CARRIER, law, MOTION, options, np.random.default_rng(0), plant=chain)
 
@@ -206,7 +205,7 @@ HERTZ = {"pd": 6.0, "dob": 4.0, "shaper": 6.0, "darc-3-damped": 9.0, "darc-4-dam
 
 
 def loop_of(name: str, motion: Motion):
-    made = design(name, spec_for(DRIVE, motion, bandwidth=HERTZ.get(name)))
+    made = design(name, DesignSpec(DRIVE, motion, bandwidth=HERTZ.get(name)))
     return close_loop(DRIVE, DRIVE, made, motion, RigOptions(), np.random.default_rng(0))
 
 
@@ -230,12 +229,12 @@ def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name,
 
 def learning_loop(name: str, motion: Motion):
     """Law and settled filter made for the short motion along another one; tables from whole-motion arrays."""
-    first = spec_for(DRIVE, SHORT, bandwidth=22.0)
+    first = DesignSpec(DRIVE, SHORT, bandwidth=22.0)
     designed = close_loop(
         DRIVE, DRIVE, load_learning(first, name), SHORT, RigOptions(), np.random.default_rng(0)
     )
     settled = designed.observer._replace(gains=designed.observer.gains[-1:])
-    spec, turning = spec_for(DRIVE, motion, bandwidth=22.0), TURNING * SHORT.rise
+    spec, turning = DesignSpec(DRIVE, motion, bandwidth=22.0), TURNING * SHORT.rise
     made = replace(load_learning(spec, name, turning), law=designed.controller.law)
     loop = close_loop(DRIVE, DRIVE, made, motion, RigOptions(), np.random.default_rng(0))
     chain = spec.model(4)

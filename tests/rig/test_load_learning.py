@@ -13,9 +13,9 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run
 from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import CHANGING, KINDS, NAME
 from cabledrive.rig.ranked import COMPARED, scored
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import law_as_tuned
 from command import answer
 
@@ -31,9 +31,9 @@ TRIPLED = Disturbances(load_factor=(3.0, 3.0), load_time=(0.7, 0.95))
 def over_plants(name, draws, seed, ranges=RANGES, words="a tenth of the uncertainty"):
     """Scores of a law at the bandwidth and with the filter that the comparison chose."""
     hertz = 50.0 if name == NAME else HERTZ
-    spec = spec_for(DRIVE, TWO, options=COMPARED, bandwidth=hertz)
+    spec = DesignSpec(DRIVE, TWO, options=COMPARED, bandwidth=hertz)
     law = law_as_tuned(name, hertz, "its own" if name in KINDS else words, spec)
-    return law, scored(law, spec, ranges, COMPARED, seed, range(draws))
+    return law, scored(law, spec, ranges, seed, range(draws))
 
 
 def test_friction_of_the_load_is_learnt_and_the_error_falls_below_that_of_lqi(measured):
@@ -83,7 +83,7 @@ def test_over_200_plants_a_load_that_changes_costs_a_third_of_the_best_fixed_law
 
 def told_from(loop, draw, counts):
     """Largest error of a plant whose friction the law is given once the reference has left by some counts."""
-    plant = disturbed_loop(loop, RANGES, COMPARED, np.random.default_rng([11, draw]))
+    plant = disturbed_loop(loop, RANGES, np.random.default_rng([11, draw]))
     law = plant.controller.law
     learning = law.learning.copy()
     learning[GAIN] = 0.0
@@ -116,7 +116,7 @@ def test_backlash_of_a_degree_keeps_the_error_below_the_gap_at_the_load_and_cycl
     """Table A.3: the gap over the ratio is 0.192 deg; the limit cycle of the last dwell exceeds a count."""
     ranges = Disturbances(backlash=(np.radians(1.0), np.radians(1.0)))
     law, found = over_plants("lqi", 3, 41, ranges)
-    plant = disturbed_loop(law.loop, ranges, COMPARED, np.random.default_rng([41, 0]))
+    plant = disturbed_loop(law.loop, ranges, np.random.default_rng([41, 0]))
     swing = float(np.degrees(np.ptp(plant.load_error(run(plant).log)[-1000:])))
     worst = float(np.degrees(max(found.peaks)))
     measured(f"worst {worst:.3f} deg, limit cycle {swing:.3f} deg from end to end")
@@ -193,11 +193,11 @@ def told_the_load(name, grid, draws=60):
     def designed(factor):
         inertia = float(DRIVE.load_pulley.inertia) * factor
         heavy = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"])
-        spec = spec_for(heavy, TWO, options=COMPARED, bandwidth=HERTZ)
+        spec = DesignSpec(heavy, TWO, options=COMPARED, bandwidth=HERTZ)
         return law_as_tuned(name, HERTZ, "by uncertainty", spec).loop
 
     for draw in range(draws):
-        plant = disturbed_loop(law.loop, ranges, COMPARED, np.random.default_rng([11, draw]))
+        plant = disturbed_loop(law.loop, ranges, np.random.default_rng([11, draw]))
         factor = plant.plant.load_factor
         told = factor if grid is None else round(factor / grid) * grid
         if told not in made:

@@ -13,8 +13,8 @@ from cabledrive.rig.closed_loop.chain_kernels import see_chain
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, new_plant_state, plant_step, sense_pair
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import own_law
-from cabledrive.rig.trial import spec_for
 
 pytestmark = pytest.mark.kernel
 SHORT = Motion(angle=0.05, rise=0.02, dwell=0.002)
@@ -37,7 +37,7 @@ def test_an_eccentric_encoder_shows_the_load_off_by_its_sine():
 
 def short_loop():
     drive = cd.load_drive("dissertation-3")
-    controller = own_law(cd.OwnController(step=max, initial_state=np.zeros(3)), spec_for(drive, SHORT))
+    controller = own_law(cd.OwnController(step=max, initial_state=np.zeros(3)), DesignSpec(drive, SHORT))
     return close_loop(drive, drive, controller, SHORT, RigOptions(), np.random.default_rng(1))
 
 

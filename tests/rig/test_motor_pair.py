@@ -11,8 +11,8 @@ from cabledrive.rig.closed_loop.chain_kernels import LEAST
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.disturbed_plants import loop_with_loads
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.plant_samples import sampled_loops
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from oracles.motor_pair import MotorPair
 from oracles.motor_pair import run as run_by_scipy
@@ -28,7 +28,7 @@ SHORT = Motion(angle=10.0, rise=0.12, dwell=0.05, order=11)
 def loop_of(drive, law, hertz, motion, options, seed=0):
     drive = doubled(drive) if options.pair else drive
     choices = {"bandwidth": hertz, "feedback": "motor", "adapt": True, "best": True, "feedforward": "damped"}
-    spec = spec_for(drive, motion, **choices, options=options, plant=None)
+    spec = DesignSpec(drive, motion, **choices, options=options, plant=None)
     return close_loop(drive, drive, design(law, spec), motion, options, np.random.default_rng(seed))
 
 
@@ -77,7 +77,7 @@ def test_a_pair_takes_smoothed_friction_and_a_load_that_changes(measured):
     for name, kind in {"smooth": {"smooth_friction": True}, "load": {"load_change": (0.05, 2.0)}}.items():
         options = RigOptions(ideal_sensors=True, **kind)
         pair, single = (
-            loop_with_loads(loop_of(drive, "lqg", 20.0, SHORT, chosen), SHORT, chosen)
+            loop_with_loads(loop_of(drive, "lqg", 20.0, SHORT, chosen))
             for drive, chosen in ((DRIVE, replace(options, pair=True)), (plain, options))
         )
         ours, theirs = run(pair), run(single)
@@ -92,7 +92,7 @@ def over_draws(law, hertz, draws, seed, options=PAIR, drive=DRIVE):
     motion = Motion(dwell=1.0, order=11)
     loop = loop_of(drive, law, hertz, motion, options)
     peaks, swings, least = [], [], []
-    for one in sampled_loops(loop, options, draws, seed):
+    for one in sampled_loops(loop, draws, seed):
         done = run(one)
         assert not done.failed
         error = np.degrees(one.load_error(done.log))

@@ -13,9 +13,9 @@ from cabledrive.reduction.lumped_chain import lumped_model, reflected
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.own_plant import run_own
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import own_law
 from cabledrive.rig.setting import DEGREE, sample_interval
-from cabledrive.rig.trial import spec_for
 
 DRIVE = cd.load_drive("dissertation-3")
 CHAIN, INTERVAL = reflected(lumped_model(DRIVE, 4))[0], sample_interval(DRIVE)
@@ -112,7 +112,7 @@ def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
     """`cabledrive.rig.closed_loop.loop_kernels` with the kernels of the controller, against the loop
     in Python, with a dropout and a memory.
     """
-    spec = spec_for(DRIVE, SHORT)
+    spec = DesignSpec(DRIVE, SHORT)
     options = RigOptions(blind=("load", 0.1, 0.11))
     law = pid_law(CHAIN, 2.0, 28.0, INTERVAL)
     own = cd.OwnController(step=with_memory, gains=(law.matrix, law.rows[0]), initial_state=np.zeros(3))

@@ -12,10 +12,10 @@ from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.expected_bound import expected_bound, rounding_part
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import closed_loop, margins_of, response, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import sampled_loops
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
 
 DRIVE = load_drive("dissertation-3")
@@ -24,7 +24,7 @@ OPTIONS = RigOptions()
 
 @cache
 def loop() -> Loop:
-    made = design("darc-4-damped", spec_for(DRIVE, Motion(), best=True))
+    made = design("darc-4-damped", DesignSpec(DRIVE, Motion(), best=True))
     return close_loop(DRIVE, DRIVE, made, Motion(), OPTIONS, np.random.default_rng(0))
 
 
@@ -59,7 +59,7 @@ def test_linear_loop_is_the_rig_without_friction():
 def test_expected_bound_holds_over_draws_and_is_within_three_of_the_worst():
     """Everything drawn at once, encoder phases random; the worst of a thousand is in the statistics."""
     worst = 0.0
-    for one in sampled_loops(loop(), OPTIONS, 12, 5):
+    for one in sampled_loops(loop(), 12, 5):
         error = np.abs(run(one).log[:, 2] - one.target)
         assert np.all(error <= bound())
         worst = max(worst, error.max())
@@ -71,7 +71,7 @@ def test_track_takes_the_law_that_compare_lists(name, measured):
     """The same bandwidth and filter, and the next setting of the grid breaks a limit that margins state."""
     motion = Motion(order=11)
     listed = cd.compare(DRIVE, controllers=[name], draws=1, motion=motion).laws[0].tuning
-    spec = spec_for(DRIVE, motion, best=True)
+    spec = DesignSpec(DRIVE, motion, best=True)
     made, told = design(name, spec), law_at(name, listed.bandwidth, listed.filter, spec)
     measured(f"{name} {listed.bandwidth:g} Hz, filter {listed.filter}")
     assert made.gains["bandwidth_hz"] == listed.bandwidth
@@ -115,7 +115,7 @@ MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
 
 def loop_of(name, hertz, *overrides):
     drive = load_drive("dissertation-3", overrides=list(overrides))
-    made = CONTROLLERS[name](spec_for(drive, MOTION, bandwidth=hertz))
+    made = CONTROLLERS[name](DesignSpec(drive, MOTION, bandwidth=hertz))
     return close_loop(drive, drive, made, MOTION, RigOptions(), np.random.default_rng(0))
 
 

@@ -18,10 +18,10 @@ from cabledrive.rig.closed_loop.loop import close_loop
 from cabledrive.rig.disturbed_plants import Disturbances, disturbances_of, disturbed_loop
 from cabledrive.rig.front_door import track_two_motors
 from cabledrive.rig.laws.controller_file import controller_numbers
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import NAME as LEARNING
 from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from hanging_loads import scaled_transporter
 
@@ -59,13 +59,13 @@ def with_motor(**values):
 
 
 def unmade_law(**changes):
-    return lambda: design("darc-4", replace(spec_for(DRIVE, Motion()), **changes))
+    return lambda: design("darc-4", replace(DesignSpec(DRIVE, Motion()), **changes))
 
 
 def late_plant():
-    made = design("lqi", spec_for(DRIVE, SHORT, bandwidth=20.0))
+    made = design("lqi", DesignSpec(DRIVE, SHORT, bandwidth=20.0))
     loop = close_loop(DRIVE, DRIVE, made, SHORT, RigOptions(), np.random.default_rng(4))
-    disturbed_loop(loop, Disturbances(added_delay=(1e-3, 1e-3)), RigOptions(), np.random.default_rng(0))
+    disturbed_loop(loop, Disturbances(added_delay=(1e-3, 1e-3)), np.random.default_rng(0))
 
 
 RUNS = [
@@ -158,7 +158,7 @@ SPECS = [
     row(lambda: disturbances_of({"torque_ripple": 2.0}), "torque_ripple", "0 to 1"),
     row(late_plant, "added_delay"),
     row(unmade_law(feedforward="rigid"), "darc-4", "feedforward"),
-    row(lambda: design("pd", spec_for(DRIVE, Motion(), feedforward="perfect")), "feedforward", "perfect"),
+    row(lambda: design("pd", DesignSpec(DRIVE, Motion(), feedforward="perfect")), "feedforward", "perfect"),
 ]
 
 
@@ -283,7 +283,7 @@ def test_draws_of_an_own_plant_and_smoothed_friction_are_refused(choices, named)
 
 
 def controller_file(folder, law="pd", hertz=6.0, **changes):
-    made = design(law, spec_for(DRIVE, SHORT, bandwidth=hertz))
+    made = design(law, DesignSpec(DRIVE, SHORT, bandwidth=hertz))
     loop = close_loop(DRIVE, DRIVE, made, SHORT, RigOptions(), np.random.default_rng(0))
     data = controller_numbers(loop, DRIVE, "motor") | changes
     (folder / "controller.json").write_text(json.dumps(data))

@@ -15,12 +15,12 @@ from cabledrive.rig.bounds import Segment, switched_tube
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
 from cabledrive.rig.disturbed_plants import Disturbances
 from cabledrive.rig.laws.baselines import feedforward_table
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.laws.scheduled import NAME, announced, schedule_of, told_otherwise
 from cabledrive.rig.margins import margins_of
 from cabledrive.rig.ranked import COMPARED, scored
 from cabledrive.rig.setting import parse_payload, parse_payload_range
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import law_as_tuned
 
 DRIVE = load_drive("dissertation-3")
@@ -36,13 +36,13 @@ def heavier(factor):
 
 
 def loop_of(name, drive=DRIVE, motion=TWO):
-    spec = spec_for(drive, motion, options=COMPARED, bandwidth=HERTZ)
+    spec = DesignSpec(drive, motion, options=COMPARED, bandwidth=HERTZ)
     return law_as_tuned(name, HERTZ, "by uncertainty", spec).loop
 
 
 def over_plants(name, draws, seed, ranges=CHANGES):
-    law = law_as_tuned(name, HERTZ, "by uncertainty", spec_for(DRIVE, TWO, options=COMPARED))
-    return scored(law, None, ranges, COMPARED, seed, range(draws))
+    law = law_as_tuned(name, HERTZ, "by uncertainty", DesignSpec(DRIVE, TWO, options=COMPARED))
+    return scored(law, None, ranges, seed, range(draws))
 
 
 def at_99(scores):
@@ -54,7 +54,7 @@ def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured
     loop = loop_of(NAME)
     load = loop.controller.schedule.loads[2]
     other = loop_of("lqi", heavier(load))
-    plant = with_plant(loop, other.chain, COMPARED)
+    plant = with_plant(loop, other.chain)
     told = told_otherwise(plant.controller, np.full(len(loop.target), load))
     ours = run(replace(plant, controller=told))
     theirs = run(replace(other, observer=filter_at(loop.observer, load), rig=plant.rig))
@@ -67,7 +67,7 @@ def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured
 
 @pytest.mark.parametrize("load", [0.5, 1.0, 2.37])
 def test_the_columns_of_the_reference_give_the_exact_inverse_of_any_load(load):
-    spec = spec_for(DRIVE, TWO, bandwidth=HERTZ)
+    spec = DesignSpec(DRIVE, TWO, bandwidth=HERTZ)
     chain = replace(with_load(spec.model(4), load), coulomb=(0.0,) * 3)
     table = CONTROLLERS[NAME](spec).reference
     wanted = feedforward_table(spec, chain, spec.wanted(6))
@@ -81,7 +81,7 @@ def test_between_the_points_the_disk_margin_is_that_of_lqi_designed_there(measur
     schedule, worst = schedule_of(0.5, 3.0), np.inf
     ends = 1.0 / np.array(schedule.loads)
     for load in 1.0 / (0.5 * (ends[1:] + ends[:-1])):
-        plant = with_plant(loop, with_load(loop.chain, load), COMPARED)
+        plant = with_plant(loop, with_load(loop.chain, load))
         exact = loop_of("lqi", heavier(load))
         worst = min(worst, margins_of(plant, load).disk / margins_of(exact).disk)
     measured(f"{worst:.3f} of the disk margin")
@@ -169,7 +169,7 @@ ONE = Motion(order=11, dwell=0.3)
 @pytest.mark.parametrize("at", [150, 260, 399])
 def test_the_tube_is_reached_by_the_worst_torque_of_the_switched_loop(at, measured):
     """Another recursion, of errors and a memory in torque, driven by the sign of each response."""
-    spec = spec_for(DRIVE, ONE, bandwidth=35.0)
+    spec = DesignSpec(DRIVE, ONE, bandwidth=35.0)
     made = CONTROLLERS[NAME](spec)
     loads, ends = (1.0, 2.6, 0.7), (0, 170, 290, 400)
     parts = [

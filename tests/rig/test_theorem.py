@@ -14,10 +14,10 @@ from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.bounds import check_learning
 from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
 from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import CHANGING, NAME
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import DEGREE, Disturbance
-from cabledrive.rig.trial import spec_for
 from cabledrive.trajectories import move_limits, shortest_rise
 
 DRIVE = load_drive("dissertation-3")
@@ -124,7 +124,7 @@ SEED_OF_LEARNING = 18_020
 
 
 def checked(name, plant, hertz=35.0, motion=TWO):
-    spec = spec_for(DRIVE, motion, bandwidth=hertz, options=RigOptions())
+    spec = DesignSpec(DRIVE, motion, bandwidth=hertz, options=RigOptions())
     loop = close_loop(DRIVE, plant, CONTROLLERS[name](spec), motion, RigOptions(), np.random.default_rng(5))
     done = run(loop)
     return loop, done, check_learning(loop, done.log)

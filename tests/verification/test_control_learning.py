@@ -10,9 +10,9 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.expected_bound import expected_bound
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import run_indirect
 from cabledrive.rig.plant_samples import Spreads, sampled_loops
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import design
 from dissertation_runs import track
 
@@ -24,7 +24,7 @@ RARE = 1e-3
 
 
 def loop_of(name: str, motion: Motion, **choices) -> Loop:
-    spec = spec_for(DRIVE, motion, **choices)
+    spec = DesignSpec(DRIVE, motion, **choices)
     return close_loop(DRIVE, DRIVE, design(name, spec), motion, RigOptions(), np.random.default_rng(0))
 
 
@@ -54,10 +54,10 @@ def learnt_of(loop, found):
 @cache
 def learning(draws=DRAWS, rubbing=False, best=True, seed=SEED):
     """Peaks, shape (draws, 3), and what was learnt, (draws, 10); every plant runs to its end."""
-    spec, loop = spec_for(DRIVE, TWO, best=best), loop_of("darc-indirect", TWO, best=best)
+    spec, loop = DesignSpec(DRIVE, TWO, best=best), loop_of("darc-indirect", TWO, best=best)
     spreads, rows = Spreads(load_coulomb=0.02 / 0.0376) if rubbing else None, []
-    for one in sampled_loops(loop, RigOptions(), draws, seed, spreads):
-        _, done, found = run_indirect(spec, one, RigOptions())
+    for one in sampled_loops(loop, draws, seed, spreads):
+        _, done, found = run_indirect(spec, one)
         assert found is not None
         assert not done.failed
         rows.append((peaks_of(one, done.log), learnt_of(one, found)))
@@ -162,7 +162,7 @@ def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(draws, best
     """How near the worst comes needs the thousand."""
     loop = loop_of("darc-4-damped", Motion(), best=best)
     bound, worst, outside = expected_bound(loop).total, 0.0, 0
-    for one in sampled_loops(loop, RigOptions(), draws, SEED + 1):
+    for one in sampled_loops(loop, draws, SEED + 1):
         error = np.abs(run(one).log[:, 2] - one.target)
         worst, outside = max(worst, float(error.max())), outside + bool(np.any(error > bound))
     words = f"bound {np.degrees(bound.max()):.3f}, worst {np.degrees(worst):.3f} deg"

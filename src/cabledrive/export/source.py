@@ -24,11 +24,12 @@ from cabledrive.rig.laws.controller_file import (
     is_controller_path,
     read_controller,
 )
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import law_from_file, own_law
 from cabledrive.rig.laws.registry import known_name, needed_order
 from cabledrive.rig.ranked import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.rig.trial import check_motion, spec_for
+from cabledrive.rig.trial import check_motion
 from cabledrive.rig.tuning import design
 
 DRIVE = "drive.toml"
@@ -127,7 +128,7 @@ def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:
     known = own.name if own else known_name(None if best else str(name) if name else None, drive)
     motion, options = Motion(order=needed_order(known, drive)), RigOptions()
     check_motion(drive, motion)
-    spec = spec_for(drive, motion, best=own is None, options=options)
+    spec = DesignSpec(drive, motion, best=own is None, options=options)
     spec = replace(spec, feedback=options.feedback)
     made = own_law(own, spec) if own else best_controller(spec) if best else design(known, spec)
     if made.field is not None:
@@ -209,5 +210,5 @@ def plant_loop(source: ExportSource) -> Loop:
 def loop_on(source: ExportSource, drive: Drive, motion: Motion, *, slack: bool = True) -> Loop:
     """The loop of a law from its file on a drive along a motion; ``slack``: whether spans may go slack."""
     options = RigOptions(forbid_slack=not slack, feedback=source.law.feedback)
-    made = law_from_file(source.law, spec_for(drive, motion, feedback=options.feedback, options=options))
+    made = law_from_file(source.law, DesignSpec(drive, motion, feedback=options.feedback, options=options))
     return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))

@@ -16,7 +16,6 @@ from cabledrive.rig.closed_loop.loop import Loop, Run, plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, WENT_SLACK, Array
 from cabledrive.rig.closed_loop.own_plant import models_of
 from cabledrive.rig.laws.controllers import load_gear
-from cabledrive.rig.setting import Motion, RigOptions
 
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
 PARAMETERS = ("inertia", "viscous friction", "Coulomb friction", "offset torque")
@@ -38,31 +37,29 @@ class Departure:
     plant: bool = False
 
 
-def departures(
-    loop: Loop, drive: Drive, actual: Drive, motion: Motion, options: RigOptions, done: Run
-) -> list[Departure]:
+def departures(loop: Loop, done: Run) -> list[Departure]:
     """In what a run departs from the theorems' assumptions."""
-    definite = [*_beyond_bounds(loop, actual), *_announcement(loop, done)]
+    definite = [*_beyond_bounds(loop), *_announcement(loop, done)]
     plant = []
     if loop.own_plant is not None:
         definite.append(f'plant "{loop.own_plant.name}" is your own: its parameters are not known')
-    elif foreign(loop, drive):
+    elif foreign(loop, loop.drive):
         plant = [f"unmatched: the plant is a {loop.named}"]
-    elif unmatched(drive, actual):
+    elif unmatched(loop.drive, loop.actual):
         plant = ["unmatched: what the cable drives differs from what the law believes"]
     return [
         *(Departure(words=words, definite=True) for words in definite),
-        *(Departure(words=words) for words in _on_the_rig(loop, actual, options, done)),
-        *(Departure(words=words) for words in _structure(loop, motion)),
+        *(Departure(words=words) for words in _on_the_rig(loop, done)),
+        *(Departure(words=words) for words in _structure(loop)),
         *(Departure(words=words, plant=True) for words in plant),
     ]
 
 
-def _on_the_rig(loop: Loop, actual: Drive, options: RigOptions, done: Run) -> list[str]:
+def _on_the_rig(loop: Loop, done: Run) -> list[str]:
     """What sensors, sampling, limits and disturbances were beside the equations of the law."""
-    rig, made = loop.rig, loop.controller
+    rig, made, options, sensors = loop.rig, loop.controller, loop.options, loop.actual.sensors
     happened = dict(zip(SUMMARY, done.state.summary > 0, strict=True))
-    delay = f"delay of {1e3 * actual.sensors.delay:.4g} ms" if actual.sensors else "delay"
+    delay = f"delay of {1e3 * sensors.delay:.4g} ms" if sensors else "delay"
     per_period = float(made.gains.get("bandwidth_hz") or 0.0) * rig.interval
     found = {
         "torque at its limit": happened["saturated"],
@@ -90,16 +87,16 @@ def broken_assumptions(found: list[Departure], used: float | None, unmatched_par
     return [one.words for one in found if every or one.definite or (one.plant and plant)]
 
 
-def _beyond_bounds(loop: Loop, actual: Drive) -> list[str]:
+def _beyond_bounds(loop: Loop) -> list[str]:
     """Parameters and disturbances of the motor beyond the bounds of the law."""
-    made = loop.controller
+    made, actual = loop.controller, loop.actual
     found: list[str] = []
     if made.law.kind != DARC or loop.own_plant is not None:
         return found
     if foreign(loop, actual) and loop.chain.names != plant_chain(actual, made.model).names:
         return [f"the law of Model {made.model} has other inertias than the {loop.named}: its bounds of the "
                 "parameters cannot be checked"]  # fmt: skip
-    truth, learning = true_parameters(loop, actual), made.law.learning
+    truth, learning = true_parameters(loop), made.law.learning
     slack = 1e-9 * np.maximum(np.abs(learning[LOW]), np.abs(learning[HIGH]))
     outside = (truth < learning[LOW] - slack) | (truth > learning[HIGH] + slack)
     for i in np.flatnonzero(outside):
@@ -141,22 +138,22 @@ def foreign(loop: Loop, drive: Drive) -> bool:
     return bool(loop.named) and loop.own_plant is None and loop.chain not in models_of(drive)
 
 
-def true_parameters(loop: Loop, actual: Drive) -> Array:
+def true_parameters(loop: Loop) -> Array:
     """First inertia, viscous and Coulomb friction and offset torque as they are, shape (4,)."""
-    chain = plant_chain(actual, loop.controller.model)
-    if foreign(loop, actual) and loop.chain.names == chain.names:
+    chain = plant_chain(loop.actual, loop.controller.model)
+    if foreign(loop, loop.actual) and loop.chain.names == chain.names:
         chain = loop.chain
     return np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
 
 
-def _structure(loop: Loop, motion: Motion) -> list[str]:
+def _structure(loop: Loop) -> list[str]:
     """What the lumped chain that the law is made for leaves out of the plant, and its reference."""
     made, flat, found = loop.controller, loop.controller.flat, list[str]()
     mass = ["the cable has mass: the law leaves its own modes out"] if loop.cable is not None else []
-    bounded, rough = (motion.rise_order + 1) // 2, list[str]()
+    bounded, rough = (loop.motion.rise_order + 1) // 2, list[str]()
     if flat is not None and bounded < 2 * flat.size:
         rough.append(
-            f"reference of order {motion.rise_order}: derivative {bounded} jumps, and the law takes "
+            f"reference of order {loop.motion.rise_order}: derivative {bounded} jumps, and the law takes "
             f"{2 * flat.size} bounded ones (order {4 * flat.size - 1})"
         )
     if made.own is not None or loop.own_plant is not None:  # neither is made for a model

@@ -24,7 +24,6 @@ from cabledrive.control.bound import (
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.load_schedule import law_at, with_load
 from cabledrive.control.numbers import DARC, DESIRED, HIGH, LEARNING, LOW, NOMINAL, SCHEDULED, LawNumbers
-from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.assumptions import TOLERANCE, load_along, true_parameters
 from cabledrive.rig.closed_loop.loop import Loop
@@ -67,7 +66,7 @@ class BoundCheck:
         return share if np.isfinite(share) else float("inf")
 
 
-def check_theorem(loop: Loop, actual: Drive, log: Array) -> BoundCheck | None:
+def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
     """Bound of the theorem and sources of the error along a run; None for laws that have no bound here."""
     if loop.controller.law.kind == LEARNING:
         return check_learning(loop, log)
@@ -80,7 +79,7 @@ def check_theorem(loop: Loop, actual: Drive, log: Array) -> BoundCheck | None:
     assert made.flat is not None
     assert made.bandwidth is not None
     nominal = float(made.law.learning[NOMINAL, 0])
-    share = float(true_parameters(loop, actual)[0]) / nominal if nominal > 0.0 else 1.0
+    share = float(true_parameters(loop)[0]) / nominal if nominal > 0.0 else 1.0
     residual = sliding_residual(
         made.law,
         made.flat,

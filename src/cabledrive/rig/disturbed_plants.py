@@ -17,11 +17,12 @@ from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.laws.scheduled import NAME, announced, told_otherwise
 from cabledrive.rig.plant_samples import sampled_chain
-from cabledrive.rig.setting import Motion, Payload, RigOptions
+from cabledrive.rig.setting import Payload
 
 
-def loop_with_loads(loop: Loop, motion: Motion, options: RigOptions) -> Loop:
-    """A loop whose plant's load changes as the options say."""
+def loop_with_loads(loop: Loop) -> Loop:
+    """A loop whose plant's load changes as its options say."""
+    motion, options = loop.motion, loop.options
     if motion.payload and loop.controller.schedule is None:
         raise InputRefused(
             f"payload = {motion.payload[0].factor:.4g} is announced, and {loop.controller.name} takes no "
@@ -153,10 +154,9 @@ STEP = 20e-6
 """Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
 
 
-def disturbed_loop(
-    loop: Loop, disturbances: Disturbances, options: RigOptions, generator: np.random.Generator
-) -> Loop:
+def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.Generator) -> Loop:
     """The same law and filter on one plant at random with its disturbances."""
+    options = loop.options
     if loop.cable is not None or loop.own_plant is not None:
         raise InputRefused("disturbed plants are lumped chains: leave the plant out")
     chain = sampled_chain(loop.chain, generator)

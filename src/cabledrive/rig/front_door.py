@@ -18,6 +18,7 @@ from cabledrive.rig.closed_loop.loop import check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
 from cabledrive.rig.disturbed_plants import loop_with_loads
 from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import needed_order
@@ -32,7 +33,6 @@ from cabledrive.rig.trial import (
     judged_apart,
     over_draws,
     plant_number,
-    spec_for,
 )
 from cabledrive.rig.tuning import design
 from cabledrive.rig.two_motors.plan import design_tensions, plan_motion, way_of
@@ -198,7 +198,7 @@ def track(
         motion = replace(motion, order=needed_order(name, drive))
     check_motion(actual, motion)
     check_clock(drive, actual)
-    spec = spec_for(
+    spec = DesignSpec(
         drive,
         motion,
         bandwidth=bandwidth,
@@ -227,8 +227,8 @@ def track(
         plant=None if isinstance(plant, str) else plant,
     )
     if file is not None:
-        loop = with_filter(loop, file, options)
-    loop = loop_with_loads(loop, motion, options)
+        loop = with_filter(loop, file)
+    loop = loop_with_loads(loop)
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws:
@@ -238,14 +238,14 @@ def track(
     if repeat and (learns or draws):
         other = f"{NAME} makes its law anew after a pulse" if learns else "draws are runs of their own"
         raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
-    repeated = repeat_motion(loop, spec, options, repeat) if repeat else None
+    repeated = repeat_motion(loop, spec, repeat) if repeat else None
     if repeated is not None:
         loop, done = repeated.loop, repeated.done
     elif learns:
-        loop, done, learnt = run_indirect(spec, loop, options)
+        loop, done, learnt = run_indirect(spec, loop)
     else:
         done = run(loop)
-    found = summarize(loop, done, drive, actual, motion, options, seed)
+    found = summarize(loop, done, seed)
     if learnt is not None:
         found = judged_apart(found, first, loop, done)
     if repeated is not None:
@@ -255,7 +255,7 @@ def track(
     if learns:
         found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:
-        found.summary["over_draws"] = over_draws(first, spec, motion, options, draws, seed)
+        found.summary["over_draws"] = over_draws(first, spec, draws, seed)
     if isinstance(drive, AxisDrive):  # the error of a load that slides, and what the chain neglects
         assert isinstance(actual, AxisDrive)
         peak = found.summary["peak_error_deg"] * DEGREE

@@ -12,7 +12,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
-from cabledrive.rig.setting import DEGREE, RigOptions
+from cabledrive.rig.setting import DEGREE
 
 CONFIDENCE = 0.95
 
@@ -103,31 +103,30 @@ def varied(chain: LumpedChain, place: int, stiff: float, damped: float, heavy: f
     return replace(chain, stiffness=tuple(stiffness), inertias=tuple(inertias), damping=tuple(damping))
 
 
-def sampled_loops(
-    loop: Loop, options: RigOptions, draws: int, seed: int, spreads: Spreads | None = None
-) -> Iterator[Loop]:
+def sampled_loops(loop: Loop, draws: int, seed: int, spreads: Spreads | None = None) -> Iterator[Loop]:
     """The same law and filter on one plant after another."""
+    options = loop.options
     random = options.encoder_phase == "random" and not options.ideal_sensors
     for generator in np.random.default_rng(seed).spawn(draws):
         chain = sampled_chain(loop.chain, generator, spreads)
         phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
         rig = loop.rig._replace(phases=phases) if random else loop.rig
-        other = replace(with_plant(loop, chain, options), rig=rig)
+        other = replace(with_plant(loop, chain), rig=rig)
         yield other if loop.pair is None else replace(other, pair=drawn_pair(loop.pair, generator))
 
 
 def run_samples(
-    loop: Loop, options: RigOptions, draws: int, seed: int, *, each: Callable[[Loop], Run] | None = None
+    loop: Loop, draws: int, seed: int, *, each: Callable[[Loop], Run] | None = None, threads: int = 2
 ) -> PlantSamples:
-    """Run many plants, two at a time; ``each``: how a plant is run, default from rest to the end."""
+    """Run many plants, in threads; ``each``: how a plant is run, default from rest to the end."""
     ran = each or (lambda one: run(one, log=False))
 
     def score(one: Loop) -> tuple[Array, bool]:
         done = ran(one)
         return done.state.summary, done.failed
 
-    with ThreadPoolExecutor(2) as pool:
-        results = list(pool.map(score, sampled_loops(loop, options, draws, seed)))
+    with ThreadPoolExecutor(threads) as pool:
+        results = list(pool.map(score, sampled_loops(loop, draws, seed)))
     scores = np.array([result for result, _ in results])
     angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
     scores[:, angles] /= loop.gear

@@ -43,21 +43,14 @@ class Scores:
         return Scores(**{name: (*getattr(self, name), *getattr(other, name)) for name in names})
 
 
-def scored(
-    tuned: TunedLaw,
-    spec: DesignSpec,
-    disturbances: Disturbances,
-    options: RigOptions,
-    seed: int,
-    draws: range,
-) -> Scores:
+def scored(tuned: TunedLaw, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: range) -> Scores:
     """Run a law on plants, the same for every law."""
     columns = [SUMMARY.index(name) for name in COLUMNS[:-1]]
 
     def one(draw: int) -> Array:
-        plant = disturbed_loop(tuned.loop, disturbances, options, np.random.default_rng([seed, draw]))
+        plant = disturbed_loop(tuned.loop, disturbances, np.random.default_rng([seed, draw]))
         if tuned.name == INDIRECT:
-            _, done, _ = run_indirect(replace(spec, bandwidth=tuned.bandwidth), plant, options)
+            _, done, _ = run_indirect(replace(spec, bandwidth=tuned.bandwidth), plant)
         else:
             done = run(plant, log=False)
         return np.append(done.state.summary[columns], done.failed)
@@ -127,7 +120,6 @@ def goal_of(drive: Drive) -> float:
 @lru_cache(maxsize=8)
 def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None], ...]]:
     """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
-    assert spec.motion is not None
     disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
     several = spec.motion.pulses > 1
     found: list[tuple[tuple[float, float], TunedLaw]] = []
@@ -138,7 +130,7 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None
         try:
             one = tuned(name, spec, disturbances)
             law = law_as_tuned(name, one.bandwidth, one.filter, spec)
-            scores = scored(law, spec, disturbances, COMPARED, 0, range(BEST_DRAWS)) if one.accepted else None
+            scores = scored(law, spec, disturbances, 0, range(BEST_DRAWS)) if one.accepted else None
         except (NotComputed, InputRefused):
             scores = None
         reached.append((name, scores))
@@ -171,7 +163,6 @@ def best_controller(spec: DesignSpec) -> Controller:
 
 def best_words(spec: DesignSpec) -> dict[str, Any]:
     """What each law reached in the comparison that chose: worst and median error [deg], or none."""
-    assert spec.motion is not None
     tuned, reached = best_law(_compared(spec))
     several, found = spec.motion.pulses > 1, []
     for name, scores in reached:

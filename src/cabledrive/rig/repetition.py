@@ -18,7 +18,7 @@ from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.margins import closed_loop, response, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import corners
-from cabledrive.rig.setting import DEGREE, RigOptions
+from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tuning import ripple_limit
 
 NODE_TIME = 4e-3
@@ -43,7 +43,7 @@ class Repeated:
     words: dict[str, Any]  # errors of each repetition and the proof of convergence, for people and JSON
 
 
-def repeat_motion(loop: Loop, spec: DesignSpec, options: RigOptions, repetitions: int) -> Repeated:
+def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> Repeated:
     """Run a motion several times and learn the torque that is missing along it.
 
     Learning goes by the load's encoder, which is all that a machine sees. It stops when the root mean square
@@ -53,7 +53,7 @@ def repeat_motion(loop: Loop, spec: DesignSpec, options: RigOptions, repetitions
     done = run(loop)
     width = max(1, round(NODE_TIME / loop.rig.interval))
     nodes = len(loop.target) // width
-    learning = design_learning(loop, spec, options, width, nodes)
+    learning = design_learning(loop, spec, width, nodes)
     frozen = _frozen(loop, done)
     place, best, errors = np.zeros(learning.directions.shape[1]), (loop, done), [_errors(loop, done)]
     radius = learning.radius(_mean_error(loop, done, width, nodes))
@@ -101,13 +101,11 @@ def check_repeatable(loop: Loop, repetitions: int) -> None:
         )
 
 
-def design_learning(
-    loop: Loop, spec: DesignSpec, options: RigOptions, width: int, nodes: int
-) -> RepetitionLearning:
+def design_learning(loop: Loop, spec: DesignSpec, width: int, nodes: int) -> RepetitionLearning:
     """What is learnt between repetitions, with its contraction on the nominal plant and at eight corners."""
     believed = replace(loop, cable=None)
     chains = [spec.model(loop.controller.model), *corners(spec.model(loop.controller.model))]
-    maps = [_lifted(with_plant(believed, chain, options), width, nodes) for chain in chains]
+    maps = [_lifted(with_plant(believed, chain), width, nodes) for chain in chains]
     noise, ripple = float(loop.rig.counts[-1]) / np.sqrt(12.0), RIPPLE_SHARE * ripple_limit(spec)
     found = repetition_learning(maps[0][0], [error for error, _ in maps[1:]], maps[0][1], noise, ripple)
     if found is None:

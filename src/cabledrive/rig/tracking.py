@@ -32,7 +32,7 @@ from cabledrive.rig.run_facts import (
     span_tensions,
     why_ended,
 )
-from cabledrive.rig.setting import DEGREE, Motion, RigOptions
+from cabledrive.rig.setting import DEGREE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -149,10 +149,9 @@ class Tracking(ResultCard):
         return [("Tracking", f"{said['controller']} on {said['plant']}"), *rows]
 
 
-def summarize(
-    loop: Loop, done: Run, drive: Drive, actual: Drive, motion: Motion, options: RigOptions, seed: int
-) -> Tracking:
-    """Put a run into words and arrays; ``drive``, ``actual``: as believed, as it is."""
+def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
+    """Put a run into words and arrays."""
+    actual, motion, options = loop.actual, loop.motion, loop.options
     n, m, ended = loop.chain.size, len(loop.rig.encoders), done.ended
     log, made = done.log[:ended], loop.controller
     column = 2 * n + 1 + m
@@ -160,14 +159,14 @@ def summarize(
     estimates = log[:, column + 3 : column + 3 + count]
     regressor = log[:, column + 3 + ESTIMATES : column + 3 + ESTIMATES + count]
     error = (log[:, n - 1] - loop.target[:ended]) / loop.gear
-    departed = departures(loop, drive, actual, motion, options, done)
-    check = check_theorem(loop, actual, log)
+    departed = departures(loop, done)
+    check = check_theorem(loop, log)
     if check is not None:
         departed += [Departure(words=words, definite=True) for words in check.beyond]
     shares = (None, 1.0) if check is None else (check.used, check.unmatched_part)
     broken = broken_assumptions(departed, *shares)
     incomplete = why_ended(loop, done)
-    summary = summary_of(loop, done, error, motion, options, seed)
+    summary = summary_of(loop, done, error, seed)
     summary |= bound_words(check, error, broken, loop.gear)
     summary["departures"] = [one.words for one in departed]
     summary |= pole_words(loop) | {"circumstances": disturbance_facts(loop, actual, options)}
@@ -204,10 +203,9 @@ def summarize(
     )
 
 
-def summary_of(
-    loop: Loop, done: Run, error: Array, motion: Motion, options: RigOptions, seed: int
-) -> dict[str, Any]:
+def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]:
     """Peaks of a run and what was run; ``error``, shape (samples,): of the load [rad]."""
+    motion, options = loop.motion, loop.options
     score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=True))
     samples = max(len(error), 1)
     several = motion.pulses > 1 and len(error) > loop.rig.first_end

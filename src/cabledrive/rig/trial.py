@@ -16,7 +16,7 @@ from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import CONTROLLERS, known_name
 from cabledrive.rig.plant_samples import draw_words, run_samples
-from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
+from cabledrive.rig.setting import CABLE, DEGREE, Motion, sample_interval
 from cabledrive.rig.tracking import Tracking, within
 from cabledrive.trajectories import move_limits, peak_demand
 
@@ -60,29 +60,17 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
 
 
-def over_draws(
-    loop: Loop, spec: DesignSpec, motion: Motion, options: RigOptions, draws: int, seed: int
-) -> dict[str, Any]:
+def over_draws(loop: Loop, spec: DesignSpec, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
-    if loop.controller.name == NAME and loop.controller.own is None and motion.pulses > 1:
-        found = run_samples(loop, options, draws, seed, each=lambda one: run_indirect(spec, one, options)[1])
+    if loop.controller.name == NAME and loop.controller.own is None and loop.motion.pulses > 1:
+        found = run_samples(loop, draws, seed, each=lambda one: run_indirect(spec, one)[1])
         words = draw_words(found, "later_peak")
     else:
-        found = run_samples(loop, options, draws, seed)
+        found = run_samples(loop, draws, seed)
         words = draw_words(found)
     if loop.pair is not None:
         words["flanks_closed"] = int(np.count_nonzero(found.scores[:, SUMMARY.index("loose")] == 0.0))
     return words | bound_over_draws(loop)
-
-
-def spec_for(drive: Drive, motion: Motion, **choices: Any) -> DesignSpec:
-    """What a law is designed for, from a drive and a motion."""
-    interval = sample_interval(drive)
-    trajectory = motion.trajectory
-    samples = round(trajectory.duration / interval) + 1
-    return DesignSpec(
-        drive=drive, trajectory=trajectory, interval=interval, samples=samples, motion=motion, **choices
-    )
 
 
 def controller_name(controller: Any, drive: Drive) -> str:

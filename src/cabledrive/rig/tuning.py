@@ -78,7 +78,7 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
     if name in OPEN_LOOPS and spec.bandwidth is not None:
         raise InputRefused(f"bandwidth = {spec.bandwidth:.4g} Hz: {name} is an open loop: leave it out")
     tunable = name not in OPEN_LOOPS and spec.best
-    chosen = tunable and spec.bandwidth is None and spec.motion is not None
+    chosen = tunable and spec.bandwidth is None
     made = _with_reason(name, spec) if chosen else CONTROLLERS[name](spec)
     check_sample_rate(made, spec.interval)
     check_least_bandwidth(CONTROLLERS[name], made, spec)
@@ -105,8 +105,7 @@ def law_at(name: str, hertz: float, words: str, spec: DesignSpec) -> Controller:
 
 def law_as_tuned(name: str, hertz: float, words: str, spec: DesignSpec) -> TunedLaw:
     """The same on its nominal plant, with its margins."""
-    assert spec.options is not None
-    loop = nominal_loop(law_at(name, hertz, words, spec), spec, spec.options)
+    loop = nominal_loop(law_at(name, hertz, words, spec), spec)
     margins = UNLIMITED if name in OPEN_LOOPS else margins_of(loop)
     return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=1.0)
 
@@ -144,8 +143,7 @@ def tuned(
     largest error of a law over plants of the caller's, which a setting has to keep finite and which chooses
     the filter; default: over the plants set apart for tuning.
     """
-    assert spec.motion is not None
-    given, motion = spec.options or RigOptions(), spec.motion
+    given, motion = spec.options, spec.motion
     options = RigOptions(
         forbid_slack=False,
         observer=given.observer,
@@ -155,10 +153,7 @@ def tuned(
     )
     if not disturbances.changes_load:
         motion = replace(motion, pulses=1, payload=())
-    samples = round(motion.trajectory.duration / spec.interval) + 1
-    alike = replace(
-        spec, motion=motion, trajectory=motion.trajectory, samples=samples, options=options, plant=None
-    )
+    alike = replace(spec, motion=motion, options=options, plant=None)
     return _tuned(name, replace(alike, bandwidth=None, best=False), disturbances, worst)
 
 
@@ -166,12 +161,11 @@ def tuned(
 def _tuned(
     name: str, spec: DesignSpec, disturbances: Disturbances, worst: Callable[[Controller], float] | None
 ) -> TunedLaw:
-    begun, options, design = time.perf_counter(), spec.options, CONTROLLERS[name]
-    assert options is not None
+    begun, design = time.perf_counter(), CONTROLLERS[name]
 
     def tried(words: str, tuning: KalmanTuning | None, hertz: float) -> TunedLaw | None:
         try:
-            loop = nominal_loop(design(replace(spec, bandwidth=hertz)), spec, options, tuning)
+            loop = nominal_loop(design(replace(spec, bandwidth=hertz)), spec, tuning)
             margins = margins_of(loop) if loop.observer.kind == KALMAN else UNLIMITED
         except (InputRefused, np.linalg.LinAlgError):
             return None
@@ -181,7 +175,7 @@ def _tuned(
         return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
 
     if name in OPEN_LOOPS:
-        loop = nominal_loop(design(spec), spec, options)
+        loop = nominal_loop(design(spec), spec)
         share = share_of_limits(loop, UNLIMITED, spec, disturbances.load_factor)
         return TunedLaw(
             name=name, loop=loop, bandwidth=0.0, filter=NO_FILTER, margins=UNLIMITED, reached=share
@@ -195,7 +189,7 @@ def _tuned(
     kept = [one for one in found if one.accepted]
     if kept:
         errors = [
-            worst_error(one.loop, disturbances, options, TUNING_DRAWS, TUNING_SEED)
+            worst_error(one.loop, disturbances, TUNING_DRAWS, TUNING_SEED)
             if worst is None
             else worst(one.loop.controller)
             for one in kept
@@ -246,7 +240,6 @@ def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | N
 
 def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple[float, float]) -> float:
     """What a nominal loop keeps of the limits, over them; ``loads``: factors of the load that it meets."""
-    assert spec.options is not None
     if margins is UNLIMITED:
         done = run(loop, log=False)
         return float(not done.failed and done.state.summary[SUMMARY.index("saturated")] == 0.0)
@@ -255,25 +248,22 @@ def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple
         return share
     *others, own = loop.chain.inertias
     for load in loads:  # on the nominal plant with another load, announced if it can be
-        loaded = with_plant(loop, replace(loop.chain, inertias=(*others, load * own)), spec.options)
+        loaded = with_plant(loop, replace(loop.chain, inertias=(*others, load * own)))
         share = min(share, margins_of(loaded, load).disk / LOADED_DISK)
     return share
 
 
-def nominal_loop(
-    made: Controller, spec: DesignSpec, options: RigOptions, tuning: KalmanTuning | None = None
-) -> Loop:
+def nominal_loop(made: Controller, spec: DesignSpec, tuning: KalmanTuning | None = None) -> Loop:
     """A law with a filter on its nominal plant; ``tuning``: default: that of the law."""
-    assert spec.motion is not None
-    generator = np.random.default_rng(0)
-    return close_loop(spec.drive, spec.drive, _filtered(made, tuning), spec.motion, options, generator)
+    drive, generator = spec.drive, np.random.default_rng(0)
+    return close_loop(drive, drive, _filtered(made, tuning), spec.motion, spec.options, generator)
 
 
-def worst_error(loop: Loop, disturbances: Disturbances, options: RigOptions, draws: int, seed: int) -> float:
+def worst_error(loop: Loop, disturbances: Disturbances, draws: int, seed: int) -> float:
     """Largest error of a law over drawn plants [rad at the first shaft]; infinite where a run ends early."""
 
     def one(draw: int) -> float:
-        plant = disturbed_loop(loop, disturbances, options, np.random.default_rng([seed, draw]))
+        plant = disturbed_loop(loop, disturbances, np.random.default_rng([seed, draw]))
         done = run(plant, log=False)
         return float("inf") if done.failed else float(done.state.summary[SUMMARY.index("peak")])
 

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
-
-Array = NDArray[np.float64]
 
 SAFE, DANGEROUS, UNKNOWN = "safe", "dangerous", "unknown"
 NONE, DIRECT, PARAMETRIC = "none", "direct", "parametric"

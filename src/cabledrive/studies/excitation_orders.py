@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_map import Listed, Vary, listed_below, points_of
-
-Array = NDArray[np.float64]
 
 MARGIN = 0.05
 _STRAINED = 1e-2
@@ -135,11 +134,21 @@ def excitation(
     places = points_of(axes)[0]
     branches = tuple(_branches(points))
     numbers = {order.name: max(order.number, 1.0) for order in orders}
+    met = [(name, branch, _critical(rates_of[name], branch, places, (low, high), margin))
+           for name in rates_of for branch in branches]  # fmt: skip
     zones = [
-        zone
-        for name, rate in rates_of.items()
-        for branch in branches
-        for zone in _zones(name, rate, numbers[name], branch, places, (low, high), margin)
+        Zone(
+            order=name,
+            mode=branch.name,
+            kind=branch.kind,
+            low=ends[0],
+            high=ends[1],
+            place_low=ends[2],
+            place_high=ends[3],
+            weight=branch.weight / numbers[name],
+        )
+        for name, branch, ends in met
+        if ends is not None
     ]
     zones.sort(key=lambda zone: (-zone.weight, zone.low))
     return Campbell(
@@ -184,34 +193,19 @@ def _branches(points: Sequence[Listed]) -> Iterator[Branch]:
             yield Branch(kind=kind, name=name, hertz=hertz, weight=weight)
 
 
-def _zones(
-    name: str,
-    rate: float,
-    number: float,
-    branch: Branch,
-    places: Array,
-    speed: tuple[float, float],
-    margin: float,
-) -> Iterator[Zone]:
-    """The zone of one order and one mode: from its lowest to its highest critical speed on the map."""
+def _critical(
+    rate: float, branch: Branch, places: Array, speed: tuple[float, float], margin: float
+) -> tuple[float, float, float, float] | None:
+    """Lowest and highest critical speed of an order and a mode on the map, and first and last place of it."""
     low, high = speed
-    critical = branch.hertz[~np.isnan(branch.hertz)] / rate
-    where = places[~np.isnan(branch.hertz)]
+    known = ~np.isnan(branch.hertz)
+    critical, where = branch.hertz[known] / rate, places[known]
     first, last = critical.min() * (1.0 - margin), critical.max() * (1.0 + margin)
     if first > high or last < low:
-        return
+        return None
     near = (critical * (1.0 - margin) <= high) & (critical * (1.0 + margin) >= low)
-    spread = near if near.any() else np.ones(near.shape, dtype=bool)  # it passes the range between two points
-    yield Zone(
-        order=name,
-        mode=branch.name,
-        kind=branch.kind,
-        low=float(max(first, low)),
-        high=float(min(last, high)),
-        place_low=float(where[spread].min()),
-        place_high=float(where[spread].max()),
-        weight=branch.weight / number,
-    )
+    spread = where[near] if near.any() else where  # it passes the range between two points
+    return float(max(first, low)), float(min(last, high)), float(spread.min()), float(spread.max())
 
 
 def clear_speeds(zones: Sequence[Zone], low: float, high: float) -> tuple[tuple[float, float], ...]:
@@ -270,9 +264,9 @@ def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
     stated, bodies = (-np.inf, np.inf), {body.name: body for body in drive.body}
     for key, rate in linked.items():  # ways of the first body to the ends of a body's stated travel
         name, _, move = key.rpartition(".")
-        at, travel = bodies[name].at[SLIDES.index(move)], bodies[name].travel
+        place, travel = bodies[name].at[SLIDES.index(move)], bodies[name].travel
         if travel is not None:
-            ends = sorted((end - at) / rate for end in travel)
+            ends = sorted((end - place) / rate for end in travel)
             stated = max(stated[0], ends[0]), min(stated[1], ends[1])
     if np.isfinite(stated).all():
         return float(stated[0]), float(stated[1])

@@ -6,20 +6,19 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import motor_condition
 from cabledrive.mechanics.network.motion import condition
 from cabledrive.modal import Modes
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.varied_drive import quantity_of, stamped, varied_together
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 Vary = Mapping[str, Any] | Mapping[tuple[str, ...], Any]
 """Values in SI by a key, or rows of values by keys that move together."""
 
@@ -260,7 +259,9 @@ def _dataset(
         for key, values in zip(axis.keys, axis.values, strict=True):
             unit, meaning = quantity_of(drive, key)
             coords[key] = (axis.keys[0], values, {"units": unit, "long_name": meaning})
-    more = dict.fromkeys(("longitudinal_hz", "transverse_hz", "family", "span"), ("mode",))
+    more: dict[str, tuple[str, ...]] = dict.fromkeys(
+        ("longitudinal_hz", "transverse_hz", "family", "span"), ("mode",)
+    )
     more |= {"certified": (), "reason": ()}
     names = coordinates_of(drive)
     if names:

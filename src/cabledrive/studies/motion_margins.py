@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.span_table import follows
 from cabledrive.mechanics.network.statics import unheld_words
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
 from cabledrive.studies.pair_thresholds import driven_of
@@ -162,8 +162,6 @@ def assumptions_of(found: MotionTensions, pulleys: tuple[PulleyMargin, ...]) -> 
         )
     return tuple(lines)
 
-
-Array = NDArray[np.float64]
 
 FULL_MESH, PER_TOOTH = 6, 0.2
 """Teeth in mesh that carry the whole allowed tension of a belt, and what each missing one takes off: the

@@ -6,9 +6,9 @@ from math import ceil, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.sagging_model import (
     Extremes,
     LongitudinalModes,
@@ -21,8 +21,6 @@ from cabledrive.reduction.sagging_model import (
 )
 from cabledrive.reduction.static_state import FreeStretch, StaticState, free_stretches, static_state
 from cabledrive.studies.planned_motion import PlannedMotion, drive_along
-
-Array = NDArray[np.float64]
 
 ALWAYS = (1, 2, 3, 4)
 """Modes of every stretch that are kept whatever the motion: they carry its slow deflection."""
@@ -49,15 +47,6 @@ HANN = 1.5
 HIGHEST = 80
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TensionLines:
-    """Spectrum of the tension's oscillation over its value at rest, the largest along the cable."""
-
-    size: Array  # (n,): relative amplitude of each line [-]
-    omega: Array  # (n,): [rad/s]
-    duration: float  # of the motion [s]
-
-
 def amplitudes(values: Array) -> Array:
     """Amplitudes of the sines in signals, shape (n, signals), without their means, (n // 2 + 1, signals)."""
     window = np.hanning(values.shape[0])[:, None]
@@ -65,42 +54,36 @@ def amplitudes(values: Array) -> Array:
     return np.asarray(2.0 * np.abs(spectrum) / window.sum())
 
 
-def excited_modes(drive: Drive, state: StaticState, lines: TensionLines, floor: float) -> list[list[int]]:
-    r"""Numbers of the transverse modes of each free stretch, the most endangered first behind the lowest.
+def excited_modes(
+    drive: Drive, state: StaticState, part: FreeStretch, lines: tuple[Array, Array, float], floor: float
+) -> list[int]:
+    r"""Numbers of the transverse modes of a free stretch, the most endangered first behind the lowest.
 
+    ``lines``: spectrum of the tension's oscillation over its value at rest, the largest along the cable:
+    relative amplitude of each line [-] and its frequency [rad/s], shape (n,), and the motion's duration [s];
     ``floor``: amplitude below which nothing counts [m]. A tension that oscillates by :math:`\eta T` at
     :math:`\Omega` makes a mode at :math:`w = \Omega/2`, or two whose frequencies add to it, grow by up to
     :math:`\tfrac18\Omega\eta` per time, within as much in frequency; through a sag of slope :math:`\sigma` it
     shakes a mode at :math:`w = \Omega` to no more than :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma,
     \tfrac12 wT)`.
     """
-    return [_of_stretch(drive, state, part, lines, floor) for part in free_stretches(drive, state)]
-
-
-def _around(lines: TensionLines) -> Array:
-    """Amplitude of all lines near each one together: what a chirp or a band of noise has at one time."""
-    total = np.concatenate(([0.0], np.cumsum(lines.size**2)))
-    place = np.arange(lines.size.size)
+    size, omega, duration = lines
+    # Amplitude of all lines near each one together: what a chirp or a band of noise has at one time.
+    total = np.concatenate(([0.0], np.cumsum(size**2)))
+    place = np.arange(size.size)
     reach = np.maximum((WIDE * place).astype(int), 2)
     high, low = np.minimum(place + reach + 1, place.size), np.maximum(place - reach, 0)
-    return np.asarray(np.sqrt((total[high] - total[low]) / HANN))
-
-
-def _of_stretch(
-    drive: Drive, state: StaticState, part: FreeStretch, lines: TensionLines, floor: float
-) -> list[int]:
+    around = np.sqrt((total[high] - total[low]) / HANN)
     w = np.arange(1, HIGHEST + 1) * pi / part.travel_time
-    omega, size, duration = lines.omega, lines.size, lines.duration
     blurred = 4 * pi / duration
-    around = _around(lines)
     growth = 0.125 * omega * size * duration
     width = 0.25 * omega * around + blurred
     growth = np.where(around > STRONG, np.maximum(growth, 0.125 * omega * around * duration), growth)
     score = np.zeros(HIGHEST)
     for first in range(3):  # with itself, with the next, with the one after that
         sums = w[: HIGHEST - first] + w[first:]
-        for a, total in enumerate(sums):
-            near = np.abs(omega - total) < 2.0 * width + UNSURE * total
+        for a, both in enumerate(sums):
+            near = np.abs(omega - both) < 2.0 * width + UNSURE * both
             best = float(np.max(growth, where=near, initial=0.0)) * (1.0 if first == 0 else 0.3)
             for one in (a, a + first):
                 score[one] = max(score[one], best if best > LEAST_GROWTH else 0.0)
@@ -179,7 +162,10 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     modes = longitudinal_modes(drives[0], first, 1.5 * content)
     h, time = _grid(motion, max(float(modes.natural[-1]), content))
     torque = _above_holding(drives[0], motion, time, [first.holding_torque])
-    chosen = excited_modes(drives[0], first, _tensions(drives[0], first, modes, torque, h), floor)
+    lines = _tensions(drives[0], first, modes, torque, h)
+    chosen = [
+        excited_modes(drives[0], first, part, lines, floor) for part in free_stretches(drives[0], first)
+    ]
     numbers = [own[:MOST_MODES] for own in chosen]
     complete = not fast and all(len(own) <= MOST_MODES for own in chosen)
     numbers = [sorted(own) for own in numbers]
@@ -259,8 +245,8 @@ def _content(motion: PlannedMotion) -> float:
 
 def _tensions(
     drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float
-) -> TensionLines:
-    """Oscillation of the tension along the motion, the transverse modes left out."""
+) -> tuple[Array, Array, float]:
+    """Lines of `excited_modes` along the motion, the transverse modes left out."""
     still = sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
     still = replace(still, direct=0.0 * still.direct, coupling=0.0 * still.coupling, carried=0.0)
     numbers = numbers_of(still, state, h)
@@ -269,7 +255,7 @@ def _tensions(
     relative = (history_rows @ (numbers.watched / np.maximum(numbers.rest, 1e-300)))[::every]
     duration = h * torque.size
     size = amplitudes(relative).max(axis=1)
-    return TensionLines(size=size, omega=2 * pi * np.arange(size.size) / duration, duration=duration)
+    return size, 2 * pi * np.arange(size.size) / duration, duration
 
 
 def _stages(motion: PreparedMotion, detuned: float) -> list[tuple[SaggingNumbers, Array]]:

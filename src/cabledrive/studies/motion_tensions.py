@@ -16,18 +16,16 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, coulomb_of, dampers_of, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.pair_thresholds import driven_of
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import torques_of
 from cabledrive.studies.slow_motion import SlowMotion, slow_motion
-
-Array = NDArray[np.float64]
 
 PER_PERIOD = 16
 LEAST_STEPS, MOST_STEPS = 2_000, 40_000

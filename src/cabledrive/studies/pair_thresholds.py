@@ -14,16 +14,16 @@ from math import inf, isfinite, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.sagging_model import BAND, SaggingModel, longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import free_stretches, static_state
 
-Array = NDArray[np.float64]
 ONE_TO_TWO, SUM = "1:2", "sum"
 
 HIGHEST = 3.0

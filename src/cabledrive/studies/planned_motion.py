@@ -6,17 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.logs.reading import open_table
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.units import to_si
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

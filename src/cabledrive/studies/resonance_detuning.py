@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.modal.batch import LoopBatch, many_spectra
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
@@ -20,8 +21,6 @@ from cabledrive.reduction.threshold import (
     threshold_torque,
 )
 from cabledrive.studies.excitation_orders import frequency_per_speed
-
-Array = NDArray[np.float64]
 
 BUILD_UP = 10.0
 """How long the torque has acted when the verdict is given [s]."""

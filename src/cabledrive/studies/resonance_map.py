@@ -7,13 +7,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, plucked
 from cabledrive.reduction.oscillators import averaged_ensemble, oscillator_coefficients, oscillator_ensemble
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
-
-Array = NDArray[np.float64]
 
 POINTS = 100
 STEPS_PER_PERIOD = 12

@@ -4,16 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.studies.resonance_detuning import CLOSE, SAFE, instability_margin
-
-Array = NDArray[np.float64]
 
 REACH = 1.0
 """Largest relative change of pretension and inertia that is tried."""
@@ -59,12 +57,8 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
 
     def _safe(trial: Drive) -> bool:
         try:
-            return (
-                instability_margin(
-                    autoparametric_model(trial, load_torque=load_torque, at_rest=True), torque
-                ).verdict
-                == SAFE
-            )
+            found = autoparametric_model(trial, load_torque=load_torque, at_rest=True)
+            return instability_margin(found, torque).verdict == SAFE
         except (InputRefused, NotComputed):  # weights or the steady load take a span's tension away
             return False
 
@@ -85,25 +79,19 @@ def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensit
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
     slope = (above.transverse[mode] - below.transverse[mode]) / (2 * step)
     load = drive.load_pulley
+
+    def relative_slope(name: str) -> float:
+        changed = [replace(model, **{name: getattr(model, name) + more}) for more in (0.0, 1e-3)]
+        low, high = (float(threshold_torque(one)) for one in changed)
+        return (high - low) / (1e-3 * high) if np.isfinite(high) and high > 0.0 else 0.0
+
     inertia = model.natural * (model.rims[1] / load.radius) ** 2 / (4 * model.modal_mass)
     return Sensitivity(
         detuning_per_pretension=float(slope),
         detuning_per_inertia=inertia,
-        threshold_per_transverse_damping=_relative_slope(
-            lambda more: replace(model, transverse_damping=model.transverse_damping + more), 1e-3
-        ),
-        threshold_per_friction=_relative_slope(
-            lambda more: replace(
-                model, modal_damping=model.modal_damping + _damping_per_friction(drive, model) * more
-            ),
-            1e-3 / _damping_per_friction(drive, model),
-        ),
+        threshold_per_transverse_damping=relative_slope("transverse_damping"),
+        threshold_per_friction=relative_slope("modal_damping") * _damping_per_friction(drive, model),
     )
-
-
-def _relative_slope(changed: Callable[[float], AutoparametricModel], step: float) -> float:
-    low, high = (float(threshold_torque(changed(more))) for more in (0.0, step))
-    return (high - low) / (step * high) if np.isfinite(high) and high > 0.0 else 0.0
 
 
 def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
@@ -137,20 +125,16 @@ def _pretension(drive: Drive, safe: Callable[[Drive], bool], sign: int) -> Remed
 
     word, limit = "raise" if sign > 0 else "lower", largest_pretension(drive)
     share = _first_safe(_trial, lambda trial: trial.cable.pretension <= limit and safe(trial))
+    new = relative = None
     if share is None:
-        reach = f"to x{(1 + REACH) ** sign:.3g}"
-        if _trial(REACH).cable.pretension > limit:
-            reach = elastic_range(drive).rstrip(",")
+        beyond = _trial(REACH).cable.pretension > limit
+        reach = elastic_range(drive).rstrip(",") if beyond else f"to x{(1 + REACH) ** sign:.3g}"
         text = f"{FAILED}: {'higher' if sign > 0 else 'lower'} pretension {reach}"
-        return Remedy(change=f"{word} pretension", value=None, relative=None, text=text)
-    new = _trial(share).cable.pretension
-    relative = new / cable.pretension - 1.0
-    return Remedy(
-        change=f"{word} pretension",
-        value=new,
-        relative=relative,
-        text=f"{word} the pretension by {abs(100 * relative):.3g} % to {new:.4g} N",
-    )
+    else:
+        new = _trial(share).cable.pretension
+        relative = new / cable.pretension - 1.0
+        text = f"{word} the pretension by {abs(100 * relative):.3g} % to {new:.4g} N"
+    return Remedy(change=f"{word} pretension", value=new, relative=relative, text=text)
 
 
 def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
@@ -161,11 +145,10 @@ def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
         return replace(drive, pulley=(drive.drive_pulley, heavier))
 
     share = None if load.fixed else _first_safe(_trial, safe)
-    if share is None:
-        text = f"{FAILED}: inertia added to the load pulley, up to x{REACH:.3g} of its own"
-        return Remedy(change="add inertia", value=None, relative=None, text=text)
-    added = load.inertia * share
-    text = f"add {added:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
+    added = None if share is None else load.inertia * share
+    text = f"{FAILED}: inertia added to the load pulley, up to x{REACH:.3g} of its own"
+    if share is not None:
+        text = f"add {added:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
     return Remedy(change="add inertia", value=added, relative=share, text=text)
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import statics_of
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.alarm import (
     DETUNING,
@@ -28,8 +28,6 @@ from cabledrive.studies.alarm import (
 )
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import Passage, RoutePath, passages_of, path_of
-
-Array = NDArray[np.float64]
 
 SAME_POSE = 2e-3
 """Way to the next pose within which the modes are taken as they are: less than 0.02 % of a frequency each

@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 from cabledrive.studies.pair_thresholds import (
     HIGHEST,
@@ -44,8 +44,6 @@ from cabledrive.studies.pair_thresholds import (
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance import resonance as resonance_of_loop
 from cabledrive.studies.resonance_detuning import acting_torque, verdict_of
-
-Array = NDArray[np.float64]
 
 NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond small angles"
 

@@ -6,7 +6,6 @@ from functools import cached_property
 from math import ceil, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
@@ -14,6 +13,7 @@ from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.pair_thresholds import (
     NEAR,
@@ -26,8 +26,6 @@ from cabledrive.studies.pair_thresholds import (
 )
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_snapshot import Snapshot, snapshot_of, tracked
-
-Array = NDArray[np.float64]
 
 STEPS_PER_PERIOD = 16
 """Of the highest mode: every mode turns exactly, only its coupling is taken in steps."""

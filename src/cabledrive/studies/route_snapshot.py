@@ -25,6 +25,7 @@ from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.pair_thresholds import (
     HIGHEST,
@@ -40,7 +41,6 @@ from cabledrive.studies.pair_thresholds import (
     turns_of,
 )
 
-Array = NDArray[np.float64]
 _Key = tuple[str, str, int]
 """Of a transverse mode: span, plane, number among those of that span and plane."""
 
@@ -87,7 +87,11 @@ class Snapshot:
         turn = np.zeros((len(keys), self.across_turn.shape[1]))
         places = [(beside[key], beside[key].keys.index(key)) for key in keys]
         loss = np.array([one.across_loss[place] for one, place in places])
-        shape = np.array([one.shape[:, place] for one, place in places]).reshape(len(keys), -1).T.copy()
+        shape = (
+            np.array([one.shape[:, place] for one, place in places])
+            .reshape(len(keys), len(self.shape))
+            .T.copy()
+        )
         across[have], loss[have], turn[have] = self.across[own], self.across_loss[own], self.across_turn[own]
         coupling[np.ix_(range(count), have, have)] = self.coupling[np.ix_(range(count), own, own)]
         shape[:, have] = self.shape[:, own]

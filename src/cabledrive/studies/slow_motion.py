@@ -7,19 +7,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.studies.pair_thresholds import driven_of
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, summed, torques_of
-
-Array = NDArray[np.float64]
 
 STILL = 1e-9
 """Largest motion of a body that leaves the machine in its pose [m], [rad]."""

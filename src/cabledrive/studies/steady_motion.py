@@ -5,11 +5,13 @@ Under a steady load one span alone still has the closed form; both together are 
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import (
     AveragedCoefficients,
@@ -21,7 +23,6 @@ from cabledrive.reduction.averaging import (
 )
 from cabledrive.reduction.continuation import Branch, follow_branch
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 REST = "a span comes to rest"
@@ -78,14 +79,7 @@ def complex_state(x: Array) -> Complex:
 STEP = 0.05
 TRIALS = 40
 _PER_SECTION = (
-    "transverse_detuning",
-    "feedback",
-    "pump",
-    "drift",
-    "passive",
-    "back_third",
-    "third",
-    "offset",
+    *("transverse_detuning", "feedback", "pump", "drift", "passive", "back_third", "third", "offset"),
 )
 
 
@@ -219,46 +213,24 @@ def _branch(c: AveragedCoefficients, state: Complex, per_torque: float) -> Stead
     def _slope(x: Array, f: float) -> Array:
         return jacobian(part._replace(force=np.array(f + 0j)), complex_state(x))
 
-    ways = [
-        follow_branch(
-            _residual,
-            _slope,
-            real_state(state[kept]),
-            force,
-            limits=(1e-3 * force, 3 * force),
-            step=STEP,
-            scale=scale,
-            upwards=upwards,
-            most=1500,
-        )
+    how: dict[str, Any] = {"limits": (1e-3 * force, 3 * force), "step": STEP, "scale": scale, "most": 1500}
+    down, up = (
+        until_rest(follow_branch(_residual, _slope, real_state(state[kept]), force, upwards=upwards, **how))
         for upwards in (False, True)
-    ]
-    return _joined(c, ways, kept, per_torque)
-
-
-def _joined(
-    c: AveragedCoefficients, ways: list[Branch], kept: NDArray[np.bool_], per_torque: float
-) -> SteadyBranch:
-    down, up = (until_rest(way) for way in ways)
+    )
     states = np.concatenate((down.states[::-1], up.states[1:]))
-    force = np.concatenate((down.parameters[::-1], up.parameters[1:]))
-    full = np.zeros((force.size, 3), dtype=complex)
+    forces = np.concatenate((down.parameters[::-1], up.parameters[1:]))
+    full = np.zeros((forces.size, 3), dtype=complex)
     full[:, kept] = [complex_state(x) for x in states]
+    points = [*down.special, *up.special]
     special = {
-        kind: tuple(
-            sorted(
-                point.parameter / per_torque
-                for way in (down, up)
-                for point in way.special
-                if point.kind == kind
-            )
-        )
+        kind: tuple(sorted(point.parameter / per_torque for point in points if point.kind == kind))
         for kind in ("fold", "hopf")
     }
     births = [birth / per_torque for way in (down, up) if (birth := birth_force(way)) is not None]
     return SteadyBranch(
-        spans=tuple(name for name, moves in zip(("upper", "lower"), kept[1:], strict=True) if moves),
-        torque=force / per_torque,
+        spans=tuple(name for name, moves in zip(("upper", "lower"), moving, strict=True) if moves),
+        torque=forces / per_torque,
         pulley=np.abs(full[:, 0]),
         amplitude=np.abs(full[:, 1:]).T,
         growth=np.array([float(np.max(np.linalg.eigvals(jacobian(c, state)).real)) for state in full]),

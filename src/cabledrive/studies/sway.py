@@ -15,15 +15,13 @@ from dataclasses import dataclass
 from math import cos, pi, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.varied_drive import varied_together
-
-Array = NDArray[np.float64]
 
 POINTS = 201
 """Points of a span at which its motion is looked at."""
@@ -68,6 +66,8 @@ def sway(
     drive: RoutedDrive, building: float, amplitude: float, vary: Mapping[tuple[str, ...], Array] | None = None
 ) -> Sway:
     """How far ropes move across in a building that sways by ``amplitude`` [m] at ``building`` [Hz]."""
+    from scipy.optimize import brentq
+
     for word, value, unit in (("building", building, "Hz"), ("amplitude", amplitude, "m")):
         if not 0.0 < value <= LARGEST:
             raise InputRefused(f"{word} = {value:.6g} {unit} must be above 0 and finite")
@@ -92,12 +92,24 @@ def sway(
     columns = [np.asarray(column, dtype=float) for column in rows.T]
     if len(columns) > MOST_PLACES:
         raise InputRefused(f"{len(columns)} places, at most {MOST_PLACES} are computed: take fewer")
-    known = [_at(drive, keys, column, building, amplitude, (bottom, top)) for column in columns]
+
+    def posed(place: Array) -> RoutedDrive:
+        return varied_together(drive, dict(zip(keys, place.tolist(), strict=True))) if keys else drive
+
+    known = [_at(posed(column), building, amplitude, (bottom, top)) for column in columns]
     for i in range(len(columns) - 1):
         for span in np.flatnonzero((known[i][0] - building) * (known[i + 1][0] - building) < 0.0):
-            place = _crossing(drive, keys, columns[i], columns[i + 1], building, int(span))
-            columns.append(place)
-            known.append(_at(drive, keys, place, building, amplitude, (bottom, top)))
+            near, far, number = columns[i], columns[i + 1], int(span)
+            share = brentq(
+                lambda s, near=near, far=far, number=number: (
+                    float(_first_hertz(posed(near + s * (far - near)))[number]) - building
+                ),
+                0.0,
+                1.0,
+                xtol=1e-9,
+            )
+            columns.append(near + share * (far - near))
+            known.append(_at(posed(columns[-1]), building, amplitude, (bottom, top)))
     order = np.argsort([column[0] if keys else 0.0 for column in columns], kind="stable")
     hertz, moved, lengths = (np.array([known[i][part] for i in order]) for part in range(3))
     ropes = [
@@ -114,22 +126,12 @@ def _height(drive: RoutedDrive, at: Sequence[float]) -> float:
     return at[0] * sin(drive.layout.inclination) + at[1] * cos(drive.layout.inclination)
 
 
-def _posed(drive: RoutedDrive, keys: tuple[str, ...], place: Array) -> RoutedDrive:
-    return varied_together(drive, dict(zip(keys, place.tolist(), strict=True))) if keys else drive
-
-
 def _at(
-    drive: RoutedDrive,
-    keys: tuple[str, ...],
-    place: Array,
-    building: float,
-    amplitude: float,
-    reach: tuple[float, float],
+    own: RoutedDrive, building: float, amplitude: float, reach: tuple[float, float]
 ) -> tuple[Array, Array, Array]:
-    """First frequencies [Hz], amplitudes and lengths [m] of all spans at one place, shapes (spans,)."""
+    """First frequencies [Hz], amplitudes and lengths [m] of all spans in a pose, shapes (spans,)."""
     from scipy.special import hankel1e, hankel2e
 
-    own = _posed(drive, keys, place)
     tension, density, damping, length = _strings(own)
     ends = np.array([[_height(own, point) for point in span.contacts] for span in own.free_spans]).T
     floor = amplitude * (ends - reach[0]) / (reach[1] - reach[0])
@@ -183,15 +185,3 @@ def _first_hertz(drive: RoutedDrive) -> Array:
         before = j0(near) * y0(far) > j0(far) * y0(near)
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     return np.asarray(0.5 * (low + high))
-
-
-def _crossing(
-    drive: RoutedDrive, keys: tuple[str, ...], low: Array, high: Array, building: float, span: int
-) -> Array:
-    """The place between two where a span's first mode has the building's frequency, shape (keys,)."""
-    from scipy.optimize import brentq
-
-    def beyond(share: float) -> float:
-        return float(_first_hertz(_posed(drive, keys, low + share * (high - low)))[span]) - building
-
-    return np.asarray(low + brentq(beyond, 0.0, 1.0, xtol=1e-9) * (high - low))

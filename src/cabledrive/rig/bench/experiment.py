@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
@@ -28,6 +27,7 @@ from cabledrive.identification.planning import (
 )
 from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
@@ -63,8 +63,6 @@ def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
     read = pull + noise * rng.normal(size=len(log))
     return replace(log, channels={**log.channels, CHANNEL: read}, units={**log.units, CHANNEL: "N"})
 
-
-Array = NDArray[np.float64]
 
 KINDS = ("sines", "multisine", "idinput", "chirp", "steps")
 
@@ -212,13 +210,18 @@ def plan_experiment(
     rig = rig_of(drive, model)
     command = command_of(excitation, rig.sample_rate, random_from(seed))
     torque = rig.torque_per_volt * command
-    instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=_quantum(rig))
-    limits, guess, interval = _limits(drive, stroke), _whole(rig.chain), 1.0 / rig.sample_rate
+    if "angle" not in rig.encoders:  # of which alone the errors are predicted
+        raise InputRefused("sensors.motor_encoder is missing, a plan counts on it: add it, such as 2600")
+    quantum, interval, motor = 2 * pi / rig.encoders["angle"], 1.0 / rig.sample_rate, drive.motor
+    instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=quantum)
+    known = {"torque": motor.torque_limit, "speed": motor.speed_limit} if motor is not None else {}
+    limits = {name: float(one) for name, one in {**known, "stroke": stroke}.items() if one is not None}
+    guess = _whole(rig.chain)
     plan = plan_test(torque, interval, guess, instruments, limits)
     errors: dict[str, float | None] = dict(plan.relative_errors)
     warnings = [*plan.findings, *resonance_warnings(drive, torque, rig.sample_rate)]
     if rig.chain.size > 1:
-        errors, words = _of_response(drive, rig, excitation, torque)
+        errors, words = _of_response(drive, rig, excitation, torque, instruments)
         warnings = [w for w in warnings if WEAK not in w] + words
     return {
         "relative_standard_error": {
@@ -229,13 +232,6 @@ def plan_experiment(
         "amplitude_factor": largest_amplitude(torque, interval, guess, limits) if limits else None,
         "warnings": warnings,
     }
-
-
-def _quantum(rig: VirtualRig) -> float:
-    """One count of the motor's encoder [rad], of which alone the errors are predicted."""
-    if "angle" not in rig.encoders:
-        raise InputRefused("sensors.motor_encoder is missing, a plan counts on it: add it, such as 2600")
-    return 2 * pi / rig.encoders["angle"]
 
 
 def _whole(chain: LumpedChain) -> AxisGuess:
@@ -251,18 +247,8 @@ def _whole(chain: LumpedChain) -> AxisGuess:
     return AxisGuess(inertia=inertia, viscous=viscous, coulomb=coulomb, offset=chain.offsets[0])
 
 
-def _limits(drive: Drive, stroke: float | None) -> dict[str, float]:
-    motor = drive.motor
-    known = {
-        "torque": None if motor is None else motor.torque_limit,
-        "speed": None if motor is None else motor.speed_limit,
-        "stroke": stroke,
-    }
-    return {name: float(limit) for name, limit in known.items() if limit is not None}
-
-
 def _of_response(
-    drive: Drive, rig: VirtualRig, excitation: Excitation, torque: np.ndarray
+    drive: Drive, rig: VirtualRig, excitation: Excitation, torque: np.ndarray, instruments: Instruments
 ) -> tuple[dict[str, float | None], list[str]]:
     """Errors of stiffnesses and dampings from the response to a multisine; none from other excitations."""
     if rig.chain.names != ("motor", "drive", "load") or excitation.kind not in MULTISINES:
@@ -290,7 +276,7 @@ def _of_response(
             radius,
             (lines * rig.sample_rate / period, spectrum[lines]),
             rig.sample_rate * max(excitation.duration - excitation.period, excitation.period),
-            Instruments(torque_noise=rig.imperfections.torque_noise, quantum=_quantum(rig)),
+            instruments,
         )
     except InputRefused as refusal:
         return {}, [str(refusal)]

@@ -4,17 +4,15 @@ from dataclasses import dataclass, field
 from math import exp, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.identification.planning import multisine_lines, random_multisine, sum_of_sines
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import FrictionLaw, integrate_chain, integrate_rigid_axis
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model
 from cabledrive.rig.setting import sample_interval
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,6 @@ from functools import lru_cache
 from math import inf, isfinite, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.schedule_kernels import ScheduledLaw
 from cabledrive.control.transporter import (
@@ -18,12 +17,12 @@ from cabledrive.control.transporter import (
     shaped,
 )
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.transporter import Transporter, transporter_of
 from cabledrive.rig.carriage.transporter_kernels import CarriageLoop, TransporterPlant, run_transporter
 from cabledrive.rig.setting import sample_interval
 from cabledrive.trajectories import Move, Trajectory
 
-Array = NDArray[np.float64]
 CARRIAGE, SWING, PAYLOAD, TENSIONS, FORCE, ESTIMATE = 1, 3, 8, 9, 12, 13
 """Columns of a log; eight states come first, three tensions stand from `TENSIONS` on."""
 

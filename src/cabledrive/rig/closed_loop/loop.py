@@ -53,6 +53,11 @@ from cabledrive.rig.setting import Motion, RigOptions, sample_interval
 class Loop:
     """Everything that a run needs."""
 
+    # drive, actual: as the law believes it to be, and as it is
+    drive: Drive
+    actual: Drive
+    motion: Motion
+    options: RigOptions
     plant: ChainPlant
     chain: LumpedChain  # the chain that is the plant, at the first shaft
     observer: ObserverNumbers
@@ -188,6 +193,10 @@ def close_loop(
     play, slack = joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain)
     links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
     return Loop(
+        drive=design_drive,
+        actual=plant_drive,
+        motion=motion,
+        options=options,
         observer=observer,
         controller=controller,
         rig=rig,
@@ -201,7 +210,7 @@ def close_loop(
         pieces=options.substeps,
         chain=chain,
         slack=slack,
-        plant=lumped_plant(chain, rig.interval, rate, options, *links, controller.field),
+        plant=lumped_plant(chain, rig.interval, rate, options, links, controller.field),
     )
 
 
@@ -210,12 +219,11 @@ def lumped_plant(
     interval: float,
     rate: float,
     options: RigOptions,
-    play: float,
-    slack: float,
+    links: tuple[float, float],
     field: tuple[float, float] | None = None,
 ) -> ChainPlant:
-    """The chain with its backlash and its spans that go slack; where that is forbidden they end the run."""
-    ends, (torque, periods) = options.forbid_slack, field or (0.0, 0.0)
+    """The chain with backlash and slack of its links; a slack span ends the run where that is forbidden."""
+    (play, slack), ends, (torque, periods) = links, options.forbid_slack, field or (0.0, 0.0)
     return chain_numbers(
         chain,
         interval,
@@ -287,7 +295,7 @@ def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -
     return Run(ended=ended, state=state, log=log, tensions=tensions, interpreted=plain or "loop")
 
 
-def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float | None = None) -> Loop:
+def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loop:
     """The same law and filter on another chain, or the cable like it; ``play``: of the first link [rad]."""
     check_drawable(loop)
     interval, rate = loop.rig.interval, loop.plant.current_rate
@@ -295,10 +303,10 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
     if np.isfinite(slack):
         slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
     play = loop.backlash if play is None else play
-    plant = lumped_plant(chain, interval, rate, options, play, slack, loop.controller.field)
+    plant = lumped_plant(chain, interval, rate, loop.options, (play, slack), loop.controller.field)
     cable = loop.cable
     if cable is not None:
-        cable = cable_plant(drive_like(cable.drive, chain), chain, interval, options, measured=False)
+        cable = cable_plant(drive_like(cable.drive, chain), chain, interval, loop.options, measured=False)
     return replace(loop, cable=cable, chain=chain, plant=plant, slack=slack)
 
 

@@ -15,8 +15,8 @@ from cabledrive.control.numbers import (
     new_controller_state,
 )
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.parameters.arrays import Array
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 __all__ = ["ESTIMATES", "SUMMARY", "Array", "ControllerState", "Integers", "LoopState", "RigNumbers"]
 DIVERGED, WENT_SLACK = 1, 2

@@ -1,6 +1,6 @@
 """Control laws by name, made ready for a drive, a motion and the rig's sensors."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from math import pi
 from typing import Any
 
@@ -38,8 +38,8 @@ from cabledrive.reduction.lumped_chain import (
     reflected,
 )
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
-from cabledrive.rig.setting import DEGREE, Motion, RigOptions
-from cabledrive.trajectories import Trajectory, rise_coefficients
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
+from cabledrive.trajectories import rise_coefficients
 
 SHAFTS = ("motor", "drive", "load")
 
@@ -171,14 +171,13 @@ class Controller:
         return None if self.believed is None else self.believed.inertias[-1]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class DesignSpec:
     """What a law is to be designed for."""
 
     drive: Drive  # as the design believes it to be
-    trajectory: Trajectory  # of the load pulley
-    interval: float  # sample time [s]
-    samples: int
+    motion: Motion
+    _: KW_ONLY
     bandwidth: float | None = None  # [Hz]; None: as printed
     feedback: str = "motor"  # encoder that stands for theta_1 in Models 1 and 3
     adapt: bool = True  # whether estimates move
@@ -186,9 +185,19 @@ class DesignSpec:
     # {"damped", "undamped", "rigid"}: torque and motion that the baselines follow: the exact inverse of the
     # chain with its dampers, without them, or of one rigid inertia; friction by the reference's speed in each
     feedforward: str = "damped"
-    motion: Motion | None = None  # what the trajectory was made of; for trial runs
-    options: RigOptions | None = None  # of the run; for trial runs and the filter
+    # of the run; for trial runs and the filter
+    options: RigOptions = field(default_factory=RigOptions)
     plant: Drive | None = None  # as it is, where that differs; trial runs are on this one
+
+    @property
+    def interval(self) -> float:
+        """Sample time [s]."""
+        return sample_interval(self.drive)
+
+    @property
+    def samples(self) -> int:
+        """Of the motion, its ends included."""
+        return round(self.motion.trajectory.duration / self.interval) + 1
 
     @property
     def number(self) -> int:
@@ -212,7 +221,7 @@ class DesignSpec:
     def wanted(self, derivatives: int) -> Array:
         """Wanted load angle at the first shaft with derivatives, shape (derivatives + 1, samples)."""
         time = np.asarray(self.interval * np.arange(self.samples), dtype=np.float64)
-        return load_gear(self.drive) * self.trajectory(time, derivatives)
+        return load_gear(self.drive) * self.motion.trajectory(time, derivatives)
 
 
 def motion_numbers(drive: Drive, motion: Motion) -> MotionNumbers:

@@ -21,7 +21,6 @@ from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, m
 from cabledrive.rig.laws.load_learning import KINDS, load_learning
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.laws.scheduled import announced, told_otherwise
-from cabledrive.rig.setting import RigOptions
 
 
 def own_law(given: Any, spec: DesignSpec) -> Controller:
@@ -114,7 +113,7 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
     rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
     gains = {"file": found.path} | hertz
     changed = replace(made, law=found.law, start=start_estimates(found.law), gains=gains, bandwidth=rate)
-    if found.reference is None or spec.motion is None:
+    if found.reference is None:
         return changed
     motion = motion_numbers(spec.drive, spec.motion)
     table = reference_table(found.reference, motion, spec.interval, spec.samples)
@@ -123,7 +122,7 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
 
 def _told(made: Controller, spec: DesignSpec, path: str) -> Controller:
     """The law of a file with the loads that the motion announces; another law is returned as it is."""
-    if made.schedule is None or spec.motion is None:
+    if made.schedule is None:
         return made
     low, high = (float(end) for end in made.law.learning[[LOW, HIGH], 0])
     for one in spec.motion.payload:
@@ -148,9 +147,9 @@ def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
     return CONTROLLERS[found.name](given)
 
 
-def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
+def with_filter(loop: Loop, found: ControllerFile) -> Loop:
     """A loop with the filter and the torque limit of a file."""
-    if options.ideal_sensors or options.observer != "kalman":
+    if loop.options.ideal_sensors or loop.options.observer != "kalman":
         raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
             found.path
         )

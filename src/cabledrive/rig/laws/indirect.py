@@ -16,7 +16,6 @@ from cabledrive.rig.closed_loop.loop import Loop, Run, run
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, fit_observer
 from cabledrive.rig.laws.eigenvalues import damped_law
-from cabledrive.rig.setting import RigOptions
 
 NAME = "darc-indirect"
 SPREADS = {3: (0.2, 0.05, 0.05), 2: (0.06, 0.05)}
@@ -137,7 +136,7 @@ def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
 
 
-def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt, options: RigOptions) -> Loop:
+def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
     """The loop with law, reference and filter made for what was learnt; the plant is the same.
 
     The filter goes on from the states of the old one, with the gain it has settled on.
@@ -148,7 +147,7 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt, options: RigOptions) ->
     same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]) if spec.best else spec.bandwidth)
     made = chain_law(same, number, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
     made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
-    drive = spec.drive
+    drive, options = spec.drive, loop.options
     sampling = Sampling(interval=spec.interval, delay=control_delay(drive), current_rate=current_rate(drive))
     centred = options.encoder_phase == "centred"
     tuning = replace(made.tuning, offsets=()) if centred else made.tuning
@@ -159,7 +158,7 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt, options: RigOptions) ->
     return replace(loop, controller=made, observer=observer)
 
 
-def run_indirect(spec: DesignSpec, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
+def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None]:
     """Run one pulse, learn, make all anew in the dwell, run the rest; the last loop, and what was learnt."""
     pause = loop.rig.first_end
     early = run(loop, last=min(pause, len(loop.target)))
@@ -170,7 +169,7 @@ def run_indirect(spec: DesignSpec, loop: Loop, options: RigOptions) -> tuple[Loo
     found = learn(loop, early, pause, spec.drive, spec.model(loop.controller.model))
     later = loop
     if found.load.excited:
-        later = rebuilt(loop, spec, found, options)
+        later = rebuilt(loop, spec, found)
         early.state.controller.parameters[:4] = later.controller.start
     return later, _rest(later, early, pause), found
 

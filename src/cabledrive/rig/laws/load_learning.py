@@ -24,7 +24,6 @@ from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.baselines import feedforward_table, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion, fit_observer
 from cabledrive.rig.laws.eigenvalues import read_encoders, tuning_by_uncertainty
-from cabledrive.rig.setting import RigOptions
 
 NAME, CHANGING = "lqi-learning", "lqg-learning"
 TURNING = 0.06
@@ -77,7 +76,7 @@ def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = No
     """Feedback about a reference with the load's friction and inertia, learnt from innovations."""
     kind = KINDS[name]
     chain = spec.chain
-    turning = turning or TURNING * (spec.motion.rise if spec.motion is not None else 0.5)
+    turning = turning or TURNING * spec.motion.rise
     tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name, turning)
     count, torque, settings = weights(spec)
     # What lasts at the load is learnt: an integral would add the unknown zero of the load's encoder.
@@ -131,7 +130,7 @@ def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, A
 def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
     """Tables of the law along a motion; ``turning``: time in which the sign of friction turns [s]."""
     kind = KINDS[name]
-    options = spec.options or RigOptions()
+    options = spec.options
     chain = spec.chain
     counts = np.array(list(read_encoders(spec, 4).values()))
     tuning = tuning_by_uncertainty(spec, chain, counts)

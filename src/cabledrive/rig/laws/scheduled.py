@@ -7,14 +7,13 @@ import numpy as np
 from cabledrive.control.linear_laws import feedforward_generator, lqi_law
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_law, with_load
 from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observers import QUIET
 from cabledrive.control.reference import ReferenceNumbers
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.eigenvalues import read_encoders, tuning_by_uncertainty
-from cabledrive.rig.setting import PAYLOAD_RANGE, Payload
+from cabledrive.rig.setting import Payload
 
 NAME = "lqi-scheduled"
 RATIO = 1.5
@@ -28,7 +27,7 @@ def scheduled(spec: DesignSpec) -> Controller:
     both are linear in the load's inertia. Its last column is the load that is announced.
     """
     chain = spec.chain
-    low, high = PAYLOAD_RANGE if spec.motion is None else spec.motion.payload_range
+    low, high = spec.motion.payload_range
     schedule = schedule_of(low, high)
     designs = [_designed(spec, with_load(chain, load)) for load in schedule.loads]
     settings = weights(spec)[2]
@@ -38,15 +37,14 @@ def scheduled(spec: DesignSpec) -> Controller:
     wanted = spec.wanted(2 * chain.size)
     own, double = (feedforward_table(spec, with_load(smooth, load), wanted) for load in (1.0, 2.0))
     table = np.ascontiguousarray(np.column_stack((own, double - own, np.ones(len(own)))))
-    payload = () if spec.motion is None else spec.motion.payload
-    table[:, -1] = announced(payload, spec.interval, len(table))
+    table[:, -1] = announced(spec.motion.payload, spec.interval, len(table))
     return Controller(
         name=NAME,
         law=scheduled_law(designs, schedule, chain.coulomb[0]),
         reference=table,
         shafts=spec.shafts,
         start=np.ones(1),
-        tuning=tuning_by_uncertainty(spec, chain, counts) if spec.motion is not None else QUIET,
+        tuning=tuning_by_uncertainty(spec, chain, counts),
         gains=settings | {"designed_for": [low, high], "designs": schedule.points},
         model=spec.number,
         generator=_generator(spec, smooth),

@@ -24,7 +24,7 @@ from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
 from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion
-from cabledrive.rig.trial import check_motion, spec_for
+from cabledrive.rig.trial import check_motion
 from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
@@ -198,7 +198,7 @@ def compare(
         motion = replace(motion, order=max(needed_order(name, drive) for name in names))
     _check(draws, seed, goal)
     check_motion(drive, motion)
-    spec = spec_for(drive, motion, options=COMPARED)
+    spec = DesignSpec(drive, motion, options=COMPARED)
     allowed = goal_of(drive) if goal is None else goal * DEGREE
     cache = StageCache(folder=None if folder is None else Path(folder), note=note or (lambda line: None))
     about = replace(drive, name="", title="", source=""), motion, asked
@@ -254,7 +254,7 @@ def _laws(
 
 def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbances) -> TuningRecord:
     """A law tuned within the limits, or why it cannot be."""
-    spec = spec_for(drive, motion, options=COMPARED)
+    spec = DesignSpec(drive, motion, options=COMPARED)
     try:
         found = tuned(name, spec, disturbances)
     except (NotComputed, InputRefused) as failure:
@@ -277,7 +277,7 @@ def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbance
 def tuned_again(record: TuningRecord, drive: Drive, motion: Motion) -> TunedLaw:
     """The law of a tuning that was kept."""
     assert record.bandwidth is not None
-    spec = spec_for(drive, motion, options=COMPARED)
+    spec = DesignSpec(drive, motion, options=COMPARED)
     return law_as_tuned(record.name, record.bandwidth, record.filter, spec)
 
 
@@ -291,8 +291,8 @@ def runs_of(
     last: int,
 ) -> Scores:
     """A tuned law on the plants of some draws."""
-    spec = spec_for(drive, motion, options=COMPARED)
-    return scored(law, spec, disturbances, COMPARED, seed, range(first, last))
+    spec = DesignSpec(drive, motion, options=COMPARED)
+    return scored(law, spec, disturbances, seed, range(first, last))
 
 
 def _summary(
@@ -304,7 +304,6 @@ def _summary(
     goal: float,
 ) -> dict[str, Any]:
     motion, limit = spec.motion, torque_limit(spec.drive)
-    assert motion is not None
     ran = [law for law in laws if law.scores is not None]
     return {
         "controllers": [law_words(law, goal) for law in laws],

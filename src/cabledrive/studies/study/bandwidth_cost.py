@@ -5,8 +5,10 @@ readings :math:`|\nu_j| \le q_j/2` moves the load by at most :math:`\tfrac{q_j}{
 impulse response :math:`g_j`; the unknown phase of an encoder is a step of at most :math:`q_j/2`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -37,18 +39,51 @@ def sensor_bound(loop: Loop) -> float | None:
 FINE = 1e-9
 """Share of a count that stands for none: the filter stays as it is."""
 UNMATCHED = (
-    "load_inertia",
-    "cable_stiffness",
-    "cable_damping",
-    "joint_stiffness",
-    "joint_damping",
-    "motor_share",
-    "load_viscous_friction",
-    "load_coulomb_friction",
-    "backlash",
-    "delay",
-    "ripple_torque",
+    *("load_inertia", "cable_stiffness", "cable_damping", "joint_stiffness", "joint_damping", "motor_share"),
+    *("load_viscous_friction", "load_coulomb_friction", "backlash", "delay", "ripple_torque"),
 )
+DIVERGES = "for some parameters within their bounds the drive diverges, or a span goes slack"
+RIPPLE = 1.5
+"""Largest torque from quantisation, over that of the bandwidth with the least."""
+LOUD = "quantisation raises the torque by half and more"
+
+
+def cheapest(
+    tried: Iterable[tuple[Any, dict[str, float]]], cost: str
+) -> tuple[tuple[Any, ...], Any, dict[str, float]]:
+    """Candidates up to the first that is too loud, which is refused; the cheapest, and its shares."""
+    least, lowest, found, best, parts = float("inf"), float("inf"), [], None, dict[str, float]()
+    for one, shares in tried:
+        least = min(least, one.torque if one.torque is not None else least)
+        loud = one.torque is not None and one.torque > RIPPLE * least
+        own, price = replace(one, refused=LOUD) if loud and not one.refused else one, getattr(one, cost)
+        found.append(own)
+        if price is not None and not own.refused and price < lowest:
+            best, parts, lowest = own, shares, price
+        if loud:
+            break
+    return tuple(found), best, parts
+
+
+def moved_within(
+    quantities: Mapping[str, Quantity],
+    names: Iterable[str],
+    error: Callable[[dict[str, float]], Array | None],
+) -> dict[str, Array] | None:
+    """How the error moves at either bound of each quantity that is not known for sure, shape (2, ...)."""
+    nominal = error({})
+    open_ones = {name: quantities[name] for name in names if quantities[name].low < quantities[name].high}
+    asked = [(name, value) for name, one in open_ones.items() for value in one.outer]
+
+    def at(item: tuple[str, float]) -> Array | None:
+        return nominal if item[1] == open_ones[item[0]].value else error(dict([item]))
+
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(at, asked))
+    if nominal is None or any(one is None for one in found):
+        return None
+    moved = [np.asarray(one) - nominal for one in found]
+    return {name: np.array(moved[2 * k : 2 * k + 2]) for k, name in enumerate(open_ones)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,28 +117,39 @@ def evaluate(
     real = joined_loop(drive, drive, law, motion, torque)
     fine = real.rig._replace(counts=FINE * real.rig.counts, phases=np.zeros_like(real.rig.phases))
     smooth = replace(real, rig=fine)
-    nominal = summarize(ideal, run(ideal), drive, drive, motion, rig_options(drive, ideal=True), 0)
-    seen = summarize(real, run(real), drive, drive, motion, rig_options(drive), 0)
+    nominal = summarize(ideal, run(ideal))
+    seen = summarize(real, run(real))
     empty = Candidate(model=model, bandwidth=hertz)
     incomplete = nominal.incomplete or seen.incomplete
     sensors = sensor_bound(real)
     if incomplete or nominal.bound is None or sensors is None:
         why = incomplete or "the loop with encoders and filter is unstable"
         return replace(empty, refused=why), {}
-    nominal_error = _error(smooth, drive, {})
-    found = None if nominal_error is None else unmatched_part(smooth, drive, quantities, nominal_error)
-    if nominal_error is None or found is None:
-        return replace(
-            empty, refused="for some parameters within their bounds the drive diverges, or a span goes slack"
-        ), {}
-    deviation, shares, ends = found
-    for values in ends:
-        cost = sensor_bound(with_values(real, drive, values, None))
+
+    def error(values: Mapping[str, float]) -> Array | None:
+        moved = with_values(smooth, drive, values, None)
+        done = run(moved)
+        return None if done.failed else moved.load_error(done.log)
+
+    own, moved = error({}), moved_within(quantities, [n for n in UNMATCHED if n in quantities], error)
+    if own is None or moved is None:
+        return replace(empty, refused=DIVERGES), {}
+    largest = {name: np.abs(both).max(axis=0) for name, both in moved.items()}
+    # By each quantity alone, summed; or by all at the ends that push one way, whichever is more.
+    deviation = np.sum([np.zeros(len(own)), *largest.values()], axis=0)
+    sample = int(np.argmax(deviation))
+    up = {name: int(high[sample] > low[sample]) for name, (low, high) in moved.items()}
+    for side in (0, 1) if up else ():
+        values = {name: quantities[name].outer[abs(end - side)] for name, end in up.items()}
+        joint, cost = error(values), sensor_bound(with_values(real, drive, values, None))
+        if joint is None:
+            return replace(empty, refused=DIVERGES), {}
         if cost is None:
             why = "for some parameters within their bounds the loop with encoders and filter is unstable"
             return replace(empty, refused=why), {}
+        deviation = np.maximum(deviation, np.abs(joint - own))
         sensors = max(sensors, cost)
-    unmatched = deviation + np.maximum(np.abs(nominal_error) - nominal.bound, 0.0)
+    unmatched = deviation + np.maximum(np.abs(own) - nominal.bound, 0.0)
     peak = float(seen.summary["peak_torque"])
     saturated = seen.summary["saturated_fraction"] > 0.0
     return Candidate(
@@ -115,44 +161,4 @@ def evaluate(
         bound=float((nominal.bound + unmatched).max()) + sensors,
         torque=peak,
         refused=f"the torque reaches its limit of {peak:.4g} N m" if saturated else "",
-    ), shares
-
-
-def unmatched_part(
-    loop: Loop, drive: Drive, quantities: Mapping[str, Quantity], nominal: Array
-) -> tuple[Array, dict[str, float], tuple[dict[str, float], ...]] | None:
-    """How far springs, dampers and the load can move the error within their bounds; None if a run ended.
-
-    Returns the sum of the largest deviations from the ``nominal`` error, or the deviation with all quantities
-    at the ends that push one way, whichever is larger, shape (samples,) [rad]; the largest by each quantity
-    alone [rad]; these ends, and the opposite ones.
-    """
-    open_names = [n for n in UNMATCHED if n in quantities and quantities[n].low != quantities[n].high]
-    moved: dict[str, tuple[Array, Array]] = {}
-    for name in open_names:
-        outer, best = quantities[name].outer, quantities[name].value
-        low, high = (nominal if value == best else _error(loop, drive, {name: value}) for value in outer)
-        if low is None or high is None:
-            return None
-        moved[name] = low - nominal, high - nominal
-    largest = {name: np.abs(both).max(axis=0) for name, both in moved.items()}
-    deviation = np.sum([np.zeros(len(nominal)), *largest.values()], axis=0)
-    sample = int(np.argmax(deviation))
-    up = {name: int(high[sample] > low[sample]) for name, (low, high) in moved.items()}
-    ends = tuple(
-        {name: quantities[name].outer[abs(end - side)] for name, end in up.items()} for side in (0, 1) if up
-    )
-    for values in ends:
-        joint = _error(loop, drive, values)
-        if joint is None:
-            return None
-        deviation = np.maximum(deviation, np.abs(joint - nominal))
-    shares = {name: float(each.max()) for name, each in largest.items()}
-    return deviation, shares, ends
-
-
-def _error(loop: Loop, drive: Drive, values: Mapping[str, float]) -> Array | None:
-    """Error of the load over time with other values [rad]; None where the run failed."""
-    moved = with_values(loop, drive, values, None)
-    done = run(moved)
-    return None if done.failed else moved.load_error(done.log)
+    ), {name: float(each.max()) for name, each in largest.items()}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cabledrive.control.transporter import WIND_TIME, flat_motion, frozen_poles, scheduled_law, tuning_for
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies, strand_stiffness
 from cabledrive.rig.carriage.transporter import CARRIAGE, FORCE, PAYLOAD, force_limit, run_carriage
@@ -26,7 +27,6 @@ from cabledrive.studies.study.check_stage import Demand, DemandResult
 from cabledrive.studies.study.goals import Goals
 from cabledrive.trajectories import pulse
 
-Array = NDArray[np.float64]
 POSITIONS, LOOKED_AT = 12, 9
 FINE, LEAST_SUBSTEPS = 0.3, 5
 """Largest angle of the fastest mode in an internal step [rad], and the fewest steps in a sample."""

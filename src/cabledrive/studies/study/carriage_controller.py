@@ -1,7 +1,6 @@
 """The bandwidth of a carriage's law: the smallest error that torque, sampling and stability allow."""
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -9,9 +8,9 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from cabledrive.parameters import Drive
-from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
+from cabledrive.parameters.arrays import Array
+from cabledrive.studies.study.bandwidth_cost import cheapest, moved_within
 from cabledrive.studies.study.carriage_case import (
-    Array,
     CarriageCase,
     case_of,
     errors,
@@ -21,7 +20,7 @@ from cabledrive.studies.study.carriage_case import (
     whole_run,
 )
 from cabledrive.studies.study.carriage_machine import carriage_values, transporter_with
-from cabledrive.studies.study.controller_stage import SAMPLES_PER_PERIOD, while_quiet
+from cabledrive.studies.study.controller_stage import SAMPLES_PER_PERIOD
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import Quantity
 
@@ -72,19 +71,14 @@ def design_carriage_law(
     """The scheduled law with the smallest estimated error; ``left_out``: what the model leaves out [m]."""
     case = case_of(drive, goals)
     lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
-    candidates, best, parts = [], None, {}
     hertz = _bandwidths(case, lowest, rate)
-    for found, shares in while_quiet(evaluate(case, quantities, f, left_out) for f in hertz):
-        candidates.append(found)
-        if found.refused or found.estimate is None:
-            continue
-        if best is None or best.estimate is None or found.estimate < best.estimate:
-            best, parts = found, shares
+    tried = (evaluate(case, quantities, f, left_out) for f in hertz)
+    candidates, best, parts = cheapest(tried, "estimate")
     return CarriageController(
         name="scheduled",
         bandwidth=None if best is None else best.bandwidth,
         chosen=best,
-        candidates=tuple(candidates),
+        candidates=candidates,
         shares=parts,
         both=len(case.reads) > 1,
         positions=tuple(float(x) for x in case.places),
@@ -125,12 +119,20 @@ def evaluate(
     clean, seen = whole_run(case, ideal, {}, CENTRED), whole_run(case, real, {}, OFF)
     if min(len(clean), len(seen)) < len(case.reference):
         return replace(empty, refused="a strand goes slack, or the carriage leaves its span"), {}
-    shares, moved = _moved(case, ideal, quantities, errors(case, clean))
-    if moved is None:
-        return replace(
-            empty,
-            refused="for some parameters within their bounds the drive diverges, or a strand goes slack",
-        ), {}
+
+    def error(values: Mapping[str, float]) -> Array | None:
+        log = whole_run(case, ideal, values, CENTRED) if values else clean
+        return errors(case, log) if len(log) == len(case.reference) else None
+
+    found = moved_within(quantities, quantities, error)
+    if found is None:
+        why = "for some parameters within their bounds the drive diverges, or a strand goes slack"
+        return replace(empty, refused=why), {}
+    largest = {name: np.abs(both).max(axis=0) for name, both in found.items()}
+    # At every sample by squares: the numbers are drawn independently of one another.
+    moved = np.sqrt(
+        np.sum([np.zeros_like(errors(case, clean)), *(one**2 for one in largest.values())], axis=0)
+    )
     nominal = np.abs(errors(case, clean))
     sensors = float(np.abs(errors(case, seen) - errors(case, clean)).max())
     torque, saturated = torque_of(case, seen)
@@ -142,34 +144,11 @@ def evaluate(
         estimate=float((nominal + moved).max()) + sensors + left_out,
         torque=torque,
         refused=f"the torque reaches its limit of {torque:.4g} N m" if saturated else "",
-    ), shares
-
-
-def _moved(
-    case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity], clean: Array
-) -> tuple[dict[str, float], Array | None]:
-    """How far each number can move the error, at the worse of its bounds; at every sample, by squares."""
-    open_ones = {name: one for name, one in quantities.items() if one.low < one.high}
-    asked = [(name, value) for name, one in open_ones.items() for value in one.outer]
-
-    def one(item: tuple[str, float]) -> Array | None:
-        log = whole_run(case, loop, {item[0]: item[1]}, CENTRED)
-        return np.abs(errors(case, log) - clean) if len(log) == len(case.reference) else None
-
-    with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(one, asked))
-    shares, squares = {}, np.zeros_like(clean)
-    for (name, _), low, high in zip(asked[::2], found[::2], found[1::2], strict=True):
-        if low is None or high is None:
-            return {}, None
-        largest = np.maximum(low, high)
-        shares[name] = float(largest.max())
-        squares += largest**2  # the numbers are drawn independently of one another
-    return shares, np.sqrt(squares)
+    ), {name: float(one.max()) for name, one in largest.items()}
 
 
 def _reason(
-    best: CarriageCandidate | None, candidates: list[CarriageCandidate], lowest: float, rate: float
+    best: CarriageCandidate | None, candidates: tuple[CarriageCandidate, ...], lowest: float, rate: float
 ) -> str:
     if best is None:
         why = candidates[0].refused if candidates else f"none is below {rate:.3g} Hz, a fortieth of sampling"

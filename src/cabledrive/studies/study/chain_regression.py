@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
@@ -31,10 +30,9 @@ from cabledrive.identification.two_sides import (
     sum_equation,
 )
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.studies.study.machine import FRICTIONS, LOAD_FRICTIONS, SIGNED, has_flexible_joint, values_of
 from cabledrive.studies.study.sampled_plants import Correlation, Interval, of_intervals
-
-Array = NDArray[np.float64]
 
 LEAST = {
     "near_inertia": 0.002,

@@ -4,10 +4,9 @@ Besides the limits of `cabledrive.rig.tuning` a setting keeps its runs on plants
 what is known of the drive; the acceptance draws others.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from cabledrive.control.darc import RATIO
 from cabledrive.control.numbers import HIGH, LOW
@@ -15,14 +14,13 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.disturbed_plants import Disturbances
-from cabledrive.rig.laws.controllers import Controller
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import MAIN_LAWS
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import summarize
-from cabledrive.rig.trial import spec_for
 from cabledrive.rig.tuning import LEAST_DISK, TUNING_DRAWS, TUNING_SEED, law_at, ripple_limit, tuned
-from cabledrive.studies.study.bandwidth_cost import Candidate, evaluate
+from cabledrive.studies.study.bandwidth_cost import Candidate, cheapest, evaluate
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.sampled_plants import (
@@ -35,22 +33,6 @@ from cabledrive.studies.study.sampled_plants import (
 )
 
 SAMPLES_PER_PERIOD = 40.0
-RIPPLE = 1.5
-"""Largest torque from quantisation, over that of the bandwidth with the least."""
-LOUD = "quantisation raises the torque by half and more"
-
-
-def while_quiet(tried: Iterable[tuple[Any, dict[str, float]]]) -> Iterator[tuple[Any, dict[str, float]]]:
-    """Candidates, with their shares, up to the first that is too loud, which is refused."""
-    least = float("inf")
-    for found, shares in tried:
-        least = min(least, found.torque if found.torque is not None else least)
-        loud = found.torque is not None and found.torque > RIPPLE * least
-        yield (replace(found, refused=LOUD) if loud and not found.refused else found), shares
-        if loud:
-            return
-
-
 BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0, 70.0, 90.0)
 
 
@@ -86,16 +68,15 @@ def design_controller(
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None
     rate = drive.sensors.sample_rate / SAMPLES_PER_PERIOD
-    candidates: list[Candidate] = []
-    best, parts, least = None, {}, float("inf")
+    candidates: tuple[Candidate, ...] = ()
+    best, parts = None, {}
     for model, holds in models.items():
         hertz = [h for h in BANDWIDTHS if h <= min(holds, rate)]
-        for found, shares in while_quiet(
-            evaluate(drive, motion, quantities, model, h, torque) for h in hertz
-        ):
-            candidates.append(found)
-            if found.bound is not None and not found.refused and found.bound < least:
-                best, parts, least = found, shares, found.bound
+        tried = (evaluate(drive, motion, quantities, model, h, torque) for h in hertz)
+        found, one, shares = cheapest(tried, "bound")
+        candidates += found
+        if one is not None and (best is None or one.bound < best.bound):
+            best, parts = one, shares
     if best is None:
         model, holds = next(iter(models.items()))
         limit = f"a fortieth of the sample rate, {rate:.3g} Hz"
@@ -106,12 +87,12 @@ def design_controller(
         return ControllerResult(
             model=model,
             name=f"darc-{model}-damped",
-            candidates=tuple(candidates),
+            candidates=candidates,
             reason=f"no bandwidth can be used: {why}",
         )
     law = make_law(drive, motion, quantities, best.model, best.bandwidth)
     loop = joined_loop(drive, drive, law, motion, None)
-    seen = summarize(loop, run(loop), drive, drive, motion, rig_options(drive), 0)
+    seen = summarize(loop, run(loop))
     return ControllerResult(
         model=best.model,
         name=law.name,
@@ -119,7 +100,7 @@ def design_controller(
         sliding_rate=RATIO[best.model] * best.bandwidth,
         bound=best.bound,
         chosen=best,
-        candidates=tuple(candidates),
+        candidates=candidates,
         lower=tuple(float(v) for v in law.law.learning[LOW]),
         upper=tuple(float(v) for v in law.law.learning[HIGH]),
         shares=parts,
@@ -190,12 +171,12 @@ def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) 
     assert setting.value is not None
     if setting.model is not None:
         return make_law(drive, motion, known.quantities, setting.model, setting.value)
-    spec = spec_for(drive, motion, feedback=near_encoder(drive), options=rig_options(drive))
+    spec = DesignSpec(drive, motion, feedback=near_encoder(drive), options=rig_options(drive))
     return law_at(setting.controller, setting.value, setting.filter, spec)
 
 
 def _tuned(name: str, drive: Drive, motion: Motion, known: Knowledge, torque: float | None) -> LawSetting:
-    spec = spec_for(drive, motion, feedback=near_encoder(drive), options=rig_options(drive))
+    spec = DesignSpec(drive, motion, feedback=near_encoder(drive), options=rig_options(drive))
 
     def worst(made: Controller) -> float:
         """Largest error over the plants for tuning [rad]; infinite where one ends early or asks too much."""

@@ -15,7 +15,6 @@ from math import floor, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal, stats
 
 from cabledrive.control.numbers import ObserverNumbers
@@ -25,6 +24,7 @@ from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.closed_loop.loop import plant_chain
@@ -100,7 +100,6 @@ def encoder_findings(drive: Drive, coarser: Mapping[str, int]) -> tuple[LogFindi
     )
 
 
-Array = NDArray[np.float64]
 CHANNELS = {"angle": "motor", "drive_angle": "drive", "load_angle": "load"}
 REPEATS = 4
 """Logs of the model itself."""

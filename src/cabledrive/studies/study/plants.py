@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.rig.carriage.transporter import FORCE, TENSIONS
 from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
@@ -43,7 +43,6 @@ from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choos
 from cabledrive.studies.study.sampled_plants import joined_loop, with_values
 from cabledrive.studies.study.stage_cache import Logs, Made, StageCache
 
-Array = NDArray[np.float64]
 EXCEEDED = "the motion exceeds the limits of the drive"
 
 

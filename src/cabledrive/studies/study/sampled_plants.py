@@ -12,18 +12,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.darc import Bounds
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.regression import Fit
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, with_plant
 from cabledrive.rig.disturbances import joint_backlash
-from cabledrive.rig.laws.controllers import Controller, chain_law, fitted_encoders
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, fitted_encoders
 from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.rig.trial import spec_for
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with
 
 RIPPLE_ORDER = 12.0
@@ -52,7 +51,7 @@ def make_law(
     drive: Drive, motion: Motion, quantities: Mapping[str, Quantity], model: int, hertz: float
 ) -> Controller:
     """The damped law of the chain at a bandwidth [Hz], its projection bounds from what is known."""
-    spec = spec_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
+    spec = DesignSpec(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
     bounds = projection_bounds(quantities, drive, model)
     return chain_law(spec, model, f"darc-{model}-damped", damped=True, bounds=bounds)
 
@@ -91,11 +90,10 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
     ``phases``: of the encoders that are read, from -1/2 to 1/2; None: as they are. Ripple of the motor's
     torque goes with the angle that is wanted, which the motor keeps nearly.
     """
-    options = rig_options(drive, ideal=bool(np.all(loop.rig.counts == 0.0)))
     plant = drive_with(drive, values)
     chain = plant_chain(plant, None)
     play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
-    fresh = with_plant(loop, chain, options, play)
+    fresh = with_plant(loop, chain, play)
     rig = fresh.rig if phases is None else fresh.rig._replace(phases=phases)
     if "delay" in values:
         known = rig.late_samples * rig.interval + rig.late_part
@@ -108,7 +106,6 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
     return replace(fresh, rig=rig)
 
 
-Array = NDArray[np.float64]
 Interval = tuple[float, float, float]
 ROUNDING = 1e-9
 """Largest negative eigenvalue of a matrix of correlations that counts as rounding."""
