@@ -190,11 +190,8 @@ def with_disturbances(loop, phases=(0.0, 0.0, 0.0), **values):
 def test_each_disturbance_is_that_of_another_integrator(loop, ours, theirs, measured):
     """Peak error of the same law on plants of `true_plants.py`, whose steps are semi-implicit."""
     found = run(with_disturbances(loop, (0.7, 0.0, 0.4), **ours), log=False).state.summary[0]
-    made, rig = loop.controller, loop.rig
-    other = followed(
-        truth_of(DRIVE).but(**theirs).values, loop.observer, made.law, rig, made.reference, loop.target,
-        loop_at_rest(loop), np.array([0, 1, 2]), 5e-6,
-    )  # fmt: skip
+    true = truth_of(DRIVE).but(**theirs).values
+    other = followed(true, loop.control, loop_at_rest(loop), np.array([0, 1, 2]), 5e-6)
     plain = run(with_disturbances(loop), log=False).state.summary[0]
     measured(f"{np.degrees(found):.4f} deg, the other {np.degrees(other):.4f}")
     assert abs(found - other) < 0.02 * other, f"observed {found:.3e}, {other:.3e} rad"

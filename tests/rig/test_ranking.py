@@ -11,10 +11,17 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.expected_bound import expected_bound, rounding_part
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.margins import closed_loop, margins_of, response, sampled_controller, sampled_plant
+from cabledrive.rig.margins import (
+    closed_loop,
+    expected_bound,
+    margins_of,
+    response,
+    rounding_part,
+    sampled_controller,
+    sampled_plant,
+)
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
 

@@ -9,9 +9,9 @@ from scipy.stats import binom
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import run_indirect
+from cabledrive.rig.margins import expected_bound
 from cabledrive.rig.plant_samples import Spreads, sampled_loops
 from cabledrive.rig.tuning import design
 from dissertation_runs import track

@@ -28,8 +28,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.assumptions import TOLERANCE, load_along, true_parameters
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
-from cabledrive.rig.expected_bound import tube
 from cabledrive.rig.laws.controllers import place
+from cabledrive.rig.margins import tube
 
 NEGLIGIBLE = 1e-3
 """Of a count of the load's encoder: errors that no bound is held against."""

@@ -11,10 +11,10 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import CONTROLLERS, known_name
+from cabledrive.rig.margins import bound_over_draws
 from cabledrive.rig.plant_samples import draw_words, run_samples
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, sample_interval
 from cabledrive.rig.tracking import Tracking, within

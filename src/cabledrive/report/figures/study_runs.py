@@ -26,7 +26,7 @@ from cabledrive.report.picture import (
 )
 from cabledrive.rig import Tracking
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
-from cabledrive.studies.study.carriage_controller import CarriageController
+from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.machine import LOG, WORDS, Quantity
 

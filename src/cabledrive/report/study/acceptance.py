@@ -16,8 +16,8 @@ from cabledrive.report.words import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, LawScore, WorstCase
+from cabledrive.studies.study.bandwidth_cost import CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage_case import CarriageModel
-from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.machine import UNITS, WORDS
 from cabledrive.studies.study.verdict_stage import NO_BOUND

@@ -20,7 +20,7 @@ from cabledrive.rig.laws.registry import MAIN_LAWS
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import summarize
 from cabledrive.rig.tuning import LEAST_DISK, TUNING_DRAWS, TUNING_SEED, law_at, ripple_limit, tuned
-from cabledrive.studies.study.bandwidth_cost import Candidate, cheapest, evaluate
+from cabledrive.studies.study.bandwidth_cost import SAMPLES_PER_PERIOD, Candidate, cheapest, evaluate
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.sampled_plants import (
@@ -32,7 +32,6 @@ from cabledrive.studies.study.sampled_plants import (
     with_values,
 )
 
-SAMPLES_PER_PERIOD = 40.0
 BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0, 70.0, 90.0)
 
 

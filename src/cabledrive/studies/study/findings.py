@@ -9,8 +9,8 @@ from cabledrive.parameters.fields import percent, rounded
 from cabledrive.rig.plant_samples import CONFIDENCE
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, LawScore, TriedLaws
+from cabledrive.studies.study.bandwidth_cost import CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage_case import CarriageModel
-from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.check_stage import CheckResult, DemandResult
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.goals import ErrorUnit, Goals, goal_of

@@ -15,6 +15,7 @@ from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.setting import Motion
+from cabledrive.studies.study.bandwidth_cost import CarriageController, design_carriage_law
 from cabledrive.studies.study.carriage_case import (
     CarriageCase,
     CarriageModel,
@@ -27,7 +28,6 @@ from cabledrive.studies.study.carriage_case import (
     torque_of,
     whole_run,
 )
-from cabledrive.studies.study.carriage_controller import CarriageController, design_carriage_law
 from cabledrive.studies.study.carriage_machine import know_carriage
 from cabledrive.studies.study.check_stage import DemandResult, demand_of
 from cabledrive.studies.study.controller_stage import (

@@ -15,8 +15,8 @@ from cabledrive.parameters.version import __version__
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
 from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, LawScore
+from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage_case import case_of, loop_at
-from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.controller_stage import law_of
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.pipeline import StudyResult

@@ -12,8 +12,8 @@ from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.studies.study.acceptance_stage import ENOUGH, LawScore, ReachedError
+from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage_case import CarriageModel
-from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.findings import (
     RECORD,
