@@ -54,7 +54,12 @@ def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> Repeated:
     width = max(1, round(NODE_TIME / loop.rig.interval))
     nodes = len(loop.target) // width
     learning = design_learning(loop, spec, width, nodes)
-    frozen = _frozen(loop, done)
+    frozen, made = loop, loop.controller
+    if made.law.kind == LEARNING:  # with the estimates of the first repetition: the proof is of a fixed loop
+        count = made.law.learning.shape[1]
+        start, table = np.zeros_like(made.start), made.law.learning.copy()
+        start[:count], table[GAIN] = done.state.controller.parameters[:count], 0.0
+        frozen = replace(loop, controller=replace(made, start=start, law=made.law._replace(learning=table)))
     place, best, errors = np.zeros(learning.directions.shape[1]), (loop, done), [_errors(loop, done)]
     radius = learning.radius(_mean_error(loop, done, width, nodes))
     waited, stopped = 0, f"{repetitions} repetitions, as asked"
@@ -127,18 +132,6 @@ def _lifted(loop: Loop, width: int, nodes: int) -> tuple[Array, Array]:
     later = response(matrix, push, np.array((load, command)), nodes * width - 1)[:, :, 0]
     both = np.vstack(([0.0, 1.0], later))  # the added torque itself comes at once
     return lifted(both[:, 0], nodes, width), lifted(both[:, 1], nodes, width)
-
-
-def _frozen(loop: Loop, done: Run) -> Loop:
-    """The law with the estimates of the first repetition, which stay: the proof is of a fixed loop."""
-    made = loop.controller
-    if made.law.kind != LEARNING:
-        return loop
-    count = made.law.learning.shape[1]
-    start, learning = np.zeros_like(made.start), made.law.learning.copy()
-    start[:count] = done.state.controller.parameters[:count]
-    learning[GAIN] = 0.0
-    return replace(loop, controller=replace(made, start=start, law=made.law._replace(learning=learning)))
 
 
 def _readings(loop: Loop, done: Run) -> Array:

@@ -94,17 +94,24 @@ class Follower:
 
         curves = here.frequency.size
         beside = self._beside(here)
-        found = self._partners(np.hstack((here.shapes, beside.shapes)), value)
+        shapes = np.hstack((here.shapes, beside.shapes))
+        count = shapes.shape[1] + _GUARDS
+        while True:  # so many modes that most of each shape is among them
+            found = self.modes_at(value, count)
+            caught = np.sum((shapes[:, : -_GUARDS or None].T @ found.shapes) ** 2, axis=1)
+            if caught.min() >= DECISIVE or count >= 4 * shapes.shape[1] + 16:
+                break
+            count *= 2
         overlap = here.shapes.T @ found.shapes
         found = _aligned(found, overlap)
         overlap = np.vstack((here.shapes.T @ found.shapes, beside.shapes.T @ found.shapes)) ** 2
         chosen = np.asarray(linear_sum_assignment(-overlap)[1])
         certain = overlap[np.arange(chosen.size), chosen] >= DECISIVE
-        sure = bool(certain[:curves].all()) and not _order_changed(
-            np.concatenate((here.frequency, beside.frequency))[certain],
-            found.frequency[chosen][certain],
-            curves,
-        )
+        before = np.concatenate((here.frequency, beside.frequency))[certain]
+        after = found.frequency[chosen][certain]
+        gaps = [own[:curves, None] - own for own in (before, after)]
+        wide = (np.abs(gaps[0]) > TOUCHING * before) & (np.abs(gaps[1]) > TOUCHING * after)
+        sure = bool(certain[:curves].all()) and not np.any((gaps[0] * gaps[1] < 0.0) & wide)
         return _part(found, chosen[:curves]), sure
 
     def _beside(self, here: Station) -> Station:
@@ -112,16 +119,6 @@ class Follower:
         count = int(here.places.max()) + 1 + _GUARDS
         known = self.modes_at(here.value, count)
         return _part(known, np.setdiff1d(np.arange(count), here.places))
-
-    def _partners(self, shapes: Array, value: float) -> Station:
-        """So many modes at a value that most of each shape is among them."""
-        count = shapes.shape[1] + _GUARDS
-        while True:
-            found = self.modes_at(value, count)
-            caught = np.sum((shapes[:, : -_GUARDS or None].T @ found.shapes) ** 2, axis=1)
-            if caught.min() >= DECISIVE or count >= 4 * shapes.shape[1] + 16:
-                return found
-            count *= 2
 
 
 def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
@@ -162,14 +159,6 @@ def _aligned(found: Station, overlap: Array) -> Station:
         rotation = np.vstack((left @ right[: left.shape[0]], right[left.shape[0] :]))
         shapes[:, group] = shapes[:, group] @ rotation.T
     return replace(found, shapes=shapes)
-
-
-def _order_changed(before: Array, after: Array, curves: int) -> bool:
-    """Whether a curve and another mode changed order, both gaps wider than round-off; curves come first."""
-    gap_before = before[:curves, None] - before
-    gap_after = after[:curves, None] - after
-    wide = (np.abs(gap_before) > TOUCHING * before) & (np.abs(gap_after) > TOUCHING * after)
-    return bool(np.any((gap_before * gap_after < 0.0) & wide))
 
 
 _EXCHANGED = 0.5

@@ -183,9 +183,16 @@ def _doubts(
     found = []
     if tension < 0.0:
         found.append("a span goes slack along the motion; the model is not valid from there on")
-    sag, span = _largest_sag(drive, path)
+    sag, where = 0.0, ""  # the largest at midspan in the poses of the motion [m]
+    for pose in path.poses:
+        machine = posed(drive, pose) if pose else drive
+        rest = statics_of(machine)
+        for number, span in enumerate(machine.free_spans):
+            across = abs(float(rest.line_load[number] @ np.array(span.across)))
+            own = across * span.length**2 / (8.0 * float(rest.mean[number]))
+            sag, where = max((sag, where), (own, span.name))
     if sag > SAG_SHARE * limit:
-        found.append(f"{span} sags by {1e3 * sag:.3g} mm, and excitation through sag is not computed")
+        found.append(f"{where} sags by {1e3 * sag:.3g} mm, and excitation through sag is not computed")
     if not all(one.certified for one in path.snapshots):
         found.append("the list of modes is not certified in every pose")
     if path.ambiguous:
@@ -195,18 +202,6 @@ def _doubts(
         found.append(
             "the places of bodies follow from the torque without the file's friction: give them as columns"
         )
-    return found
-
-
-def _largest_sag(drive: RoutedDrive, path: RoutePath) -> tuple[float, str]:
-    """Largest sag of a span at midspan in the poses of a motion [m], and which span."""
-    found = (0.0, "")
-    for pose in path.poses:
-        machine = posed(drive, pose) if pose else drive
-        rest = statics_of(machine)
-        for number, span in enumerate(machine.free_spans):
-            across = abs(float(rest.line_load[number] @ np.array(span.across)))
-            found = max(found, (across * span.length**2 / (8.0 * float(rest.mean[number])), span.name))
     return found
 
 

@@ -277,7 +277,10 @@ def passages_of(path: RoutePath) -> tuple[Passage, ...]:
     here = path.here[picked]
     names = ("along", "across", "across_loss", "coupling")
     along, across, loss, coupling = (path.at(name, here) for name in names)
-    amplitude = _envelope(path)[picked]
+    # Of each longitudinal mode about where the torque holds it.
+    omega, turn = path.at("along", path.here), path.at("along_turn", path.here)
+    rest = np.einsum("iqm,im->iq", turn, path.torque) / omega**2
+    amplitude = np.hypot(path.along - rest, path.along_rate / omega)[picked]
     strength = np.abs(coupling).max(axis=0)
     found = []
     for q in range(along.shape[1]):
@@ -312,10 +315,3 @@ def passages_of(path: RoutePath) -> tuple[Passage, ...]:
                     )
                 )
     return tuple(sorted(found, key=lambda one: -one.amplitude))
-
-
-def _envelope(path: RoutePath) -> Array:
-    """Amplitude of each longitudinal mode about where the torque holds it, shape (steps + 1, q)."""
-    omega, turn = path.at("along", path.here), path.at("along_turn", path.here)
-    rest = np.einsum("iqm,im->iq", turn, path.torque) / omega**2
-    return np.asarray(np.hypot(path.along - rest, path.along_rate / omega))

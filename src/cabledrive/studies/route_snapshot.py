@@ -109,7 +109,16 @@ class Snapshot:
 def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
     """Modes of a machine with free rotors, to ``wanted`` [Hz] or thrice the lowest that a motor drives."""
     network = network_of(drive, motor=FREE)
-    top = wanted or HIGHEST * _lowest_driven(network, drive)
+    top = wanted
+    if top is None:
+        listed = straight_modes(drive, count=10, motor=FREE).longitudinal
+        turning = (mode for mode in listed if not mode.clamped and np.any(turns_of(network, mode)))
+        lowest = next(turning, None)
+        if lowest is None:
+            raise InputRefused(
+                "motion: no motor turns in the first longitudinal modes: it changes no tension"
+            )
+        top = HIGHEST * lowest.frequency
     found = straight_modes(drive, below=top * 1.0001, motor=FREE)
     nodes, weights, slope = quadrature()
     along = []
@@ -152,14 +161,6 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
         certified=found.certified,
         top=top,
     )
-
-
-def _lowest_driven(network: Network, drive: RoutedDrive) -> float:
-    """Lowest longitudinal mode in which a motor turns [Hz]."""
-    for mode in straight_modes(drive, count=10, motor=FREE).longitudinal:
-        if not mode.clamped and np.any(turns_of(network, mode)):
-            return mode.frequency
-    raise InputRefused("motion: no motor turns in the first longitudinal modes: it changes no tension")
 
 
 def _facing(own: Slopes) -> float:

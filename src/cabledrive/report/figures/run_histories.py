@@ -9,13 +9,12 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.modal import modes, natural_frequencies
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.mode_figure import file_style
 from cabledrive.report.picture import BLUE, GREEN, INK, ORANGE, QUIET, SPAN_COLOURS, TEXT, label, log_axis
 from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
-from cabledrive.studies.spectrum import amplitude_spectrum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +22,21 @@ if TYPE_CHECKING:
 
 STILL = 1e-12
 """Motion below which a body is held by its friction, and what is left is round-off [m]."""
+
+
+PADDING, FEWEST_SAMPLES = 8, 16
+
+
+def amplitude_spectrum(time: Array, signal: Array) -> tuple[Array, Array]:
+    """Frequencies [Hz] and amplitudes of the sines in a record, shape (n,), without its straight line."""
+    if signal.size < FEWEST_SAMPLES:
+        raise InputRefused(
+            f"spectrum of {signal.size} samples, at least {FEWEST_SAMPLES} are needed: record more of the run"
+        )
+    window, padded = np.hanning(signal.size), PADDING * signal.size
+    level = np.polynomial.Polynomial.fit(time, signal, 1)(time)
+    amplitude = 2.0 * np.abs(np.fft.rfft((signal - level) * window, padded)) / window.sum()
+    return np.arange(amplitude.size) / (padded * float(time[1] - time[0])), amplitude
 
 
 class Curve(NamedTuple):
@@ -139,13 +153,13 @@ def draw_spectrum(
 ) -> None:
     """Amplitude spectrum of a run, Hann window, with `spectrum_marks`, or up to ``highest`` [Hz]."""
     time, _, curve = curves_of(result)
-    spectrum = amplitude_spectrum(time, curve.values)
-    top = 1.05 * max((frequency for frequency, _ in marks), default=highest or spectrum.frequency[-1])
-    shown = (spectrum.frequency >= 2.0 * spectrum.resolution) & (spectrum.frequency <= top)
-    amplitude = spectrum.amplitude[shown]
+    hertz, amplitude = amplitude_spectrum(time, curve.values)
+    top = 1.05 * max((frequency for frequency, _ in marks), default=highest or hertz[-1])
+    shown = (hertz >= 2.0 * PADDING * hertz[1]) & (hertz <= top)  # half of a peak's width at its foot
+    amplitude = amplitude[shown]
     highest = float(np.max(amplitude, initial=0.0)) or 1.0
     axes.plot(
-        spectrum.frequency[shown],
+        hertz[shown],
         np.maximum(amplitude, highest * 10.0**-DECADES),
         color=BLUE,
         linewidth=1.0,
@@ -169,7 +183,7 @@ def draw_spectrum(
             )
     axes.set_ylim(highest * 10.0**-DECADES, 10.0 * highest)
     log_axis(axes, "y", HEIGHT - 70.0)
-    axes.set_xlim(0.0, min(top, spectrum.frequency[-1]))
+    axes.set_xlim(0.0, min(top, hertz[-1]))
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel(curve.axis)
 

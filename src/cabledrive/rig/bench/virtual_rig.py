@@ -126,19 +126,13 @@ def _angles(rig: VirtualRig, torque: Array, fine: float) -> Array:
         speeds, _ = integrate_rigid_axis(np.array(values), torque, fine, slope=flaws.smooth_slope)
         middle = 0.5 * (speeds[1:] + speeds[:-1]) * fine
         return np.concatenate([[0.0], np.cumsum(middle)])[:, None]
-    law, gaps = friction_and_gaps(rig)
-    return integrate_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
-
-
-def friction_and_gaps(rig: VirtualRig) -> tuple[FrictionLaw, tuple[float, ...]]:
-    """Friction and backlash of a rig as the integration of a row takes them."""
-    flaws, n = rig.imperfections, rig.chain.size
     law = FrictionLaw(
         excess=(flaws.stribeck_excess, *(0.0,) * (n - 1)),
         fading=(flaws.stribeck_speed,) * n,
         slope=(flaws.smooth_slope, *(0.0,) * (n - 1)),
     )
-    return law, (flaws.backlash, *(0.0,) * (n - 2)) if n > 1 else ()
+    gaps = (flaws.backlash, *(0.0,) * (n - 2)) if n > 1 else ()
+    return integrate_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
 
 
 def _logged(torque: Array, oversampling: int, rig: VirtualRig, rng: np.random.Generator) -> Array:

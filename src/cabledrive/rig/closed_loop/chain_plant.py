@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.flank_torque import FlankLaw, first_memory
-from cabledrive.control.numbers import KALMAN, ObserverNumbers
+from cabledrive.control.numbers import KALMAN
 from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers
-from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
-from cabledrive.rig.setting import RigOptions
+from cabledrive.rig.closed_loop.loop_numbers import Array
 
 PER_RADIAN, SLOPE = 12.0, 50.0
 """Internal steps per radian of the fastest mode; K of smoothed friction c tanh(K w) [s/rad]."""
@@ -151,27 +150,17 @@ def doubled(drive: Drive) -> Drive:
 
 
 def make_pair(
-    design: LumpedChain,
-    drive: Drive,
-    observer: ObserverNumbers,
-    rig: RigNumbers,
-    shafts: tuple[str, ...],
-    options: RigOptions,
-    sampling: Sampling,
-    generator: np.random.Generator,
-    *,
-    other: bool,
+    loop: Any, design: LumpedChain, sampling: Sampling, generator: np.random.Generator, *, other: bool
 ) -> Pair:
-    """The law of the preload and its sensors."""
-    motor = drive.motor
-    assert motor is not None
+    """The law of the preload and its sensors, for a loop without them; ``design``: chain of its filter."""
+    motor, options, rig = loop.actual.motor, loop.options, loop.rig
     if other:
         raise InputRefused(
             "pair: its plant is the lumped chain and its law of position a packaged one: leave --plant and "
             "a controller of your own out"
         )
-    knows = observer.kind == KALMAN and design.names[:2] == ("motor", "drive")
-    if not knows and shafts[:2] != ("motor", "drive"):
+    knows = loop.observer.kind == KALMAN and design.names[:2] == ("motor", "drive")
+    if not knows and loop.encoder_shafts[:2] != ("motor", "drive"):
         raise InputRefused(
             "pair: this law's filter does not know the joint of the motors, and its encoders do not show it: "
             "take a law of the whole chain, such as lqi"

@@ -184,15 +184,9 @@ def close_loop(
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
         dropout=encoder_dropout(plant_drive, options, interval, shown),
     )
-    shown_shafts, pair = tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown), None
-    if options.pair:
-        other = cable or plant is not None or plant_model is not None or controller.own is not None
-        pair = make_pair(
-            design, plant_drive, observer, rig, shown_shafts, options, sampling, generator, other=other
-        )
     play, slack = joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain)
     links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
-    return Loop(
+    loop = Loop(
         drive=design_drive,
         actual=plant_drive,
         motion=motion,
@@ -202,8 +196,7 @@ def close_loop(
         rig=rig,
         target=target,
         gear=gear,
-        encoder_shafts=shown_shafts,
-        pair=pair,
+        encoder_shafts=tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown),
         cable=cable_plant(plant_drive, chain, interval, options) if cable else None,
         own_plant=own_plant,
         named=named,
@@ -212,6 +205,10 @@ def close_loop(
         slack=slack,
         plant=lumped_plant(chain, rig.interval, rate, options, links, controller.field),
     )
+    if not options.pair:
+        return loop
+    other = cable or plant is not None or plant_model is not None or controller.own is not None
+    return replace(loop, pair=make_pair(loop, design, sampling, generator, other=other))
 
 
 def lumped_plant(

@@ -319,7 +319,10 @@ def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> i
 
     made, own = loop.controller, loop.controller.own
     try:
-        _check_once(own, state, made.reference[first])
+        # Once on zeros, for the shapes of what is returned; a number need not be finite there.
+        size = len(state.readings) if own.measures == "readings" else len(state.controller.states)
+        memory, row = state.controller.memory.copy(), made.reference[first].copy()
+        stepped(own, memory, np.zeros(size), row, "when it was tried on zeros")
     except NumbaError as error:
         line = str(error).strip().splitlines()[0]
         raise InputRefused(
@@ -336,11 +339,3 @@ def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> i
             f"at t = {ended * loop.rig.interval:.6g} s (sample {ended}): a command must be a finite torque"
         )
     return int(ended)
-
-
-def _check_once(own: OwnController, state: LoopState, reference: Array) -> None:
-    """Step once on zeros, for the shapes of what is returned; a number need not be finite there."""
-    size = len(state.readings) if own.measures == "readings" else len(state.controller.states)
-    stepped(
-        own, state.controller.memory.copy(), np.zeros(size), reference.copy(), "when it was tried on zeros"
-    )

@@ -80,12 +80,9 @@ def summarize(
         "error_mm": {
             name: 1e3 * float(np.abs(error[:, j]).max(initial=0.0)) for j, name in enumerate(machine.names)
         },
-        "peak_error_deg": None,
-        "peak_error_deg_reason": "the body slides: see peak_error_mm",
-        "rms_error_deg": None,
-        "rms_error_deg_reason": "the body slides: see rms_error_mm",
-        "estimates_within_bounds": None,
-        "estimates_within_bounds_reason": "the law has no estimates with bounds",
+        **_none("peak_error_deg", "the body slides: see peak_error_mm"),
+        **_none("rms_error_deg", "the body slides: see rms_error_mm"),
+        **_none("estimates_within_bounds", "the law has no estimates with bounds"),
         "least_tension": float(done.least.min()) if None not in least else None,
         "least_allowed": design.floor,
         "tension_kept": kept,
@@ -132,7 +129,7 @@ def summarize(
     broken = _broken(setup, force, saturated)
     if damping <= 0.0:
         broken.append("the linearised loop is unstable on the way: lower the bandwidth")
-    summary |= {"theory_bound_deg": None, "theory_bound_deg_reason": "the body slides: see position_bound_mm"}
+    summary |= _none("theory_bound_deg", "the body slides: see position_bound_mm")
     summary |= {"within_bound": kept if not broken else None, "broken_assumptions": broken}
     if broken:
         summary["within_bound_reason"] = "; ".join(broken)
@@ -165,6 +162,10 @@ def summarize(
         torques=torque,
         incomplete=_incomplete(setup, done, tension, broken, drawn),
     )
+
+
+def _none(key: str, why: str) -> dict[str, Any]:
+    return {key: None, f"{key}_reason": why}
 
 
 def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:

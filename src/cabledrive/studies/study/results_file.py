@@ -42,11 +42,17 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "controller": result.controller,
         "laws": laws and {"chosen": laws.chosen, "cable": laws.cable_scores},
     }
-    goals = as_plain(result.goals)
+    goals, unit, reached = as_plain(result.goals), error_unit(result.goals), verdict.reached
+    key, size = f"reached_error_{unit.name}", reached.error if reached else None
+    error: dict[str, Any] = {key: None if size is None else unit.of(size)}
+    error |= {name: getattr(reached, name, None) for name in ("share", "confidence")}
+    if size is None:
+        why = "too many runs ended early" if reached else "no law was run on drawn plants"
+        error[f"{key}_reason"] = why
     return {
         "verdict": verdict.answer,
         "headline": verdict.reasons[0],
-        **_reached(result),
+        **error,
         "candidates": [_candidate(one, result.goals) for one in result.scores],
         "reasons": list(verdict.reasons),
         "findings": [finding.data for finding in result.knowledge.findings],
@@ -70,18 +76,6 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "seed": result.goals.seed,
         },
     }
-
-
-def _reached(result: StudyResult) -> dict[str, Any]:
-    """What the chosen law reached, with the unit in the key."""
-    unit, reached = error_unit(result.goals), result.verdict.reached
-    key, error = f"reached_error_{unit.name}", reached.error if reached else None
-    found: dict[str, Any] = {key: None if error is None else unit.of(error)}
-    found |= {name: getattr(reached, name, None) for name in ("share", "confidence")}
-    if error is None:
-        why = "too many runs ended early" if reached else "no law was run on drawn plants"
-        found[f"{key}_reason"] = why
-    return found
 
 
 def _candidate(one: LawScore, goals: Goals) -> dict[str, Any]:
