@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -60,20 +59,6 @@ class Score:
     tension: float | None = None
 
 
-class ClosedLoop(Protocol):
-    """A law that can be run on one plant after another."""
-
-    @property
-    def encoders(self) -> int:
-        """Encoders whose phases are drawn."""
-
-    def run(self, values: Mapping[str, float], phases: Array) -> Score:
-        """What a plant with these quantities leaves, its encoders at these phases, shape (encoders,)."""
-
-    def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
-        """The same run: time [s], reference, error [rad] or [m], torque [N m], each of shape (samples,)."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidates:
     """Model, controller and laws of a plant, as far as it has them."""
@@ -83,41 +68,6 @@ class Candidates:
     laws: tuple[LawSetting, ...] = ()  # simplest first
     bound: float | None = None  # stated for the law of the chain [rad]
     reason: str = ""  # why there is no law; empty where there is one
-
-
-class Plant(Protocol):
-    """What a study asks of a machine, in the order in which it asks."""
-
-    @property
-    def kind(self) -> str:
-        """Of the plants that decide: "lumped" or "carriage"."""
-
-    @property
-    def drive(self) -> Drive:
-        """With the best values, once they are known."""
-
-    @property
-    def no_models(self) -> str:
-        """Why the reduced models do not apply; empty where they do."""
-
-    @property
-    def no_cable(self) -> str:
-        """Why there are no plants on the distributed cable; empty where there are."""
-
-    def quantities(self, logs: Logs) -> Knowledge:
-        """What is known of the machine."""
-
-    def knowing(self, known: Knowledge) -> "Plant":
-        """The machine with the best value of every quantity."""
-
-    def demand(self) -> DemandResult:
-        """What the motion asks of motor and cable."""
-
-    def candidates(self, modes: ModesResult, *, possible: bool) -> Candidates:
-        """Model, controller and laws; ``possible``: whether the drive has what the motion asks for."""
-
-    def closed_loop(self, law: LawSetting, *, cable: bool) -> Made[ClosedLoop]:
-        """A law ready to run; ``cable``: on the distributed nonlinear cable."""
 
 
 AXIS = "the lumped chain of an axis is run, its machine's spans are in the network of `simulate`"
@@ -186,7 +136,7 @@ class LoadPlant:
         laws = staged("laws", tuned_laws, *asked, known, controller, goals.torque, every_law=goals.every_law)
         return Candidates(model=model, controller=controller, laws=laws, bound=controller.bound)
 
-    def closed_loop(self, law: LawSetting, *, cable: bool) -> Made[ClosedLoop]:
+    def closed_loop(self, law: LawSetting, *, cable: bool) -> Made["ClosedLoop"]:
         """A law on this drive."""
         goals = self.goals
         return Made(load_loop, (bare(self.drive), goals.motion, self.known, law, goals.torque, cable))
@@ -298,7 +248,7 @@ class CarriagePlant:
         laws = () if law.bandwidth is None else (setting,)
         return Candidates(model=model, controller=law, laws=laws, reason="" if laws else law.reason)
 
-    def closed_loop(self, law: LawSetting, *, cable: bool) -> Made[ClosedLoop]:
+    def closed_loop(self, law: LawSetting, *, cable: bool) -> Made["ClosedLoop"]:
         """The scheduled law; there is no plant on the distributed cable."""
         assert not cable
         return Made(carriage_loop, (bare(self.drive), self.task, law.value))
@@ -348,3 +298,9 @@ class CarriageRuns:
             "error": both[int(np.argmax(np.abs(both).max(axis=1)))],
             "torque": log[:, FORCE] * case.design.radius,
         }
+
+
+Plant = LoadPlant | CarriagePlant
+"""What a study takes through its stages."""
+ClosedLoop = LoadLoop | CarriageRuns
+"""A law that can be run on one plant after another."""
