@@ -1,7 +1,7 @@
 """In what a run of the rig departs from the theorems' assumptions, and which departures break them.
 
 A departure that acts as a torque of the motor, such as rounding or delay, is a disturbance, and the theorems
-allow one up to a bound. `cabledrive.rig.theorem` measures how much of what they allow a run used. Departures
+allow one up to a bound. `cabledrive.rig.bounds` measures how much of what they allow a run used. Departures
 that are never such a disturbance, such as a parameter outside its bounds, are named whenever they occur.
 """
 

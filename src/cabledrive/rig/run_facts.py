@@ -14,7 +14,7 @@ from cabledrive.rig.bounds import BoundCheck, disturbance_bound
 from cabledrive.rig.closed_loop.chain_kernels import LEAST
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
-from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions
+from cabledrive.rig.setting import CABLE, DEGREE, Motion
 
 
 def why_ended(loop: Loop, done: Run) -> str | None:
@@ -33,7 +33,7 @@ def why_ended(loop: Loop, done: Run) -> str | None:
     return f"the plant diverged at t = {time:.4g} s: lower the bandwidth, or feed back the motor's encoder"
 
 
-def plant_words(loop: Loop, options: RigOptions) -> dict[str, Any]:
+def plant_words(loop: Loop) -> dict[str, Any]:
     """What the plant is, its friction, backlash and slack; unknown of a plant of the user's own."""
     if loop.own_plant is not None:
         reason = "the plant is your own: slack of its spans and backlash are not looked at"
@@ -46,15 +46,15 @@ def plant_words(loop: Loop, options: RigOptions) -> dict[str, Any]:
         }
     return {
         "plant": CABLE if loop.cable is not None else loop.named or f"model-{plant_model(loop)}",
-        "friction": "smooth, c tanh(50 w)" if options.smooth_friction else "stick-slip Coulomb",
+        "friction": "smooth, c tanh(50 w)" if loop.options.smooth_friction else "stick-slip Coulomb",
         "backlash": loop.backlash,
-        "slack_rule": "ends the run" if options.forbid_slack else "a slack span carries nothing",
+        "slack_rule": "ends the run" if loop.options.forbid_slack else "a slack span carries nothing",
     }
 
 
-def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
+def span_tensions(loop: Loop, log: Array) -> Array | None:
     """Tension of both spans without dampers, shape (samples, 2) [N], at least zero; None without a loop."""
-    n, chain = loop.chain.size, loop.chain
+    n, chain, actual = loop.chain.size, loop.chain, loop.actual
     if "load" not in chain.names or actual.kind != "loop" or loop.own_plant is not None:
         return None
     twist = log[:, n - 2] - log[:, n - 1]
@@ -63,16 +63,17 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
     return np.maximum(both, 0.0)
 
 
-def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[str, Any]:
+def disturbance_facts(loop: Loop) -> dict[str, Any]:
     """What was asked of the rig beside its plant: jitter [s], disturbances, limits, dropout."""
+    options, motor = loop.options, loop.actual.motor
     found: dict[str, Any] = {"jitter": options.jitter, "disturbances": []}
     for one in options.disturbances:
         words = {"on": one.on, "torque": one.torque, "start": one.start}
         found["disturbances"].append(words | ({"end": one.end} if np.isfinite(one.end) else {}))
     if np.isfinite(loop.rig.torque_limit):
         found["torque_limit"] = loop.rig.torque_limit
-    if actual.motor is not None and actual.motor.current_bandwidth is not None:
-        found["current_bandwidth_hz"] = actual.motor.current_bandwidth
+    if motor is not None and motor.current_bandwidth is not None:
+        found["current_bandwidth_hz"] = motor.current_bandwidth
     if options.load_change is not None:
         start, factor = options.load_change
         found["load_change"] = {"start": start, "factor": factor}
@@ -130,11 +131,11 @@ LAST_SHARE = 0.5
 """Part of the last dwell in which the swing at rest is measured."""
 
 
-def rest_words(loop: Loop, error: Array, motion: Motion) -> dict[str, Any]:
+def rest_words(loop: Loop, error: Array) -> dict[str, Any]:
     """Swing of the load at the end of the last dwell of a plant with backlash, where a loop may cycle."""
     if loop.backlash <= 0.0 or loop.own_plant is not None:
         return {}
-    last = round(LAST_SHARE * motion.dwell / loop.rig.interval)
+    last = round(LAST_SHARE * loop.motion.dwell / loop.rig.interval)
     if len(error) < len(loop.target) or last < 2:
         reason = "the run did not come to its last dwell" if last >= 2 else "the motion has no dwell"
         return {"rest_swing_deg": None, "rest_swing_counts": None, "rest_swing_reason": reason}

@@ -127,7 +127,22 @@ class Tracking(ResultCard):
         -------
         matplotlib.figure.Figure
         """
-        return tracking_figure(self)
+        from matplotlib import pyplot
+
+        said, (figure, axes) = self.summary, pyplot.subplots(3, 1, sharex=True, layout="constrained")
+        above, middle, below = axes
+        above.plot(self.time, np.degrees(self.reference), "--", label="reference")
+        above.plot(self.time, np.degrees(self.load_angle), label="load")
+        above.set(ylabel="angle [deg]", title=f"{said['controller']} on {said['plant']}")
+        above.legend()
+        middle.plot(self.time, np.degrees(self.error))
+        if self.bound is not None and said["within_bound"] is not None:
+            for sign in (-1.0, 1.0):
+                middle.plot(self.time, sign * np.degrees(self.bound), ":", color="gray")
+        middle.set_ylabel("error [deg]")
+        below.plot(self.time, self.torque)
+        below.set(ylabel="torque [N m]", xlabel="time [s]")
+        return figure
 
     def _card(self) -> list[tuple[str, str]]:
         said = self.summary
@@ -151,7 +166,6 @@ class Tracking(ResultCard):
 
 def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     """Put a run into words and arrays."""
-    actual, motion, options = loop.actual, loop.motion, loop.options
     n, m, ended = loop.chain.size, len(loop.rig.encoders), done.ended
     log, made = done.log[:ended], loop.controller
     column = 2 * n + 1 + m
@@ -169,14 +183,14 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     summary = summary_of(loop, done, error, seed)
     summary |= bound_words(check, error, broken, loop.gear)
     summary["departures"] = [one.words for one in departed]
-    summary |= pole_words(loop) | {"circumstances": disturbance_facts(loop, actual, options)}
-    if options.check_conditions:
+    summary |= pole_words(loop) | {"circumstances": disturbance_facts(loop)}
+    if loop.options.check_conditions:
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
         summary |= margin_words(loop, estimates, log[:, column + 3 + 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
     summary |= (
-        motor_words(actual, stepper=made.field is not None)
-        | rest_words(loop, error, motion)
+        motor_words(loop.actual, stepper=made.field is not None)
+        | rest_words(loop, error)
         | pair_words(loop, done)
     )
     if incomplete:
@@ -196,7 +210,7 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
         readings=log[:, 2 * n + 1 : column],
         encoder_angles=log[:, 2 * n + 1 : column] / np.array([1.0] * (m - 1) + [loop.gear]),
         stuck=log[:, column + 1] == 0.0,
-        tensions=done.tensions[:ended] if done.tensions is not None else span_tensions(loop, actual, log),
+        tensions=done.tensions[:ended] if done.tensions is not None else span_tensions(loop, log),
         bound=None if check is None else check.bound.tube / loop.gear,
         incomplete=incomplete,
         interpreted=done.interpreted,
@@ -205,7 +219,7 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
 
 def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]:
     """Peaks of a run and what was run; ``error``, shape (samples,): of the load [rad]."""
-    motion, options = loop.motion, loop.options
+    motion = loop.motion
     score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=True))
     samples = max(len(error), 1)
     several = motion.pulses > 1 and len(error) > loop.rig.first_end
@@ -216,7 +230,7 @@ def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]
     return {
         "controller": loop.controller.name,
         "gains": loop.controller.gains,
-        **plant_words(loop, options),
+        **plant_words(loop),
         "interpreted": done.interpreted,
         "slack_samples": int(score["slack"]),
         "free_play_samples": int(score["loose"]),
@@ -247,27 +261,6 @@ def within(estimates: Array, made: Controller) -> bool | None:
         return None
     low, high = made.law.learning[LOW], made.law.learning[HIGH]
     return bool(np.all((estimates >= low) & (estimates <= high)))
-
-
-def tracking_figure(run: Tracking) -> "Figure":
-    """Reference and load angle, error with its bound, and torque over time."""
-    from matplotlib import pyplot
-
-    figure, (above, middle, below) = pyplot.subplots(3, 1, sharex=True, layout="constrained")
-    above.plot(run.time, np.degrees(run.reference), "--", label="reference")
-    above.plot(run.time, np.degrees(run.load_angle), label="load")
-    above.set_ylabel("angle [deg]")
-    above.legend()
-    above.set_title(f"{run.summary['controller']} on {run.summary['plant']}")
-    middle.plot(run.time, np.degrees(run.error))
-    if run.bound is not None and run.summary["within_bound"] is not None:
-        for sign in (-1.0, 1.0):
-            middle.plot(run.time, sign * np.degrees(run.bound), ":", color="gray")
-    middle.set_ylabel("error [deg]")
-    below.plot(run.time, run.torque)
-    below.set_ylabel("torque [N m]")
-    below.set_xlabel("time [s]")
-    return figure
 
 
 def log_csv(log: Log) -> str:

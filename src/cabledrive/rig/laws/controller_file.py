@@ -250,7 +250,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
         law = LawNumbers(int(numbers["kind"]), *(_array(numbers[name]) for name in LawNumbers._fields[1:]))
         if not law.matrix.size:  # a list cannot say how wide an empty table is
             law = law._replace(matrix=np.zeros((0, 2 * len(data["shafts"]) + 1)))
-        gains = _array(seen["gains"])
+        kind, gains = int(seen["kind"]), _array(seen["gains"])
         found = ControllerFile(
             path=place,
             name=str(data["name"]),
@@ -265,7 +265,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
             own=own,
             **_target(data),
             observer=ObserverNumbers(
-                kind=int(seen["kind"]),
+                kind=kind,
                 chosen=np.array(seen["chosen"], dtype=np.int64),
                 places=np.array(seen["places"], dtype=np.int64),
                 model=_array(seen["model"]),
