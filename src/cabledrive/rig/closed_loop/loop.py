@@ -141,8 +141,6 @@ def close_loop(
     chain, own_plant, named = plant_chain(plant_drive, plant_model), None, ""
     if plant is not None:
         chain, own_plant, named = user_plant(plant_drive, plant, options)
-    centred = options.encoder_phase == "centred"
-    tuning = replace(controller.tuning, offsets=()) if centred else controller.tuning
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
     design = controller.filter_chain or plant_chain(design_drive, own or highest_model(design_drive))
     rate = current_rate(plant_drive)
@@ -155,7 +153,7 @@ def close_loop(
         controller.shafts,
         options,
         sampling,
-        tuning,
+        controller.tuning,
         own=own is not None,
         schedule=controller.schedule,
     )

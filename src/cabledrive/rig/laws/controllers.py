@@ -91,6 +91,7 @@ def fit_observer(
 ) -> tuple[ObserverNumbers, Integers, Array]:
     """Observer of a law, inertias that its encoders read, shape (m,), and their counts, shape (m,) [rad]."""
     fitted = fitted_encoders(drive)
+    tuning = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
     if own:
         fitted = {shaft: count for shaft, count in fitted.items() if shaft in shafts}
     read = np.array([place(plant, shaft) for shaft in fitted], dtype=np.int64)

@@ -149,11 +149,9 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
     made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
     drive, options = spec.drive, loop.options
     sampling = Sampling(interval=spec.interval, delay=control_delay(drive), current_rate=current_rate(drive))
-    centred = options.encoder_phase == "centred"
-    tuning = replace(made.tuning, offsets=()) if centred else made.tuning
     own = made.filter_model is not None
     observer, _, _ = fit_observer(
-        chain, loop.chain, drive, made.shafts, options, sampling, tuning, own=own, settled=True
+        chain, loop.chain, drive, made.shafts, options, sampling, made.tuning, own=own, settled=True
     )
     return replace(loop, controller=made, observer=observer)
 

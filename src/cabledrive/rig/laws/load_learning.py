@@ -135,13 +135,12 @@ def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
     counts = np.array(list(read_encoders(spec, 4).values()))
     tuning = tuning_by_uncertainty(spec, chain, counts)
     tuning = replace(tuning, load_acceleration=kind.unlearnt * tuning.load_acceleration)
-    used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
     sampling = Sampling(
         interval=spec.interval,
         delay=control_delay(spec.plant or spec.drive),
         current_rate=current_rate(spec.drive),
     )
-    observer, _, fitted = fit_observer(chain, chain, spec.drive, spec.shafts, options, sampling, used)
+    observer, _, fitted = fit_observer(chain, chain, spec.drive, spec.shafts, options, sampling, tuning)
     if observer.kind != KALMAN:
         raise InputRefused(
             f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
