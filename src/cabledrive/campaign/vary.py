@@ -59,38 +59,23 @@ class Values:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Normal:
-    """A normal distribution, or one whose logarithm is normal."""
+class Distribution:
+    """Quantiles of a distribution."""
 
-    mean: float  # of a logarithm: the median
-    deviation: float  # of a logarithm: standard deviation of the natural logarithm
-    logarithmic: bool = False
-
-    def at(self, share: Array) -> NDArray[Any]:
-        """Quantiles."""
-        from scipy.special import ndtri
-
-        turned = ndtri(np.clip(share, EDGE, 1.0 - EDGE))
-        if self.logarithmic:
-            return np.asarray(self.mean * np.exp(self.deviation * turned))
-        return np.asarray(self.mean + self.deviation * turned)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Triangular:
-    """A triangular distribution."""
-
-    low: float
-    mode: float
-    high: float
+    form: str  # of `SHAPES`
+    values: tuple[float, ...]  # as the SPEC gives them, in SI
 
     def at(self, share: Array) -> NDArray[Any]:
         """Quantiles."""
-        width = self.high - self.low
-        rising = (self.mode - self.low) / width
-        up = self.low + np.sqrt(share * width * (self.mode - self.low))
-        down = self.high - np.sqrt((1.0 - share) * width * (self.high - self.mode))
-        return np.where(share < rising, up, down)
+        from scipy import stats
+
+        share, (first, second, *last) = np.clip(share, EDGE, 1.0 - EDGE), self.values
+        if self.form == "triangular":
+            width = last[0] - first
+            return np.asarray(stats.triang.ppf(share, (second - first) / width, loc=first, scale=width))
+        if self.form == "lognormal":
+            return np.asarray(stats.lognorm.ppf(share, log(second), scale=first))
+        return np.asarray(stats.norm.ppf(share, loc=first, scale=second))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,7 +163,13 @@ def _read(path: Path, digest: str) -> Any:
         ) from None
 
 
-FORMS = ("from", "to", "values", "normal", "lognormal", "triangular", "table", "same_as")
+SHAPES = {
+    "normal": ("mean", "standard deviation"),
+    "lognormal": ("median", "factor"),
+    "triangular": ("lowest", "likeliest", "highest"),
+}
+"""What is given of each distribution; a factor of one standard deviation of the logarithm."""
+FORMS = ("from", "to", "values", *SHAPES, "table", "same_as")
 OTHER_WORDS = ("n", "scale", "column", "factor", "linked")
 
 
@@ -271,28 +262,20 @@ def _distribution(key: str, form: str, entry: Mapping[str, Any], unit: str) -> t
             "to": high,
             "scale": scale,
         }
-    count = 3 if form == "triangular" else 2
-    numbers = entry[form]
-    if not isinstance(numbers, list) or len(numbers) != count:
-        what = "[lowest, likeliest, highest]" if form == "triangular" else "[mean, standard deviation]"
-        what = "[median, factor]" if form == "lognormal" else what
-        raise InputRefused(f"{key}.{form} = {written(numbers)}: write {what}")
+    shape, numbers = SHAPES[form], entry[form]
+    if not isinstance(numbers, list) or len(numbers) != len(shape):
+        raise InputRefused(f"{key}.{form} = {written(numbers)}: write [{', '.join(shape)}]")
     units = (unit, "1" if form == "lognormal" else unit, unit)
     values = [quantity_of(f"{key}.{form}", value, one) for value, one in zip(numbers, units, strict=False)]
-    if form == "triangular":
-        low, mode, high = values
-        if not low <= mode <= high or low == high:
-            raise InputRefused(f"{key}.triangular: give lowest, likeliest and highest, ascending")
-        return Triangular(low=low, mode=mode, high=high), {form: values}
-    if form == "lognormal":
-        if values[0] <= 0.0 or values[1] <= 1.0:
-            raise InputRefused(
-                f"{key}.lognormal: a median above 0 and a factor above 1 of one standard deviation are needed"
-            )
-        return Normal(mean=values[0], deviation=float(np.log(values[1])), logarithmic=True), {form: values}
-    if values[1] <= 0.0:
+    if form == "triangular" and not (values[0] <= values[1] <= values[2] and values[0] < values[2]):
+        raise InputRefused(f"{key}.triangular: give lowest, likeliest and highest, ascending")
+    if form == "lognormal" and (values[0] <= 0.0 or values[1] <= 1.0):
+        raise InputRefused(
+            f"{key}.lognormal: a median above 0 and a factor above 1 of one standard deviation are needed"
+        )
+    if form == "normal" and values[1] <= 0.0:
         raise InputRefused(f"{key}.normal: standard deviation = {values[1]:.9g} {unit} must be above 0")
-    return Normal(mean=values[0], deviation=values[1]), {form: values}
+    return Distribution(form=form, values=tuple(values)), {form: values}
 
 
 def _listed(key: str, values: Any, unit: str, group: str) -> Varied:

@@ -128,8 +128,8 @@ def _require_string(prepared: PreparedRecording, fit: TonesFit, apart: float) ->
     if _share(fit) < 0.5 or (own.sum() == 2 and apart > MATCHED):
         heard = ", ".join(f"{f:.4g}" for f in np.sort(hertz[decays | own]))
         raise NotComputed(
-            f"{name}: no string: the tones ({heard} Hz) "
-            " have not the ratios of the span's modes, as of a knock: pluck the span and damp the others"
+            f"{name}: no string: the tones ({heard} Hz) have "
+            "not the ratios of the span's modes, as of a knock: pluck the span and damp the others"
         )
 
 
