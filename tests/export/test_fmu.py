@@ -10,7 +10,7 @@ import cabledrive as cd
 from cabledrive.export.door import write_folder
 from cabledrive.export.fmu import cable_fmu, fmu_package, variables_of
 from cabledrive.export.self_test import self_test
-from cabledrive.export.source import plant_source
+from cabledrive.export.source import plant_loop
 from cabledrive.export.system_package import new_loop, system_package
 from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
@@ -108,7 +108,7 @@ def test_the_controller_steps_as_the_interpreted_kernel_to_the_bit(version, tmp_
 )
 def test_the_loop_steps_as_the_interpreted_loop_to_the_bit(law, samples, tmp_path, measured):
     source = source_of(law)
-    plant = plant_source(source)
+    plant = plant_loop(source)
     state, step = new_loop(source.law, plant), interpreted(loop_step)
     angle, rise, dwell = 0.3, 0.2 * samples * source.law.sample_time, 0.1 * samples * source.law.sample_time
     state.path.motion.scalars[:] = (source.law.load_gear * angle, rise, dwell, 1.0)

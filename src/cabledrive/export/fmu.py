@@ -22,7 +22,7 @@ from cabledrive.export.cable_package import (
     output,
     parameter,
 )
-from cabledrive.export.source import NOTE, ExportSource, plant_source
+from cabledrive.export.source import NOTE, ExportSource, plant_loop
 from cabledrive.export.system_package import system_code
 from cabledrive.export.target_program import target_program, templates
 from cabledrive.export.translation.nodes import Precision
@@ -67,7 +67,7 @@ def fmu_package(source: ExportSource, version: int, what: str) -> tuple[dict[str
         title=f"{named}: {what}" + ("" if what == "plant" else f", law {source.law.name}"),
         interval=source.law.sample_time,
         words={
-            "shafts": () if what == "controller" else plant_source(source).shafts,
+            "shafts": () if what == "controller" else plant_loop(source).chain.names,
             "encoders": source.law.encoders,
         },
         notes=list(source.notes) + ([NOTE] if what != "controller" else []),
@@ -132,8 +132,8 @@ def variables_of(source: ExportSource, what: str) -> list[Variable]:
         rows = [given(f"ref_{i}", "", column) for i, column in enumerate(law.columns)]
         return [*(given(one, "rad", "angle read") for one in readings), *rows, command, kept]
     outputs = [output(one, "rad", "angle read") for one in readings]
+    shafts = plant_loop(source).chain.names
     for unit, kind in (("rad", "angle"), ("rad/s", "speed")):
-        shafts = plant_source(source).shafts
         outputs += [output(f"{one}_{kind}", unit, f"true {kind} of the {one}") for one in shafts]
     outputs.append(output("slip", "", "1, -1: the motor slips; 0: sticks"))
     if what == "plant":

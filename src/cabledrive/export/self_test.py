@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.control.controller_kernels import PathState, path_row
 from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.reference import NO_LOAD, new_reference_state
-from cabledrive.export.target_program import columns_of, needed_rise, path_state, target_kernel
+from cabledrive.export.target_program import needed_rise, path_state, target_kernel
 from cabledrive.export.translation.source import interpreted
 from cabledrive.rig.laws.controller_file import ControllerFile
 
@@ -62,7 +62,7 @@ def started_path(law: ControllerFile, samples: int) -> PathState:
 
 def references_of(law: ControllerFile, samples: int) -> Array:
     """Rows of the law's own generator, by the interpreted kernel; of noise where the file has none."""
-    rows = np.zeros((samples, columns_of(law)))
+    rows = np.zeros((samples, len(law.columns)))
     if law.reference is None:
         return 1e-3 * np.random.default_rng(SEED).standard_normal(rows.shape)
     step, path = interpreted(path_row), started_path(law, samples)

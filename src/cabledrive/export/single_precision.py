@@ -15,7 +15,7 @@ from cabledrive.control.controller_kernels import new_target_state, path_row, st
 from cabledrive.control.numbers import DARC, LINEAR, start_estimates
 from cabledrive.export.self_test import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
 from cabledrive.export.source import ExportSource, loop_on
-from cabledrive.export.target_program import columns_of, needed_rise, path_state
+from cabledrive.export.target_program import needed_rise, path_state
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.loop_kernels import new_plant_state, plant_read, plant_step
@@ -124,7 +124,7 @@ def peak_error(source: ExportSource, law: ControllerFile, kind: Any) -> float:
     target, path = as_type(target, kind), as_type(path_state(law, order), kind)
     path.motion.scalars[:] = (law.load_gear * np.radians(angle), rise, dwell, 1)
     step, row_of, move, read = (interpreted(one) for one in (target_step, path_row, plant_step, plant_read))
-    row, time, peak = np.zeros((1, columns_of(law)), dtype=kind), kind(rig.interval), 0.0
+    row, time, peak = np.zeros((1, len(law.columns)), dtype=kind), kind(rig.interval), 0.0
     read(rig, plant)
     interpreted(start_target)(start_estimates(law.law).astype(kind), target, plant.readings.astype(kind))
     for k in range(round((rise + dwell) / rig.interval)):

@@ -13,9 +13,7 @@ from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
-from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
-from cabledrive.rig.closed_loop.loop_numbers import RigNumbers
 from cabledrive.rig.laws.controller_file import (
     FILE,
     ControllerFile,
@@ -182,23 +180,8 @@ NOTE = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlantSource:
-    """A plant in numbers: lumped chain, rig, names of its shafts."""
-
-    plant: ChainPlant
-    rig: RigNumbers
-    shafts: tuple[str, ...]
-
-
-def plant_source(source: ExportSource) -> PlantSource:
-    """The plant on which `cabledrive.track --tension-only` runs the law; refused if it is not at hand."""
-    loop = plant_loop(source)
-    return PlantSource(plant=loop.plant, rig=loop.rig, shafts=loop.chain.names)
-
-
 def plant_loop(source: ExportSource) -> Loop:
-    """The loop that the rig runs for that law, along the standard pulse."""
+    """The loop on whose plant `cabledrive.track --tension-only` runs the law; refused where not at hand."""
     drive = source.drive
     if drive is None or content_hash(drive) != source.law.drive_hash:
         raise InputRefused(

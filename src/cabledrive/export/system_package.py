@@ -1,21 +1,21 @@
 """A plant or a closed loop in C99: sources, self-test, vectors."""
 
 import json
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cabledrive.control.controller_kernels import new_target_state
 from cabledrive.control.numbers import start_estimates
-from cabledrive.export.source import NOTE, ExportSource, PlantSource, plant_source
+from cabledrive.export.source import NOTE, ExportSource, plant_loop
 from cabledrive.export.target_program import needed_rise, path_state, runtime_text, templates
 from cabledrive.export.translation.nodes import REAL, Scalar, Value
-from cabledrive.export.translation.program import Program, Translated
+from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.version import __version__
+from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_kernels import (
     LoopTarget,
     loop_step,
@@ -31,17 +31,7 @@ MOTION = (0.5, 0.03, 0.01, 1)
 """Of the loop's self-test: load angle [rad], rise, dwell [s], pulses."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SystemProgram:
-    """A translated plant or loop: ``step``, its kernel; calls in the API's own names."""
-
-    program: Program
-    step: Translated
-    step_call: str
-    read_call: str
-
-
-def new_loop(law: ControllerFile, plant: PlantSource) -> LoopTarget:
+def new_loop(law: ControllerFile, plant: Loop) -> LoopTarget:
     """A closed loop at rest, before a motion is given."""
     if law.reference is None:
         raise InputRefused(
@@ -60,39 +50,30 @@ def new_loop(law: ControllerFile, plant: PlantSource) -> LoopTarget:
     )
 
 
-def system_program(law: ControllerFile, source: PlantSource, what: str) -> SystemProgram:
-    """Translate the plant, or the loop of plant and controller."""
-    program = Program()
-    frozen = {name: program.frozen(name, getattr(source, name)) for name in ("plant", "rig")}
+def system_code(source: ExportSource, what: str) -> dict[str, str]:
+    """Header and source of the plant, or of the loop of plant and controller."""
+    law, plant, program = source.law, plant_loop(source), Program()
+    frozen = {name: program.frozen(name, getattr(plant, name)) for name in ("plant", "rig")}
     torques = [Value(name, Scalar(REAL)) for name in ("motor_torque", "load_torque")]
     if what == "plant":
-        s = program.state("cd_plant", "plant", new_plant_state(source.plant, source.rig))
-        given = [*frozen.values(), s, Value("u", Scalar(REAL)), *torques]
+        inner = program.state("cd_plant", "plant", new_plant_state(plant.plant, plant.rig))
+        given = [*frozen.values(), inner, Value("u", Scalar(REAL)), *torques]
         step, step_call = program.root(plant_step, given)
-        inner = s
     else:
-        state = new_loop(law, source)
-        assert law.reference is not None
-        s = program.state("cd_loop", "loop", state)
-        numbers = (("observer", law.observer), ("law", law.law), ("reference", law.reference))
-        frozen |= {name: program.frozen(name, one) for name, one in numbers}
+        state = program.state("cd_loop", "loop", new_loop(law, plant))
+        numbers = {"observer": law.observer, "law": law.law, "reference": law.reference}
+        given = [*frozen.values(), *(program.frozen(name, one) for name, one in numbers.items())]
         limit = Value(program.precision.literal(law.torque_limit), Scalar(REAL))
-        step, step_call = program.root(loop_step, [*frozen.values(), limit, s, *torques])
-        kind = program.plain_record(s).field("plant")
+        step, step_call = program.root(loop_step, [*given, limit, state, *torques])
+        record = program.plain_record(state)
+        kind = record.field("plant")
         assert kind is not None
-        inner = program.field(s, program.plain_record(s), "plant", kind)
+        inner = program.field(state, record, "plant", kind)
         program.tables["START"] = (start_estimates(law.law), "estimates to begin with")
         rise = np.array(rise_coefficients(needed_rise(law)))
         program.tables["RISE"] = (rise, "rise in powers of t / rise")
     _, read_call = program.root(plant_read, [frozen["rig"], inner])
-    return SystemProgram(program=program, step=step, step_call=step_call, read_call=read_call)
-
-
-def system_code(source: ExportSource, what: str) -> dict[str, str]:
-    """Header and source of a plant or loop."""
-    plant = plant_source(source)
-    made = system_program(source.law, plant, what)
-    functions = made.program.functions()
+    functions = program.functions()
     extra = " START RISE" if what == "loop" else ""
     words: dict[str, Any] = {
         "title": f"{source.drive.title or source.drive.name if source.drive else ''}: {what}",
@@ -100,19 +81,19 @@ def system_code(source: ExportSource, what: str) -> dict[str, str]:
         "caution": source.c_caution if what == "loop" else "",
         "law": source.law,
         "what": what,
-        "literal": made.program.precision.literal,
+        "literal": program.precision.literal,
         "encoders": source.law.encoders,
-        "shafts": plant.shafts,
-        "structs": made.program.structs(),
+        "shafts": plant.chain.names,
+        "structs": program.structs(),
         "order": needed_rise(source.law) if what == "loop" else 0,
-        "step": made.step,
-        "step_call": made.step_call,
-        "read_call": made.read_call,
+        "step": step,
+        "step_call": step_call,
+        "read_call": read_call,
         "start_size": start_estimates(source.law.law).size,
         "at": "plant->" if what == "plant" else "loop->plant.",
         "functions": functions,
-        "tables": made.program.used_tables(functions + made.step_call + made.read_call + extra),
-        "runtime": runtime_text(made.program.precision, functions),
+        "tables": program.used_tables(functions + step_call + read_call + extra),
+        "runtime": runtime_text(program.precision, functions),
     }
     return {
         f"cabledrive_{what}.h": templates().get_template("system.h.jinja").render(**words),
@@ -140,11 +121,11 @@ def system_package(source: ExportSource, what: str) -> dict[str, str]:
 
 def vectors(source: ExportSource, what: str, inputs: tuple[str, ...]) -> str:
     """Random torques, and the load angles that the interpreted kernels give."""
-    law, plant = source.law, plant_source(source)
+    law, plant = source.law, plant_loop(source)
     generator = np.random.default_rng(SEED)
     strength = np.array([0.3, 0.02, 0.02])[-len(inputs) :]
     given = np.repeat(strength * generator.standard_normal((SAMPLES // 10, len(inputs))), 10, axis=0)
-    angles, n = np.zeros(SAMPLES), len(plant.shafts)
+    angles, n = np.zeros(SAMPLES), len(plant.chain.names)
     if what == "plant":
         state, step = new_plant_state(plant.plant, plant.rig), interpreted(plant_step)
         for k, row in enumerate(given.tolist()):

@@ -99,15 +99,10 @@ class TargetProgram:
     state: Any
 
 
-def columns_of(law: ControllerFile) -> int:
-    """Columns of the law's reference."""
-    return len(law.columns)
-
-
 def target_program(law: ControllerFile, precision: Precision | None = None) -> TargetProgram:
     """Translate a file's controller and its generator; refused if a user's step leaves the subset."""
     program, kernel = Program(precision), target_kernel(law)
-    readings, columns = len(law.encoders), columns_of(law)
+    readings, columns = len(law.encoders), len(law.columns)
     c = program.state("cd_law", "law", kernel.state)
     numbers = [program.frozen(name, part) for name, part in kernel.numbers.items()]
     y = Value("y", View(REAL, (readings,)))
@@ -142,7 +137,7 @@ def _generator(program: Program, law: ControllerFile) -> str:
     )
     path = program.state("cd_reference", "path", path_state(law, order))
     numbers = program.frozen("reference", law.reference)
-    row = Value("ref", View(REAL, (columns_of(law),)))
+    row = Value("ref", View(REAL, (len(law.columns),)))
     _, call = program.root(path_row, [numbers, path, Value("time", Scalar(REAL)), row])
     return call
 
