@@ -6,6 +6,8 @@ the squares of the wave speeds, :math:`c_u^2 = EA\,(1 + \epsilon_0)/\rho` and :m
 [m^2/s^2]; accelerations come without gravity and without damping [m/s^2], taut or not.
 """
 
+from math import pi, sqrt
+
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw, Components
@@ -86,6 +88,15 @@ def _weak_strain(first: Components, second: Components) -> tuple[Array, Array]:
 def linear_accelerations(first: Components, second: Components, c_u2: float, c_w2: float) -> Components:
     """Accelerations of the linear cable, Eqs. (3.7) and (3.8) without gravity; the gradients are not used."""
     return c_u2 * second[0], c_w2 * second[1], c_w2 * second[2]
+
+
+def lateral_frequency(mass: float, tension: float, before: float, after: float, cable: float = 0.0) -> float:
+    r"""Frequency across of a mass [kg] that hangs between two held points, Eqs. (3.33)-(3.35) [Hz].
+
+    ``before``, ``after``: stretched lengths to them [m]; ``cable``: mass between them, a third of which
+    moves, Eq. (M.8), as :math:`m\omega = c_w\rho(\cot\alpha_1 + \cot\alpha_2)` to first order in the phases has it.
+    """
+    return sqrt(tension * (1.0 / before + 1.0 / after) / (mass + cable / 3.0)) / (2.0 * pi)
 
 
 def accelerations(law: CableLaw, density: float, first: Components, second: Components) -> Components:

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
-from cabledrive.modal import longitudinal_modes, natural_frequencies
-from cabledrive.modal.lateral import lateral_mode
+from cabledrive.modal import longitudinal_modes, modes, natural_frequencies
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes
 from cabledrive.studies.varied_drive import varied
+from reproduction.expanded_equations import lateral_frequency
 from reproduction.oracles import (
     DENSITY,
     DRIVES,
@@ -191,11 +191,22 @@ def hung(mass, position=0.25):
     return replace(still, carriage=[Carriage(mass=mass, position=position, guided=False)])
 
 
+def beside_printed(drive, before, after):
+    """Errors of (3.35) without and with the cable's mass, and that over the carriage's; unstretched [m]."""
+    mass, cable = drive.carriage[0].mass, DENSITY * (before + after)
+    swinging = min(m.frequency for m in modes(drive, count=4).transverse if m.section[1] == before + after)
+    printed = [
+        lateral_frequency(mass, drive.cable.pretension, before * STRETCH, after * STRETCH, own)
+        for own in (0.0, cable)
+    ]
+    return cable / mass, *(value / swinging - 1 for value in printed)
+
+
 @pytest.mark.parametrize("position", [0.5, 0.25, 0.03])
 def test_error_of_3_35_vanishes_with_the_mass_of_the_cable(position):
     """`erratum-3-29-cable-mass`, `erratum-3-35-hertz`: in Hz, high by a sixth of the mass ratio."""
-    errors = [lateral_mode(hung(mass, position)) for mass in (0.01, 0.1, 1.0)]
-    ratio, first, second = np.array([(e.mass_ratio, e.error, e.corrected_error) for e in errors]).T
+    found = [beside_printed(hung(mass, position), position, LENGTH - position) for mass in (0.01, 0.1, 1.0)]
+    ratio, first, second = np.array(found).T
     assert np.all(np.abs(first / ratio - 1 / 6) < 0.5 * ratio), f"error / mass ratio {first / ratio}"
     assert np.polyfit(np.log(ratio), np.log(second), 1)[0] == pytest.approx(2.0, abs=0.05)
 
@@ -204,25 +215,11 @@ def test_guided_neighbour_holds_the_cable_across():
     """A hanging mass between the pulley and a guided carriage swings on the shorter stretch."""
     drive = hung(0.1, 0.3)
     rail = Carriage(mass=0.3, position=0.6, guided=True)
-    between = lateral_mode(replace(drive, carriage=(*drive.carriage, rail)))
-    expected = np.sqrt(drive.cable.pretension / 0.1 * 2 / (0.3 * STRETCH)) / (2 * np.pi)
-    assert between.approximate == pytest.approx(expected, rel=1e-12)
-    assert between.corrected_error < 1e-6
+    _, _, corrected = beside_printed(replace(drive, carriage=(*drive.carriage, rail)), 0.3, 0.3)
+    assert abs(corrected) < 1e-6
 
 
 TRANSPORTER = load_drive("dissertation-transporter")
-TWO = replace(hung(0.1), carriage=(*hung(0.1).carriage, *hung(0.1, 0.7).carriage))
-
-
-def test_a_carriage_that_does_not_hang_alone_has_no_lateral_mode():
-    guided = r"carriage\.0\.guided = true: .* no transverse motion"
-    for drive, number, why in (
-        (TWO, 0, "another hanging"),
-        (TRANSPORTER, 0, guided),
-        (TRANSPORTER, 1, "from 0"),
-    ):
-        with pytest.raises(InputRefused, match=why):
-            lateral_mode(drive, number)
 
 
 def test_slopes_at_a_carriage_jump_by_its_inertia():

@@ -7,29 +7,24 @@ from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequenc
 from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from cabledrive.modal.lateral import LateralMode, lateral_mode
     from cabledrive.modal.rigid_supports import Comparison, against_lumped_springs, against_rigid_supports
 
 __getattr__ = on_demand(
     __name__,
     {
         "Comparison": "rigid_supports",
-        "LateralMode": "lateral",
         "against_lumped_springs": "rigid_supports",
         "against_rigid_supports": "rigid_supports",
-        "lateral_mode": "lateral",
     },
 )
 
 __all__ = [
     "Certificate",
     "Comparison",
-    "LateralMode",
     "Mode",
     "Modes",
     "against_lumped_springs",
     "against_rigid_supports",
-    "lateral_mode",
     "longitudinal_modes",
     "modes",
     "natural_frequencies",

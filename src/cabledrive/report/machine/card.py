@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 from cabledrive.modal import Mode, Modes
-from cabledrive.modal.lateral import lateral_mode
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.modal.rigid_supports import against_lumped_springs, against_rigid_supports
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -316,9 +315,6 @@ def _figure(name: str, keys: tuple[str, ...], found: "xr.Dataset") -> Figure:
     )
 
 
-_FEW = 4
-
-
 def simple_models_table(drive: Drive) -> Table:
     """Frequencies by closed formulas beside the exact ones, as far as each formula applies."""
     return table(
@@ -336,25 +332,6 @@ def _models(drive: Drive) -> Iterator[tuple[str, float, float]]:
         yield "Pulleys on springs without mass, no carriage", lumped.simple, lumped.exact
     yield "Bare span between rigid supports, along (3.14a)", along.simple, along.exact
     yield "Bare span between rigid supports, across (3.14b)", across.simple, across.exact
-    for carriage in _alone(drive)[:_FEW]:
-        lateral = lateral_mode(drive, carriage)
-        name = f"Carriage {carriage} hanging on a cable without mass (3.35)"
-        yield name, lateral.approximate, lateral.exact
-        yield "The same with a third of the cable’s mass added", lateral.corrected, lateral.exact
-
-
-def _alone(drive: Drive) -> list[int]:
-    """Numbers of the carriages that hang on the cable with no other hanging between the same supports."""
-    alone = []
-    for span in drive.spans:
-        stretch: list[int] = []
-        for carriage in (*drive.carriages_on(span), None):
-            if carriage is not None and not carriage.guided:
-                stretch.append(next(i for i, c in enumerate(drive.carriage) if c is carriage))
-            else:
-                alone += stretch if len(stretch) == 1 else []
-                stretch = []
-    return sorted(alone)
 
 
 def _row(model: str, simple: float, exact: float) -> tuple[Cell, ...]:
