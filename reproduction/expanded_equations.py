@@ -94,7 +94,7 @@ def lateral_frequency(mass: float, tension: float, before: float, after: float, 
     r"""Frequency across of a mass [kg] that hangs between two held points, Eqs. (3.33)-(3.35) [Hz].
 
     ``before``, ``after``: stretched lengths to them [m]; ``cable``: mass between them, a third of which
-    moves, Eq. (M.8), as :math:`m\omega = c_w\rho(\cot\alpha_1 + \cot\alpha_2)` to first order in the phases has it.
+    moves, Eq. (M.8): :math:`m\omega = c_w\rho(\cot\alpha_1 + \cot\alpha_2)` to first order in the phases.
     """
     return sqrt(tension * (1.0 / before + 1.0 / after) / (mass + cable / 3.0)) / (2.0 * pi)
 
