@@ -21,9 +21,8 @@ from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 from cabledrive.rig.bench import virtual_rig
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, run_rig
 from reproduction import appendix
-from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
 from reproduction.items import Found, Outcome
 from reproduction.panel import panel
 
@@ -216,7 +215,7 @@ def measured_response(chain: LumpedChain) -> tuple[Array, NDArray[np.complex128]
     """
     rng = np.random.default_rng(SEED)
     rig = replace(virtual_rig.rig_of(load_drive("dissertation-3")), chain=chain, encoders={"angle": 2600})
-    log = run_rig(rig, response_command(rng, amplitude=1.0), rng)
+    log = run_rig(rig, virtual_rig.response_command(rng, amplitude=1.0), rng)
     h, angle = log.interval, log.channel("angle")
     slow = difference(zero_phase(angle, h, 60.0), h)  # the speed whose sign the friction takes
     torque = compensated_torque(log.channel("torque"), slow, chain.coulomb[0], chain.offsets[0])
