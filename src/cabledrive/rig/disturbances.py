@@ -26,9 +26,12 @@ def joint_backlash(drive: Drive, chain: LumpedChain) -> float:
     return drive.motor.backlash if drive.motor is not None and flexible else 0.0
 
 
-def encoder_phases(drive: Drive, options: RigOptions, generator: np.random.Generator) -> Array:
-    """Where in its count each encoder starts, from -1/2 to 1/2, shape (m,); zero where centred."""
-    drawn = generator.uniform(-0.5, 0.5, len(fitted_encoders(drive)))
+def encoder_phases(
+    drive: Drive, options: RigOptions, generator: np.random.Generator, names: Sequence[str]
+) -> Array:
+    """Where in its count each encoder that is read starts, from -1/2 to 1/2; zero where centred."""
+    every = list(fitted_encoders(drive))
+    drawn = generator.uniform(-0.5, 0.5, len(every))[[every.index(name) for name in names]]
     return drawn if options.encoder_phase == "random" and not options.ideal_sensors else np.zeros(len(drawn))
 
 
@@ -78,12 +81,11 @@ def stepped_in(
     return found
 
 
-def encoder_dropout(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
+def encoder_dropout(options: RigOptions, interval: float, names: Sequence[str]) -> Integers:
     """Encoder that gives NaN (-1: none), first and last sample at which it does, shape (3,)."""
     if options.blind is None:
         return np.array([-1, 0, 0], dtype=np.int64)
     shaft, start, end = options.blind
-    names = [name for i, name in enumerate(fitted_encoders(drive)) if i in shown]
     if shaft not in names:
         raise InputRefused(f"encoder dropout {shaft!r} is not fitted: take one of {', '.join(names)}")
     return np.array([names.index(shaft), round(start / interval), round(end / interval)], dtype=np.int64)

@@ -24,7 +24,7 @@ from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop, standard_disturbances
 from cabledrive.rig.laws.baselines import BASELINES
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, fitted_encoders
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.eigenvalues import check_least_bandwidth, tuning_by_uncertainty
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS, NO_FILTER, OPEN_LOOPS, check_sample_rate, known_name
@@ -230,10 +230,8 @@ def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | N
         yield NO_FILTER if name in OPEN_LOOPS else "its own", None
         return
     made = CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[10]))
-    fitted = fitted_encoders(spec.drive)
     own = made.filter_model
-    counts = [count for shaft, count in fitted.items() if own is None or shaft in made.shafts]
-    whole = tuning_by_uncertainty(spec, spec.model(own or spec.number), np.array(counts))
+    whole = tuning_by_uncertainty(spec, spec.model(own or spec.number), None if own is None else made.shafts)
     shares = (QUIET, replace(whole, load_acceleration=0.1 * whole.load_acceleration), whole)
     yield from zip(FILTERS, shares, strict=True)
 

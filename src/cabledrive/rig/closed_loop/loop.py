@@ -45,7 +45,7 @@ from cabledrive.rig.disturbances import (
     slack_twist,
     torque_limit,
 )
-from cabledrive.rig.laws.controllers import Controller, fit_observer, fitted_encoders, load_gear
+from cabledrive.rig.laws.controllers import Controller, fit_observer, fitted_encoders, load_gear, place
 from cabledrive.rig.setting import Motion, RigOptions, sample_interval
 
 
@@ -146,21 +146,9 @@ def close_loop(
     rate = current_rate(plant_drive)
     delay = control_delay(plant_drive)
     sampling = Sampling(interval=interval, delay=delay, current_rate=current_rate(design_drive))
-    observer, encoders, counts = fit_observer(
-        design,
-        chain,
-        plant_drive,
-        controller.shafts,
-        options,
-        sampling,
-        controller.tuning,
-        own=own is not None,
-        schedule=controller.schedule,
-    )
+    fitted = fitted_encoders(plant_drive, None if own is None else controller.shafts)
+    shafts, counts = tuple(fitted), np.array(list(fitted.values()))
     samples = len(controller.reference)
-    shown = [
-        i for i, shaft in enumerate(fitted_encoders(plant_drive)) if own is None or shaft in controller.shafts
-    ]
     gear, stepper = load_gear(plant_drive), controller.field is not None
     late = np.maximum(interval * np.arange(samples, dtype=np.float64) - controller.late, 0.0)
     target = gear * motion.trajectory(late)[0]
@@ -171,16 +159,16 @@ def close_loop(
         )
     rig = RigNumbers(
         interval=interval,
-        encoders=encoders,
-        counts=counts,
-        phases=encoder_phases(plant_drive, options, generator)[shown],
+        encoders=np.array([place(chain, shaft) for shaft in shafts], dtype=np.int64),
+        counts=np.zeros(len(counts)) if options.ideal_sensors else counts,
+        phases=encoder_phases(plant_drive, options, generator, shafts),
         torque_limit=inf if stepper else torque_limit(plant_drive),
         late_samples=int(delay // interval),
         late_part=float(delay % interval),
         jitter=late_samples(options, interval, samples, generator),
         forces=disturbing_torques(options, interval, samples),
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
-        dropout=encoder_dropout(plant_drive, options, interval, shown),
+        dropout=encoder_dropout(options, interval, shafts),
     )
     play, slack = joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain)
     links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
@@ -189,12 +177,12 @@ def close_loop(
         actual=plant_drive,
         motion=motion,
         options=options,
-        observer=observer,
+        observer=fit_observer(controller, (design, chain), fitted, options, sampling),
         controller=controller,
         rig=rig,
         target=target,
         gear=gear,
-        encoder_shafts=tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown),
+        encoder_shafts=shafts,
         cable=cable_plant(plant_drive, chain, interval, options) if cable else None,
         own_plant=own_plant,
         named=named,

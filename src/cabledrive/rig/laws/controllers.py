@@ -1,5 +1,6 @@
 """Control laws by name, made ready for a drive, a motion and the rig's sensors."""
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from math import pi
 from typing import Any
@@ -37,7 +38,7 @@ from cabledrive.reduction.lumped_chain import (
     lumped_model,
     reflected,
 )
-from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
+from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.trajectories import rise_coefficients
 
@@ -56,14 +57,21 @@ def load_gear(drive: Drive) -> float:
     return drive.load_pulley.radius / drive.drive_pulley.radius
 
 
-def fitted_encoders(drive: Drive) -> dict[str, float]:
-    """One count of each encoder at the first shaft [rad], by shaft; the load's last, if there is one."""
+def fitted_encoders(drive: Drive, only: Sequence[str] | None = None) -> dict[str, float]:
+    """One count of each encoder at the first shaft [rad], by shaft; the load's last, if there is one.
+
+    ``only``: of these shafts alone, which is what a filter of a law's own model reads.
+    """
     sensors = drive.sensors
     counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}
     if not any(counts.values()):
         raise InputRefused("sensors has no encoder, nothing is measured: add motor_encoder, such as 10000")
     gears = {"motor": 1.0, "drive": 1.0, "load": load_gear(drive)}
-    return {shaft: 2.0 * pi / number * gears[shaft] for shaft, number in counts.items() if number is not None}
+    return {
+        shaft: 2.0 * pi / number * gears[shaft]
+        for shaft, number in counts.items()
+        if number is not None and (only is None or shaft in only)
+    }
 
 
 def load_count(drive: Drive) -> float:
@@ -77,30 +85,18 @@ def law_shafts(model: int, feedback: str) -> tuple[str, ...]:
 
 
 def fit_observer(
-    design: LumpedChain,
-    plant: LumpedChain,
-    drive: Drive,
-    shafts: tuple[str, ...],
+    made: "Controller",
+    chains: tuple[LumpedChain, LumpedChain],
+    fitted: dict[str, float],
     options: RigOptions,
     sampling: Sampling,
-    tuning: KalmanTuning = QUIET,
     *,
-    own: bool = False,
     settled: bool = False,
-    schedule: LoadSchedule | None = None,
-) -> tuple[ObserverNumbers, Integers, Array]:
-    """Observer of a law, inertias that its encoders read, shape (m,), and their counts, shape (m,) [rad]."""
-    fitted = fitted_encoders(drive)
-    tuning = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
-    if own:
-        fitted = {shaft: count for shaft, count in fitted.items() if shaft in shafts}
-    read = np.array([place(plant, shaft) for shaft in fitted], dtype=np.int64)
-    counts = np.array(list(fitted.values()))
+) -> ObserverNumbers:
+    """Observer of a law; ``chains``: of its design, and the plant; ``fitted``: counts of what it reads."""
+    (design, plant), shafts, schedule = chains, made.shafts, made.schedule
     if options.ideal_sensors:
-        chosen = [place(plant, shaft) for shaft in shafts]
-        return ideal_states(plant.size, sampling.interval, chosen=chosen), read, np.zeros(len(counts))
-    places = [place(design, shaft) for shaft in fitted]
-    chosen = [place(design, shaft) for shaft in shafts]
+        return ideal_states(plant.size, sampling.interval, chosen=[place(plant, one) for one in shafts])
     if options.observer == "difference":
         names = list(fitted)
         missing = [shaft for shaft in shafts if shaft not in fitted]
@@ -110,18 +106,18 @@ def fit_observer(
                 "Kalman filter"
             )
         numbers = [names.index(shaft) for shaft in shafts]
-        return filtered_difference(range(len(names)), sampling.interval, chosen=numbers), read, counts
-
-    def designed(chain: LumpedChain) -> ObserverNumbers:
-        return kalman_filter(
-            chain, places, list(counts), sampling, chosen=chosen, tuning=tuning,
-            settled=settled or schedule is not None,
-        )  # fmt: skip
-
-    if schedule is None:
-        return designed(design), read, counts
-    filters = [designed(with_load(design, load)) for load in schedule.loads]
-    return scheduled_filter(filters, schedule), read, counts
+        return filtered_difference(range(len(names)), sampling.interval, chosen=numbers)
+    tuning = replace(made.tuning, offsets=()) if options.encoder_phase == "centred" else made.tuning
+    designs = [design] if schedule is None else [with_load(design, load) for load in schedule.loads]
+    places, chosen = ([place(design, one) for one in names] for names in (fitted, shafts))
+    settled = settled or schedule is not None
+    filters = [
+        kalman_filter(
+            one, places, list(fitted.values()), sampling, chosen=chosen, tuning=tuning, settled=settled
+        )
+        for one in designs
+    ]
+    return filters[0] if schedule is None else scheduled_filter(filters, schedule)
 
 
 DAMPED_SHARE = 0.1

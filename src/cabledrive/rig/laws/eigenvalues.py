@@ -1,6 +1,6 @@
 """Eigenvalues of a law on the actual plant, the least bandwidth it tolerates, and its filter."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -14,7 +14,6 @@ from cabledrive.control.observers import KalmanTuning
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.closed_loop.loop import Loop, plant_chain
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import (
     Controller,
     DesignSpec,
@@ -120,26 +119,21 @@ def _stable(made: Controller, spec: DesignSpec) -> bool:
 
 def damped_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
     """The damping-aware law of Model 3 or 4 (``number``); its filter by what is not known."""
-    counts = np.array(list(read_encoders(spec, number).values()))
-    chain = spec.model(own_filter(number, spec.feedback) or spec.number)
-    return chain_law(spec, number, name, damped=True, tuning=tuning_by_uncertainty(spec, chain, counts))
+    own = own_filter(number, spec.feedback)
+    only = None if own is None else law_shafts(number, spec.feedback)
+    tuning = tuning_by_uncertainty(spec, spec.model(own or spec.number), only)
+    return chain_law(spec, number, name, damped=True, tuning=tuning)
 
 
-def read_encoders(spec: DesignSpec, number: int) -> dict[str, float]:
-    """One count of each encoder that the filter of Model 3 or 4 reads, at the first shaft [rad], by shaft."""
-    fitted, shafts = fitted_encoders(spec.drive), law_shafts(number, spec.feedback)
-    if own_filter(number, spec.feedback) is None:
-        return fitted
-    return {shaft: count for shaft, count in fitted.items() if shaft in shafts}
-
-
-def tuning_by_uncertainty(spec: DesignSpec, chain: LumpedChain, counts: Array) -> KalmanTuning:
+def tuning_by_uncertainty(
+    spec: DesignSpec, chain: LumpedChain, only: Sequence[str] | None = None
+) -> KalmanTuning:
     """Noise of the filter from what is not known of the drive.
 
-    ``counts``, shape (m,) [rad]. The load's equation is off by the spreads of stiffness and inertia times the
-    largest acceleration wanted, for a sixteenth of the rise; friction by the Coulomb torque, within a second
-    as a walk and within a millisecond as noise; each encoder's zero by half a count, walking that far within
-    some seconds.
+    ``only``: as `fitted_encoders` has it. The load's equation is off by the spreads of stiffness and inertia
+    times the largest acceleration wanted, for a sixteenth of the rise; friction by the Coulomb torque, within
+    a second as a walk and within a millisecond as noise; each encoder's zero by half a count, walking that
+    far within some seconds.
     """
     spreads = Spreads()
     wanted = spec.wanted(2)
@@ -147,10 +141,10 @@ def tuning_by_uncertainty(spec: DesignSpec, chain: LumpedChain, counts: Array) -
     sets_out = int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])
     rise = float(np.count_nonzero(moving)) * spec.interval / max(1, sets_out)
     off = (spreads.cable_stiffness + spreads.load_inertia) * float(np.abs(wanted[2]).max())
-    coulomb = chain.coulomb[0]
+    coulomb, counts = chain.coulomb[0], list(fitted_encoders(spec.drive, only).values())
     return KalmanTuning(
         torque=1e-3 * coulomb**2,
         disturbance=coulomb**2,
         load_acceleration=off**2 * rise / 16.0,
-        offsets=tuple(float(count) ** 2 / 6.0 for count in counts[:-1]),
+        offsets=tuple(count**2 / 6.0 for count in counts[:-1]),
     )

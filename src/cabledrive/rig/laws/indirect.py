@@ -14,7 +14,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
 from cabledrive.rig.disturbances import control_delay, current_rate
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, fit_observer
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, fit_observer, fitted_encoders
 from cabledrive.rig.laws.eigenvalues import damped_law
 
 NAME = "darc-indirect"
@@ -149,10 +149,8 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
     made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
     drive, options = spec.drive, loop.options
     sampling = Sampling(interval=spec.interval, delay=control_delay(drive), current_rate=current_rate(drive))
-    own = made.filter_model is not None
-    observer, _, _ = fit_observer(
-        chain, loop.chain, drive, made.shafts, options, sampling, made.tuning, own=own, settled=True
-    )
+    fitted = fitted_encoders(drive, None if made.filter_model is None else made.shafts)
+    observer = fit_observer(made, (chain, loop.chain), fitted, options, sampling, settled=True)
     return replace(loop, controller=made, observer=observer)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from cabledrive.control.linear_laws import feedforward_generator, lq_law
 from cabledrive.control.load_torque import carried, load_regressors, load_row_numbers
 from cabledrive.control.numbers import (
-    KALMAN,
     LEARNING,
     LawNumbers,
     ObserverNumbers,
@@ -16,14 +15,14 @@ from cabledrive.control.numbers import (
     start_estimates,
 )
 from cabledrive.control.observer_kernels import missed_by_filter, whitening
-from cabledrive.control.observers import KalmanTuning, Sampling
+from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.baselines import feedforward_table, inverse_of, weights
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion, fit_observer
-from cabledrive.rig.laws.eigenvalues import read_encoders, tuning_by_uncertainty
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion, fitted_encoders, place
+from cabledrive.rig.laws.eigenvalues import tuning_by_uncertainty
 
 NAME, CHANGING = "lqi-learning", "lqg-learning"
 TURNING = 0.06
@@ -132,20 +131,22 @@ def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
     kind = KINDS[name]
     options = spec.options
     chain = spec.chain
-    counts = np.array(list(read_encoders(spec, 4).values()))
-    tuning = tuning_by_uncertainty(spec, chain, counts)
+    if options.ideal_sensors or options.observer != "kalman":
+        raise InputRefused(
+            f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
+        )
+    tuning, fitted = tuning_by_uncertainty(spec, chain), fitted_encoders(spec.drive)
     tuning = replace(tuning, load_acceleration=kind.unlearnt * tuning.load_acceleration)
     sampling = Sampling(
         interval=spec.interval,
         delay=control_delay(spec.plant or spec.drive),
         current_rate=current_rate(spec.drive),
     )
-    observer, _, fitted = fit_observer(chain, chain, spec.drive, spec.shafts, options, sampling, tuning)
-    if observer.kind != KALMAN:
-        raise InputRefused(
-            f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
-        )
-    white = whitening(observer, fitted) / kind.noise
+    places, chosen = ([place(chain, one) for one in names] for names in (fitted, spec.shafts))
+    used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
+    counts = list(fitted.values())
+    observer = kalman_filter(chain, places, counts, sampling, chosen=chosen, tuning=used)
+    white = whitening(observer, np.array(counts)) / kind.noise
     torques = load_regressors(spec.wanted(2 * chain.size), turning, spec.interval)
     blocks, states = load_blocks(chain, observer, white, torques, spec.interval)
     return LoadTables(blocks=blocks, states=states, white=white, tuning=tuning, observer=observer)

@@ -12,7 +12,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.eigenvalues import read_encoders, tuning_by_uncertainty
+from cabledrive.rig.laws.eigenvalues import tuning_by_uncertainty
 from cabledrive.rig.setting import Payload
 
 NAME = "lqi-scheduled"
@@ -31,7 +31,6 @@ def scheduled(spec: DesignSpec) -> Controller:
     schedule = schedule_of(low, high)
     designs = [_designed(spec, with_load(chain, load)) for load in schedule.loads]
     settings = weights(spec)[2]
-    counts = np.array(list(read_encoders(spec, 4).values()))
     smooth = replace(chain, coulomb=(0.0,) * chain.size)  # friction is fed forward in the step
     # States and torque of the drive's own load, what another of its size adds, and a column of ones.
     wanted = spec.wanted(2 * chain.size)
@@ -44,7 +43,7 @@ def scheduled(spec: DesignSpec) -> Controller:
         reference=table,
         shafts=spec.shafts,
         start=np.ones(1),
-        tuning=tuning_by_uncertainty(spec, chain, counts),
+        tuning=tuning_by_uncertainty(spec, chain),
         gains=settings | {"designed_for": [low, high], "designs": schedule.points},
         model=spec.number,
         generator=_generator(spec, smooth),
