@@ -9,11 +9,8 @@ the motions :math:`\Phi` that strain nothing,
 give the torque :math:`\tau` and the stretching u that distributes forces of inertia and friction F over
 elastic ropes. With the vibration, each elastic mode of the pose answers the same forces from rest, exactly
 for forces that change evenly between samples. Ropes stretch evenly in their spans; their mass is shared out
-to the ends.
-
-What a planned motion asks of every coordinate of a machine with routes: places, rates and accelerations.
-
-The ropes are taken as unstretched here: coordinates follow the motions that strain no rope, joint or spring.
+to the ends. Places, rates and accelerations of the coordinates are those of unstretched ropes: they follow
+the motions that strain no rope, joint or spring.
 """
 
 from collections.abc import Mapping
@@ -54,10 +51,6 @@ class SlowMotion:
     acceleration: Array
     given: bool  # whether the motion gives places; else they follow from the torque, without friction
 
-    def blend(self, here: Array) -> Array:
-        """Share of each pose at places along them, shape (m, poses)."""
-        return np.clip(1.0 - np.abs(here[:, None] - np.arange(len(self.networks))), 0.0, 1.0)
-
 
 def slow_motion(drive: RoutedDrive, motion: PlannedMotion) -> SlowMotion:
     """The coordinates of a machine along a motion."""
@@ -94,6 +87,11 @@ def slow_motion(drive: RoutedDrive, motion: PlannedMotion) -> SlowMotion:
     )
 
 
+def shares(here: Array, poses: int) -> Array:
+    """Share of each pose at places along them, shape (m, poses)."""
+    return np.clip(1.0 - np.abs(here[:, None] - np.arange(poses)), 0.0, 1.0)
+
+
 def strainless(network: Network) -> Array:
     """Motions of the coordinates that strain no rope, joint or spring, shape (n, k)."""
     along = network.direction == DIRECTIONS.index(ALONG)
@@ -123,8 +121,7 @@ def _rates(
     rates = [
         speed @ _follow(network, own, motion, steps).T for network, own in zip(networks, free, strict=True)
     ]
-    share = np.clip(1.0 - np.abs(here[:, None] - np.arange(len(networks))), 0.0, 1.0)
-    return np.asarray(np.einsum("mp,pmn->mn", share, np.array(rates)))
+    return np.asarray(np.einsum("mp,pmn->mn", shares(here, len(networks)), np.array(rates)))
 
 
 def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) -> Array:
@@ -218,11 +215,12 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
     duration = float(motion.time[-1])
     steps = int(np.clip(duration * highest / (2.0 * pi) * PER_PERIOD, LEAST_STEPS, MOST_STEPS))
     time = np.linspace(0.0, duration, steps + 1)
-    share = slow.blend(np.interp(time, motion.time, slow.here))
+    share = shares(np.interp(time, motion.time, slow.here), len(slow.networks))
     rate, acceleration = (_at(time, motion.time, own) for own in (slow.rate, slow.acceleration))
     told = _at(time, motion.time, np.column_stack(torques_of(drive, motion)))
+    along = time, rate, acceleration, told
     found = [
-        _in_pose(network, free, own, time, rate, acceleration, told, slow.given)
+        _in_pose(network, free, own, along, slow.given)
         for network, free, own in zip(slow.networks, slow.free, modes, strict=True)
     ]
     rest, even, vibrating, torque, holding = (
@@ -293,13 +291,14 @@ def _in_pose(
     network: Network,
     free: Array,
     modes: _ElasticModes,
-    time: Array,
-    rate: Array,
-    acceleration: Array,
-    told: Array,
+    along: tuple[Array, Array, Array, Array],
     given: bool,
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Tensions at rest, with inertia, with the vibration; torque beyond rest, holding torque."""
+    """Tensions at rest, with inertia, with the vibration; torque beyond rest, holding torque.
+
+    ``along``: the motion's time, rates, accelerations, and the torque that its file gives.
+    """
+    time, rate, acceleration, told = along
     turns = np.array([rotor_turn(network, number) for number in driven_of(network.drive)])
     rubbed = _friction(network, rate) if given else np.zeros_like(rate)
     inertia = acceleration @ network.static_mass
