@@ -212,4 +212,4 @@ def _draw_bodies(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
             axes.annotate("", xy=tip, xytext=body.at, arrowprops=arrow, zorder=4, annotation_clip=False)
         if len(drive.body) <= 4:
             beside = (5, 5 - 18 * (place % 2))  # neighbours apart
-            axes.annotate(body.name, body.at, beside, textcoords="offset points", fontsize=8, color=INK)
+            axes.annotate(body.name, body.at, beside, textcoords="offset points", fontsize=10, color=INK)
