@@ -27,10 +27,9 @@ RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 @click.option(
     "--only", metavar="TEXT", help='What to compute: "Fig. 5.3", "Table 3.2", "Section 6.5.1"; default: all.'
 )
-@click.option("--resume", is_flag=True, help="Resume an interrupted run (also without this option).")
 @click.option("--force", is_flag=True, help="Replace what others left in DIR.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for report.html and results.json.")
-def command(quick: bool, only: str | None, resume: bool, force: bool, output: str) -> Answer:
+def command(quick: bool, only: str | None, force: bool, output: str) -> Answer:
     """Compute every table, figure and printed number anew and say of each whether it agrees.
 
     Verdicts: agrees, erratum, differs, not computable, each with its reason. Finished entries are kept in DIR
@@ -41,7 +40,7 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
     folder = Path(output)
     check_folder_writable(folder)
     taken = [name for name in (RESULTS, REPORT) if (folder / name).exists()]
-    if taken and not (force or resume or (folder / FINISHED).is_dir()):
+    if taken and not (force or (folder / FINISHED).is_dir()):
         raise InputRefused(f"{folder / taken[0]}: exists: choose another folder, or add --force")
     run.chosen_entries(only)
     try:

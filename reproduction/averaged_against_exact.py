@@ -6,11 +6,13 @@ amplitudes and swap them back.
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.special import ellipk
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
 from cabledrive.reduction.averaging import (
@@ -46,8 +48,7 @@ class ForcedCase:
         return self.forcing or autoparametric_model(self.drive).natural
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SeenMotion:
+class SeenMotion(NamedTuple):
     """What the rig would show, each of shape (n,)."""
 
     time: Array  # [s]
@@ -103,7 +104,6 @@ def averaged_history(
     c: AveragedCoefficients, start: Complex, times: Array, *, second: bool = True
 ) -> Complex:
     """Slow amplitudes from `start`, shape (1 + J,) [m], at times (n,) [s] from 0 on; shape (1 + J, n)."""
-    from scipy.integrate import solve_ivp
 
     def rates(time: float, state: Complex) -> Complex:
         return averaged_rates(c, state, time, second=second)
@@ -149,13 +149,8 @@ def exchange_period(model: AutoparametricModel, first: float, second: float) -> 
     with the complete elliptic integral K of parameter m; of a tuned model whose dampings and detunings are
     left out, and plucks a and b [m].
     Returns [s]; infinite where one span alone was plucked, all its energy ending in the pulleys.
-    Raises `InputRefused` if the plucks are equal: nothing is exchanged.
     """
-    from scipy.special import ellipk
-
     a, b = abs(first), abs(second)
-    if a == b:
-        raise InputRefused(f"plucks of {a:.6g} m on both spans are equal: nothing is exchanged, give two")
     if a * b == 0.0:
         return float("inf")
     c = averaged_coefficients(model)
@@ -164,10 +159,9 @@ def exchange_period(model: AutoparametricModel, first: float, second: float) -> 
 
 
 def largest_exchange(model: AutoparametricModel, first: float, second: float) -> float:
-    r"""Largest displacement [m] of the pulley mode while two plucks [m] swap, Eq. (A.31).
+    r"""Largest displacement [m] of the pulley mode while two plucks [m] swap, tuned, undamped, Eq. (A.31).
 
     .. math:: q_{\max} = \sqrt{\frac{m_t}{4M}}\,|a - b|
 
-    Twice per period, when both spans swing alike; of a tuned, undamped model.
     """
     return float(np.sqrt(model.transverse_mass[0] / (4 * model.modal_mass)) * abs(abs(first) - abs(second)))

@@ -8,7 +8,6 @@ from functools import cache
 from math import pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.camera.clip import levels_of, spots_of
 from cabledrive.identification.estimates import Identification
@@ -19,14 +18,13 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import load_drive
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 from cabledrive.rig.bench import virtual_rig
 from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, run_rig
 from reproduction import appendix
 from reproduction.items import Found, Outcome
 from reproduction.panel import panel
-
-Array = NDArray[np.float64]
 
 MOTOR, BOTH, WITH_LOAD = BENCH_TESTS
 EXPERIMENTS = {
@@ -38,8 +36,7 @@ EXPERIMENTS = {
 }
 """Rig, frequencies [Hz] and amplitudes [V] of Section 4.2, by the figure of the regressors."""
 
-SEED = 2015
-ROWS, COLUMNS = 160, 224
+SEED, ROWS, COLUMNS = 2015, 160, 224
 CORNER, IDEAL, SMOOTHING = 20.0, 50.0, 0.5  # Hz, Hz, s/rad
 WIDE = 3.5  # standard errors on each side of an estimate: 99.9 %
 JOINT, JOINT_DAMPING = 135.0, 0.075
@@ -154,22 +151,16 @@ def experiment(regressors: str, quick: bool) -> Outcome:
     share = rms(left[inside]) / rms(torque[inside])
     noise = [rms(raw[kept, k] - filtered[kept, k]) / rms(filtered[kept, k]) for k in (0, 1)]
     error = int(regressors) + 1
-    found: Found = {
-        "noise": noise,
-        "share": 100 * share,
-        "estimates": ", ".join(f"{x:.3g}" for x in estimate),
-    }
+    found: Found = {"noise": noise, "share": 100 * share}
+    found |= {"estimates": ", ".join(f"{x:.3g}" for x in estimate)}
     found |= {f"figure_4_{regressors}": noise[0] > noise[1], f"figure_4_{error}": share < 0.25}
     first, middle = time < 2.0, (time > 10.0) & (time < 12.0)
     panels = []
     for k, name in enumerate(("acceleration [rad/s^2]", "speed [rad/s]")):
-        curves = (
-            (words, time[first], one[first, k])
-            for words, one in (("unfiltered", raw), ("filtered", filtered))
-        )
-        panels.append(
-            panel(f"Fig. 4.{regressors}", f"{name}, unfiltered and filtered", f"time [s] | {name}", *curves)
-        )
+        pair = ("unfiltered", raw), ("filtered", filtered)
+        curves = ((words, time[first], one[first, k]) for words, one in pair)
+        title = f"{name}, unfiltered and filtered"
+        panels.append(panel(f"Fig. 4.{regressors}", title, f"time [s] | {name}", *curves))
     both = ("torque", time[middle], torque[middle]), ("error", time[middle], left[middle])
     title = "Modelling error beside the torque"
     return found, [*panels, panel(f"Fig. 4.{error}", title, "time [s] | torque [N m]", *both)]
@@ -206,12 +197,11 @@ def table_4_2(quick: bool) -> Outcome:
     return found | {f"table_4_2_{name}_arithmetic": value for name, value in exact.items()}, []
 
 
-def measured_response(chain: LumpedChain) -> tuple[Array, NDArray[np.complex128], float]:
-    """Response from compensated torque to motor speed, Section 4.3, on a virtual rig with this chain.
+def measured_response(chain: LumpedChain) -> tuple[Array, Complex, float]:
+    """Frequency [Hz], response of motor speed to compensated torque [rad/s / (N m)], difference from theory.
 
-    Windows of 2.5 s: those of the print, 1 s, do not part its lines.
-    Returns ``frequency`` [Hz], ``response`` [rad/s / (N m)], and the median relative difference from the
-    theory between 5 and 100 Hz; above, the counts of the encoder drown the speed.
+    Section 4.3 on a virtual rig with this chain, in windows of 2.5 s: the print's, 1 s, do not part its
+    lines. The difference is the median from 5 to 100 Hz; above, counts of the encoder drown the speed.
     """
     rng = np.random.default_rng(SEED)
     rig = replace(virtual_rig.rig_of(load_drive("dissertation-3")), chain=chain, encoders={"angle": 2600})

@@ -19,10 +19,7 @@ from reproduction.tension_sweep import Sweep, onset, onset_by_growth_integral, s
 TENSIONS = (2.0, 3.2838, 5.0, 10.0)  # N
 DRIVE_RATIOS = (1.0, 10.0, 1000.0)
 GAMMA, PULLEY_DAMPING, TORQUE = 1.0, 4.0, 0.02  # 1/s, 1/s, N m: estimates, none is printed
-CHOSEN = (
-    "dampings of 1 1/s across and 4 1/s of the pulley mode, torque 20 mN m and plucks are chosen: "
-    "the print's are lost"
-)
+CHOSEN = "chosen, the print's are lost: dampings 1 1/s across, 4 1/s of the pulley mode, 20 mN m, plucks"
 
 
 def surfaces(quick: bool) -> Outcome:

@@ -15,11 +15,10 @@ from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-
-_STEPS, _HELD = 100, 1e200
 
 
 def mass_ratios(drive: Drive) -> tuple[float, float]:
@@ -31,28 +30,22 @@ def mass_ratios(drive: Drive) -> tuple[float, float]:
 def pulley_phase(chi1: ArrayLike, chi2: ArrayLike, n: int = 1) -> Array:
     r"""Phase :math:`x = \omega L_e/c_u` of the n-th mode of the pulleys against each other, Eq. (A.1).
 
-    Newton's method from the left on a rising concave function: it cannot overshoot. The mass ratios may be
-    anything from zero to infinity. Returns phases in :math:`((n - 1)\pi, n\pi]` [rad].
+    The mass ratios may be anything from zero to infinity. Returns phases in :math:`((n - 1)\pi, n\pi]` [rad].
     """
-    one, two = (np.minimum(np.asarray(chi, dtype=float), _HELD) for chi in (chi1, chi2))
-    x = np.maximum(pi / (1.0 + np.minimum(one + two, 1e150)), (n - 1) * pi)
-    for _ in range(_STEPS):
-        excess = x - (n - 1) * pi - _angle(one, x) - _angle(two, x)
-        x, last = x - excess / (1.0 + _slope(one, x) + _slope(two, x)), x
-        if np.all(np.abs(x - last) <= 2e-16 * x):
-            break
-    return np.asarray(x)
+
+    def phase(one: float, two: float) -> float:
+        def excess(x: float) -> float:
+            return x - (n - 1) * pi - float(_angle(one, x) + _angle(two, x))
+
+        return float(brentq(excess, (n - 1) * pi, n * pi, xtol=1e-300, rtol=1e-15))
+
+    one, two = (np.minimum(np.asarray(chi, dtype=float), 1e200) for chi in (chi1, chi2))
+    return np.asarray(np.vectorize(phase, otypes=[float])(one, two))
 
 
-def _angle(chi: Array, x: Array) -> Array:
+def _angle(chi: ArrayLike, x: ArrayLike) -> Array:
     """Arccot of chi x, from pi/2 (no mass) to 0 (held)."""
-    return np.arctan2(1.0, chi * x)
-
-
-def _slope(chi: Array, x: Array) -> Array:
-    """Minus the derivative of the angle, chi / (1 + chi^2 x^2)."""
-    with np.errstate(divide="ignore"):
-        return 1.0 / (1.0 / chi + chi * x**2)
+    return np.arctan2(1.0, np.multiply(chi, x))
 
 
 def frequency_ratio(chi1: ArrayLike, chi2: ArrayLike, prestrain: ArrayLike) -> Array:

@@ -137,6 +137,6 @@ def _errata(found: Reproduction) -> tuple[Chapter, ...]:
         where = Markup("<code>reproduction/errata.md#{}</code>").format(anchor)
         blocks = (Paragraph(text=where, items=lines),)
         sections.append(Section(title=title, anchor=f"errata-{anchor}", blocks=blocks))
-    intro = Paragraph(text=say("errata"))
-    made = Chapter(title="Errata", anchor="errata", blocks=(intro,), sections=tuple(sections))
+    intro = (Paragraph(text=say("errata")),)
+    made = Chapter(title="Errata", anchor="errata", blocks=intro, sections=tuple(sections))
     return (made,) if sections else ()

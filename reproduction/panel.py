@@ -3,17 +3,13 @@
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cabledrive.report.blocks import Figure
 from cabledrive.report.picture import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SMALL, log_axis, picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Drawing
 
 MOST_POINTS, DIGITS = 400, 6
 HEIGHT, EXTRA, DECADES = 190.0, 40.0, 6
@@ -65,7 +61,7 @@ def _rounded(values: np.ndarray) -> list[float | None]:
 def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
     """Panels of one figure as a figure of the page; `name` is unique there."""
 
-    def draw(drawing: "Drawing") -> None:
+    def draw(drawing: Any) -> None:
         rows = drawing.subplots(len(panels), 1, squeeze=False)[:, 0]
         for axes, one in zip(rows, panels, strict=True):
             _fill(axes, one)
@@ -80,7 +76,7 @@ def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
     )
 
 
-def _fill(axes: "Axes", panel: Panel) -> None:
+def _fill(axes: Any, panel: Panel) -> None:
     for number, one in enumerate(panel.curves):
         few, style = len(one["x"]) < 12, _STYLES[number % len(_STYLES)] if len(panel.curves) > 2 else "-"
         x, y = (np.array(one[axis], dtype=float) for axis in "xy")
@@ -89,10 +85,7 @@ def _fill(axes: "Axes", panel: Panel) -> None:
         )
         axes.plot(x, y, color=_COLOURS[number % len(_COLOURS)], label=one["name"], linewidth=1.2, **look)
     axes.set(xlabel=panel.x, ylabel=panel.y)
-    for axis, asked, size in (
-        ("x", panel.log_x, 600.0),
-        ("y", panel.log_y, HEIGHT - 60.0),
-    ):
+    for axis, asked, size in (("x", panel.log_x, 600.0), ("y", panel.log_y, HEIGHT - 60.0)):
         if asked:
             axes.set(**{f"{axis}lim": _limits(panel, axis)})
             log_axis(axes, axis, size)

@@ -1,7 +1,6 @@
 """Sections 6.3 to 6.7: the control laws of chapter 6 on the virtual rig of configuration 3.
 
-Angle, rise and dwell of the printed pulses are lost, so that a printed error in degrees is held against a
-chosen pulse; the phases of the print's encoders are not known either.
+The printed pulses and the phases of the encoders are lost: errors are held against a chosen pulse.
 """
 
 from dataclasses import dataclass, replace
@@ -52,8 +51,7 @@ MOTION = "pulse of 45 deg in 0.5 s with 0.5 s dwell chosen, the print's is lost"
 ENCODER = 0.036  # deg
 SEEDS, QUICK_SEEDS = 32, 4
 RISES = (0.6, 0.7, 0.8, 0.9, 1.0)  # s
-JOINT_BAND = (60.0, 150.0)  # Hz
-BANDWIDTHS = (5.0, 6.0, 7.0, 8.0)  # Hz
+JOINT_BAND, BANDWIDTHS = (60.0, 150.0), (5.0, 6.0, 7.0, 8.0)  # Hz
 
 
 @cache
@@ -170,10 +168,8 @@ def _judged(name: str, law: Law, peaks: Array, runs: list[dict[str, Any]]) -> Fo
     """Accuracy, torque and estimates of the runs' summaries."""
     output, error, _, torques = law.figures
     median, worst = float(np.median(peaks)), float(peaks.max())
-    torque, bounded = (
-        max(one["peak_torque"] for one in runs),
-        all(one["estimates_within_bounds"] for one in runs),
-    )
+    torque = max(one["peak_torque"] for one in runs)
+    bounded = all(one["estimates_within_bounds"] for one in runs)
     found: Found = {"largest": 100 * worst / 45, "worst": worst, "phases": len(peaks), "torque": torque}
     found |= {"slower": slower_rise(name, law.accuracy), f"figure_6_{error}_accuracy": median}
     found["inside"] = "within their bounds in every run" if bounded else "outside their bounds"

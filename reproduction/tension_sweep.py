@@ -11,31 +11,23 @@ from math import asin, log, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.ensemble_kernels import transitions
 
-STEPS_PER_PERIOD = 64
-FAR = 1e3  # the sweep is not followed beyond so many times the level
+STEPS_PER_PERIOD, FAR = 64, 1e3  # the sweep is not followed beyond FAR times the level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
     """A sweep of the transverse detuning while the pulley mode swings with a constant amplitude."""
 
-    pumping: float  # mu, the size of k Q [rad/s]
+    pumping: float  # mu, the size of k Q, above Gamma / 2 [rad/s]
     damping: float  # Gamma [1/s]
     rate: float  # of the detuning, upwards [rad/s^2]
     floor: float  # amplitude when the sweep enters the instability region [m]
     level: float  # amplitude that counts as onset [m]
     half_forcing: float  # nu [rad/s]
-
-    def __post_init__(self) -> None:
-        if not self.pumping > 0.5 * self.damping:
-            raise InputRefused(
-                f"pumping = {self.pumping:.4g} rad/s does not exceed half of Gamma = {self.damping:.4g} 1/s: "
-                "there is no instability region to sweep through; raise the torque"
-            )
 
     @property
     def half_width(self) -> float:

@@ -19,10 +19,7 @@ def test_quotes_stand_in_the_text():
     )
     assert len(SENTENCES) > 30
     assert len(ROWS) > 25
-    absent = [
-        quote
-        for quote in (*ROWS, *(words for _, words in SENTENCES))
-        if re.sub(r"\s+", "", quote) not in text
-    ]
+    quotes = (*ROWS, *(words for _, words in SENTENCES))
+    absent = [quote for quote in quotes if re.sub(r"\s+", "", quote) not in text]
     assert not absent, "\n".join(absent)
     assert not [anchor for anchor, _ in SENTENCES if f"({anchor})=" not in errata]
