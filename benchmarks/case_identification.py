@@ -10,11 +10,12 @@ import numpy as np
 import pyarrow as pa
 from harness import duration, side_by_side, table
 from pyarrow import parquet
+from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 
 from cabledrive.identification.one_log import identify
 from cabledrive.identification.planning import sum_of_sines
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
-from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, bench_command, bench_rig, run_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 
 TITLE = "Identification"
 RATE, MINUTE, MINUTES = 10_000, 600_000, 60

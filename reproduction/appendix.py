@@ -3,7 +3,7 @@
 from math import pi, sqrt
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig.bench.virtual_rig import BENCH_TESTS
+from reproduction.bench import BENCH_TESTS
 from reproduction.items import Outcome
 
 RPM = 2 * pi / 60

@@ -21,8 +21,9 @@ from cabledrive.parameters import load_drive
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 from cabledrive.rig.bench import virtual_rig
-from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, run_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 from reproduction import appendix
+from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
 from reproduction.items import Found, Outcome
 from reproduction.panel import panel
 
@@ -205,7 +206,7 @@ def measured_response(chain: LumpedChain) -> tuple[Array, Complex, float]:
     """
     rng = np.random.default_rng(SEED)
     rig = replace(virtual_rig.rig_of(load_drive("dissertation-3")), chain=chain, encoders={"angle": 2600})
-    log = run_rig(rig, virtual_rig.response_command(rng, amplitude=1.0), rng)
+    log = run_rig(rig, response_command(rng, amplitude=1.0), rng)
     h, angle = log.interval, log.channel("angle")
     slow = difference(zero_phase(angle, h, 60.0), h)  # the speed whose sign the friction takes
     torque = compensated_torque(log.channel("torque"), slow, chain.coulomb[0], chain.offsets[0])

@@ -14,7 +14,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of, rim_spring
 from cabledrive.rig import Motion, RigOptions, Tracking, track
-from cabledrive.rig.bench.virtual_rig import BENCH_TESTS
+from reproduction.bench import BENCH_TESTS
 from reproduction.items import UNEXPLAINED, Found, Outcome
 from reproduction.panel import Panel, panel
 

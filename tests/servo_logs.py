@@ -3,17 +3,11 @@
 from math import pi, radians
 
 import numpy as np
+from reproduction.bench import BENCH_TESTS, bench_rig
 
 from cabledrive.identification.planning import chirp
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.virtual_rig import (
-    BENCH_TESTS,
-    Imperfections,
-    VirtualRig,
-    bench_rig,
-    log_from,
-    run_rig,
-)
+from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, log_from, run_rig
 from cabledrive.trajectories.segments import waypoints
 from oracles.axis_plant import move, parameters
 

@@ -9,13 +9,14 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from reproduction.bench import BENCH_TESTS, bench_rig
 
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.logs.table import unpacked_mcap
 from cabledrive.identification.one_log import load_options
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.experiment import load_excitation
-from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, bench_rig, run_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 from cabledrive.studies.study.goals import load_goals
 
 ROWS, INTERVAL = 12_000, 1e-3

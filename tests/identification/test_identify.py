@@ -6,6 +6,7 @@ from math import radians
 
 import numpy as np
 import pytest
+from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 from scipy import signal
 from scipy.stats import binom
 
@@ -28,14 +29,7 @@ from cabledrive.identification.regression import (
 from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.virtual_rig import (
-    BENCH_TESTS,
-    Imperfections,
-    VirtualRig,
-    bench_command,
-    bench_rig,
-    run_rig,
-)
+from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, run_rig
 
 TEST = BENCH_TESTS[1]
 NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")

@@ -6,6 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 from pyarrow import parquet
+from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 from scipy import io
 
 from cabledrive.identification.logs import reading
@@ -14,7 +15,7 @@ from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.identification.logs.time_check import saturated
 from cabledrive.identification.one_log import IdentifyOptions, identify, identify_long_log, load_options
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, bench_command, bench_rig, run_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 from oracles.axis_catalogue import TRUTHS, made
 
 N, DT = 2000, 1e-3

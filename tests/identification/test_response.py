@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
 
 from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.filters import difference
@@ -40,16 +41,7 @@ from cabledrive.rig.bench.experiment import (
     load_excitation,
     plan_experiment,
 )
-from cabledrive.rig.bench.virtual_rig import (
-    BENCH_TESTS,
-    TORQUE_PER_VOLT,
-    Imperfections,
-    bench_command,
-    bench_rig,
-    response_command,
-    rig_of,
-    run_rig,
-)
+from cabledrive.rig.bench.virtual_rig import Imperfections, rig_of, run_rig
 from command import answer, call, object_of
 
 RATE, PERIOD = 2000.0, 2000

@@ -4,13 +4,14 @@ import re
 
 import numpy as np
 import pytest
+from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 
 from cabledrive.identification.axis.axis import identify_rigid_axis
 from cabledrive.identification.printer import belt_of, is_printer_file, printer, spectrogram
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.log_page import write_log_report
 from cabledrive.report.printer_page import computed, printer_html
-from cabledrive.rig.bench.virtual_rig import BENCH_TESTS, Imperfections, bench_command, bench_rig, run_rig
+from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
 from command import answer, refusal
 from printer_logs import samples, write_densities, write_samples
 from report_page import TIME, Reader

@@ -1,4 +1,4 @@
-"""A rig in numbers as a laboratory has it, and the rigs and excitations of chapter 4."""
+"""A rig in numbers as a laboratory has it."""
 
 from dataclasses import dataclass, field
 from math import exp, pi
@@ -6,7 +6,6 @@ from math import exp, pi
 import numpy as np
 
 from cabledrive.identification.logs.log import DataReport, Log
-from cabledrive.identification.planning import multisine_lines, random_multisine, sum_of_sines
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -145,51 +144,6 @@ def _logged(torque: Array, oversampling: int, rig: VirtualRig, rng: np.random.Ge
     return mean + rig.imperfections.torque_noise * rng.normal(size=mean.size)
 
 
-TORQUE_PER_VOLT = 10 ** (4.2 / 20)
-"""Amplifier gain [N m/V], Eq. (4.20): 4.2 dB."""
-
-
-@dataclass(frozen=True, slots=True)
-class BenchTest:
-    """One row of Table 4.1 with the excitation that the text describes."""
-
-    name: str
-    # inertia, viscous, coulomb, offset: as printed [kg m^2, N m s/rad, N m, N m]
-    inertia: float
-    viscous: float
-    coulomb: float
-    offset: float
-    amplitudes: tuple[float, ...]  # of the command's sines [V]
-    duration: float  # [s]
-    frequencies: tuple[float, ...] = (1.0, 3.0, 5.0)  # [Hz]
-
-
-BENCH_TESTS = (
-    BenchTest("motor", 0.0011, 0.00216, 0.024, -0.0057, (0.05, 0.05, 0.1), 55.0),
-    BenchTest("motor and drive pulley", 0.001742, 0.0031, 0.0376, -0.0006, (0.1, 0.1, 0.1), 70.0),
-    BenchTest("motor and load pulley", 0.00345, 0.005, 0.045, -0.0008, (0.05, 0.05, 0.1), 55.0),
-)
-
-
-def bench_rig(test: BenchTest, imperfections: Imperfections | None = None) -> VirtualRig:
-    """The rig of one bench test: a rigid axis, 2,600 counts, 1 kHz."""
-    chain = LumpedChain(
-        names=("motor",),
-        inertias=(test.inertia,),
-        viscous=(test.viscous,),
-        coulomb=(test.coulomb,),
-        offsets=(test.offset,),
-    )
-    flaws = imperfections or Imperfections()
-    return VirtualRig(chain=chain, torque_per_volt=TORQUE_PER_VOLT, imperfections=flaws)
-
-
-def bench_command(test: BenchTest, rng: np.random.Generator, sample_rate: float = 1000.0) -> Array:
-    """The command of one bench test with random phases, shape (samples,) [V]; ``sample_rate`` [Hz]."""
-    phases = rng.uniform(0.0, 2 * pi, len(test.frequencies))
-    return sum_of_sines(test.duration, sample_rate, test.frequencies, test.amplitudes, phases)
-
-
 def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections | None = None) -> VirtualRig:
     """The virtual rig of a drive: its reduced model with its sensors; 1 N m/V where it names no amplifier."""
     motor, sensors = drive.motor, drive.sensors
@@ -217,12 +171,3 @@ def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections 
         torque_limit=motor.torque_limit if motor else None,
         imperfections=flaws,
     )
-
-
-def response_command(
-    rng: np.random.Generator, *, sample_rate: float = 5000.0, duration: float = 8.0, amplitude: float = 1.0
-) -> Array:
-    """Section 4.3's 1,000 sines from 1 to 500 Hz, the lowest peak of ten draws, shape (samples,) [V]."""
-    samples = round(duration * sample_rate)
-    lines = multisine_lines(samples, sample_rate, 1.0, 500.0, count=1000)
-    return amplitude * random_multisine(samples, lines, 10, rng)
