@@ -1,6 +1,6 @@
 """Coordinates of a network that are tied together, and what ties them: counted and searched."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -57,32 +57,18 @@ class Component:
         self._cuts: list[Cut] = []
         self._counts: dict[bytes, Array] = {}
         self._modes: dict[tuple[float, float], list[tuple[Cut, Solved]]] = {}
-        self.twin = self
+        self.twin = self  # or one with the same modes, of which they are taken
 
-    def find_twin(self, others: list["Component"]) -> None:
-        """Take over what is found of another one that has the same modes."""
-        self.twin = next((own for own in others if own.twin is own and self._is_like(own)), self)
-
-    def _is_like(self, other: "Component") -> bool:
-        """Whether both have the same rows."""
-        if (self.size, len(self.waves), len(self.ropes)) != (other.size, len(other.waves), len(other.ropes)):
-            return False
-        arrays = ["z", "time", "lag", "ring", "fixed_kind", "factor"]
-        pairs = [(getattr(self, name), getattr(other, name)) for name in arrays]
-        pairs += [
-            pair
-            for name in ("near", "far", "fixed_rows")
-            for pair in zip(*(getattr(own, name) for own in (self, other)), strict=True)
-        ]
-        parts = [
+    @property
+    def alike(self) -> Hashable:
+        """Equal of components with the same rows, which have the same modes."""
+        ropes = tuple(
             (own.hold, own.direction, own.length, own.density, own.pull, own.bend, own.ropes)
             for own in self.ropes
-        ]
-        theirs = [
-            (own.hold, own.direction, own.length, own.density, own.pull, own.bend, own.ropes)
-            for own in other.ropes
-        ]
-        return parts == theirs and self.ends == other.ends and all(np.array_equal(*pair) for pair in pairs)
+        )
+        arrays = (self.z, self.time, self.lag, self.ring, self.fixed_kind, self.factor)
+        rows = (*self.near, *self.far, *self.fixed_rows)
+        return self.size, ropes, repr(self.ends), *(own.tobytes() for own in (*arrays, *rows))
 
     def cut(self, top: float) -> "Cut":
         """The table for frequencies up to one [rad/s]."""

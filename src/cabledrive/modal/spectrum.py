@@ -1,6 +1,6 @@
 """All modes of a network: counted, listed and proven, part by part."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from functools import cached_property
 from math import inf, pi
 from typing import NamedTuple
@@ -228,9 +228,10 @@ class Spectrum:
 def _parts(network: ModalNetwork) -> list[_Part]:
     tied, held = network.components()
     parts = [*(_Part(own, 1, network) for own in tied), *(_Part(own, times, network) for own, times in held)]
-    every = [part.own for part in parts if not part.closed_form]
-    for number, own in enumerate(every):
-        own.find_twin(every[:number])
+    first: dict[Hashable, Component] = {}
+    for part in parts:
+        if not part.closed_form:
+            part.own.twin = first.setdefault(part.own.alike, part.own)
     return parts
 
 
