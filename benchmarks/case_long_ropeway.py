@@ -95,6 +95,6 @@ def growth() -> str:
     note = (
         f"Exponent of the time per mode: {fit:.2f} fitted from {SIZES[0]} to {SIZES[-1]}, "
         f"{last:.2f} from {SIZES[-3]} to {SIZES[-1]}; target: at most 1.1. "
-        "Small tables are counted as Python for many frequencies at once, large ones in machine code."
+        "Tables are counted as Python for many frequencies at once."
     )
     return table(["carriages", f"first {MODES} modes", "per mode"], rows) + "\n\n" + note

@@ -12,7 +12,7 @@ from transfer_roots import ExactChain, angle, discriminant, exact_chains, exact_
 import cabledrive as cd
 from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.modal.networks import network_of_chain
-from cabledrive.modal.rows import lanes_at
+from cabledrive.modal.rows import counted, lanes_at
 from cabledrive.parameters import Motor
 
 MODES = 12
@@ -181,7 +181,7 @@ def test_count_of_a_thousand_carriages_is_right_so_close_to_a_mode(closed, clear
             assert mode.enclosure is not None
             for distance in np.geomspace(clear, 1e-9, 9):
                 at = lanes_at([mode.omega * (1 - distance), mode.omega * (1 + distance)])
-                sides = tuple(component.cut(2 * mode.omega).counted(at))
+                sides = tuple(counted(component.cut(2 * mode.omega).table, at))
                 counts += 2
                 if sides != (below, below + mode.multiplicity):
                     wrong.append(f"{sides} at {distance:.1e} of {mode.omega}")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from parts import alone, listed
 
-from cabledrive.modal import rows, search
-from cabledrive.modal.kernels import compiled_counts
+from cabledrive.modal import rows
 from network_samples import random_elastic_network, random_hanging_network, random_network
 from oracles.network_fem import matrices, natural_frequencies
 from oracles.rope_fem import frequencies, with_ropes
@@ -76,10 +75,8 @@ def test_no_count_of_random_networks_differs_from_finite_elements(kind, seed, ne
     assert wrong == 0, f"{wrong} of {made} counts"
 
 
-@pytest.mark.kernel  # of cabledrive.modal.kernels: what refines the modes of large tables
-@pytest.mark.parametrize(("moving", "large"), [(False, False), (False, True), (True, False)])
-def test_modes_of_random_networks_are_those_of_finite_elements(moving, large, monkeypatch):
-    monkeypatch.setattr(search, "_large", lambda table: large)
+@pytest.mark.parametrize("moving", [False, True])
+def test_modes_of_random_networks_are_those_of_finite_elements(moving):
     rng = np.random.default_rng(5)
     for _ in range(4):
         component, strings, mass, spring, others = random_network(rng, moving)
@@ -123,19 +120,20 @@ def test_modes_of_networks_with_ropes_that_bend_or_hang_are_those_of_finite_elem
         assert error < tolerance
 
 
-@pytest.mark.kernel  # of cabledrive.modal.kernels
 @pytest.mark.parametrize("moving", [False, True])
-@pytest.mark.parametrize("growth", [rows.GROWTH, 1.0])
-def test_compiled_counts_are_those_of_many_lanes(moving, growth, monkeypatch):
-    """Loops over one matrix against numpy over many, from either end and by eigenvalues where digits go."""
-    monkeypatch.setattr("cabledrive.modal.kernels.GROWTH", growth)
+def test_counts_from_the_other_end_and_by_eigenvalues_are_the_same(moving, monkeypatch):
+    """Where terms outgrow the matrix; a few lanes at a time, too."""
     rng = np.random.default_rng(21)
     for _ in range(6):
         component, *_ = random_network(rng, moving)
         top = 8.0 / component.longest
         table = component.cut(top).table
         lanes = rows.lanes_at(rng.uniform(0.01, 1.0, 40) * top)
-        np.testing.assert_array_equal(compiled_counts(table)(lanes), rows.counted(table, lanes))
+        plain = rows.counted(table, lanes)
+        with monkeypatch.context() as changed:
+            changed.setattr(rows, "GROWTH", 1.0)
+            changed.setattr(rows, "TOGETHER", 7 * table.first.size)
+            np.testing.assert_array_equal(rows.counted(table, lanes), plain)
 
 
 def test_a_band_turned_round_and_solved_is_the_whole_matrix():

@@ -73,7 +73,6 @@ def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArr
         np.maximum(count, 0).astype(np.intp) + rigid,
         times.max(axis=1),
         wanted=wanted,
-        count=lambda lanes: counted(table, lanes),
     )
     for own in singles:  # multiple ones, and those that round-off clouds, are left to the search of one chain
         first = own.number - rigid[own.machine] < wanted

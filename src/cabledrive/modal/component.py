@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import Rope, Row, Wave
-from cabledrive.modal.rows import SPRING, Array, Integers, bands, lanes_at, weights, zero_pivots
+from cabledrive.modal.rows import SPRING, Array, Integers, bands, counted, lanes_at, weights, zero_pivots
 from cabledrive.modal.search import Solved, modes_between
 from cabledrive.parameters.errors import InputRefused
 
@@ -134,7 +134,7 @@ class Component:
         cut = self.cut(float(omega[-1]))
         if not cut.table.size:  # one segment, too short for a mode of its own
             return np.zeros(omega.size)
-        return np.maximum(cut.counted(lanes_at(omega)) - self.rigid, 0.0)
+        return np.maximum(counted(cut.table, lanes_at(omega)) - self.rigid, 0.0)
 
     def count(self, omega: float) -> int:
         """Modes below a frequency [rad/s], without motions that strain nothing."""
@@ -148,7 +148,7 @@ class Component:
             cut = self.cut(top)
             first = self.count(low) + self.rigid if low > 0.0 else self.rigid
             last = max(self.count(top) + self.rigid, first)
-            found = modes_between(cut.table, low, top, first, last, self.longest, cut.counted)
+            found = modes_between(cut.table, low, top, first, last, self.longest)
             self._modes[low, top] = [(cut, own) for own in found]
         return self._modes[low, top]
 

@@ -1,10 +1,8 @@
 """The rows of a component in a table: long waves cut, ropes in segments, ordered in a narrow band, scaled."""
 
 from collections import deque
-from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +21,6 @@ from cabledrive.modal.rows import (
     part_times,
     weights,
 )
-from cabledrive.modal.search import counter
 
 if TYPE_CHECKING:
     from cabledrive.modal.component import Component
@@ -91,15 +88,12 @@ class Cut:
         self.position = np.empty(n, dtype=np.intp)
         self.position[self.order] = np.arange(n)
         self.table = _table(
-            own.z[self.wave] if m else own.z,
-            own.time[self.wave] if m else own.time,
-            own.lag[self.wave] if m else own.lag,
-            own.ring[self.wave] if m else own.ring,
+            own,
+            self.wave,
             part,
             (kinds, factor, np.concatenate(b)),
             (row, self.position[column], value * self.scale[column], delayed),
             n,
-            base,
         )
 
     def of(self, own: "Component") -> "Cut":
@@ -111,11 +105,6 @@ class Cut:
             for (parts, base, inner), rope in zip(self.segments, own.ropes, strict=True)
         ]
         return other
-
-    @cached_property
-    def counted(self) -> Callable[[Lanes], Array]:
-        """The counter of its table."""
-        return counter(self.table)
 
     def natural(self, x: Values) -> Values:
         """Shapes in the component's coordinates, cuts and joints behind."""
@@ -172,41 +161,31 @@ def _rope_rows(
 
 
 def _table(
-    z: Array,
-    time: Array,
-    lag: Array,
-    ring: Array,
+    own: "Component",
+    wave: Integers,
     part: Integers,
     fixed: tuple[Integers, Array, Array],
     entries: tuple[Integers, Integers, Array, NDArray[np.bool_]],
     size: int,
-    rows: int,
 ) -> Table:
-    """Entries sorted by row, and the pairs of them that make the lower half of the band, sorted by place."""
-    row = entries[0]
-    sort = np.argsort(row, kind="stable")
-    row, column, value, delayed = (
-        entries[0][sort],
-        entries[1][sort],
-        entries[2][sort],
-        entries[3][sort],
-    )
+    """Entries sorted by row, and the pairs of them that make the lower half of the band."""
+    sort = np.argsort(entries[0], kind="stable")
+    row, column, value, delayed = entries[0][sort], entries[1][sort], entries[2][sort], entries[3][sort]
+    lag, rows = own.lag[wave], 3 * wave.size + fixed[0].size
     first = np.searchsorted(row, np.arange(rows + 1))
     e, f = _pairs(first)
     lower = column[e] >= column[f]
     e, f = e[lower], f[lower]
     width = int((column[e] - column[f]).max(initial=0))
     slot = column[f] * (width + 1) + column[e] - column[f]
-    sort = np.argsort(slot, kind="stable")
-    e, f, slot = e[sort], f[sort], slot[sort]
     delay, product = delayed[f].astype(float) - delayed[e], value[e] * value[f]
     which = [~delayed, delayed] if lag.any() else [~delayed]
     where = [delay == 0.0, delay > 0.0, delay < 0.0] if lag.any() else [delay == 0.0]
     return Table(
-        z=z,
-        time=time,
+        z=own.z[wave],
+        time=own.time[wave],
         lag=lag,
-        ring=ring,
+        ring=own.ring[wave],
         part=part,
         kind=fixed[0],
         a=fixed[1],
@@ -214,20 +193,12 @@ def _table(
         first=first,
         column=column,
         value=value,
-        delayed=delayed,
-        pair_slot=slot,
-        pair_row=row[e],
-        pair_value=product,
-        pair_delay=delay,
         kinds=tuple(
-            (kind, own)
-            for kind in (MASS, SPRING, POLE)
-            for own in [np.flatnonzero(fixed[0] == kind)]
-            if own.size
+            (kind, np.flatnonzero(fixed[0] == kind)) for kind in (MASS, SPRING, POLE) if kind in fixed[0]
         ),
-        rows=tuple(_matrix(value[own], row[own], column[own], (rows, size)) for own in which),
+        rows=tuple(_matrix(value[one], row[one], column[one], (rows, size)) for one in which),
         products=tuple(
-            _matrix(product[own], slot[own], row[e][own], (size * (width + 1), rows)) for own in where
+            _matrix(product[one], slot[one], row[e][one], (size * (width + 1), rows)) for one in where
         ),
         size=size,
         width=width,

@@ -246,7 +246,10 @@ class _TwoPulleys:
             across = [guided or name in self.held for _, name, guided in joints]
             bounds = [at for (at, _, _), own in zip(joints, across, strict=True) if own]
             rows = [
-                [self.row(name), *((() if own else self.row(name, way)) for way in (ACROSS, OUT))]
+                [
+                    self.row(name),
+                    *((() if own or self.taut else self.row(name, way)) for way in (ACROSS, OUT)),
+                ]
                 for (_, name, _), own in zip(joints, across, strict=True)
             ]
             for i in range(len(joints) - 1):

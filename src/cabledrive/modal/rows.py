@@ -37,6 +37,8 @@ GROWTH = 1e4
 STEPS, CONVERGED, STAY = 14, 1e-13, 1e-12
 """Steps of a refinement, the shift at which it ends, and how far it may leave its bracket, both relative."""
 
+TOGETHER = 4_000_000
+"""Rows times lanes that are held at a time."""
 FEW = 16
 """Unknowns up to which many matrices are solved in one call."""
 
@@ -47,10 +49,9 @@ class Table(NamedTuple):
     Waves (m parts): rows 3i, 3i+1, 3i+2 are stretch, near end, far end; ``part`` 0: whole, 1 and 2: before
     and behind the cut of a long one, at an antinode that moves with the frequency. ``z``, ``time`` and ``a``,
     the factors of the fixed rows behind, have a second axis where the lanes are of several machines. Entries
-    of row r are ``first[r]:first[r+1]``; pairs of entries, sorted by ``slot``, make the band: column j, slot
-    j (width + 1) + d, of entry (j + d, j). ``delayed`` entries have the phase of a rope that runs. ``kinds``:
-    numbers of the fixed rows of each kind; ``rows``, ``products``: both as matrices, of the entries without
-    phase and, if a rope runs, of those with it.
+    of row r are ``first[r]:first[r+1]``. ``kinds``: numbers of the fixed rows of each kind; ``rows``: all as
+    matrices, of the entries without phase and, if a rope runs, of those with it; ``products``: of their
+    pairs, which make the band, entry (j + d, j) in its place j (width + 1) + d.
     """
 
     z: Array
@@ -64,11 +65,6 @@ class Table(NamedTuple):
     first: Integers
     column: Integers
     value: Array
-    delayed: NDArray[np.bool_]
-    pair_slot: Integers
-    pair_row: Integers
-    pair_value: Array
-    pair_delay: Array
     kinds: tuple[tuple[int, Integers], ...]
     rows: tuple[Any, ...]
     products: tuple[Any, ...]
@@ -238,6 +234,10 @@ def counted(t: Table, lanes: Lanes) -> Array:
     .. [1] W. H. Wittrick and F. W. Williams, A general algorithm for computing natural frequencies of elastic
        structures, Quart. J. Mech. Appl. Math. 24 (1971) 263-284.
     """
+    most = max(1, TOGETHER // t.first.size)
+    if lanes.omega.size > most:
+        parts = range(0, lanes.omega.size, most)
+        return np.concatenate([counted(t, lanes.take(slice(first, first + most))) for first in parts])
     with np.errstate(all="ignore"):
         w, _, late, hidden = weights(t, lanes)
         band = bands(t, lanes.omega, w, late)

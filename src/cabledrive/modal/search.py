@@ -9,7 +9,6 @@ modes alike: with :math:`\hat K = V^H \hat K V`, :math:`\hat M = -V^H \hat K' V`
 The modes of all brackets take each step together.
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from cabledrive.modal.rows import (
     CONVERGED,
     STAY,
     STEPS,
+    TOGETHER,
     Array,
     Integers,
     Lanes,
@@ -52,10 +52,6 @@ SLOWEST = 1e-30
 LARGEST_SHAPES = 20_000_000
 """Numbers of the shapes that are refined together: some hundred megabytes; larger clusters stay unproven."""
 MOST_CUTS = 128
-TOGETHER = 4_000_000
-"""Rows times lanes that are held at a time."""
-MANY = 10_000
-"""Steps of an elimination above which it is compiled."""
 
 
 class Solved(NamedTuple):
@@ -94,19 +90,6 @@ class _Brackets(NamedTuple):
         return _Brackets(*(own[chosen] for own in self))
 
 
-def _large(t: Table) -> bool:
-    return t.size * (t.width + 1) * (t.width + 4) >= 2 * MANY
-
-
-def counter(t: Table) -> Callable[[Lanes], Array]:
-    """How modes are counted: many lanes at a time, or, of large tables, by compiled loops."""
-    if not t.running and not _large(t):
-        return lambda lanes: counted(t, lanes)
-    from cabledrive.modal.kernels import compiled_counts  # small machines do not wait for the compiler
-
-    return compiled_counts(t)
-
-
 def searched(
     t: Table,
     low: Any,
@@ -116,7 +99,6 @@ def searched(
     longest: Any,
     *,
     wanted: int | None = None,
-    count: Callable[[Lanes], Array] | None = None,
 ) -> tuple[list[Solved], list[_Singles]]:
     """All modes between two frequencies: the multiple ones and those not proven at once, and the simple ones.
 
@@ -124,7 +106,6 @@ def searched(
     time of a wave [s]; ``wanted``: stop after so many, a multiple mode whole.
     Raises `NotComputed` if a mode the count promises cannot be found.
     """
-    count = count or counter(t)
     low, top, longest = (np.atleast_1d(np.asarray(own, dtype=float)) for own in (low, top, longest))
     start = np.atleast_1d(np.asarray(below, dtype=np.intp))
     end = np.atleast_1d(np.asarray(above, dtype=np.intp))
@@ -142,16 +123,16 @@ def searched(
         width, times = queue.high - queue.low, longest[queue.machine]
         short = (width * times <= 0.5) | (queue.high * times <= 2.0)
         ready = short & (width <= queue.limit) & ((modes == 1) | (width <= NEAR * queue.high))
-        again = [_split(queue.take(~ready), count)]
+        again = [_split(t, queue.take(~ready))]
         if not ready.all():  # all that can be refined is refined together
             again.append(queue.take(ready))
             ready[:] = False
         for m in np.unique(modes[ready]):
             own = queue.take(ready & (modes == m))
             if m == 1:
-                own = _singles(t, own, count, singles)
+                own = _singles(t, own, singles)
             stay = np.ones(own.low.size, dtype=bool)
-            for i, solutions in enumerate(_refined_and_proven(t, own, int(m), count)):
+            for i, solutions in enumerate(_refined_and_proven(t, own, int(m))):
                 key = (int(own.machine[i]), int(own.below[i]))
                 if solutions and all(one.enclosure for one in solutions):
                     found += solutions
@@ -174,11 +155,9 @@ def searched(
     return found, singles
 
 
-def modes_between(
-    t: Table, low: float, top: float, below: int, above: int, longest: float, count: Callable[[Lanes], Array]
-) -> list[Solved]:
+def modes_between(t: Table, low: float, top: float, below: int, above: int, longest: float) -> list[Solved]:
     """All modes of one machine between two frequencies, ascending; parameters as of `searched`."""
-    found, singles = searched(t, low, top, below, above, longest, count=count)
+    found, singles = searched(t, low, top, below, above, longest)
     for many in singles:
         for lane in range(many.omega.size):
             one = many.shapes[:, lane]
@@ -187,9 +166,7 @@ def modes_between(
     return sorted(found, key=lambda own: (own.machine, own.omega))
 
 
-def _singles(
-    t: Table, own: _Brackets, count: Callable[[Lanes], Array], singles: list["_Singles"]
-) -> _Brackets:
+def _singles(t: Table, own: _Brackets, singles: list["_Singles"]) -> _Brackets:
     """Simple modes that are refined and proven to 1e-12 at once; returns the brackets of the others."""
     stay = np.ones(own.low.size, dtype=bool)
     lanes = max(1, TOGETHER // t.first.size)
@@ -198,7 +175,7 @@ def _singles(
         good, omegas, shapes = refined(t, part, 1)
         omega = omegas[good, 0]
         sides = np.concatenate((omega * (1.0 - ENCLOSURE), omega * (1.0 + ENCLOSURE)))
-        under, over = np.split(count(lanes_at(sides, np.tile(part.machine[good], 2))), 2)
+        under, over = np.split(counted(t, lanes_at(sides, np.tile(part.machine[good], 2))), 2)
         proven = (under <= part.below[good]) & (over >= part.below[good] + 1)
         chosen = np.flatnonzero(good)[proven]
         width, middle = np.full(chosen.size, ENCLOSURE), 0.5 * (part.low + part.high)[chosen]
@@ -210,7 +187,7 @@ def _singles(
     return own.take(stay)
 
 
-def _split(own: _Brackets, count: Callable[[Lanes], Array]) -> _Brackets:
+def _split(t: Table, own: _Brackets) -> _Brackets:
     """Cut every bracket into a few for each of its modes, counted at the cuts."""
     if not own.low.size:
         return own
@@ -219,7 +196,7 @@ def _split(own: _Brackets, count: Callable[[Lanes], Array]) -> _Brackets:
     inside = 1 + np.arange(which.size) - np.repeat(np.cumsum(cuts) - cuts, cuts)
     share = inside / (1.0 + cuts[which])
     places = own.low[which] + share * (own.high - own.low)[which]
-    here = count(lanes_at(places, own.machine[which]))
+    here = counted(t, lanes_at(places, own.machine[which]))
     here = np.clip(here, own.below[which], own.above[which]).astype(np.intp)
     offset = np.cumsum(cuts) - cuts
     apart = which * (1 + int(own.above.max()))  # the count does not fall
@@ -233,25 +210,19 @@ def _split(own: _Brackets, count: Callable[[Lanes], Array]) -> _Brackets:
     return _Brackets(low, high, below, above, own.machine[which], own.limit[which])
 
 
-def _refined_and_proven(
-    t: Table, own: _Brackets, m: int, count: Callable[[Lanes], Array]
-) -> list[list[Solved]]:
+def _refined_and_proven(t: Table, own: _Brackets, m: int) -> list[list[Solved]]:
     """The modes of every bracket that holds m of them; none where iteration leaves it."""
     lanes = max(1, TOGETHER // (t.first.size * m))
     out: list[list[Solved]] = []
     for first in range(0, own.low.size, lanes):
         part = own.take(slice(first, first + lanes))
         good, omegas, shapes = refined(t, part, m)
-        out += _proven(part, good, omegas, shapes, count)
+        out += _proven(t, part, good, omegas, shapes)
     return out
 
 
 def _proven(
-    own: _Brackets,
-    good: NDArray[np.bool_],
-    omegas: Array,
-    shapes: NDArray[Any],
-    count: Callable[[Lanes], Array],
+    t: Table, own: _Brackets, good: NDArray[np.bool_], omegas: Array, shapes: NDArray[Any]
 ) -> list[list[Solved]]:
     """Group what is closer than round-off can part, and prove each group by counts at both sides."""
     groups: list[tuple[int, Integers]] = []
@@ -272,7 +243,7 @@ def _proven(
         here = of[left]
         near = omegas[here, i[left]] * (1.0 - width)
         far = omegas[here, j[left]] * (1.0 + width)
-        both = count(lanes_at(np.concatenate((near, far)), np.tile(own.machine[here], 2)))
+        both = counted(t, lanes_at(np.concatenate((near, far)), np.tile(own.machine[here], 2)))
         under, over = np.split(both, 2)
         fine = (under <= own.below[here] + i[left]) & (over >= own.below[here] + j[left] + 1)
         proof[left[fine]] = width
@@ -300,10 +271,6 @@ def refined(t: Table, own: _Brackets, m: int) -> tuple[NDArray[np.bool_], Array,
     good, omegas = np.zeros(lanes, dtype=bool), np.zeros((lanes, m))
     if m > n or n * lanes * m > LARGEST_SHAPES:
         return good, omegas, np.zeros((n, lanes, 0), kind)
-    if m == 1 and _large(t) and not t.running and t.time.ndim == 1:
-        from cabledrive.modal.kernels import compiled_singles
-
-        return compiled_singles(t, own.low, own.high)
     shapes = np.zeros((n, lanes, m), kind)
     numbers = np.arange(1.0, n + 1.0)[:, None] * (1.0 + np.sqrt(2.0) * np.arange(1.0, m + 1.0))
     x = np.broadcast_to(np.cos(numbers)[:, None, :], (n, lanes, m)).astype(kind)
