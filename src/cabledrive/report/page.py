@@ -80,21 +80,26 @@ def render(page: Page) -> str:
     """Set a page as HTML, the same for the same page; `ValueError` if two places have the same name."""
     _check_anchors(page)
     environment = _environment()
+    machines = [view for view in page.views if view.group == "machines"]
+    alone = len(machines) == 1 and not page.links  # the page opens on the machine, not on a card
+    every = [block for view in page.views for block in view.blocks]
     bodies = {
         view.anchor: Markup(
-            environment.get_template(view.template).render(it=view.content, numbers=_numbered(view.blocks))
+            environment.get_template(view.template).render(
+                it=view.content, numbers=_numbered(every if alone else view.blocks)
+            )
         )
         for view in page.views
     }
     css, script = theme_css() + _template("report.css"), _template("looking.js")
-    blocks = [*page.own_blocks, *(block for view in page.views for block in view.blocks)]
-    if any(isinstance(block, Plot) for block in blocks):
+    if any(isinstance(block, Plot) for block in (*page.own_blocks, *every)):
         drawing, style = library()
         css, script = style + css, f"{drawing}\n{script}\n{_template('plots.js')}"
     if page.views:
         script += _template("views.js")
     html = environment.get_template("page.html").render(
         page=page,
+        alone=alone,
         bodies=bodies,
         css=Markup(css),
         script=Markup(script),

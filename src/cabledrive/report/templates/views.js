@@ -12,7 +12,7 @@
     const view = place?.closest(".view") ?? views[0];
     for (const one of views) one.classList.toggle("shown", one === view);
     for (const link of document.querySelectorAll("nav a"))
-      link.toggleAttribute("aria-current", link.hash === `#${view.id}`);
+      link.toggleAttribute("aria-current", views.length > 1 && link.hash === `#${view.id}`);
     const heading = view.querySelector("h2");
     document.title = view === views[0] ? title : `${heading.textContent} · ${title}`;
     for (let fold = place?.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
