@@ -97,7 +97,7 @@ SLIM, SHOWN = 6.0, 3.0
 FEW = 14
 """Pulleys that are all named."""
 
-LINE, STEPS = 3.0, 4
+LINE, STEPS = 3.0, 6
 """Width of a drawn line [px]; distances at which a name is tried."""
 
 _Box = tuple[float, float, float, float]
@@ -164,7 +164,9 @@ def _write(sheet: Sheet, words: list[_Words], spans: list[tuple[Point, Point]], 
         for step in range(STEPS):
             away = own.gap + step * 1.2 * SMALL
             aside = away + 0.5 * wide
-            for x, y in ((0, -away), (0, away + SMALL), (aside, 0.35 * SMALL), (-aside, 0.35 * SMALL)):
+            inward = max(0.5 * wide - own.gap, 0.0)
+            near = [(x, y) for y in (-away, away + SMALL) for x in (0.0, -inward, inward)]
+            for x, y in (*near, (aside, 0.35 * SMALL), (-aside, 0.35 * SMALL)):
                 at = own.at[0] + x, own.at[1] + y
                 box = at[0] - 0.5 * wide, at[1] - SMALL, at[0] + 0.5 * wide, at[1] + 0.25 * SMALL
                 cost = sum(4.0 * _common(box, other) for other in taken) + sum(_common(box, p) for p in parts)
