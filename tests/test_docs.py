@@ -178,7 +178,7 @@ def test_the_picture_of_modes_is_what_the_code_draws(tmp_path):
     drawn = subprocess.run(script, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert drawn.returncode == 0, drawn.stderr
     assert words_of(again) == words_of(PICTURE), f"draw it again: docs/readme_picture.py {PICTURE.name}"
-    assert "3.51452 Hz" in words_of(PICTURE)
+    assert any(words.startswith("3.5145 Hz") for words in words_of(PICTURE))
 
 
 def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, monkeypatch):
