@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reproduction.averaged_against_exact import exchange_period
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
@@ -49,7 +48,6 @@ def without_fit(*overrides):
 ROWS = [
     (lambda: autoparametric_model(TUNED, load_torque=1.0), ["lower span"]),
     (several_sections, ["3 transverse modes"]),
-    (lambda: exchange_period(autoparametric_model(TUNED), 1e-3, -1e-3), ["equal"]),
     (over({"pretention": [1.0]}), ["pretention", "pretension"]),
     (over({"torque_frequency": [80.0, 900.0]}), ["torque", "676.6 Hz"]),
     (over({"pretension": [np.nan]}), ["pretension", "finite", "N"]),

@@ -271,10 +271,6 @@ def fitted(figures, peaks=None):
         (lambda: fitted(["motor.0.speed_limit"]), "do not determine"),
         (lambda: fitted([], {"bed.z": (50.0, 1.0)}), "no coordinate"),
         (lambda: amplitude_spectrum(TIME[:5], TIME[:5]), "spectrum of 5 samples"),
-        (
-            lambda: Sweep(pumping=1.0, damping=2.0, rate=1.0, floor=1e-5, level=1e-3, half_forcing=256.8),
-            r"pumping = 1 rad/s.*Gamma = 2",
-        ),
     ],
 )
 def test_peaks_spectra_and_sweeps_that_give_nothing_are_refused(call, words):

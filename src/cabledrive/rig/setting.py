@@ -1,10 +1,11 @@
 """What is asked of the rig: motion, options, and both as words."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf, isfinite, pi
 
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.units import to_si
 from cabledrive.trajectories import Trajectory, pulse
 
@@ -14,20 +15,13 @@ DISSERTATION_ORDER = 9
 PAYLOAD_RANGE = (0.5, 3.0)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Payload:
-    """A load that is announced to the law, from a time on.
+    """A load that is announced to the law, from a time on."""
 
-    Attributes
-    ----------
-    factor : float
-        Inertia of the load over that of the drive [-].
-    start : float
-        [s].
-    """
-
-    factor: float
-    start: float = 0.0
+    factor: float = meaning("inertia of the load over that of the drive [-]")
+    start: float = meaning("from when on [s]", 0.0)
 
     def __post_init__(self) -> None:
         if not 0.0 < self.factor < inf:
@@ -36,33 +30,28 @@ class Payload:
             raise InputRefused(f"payload from {self.start:.4g} s on is no time: give 0 s or more")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """Pulses (6.1)-(6.8) of the load pulley.
+    """Pulses (6.1)-(6.8) of the load pulley."""
 
-    Attributes
-    ----------
-    angle : float
-        [deg].
-    rise, dwell : float
-        [s].
-    pulses : int
-    order : int or None
-        Odd order of the rise; None: in `track` what the law needs, elsewhere 9, as in (6.1).
-    payload : tuple of Payload
-        Loads announced along the motion, in any order; until the first the drive's own. The plant keeps its
-        load whatever is announced: that changes by ``RigOptions.load_change`` or a comparison's disturbances.
-    payload_range : tuple of float
-        Least and largest load that a law scheduled by it is designed for, as factors of the drive's [-].
-    """
-
-    angle: float = 45.0
-    rise: float = 0.5
-    dwell: float = 0.5
-    pulses: int = 1
-    order: int | None = None
-    payload: tuple[Payload, ...] = ()
-    payload_range: tuple[float, float] = PAYLOAD_RANGE
+    angle: float = meaning("of a pulse [deg]", 45.0)
+    rise: float = meaning("duration of a move [s]", 0.5)
+    dwell: float = meaning("rest after a move [s]", 0.5)
+    pulses: int = meaning("how many", 1)
+    order: int | None = meaning(
+        "odd order of the rise; None: in `track` what the law needs, elsewhere 9, as in (6.1)", None
+    )
+    payload: tuple[Payload, ...] = meaning(
+        "loads announced along the motion, in any order; until the first the drive's own. The plant "
+        "keeps its load whatever is announced: that changes by ``RigOptions.load_change`` or a "
+        "comparison's disturbances",
+        (),
+    )
+    payload_range: tuple[float, float] = meaning(
+        "least and largest load that a law scheduled by it is designed for, as factors of the drive's [-]",
+        PAYLOAD_RANGE,
+    )
 
     def __post_init__(self) -> None:
         low, high = self.payload_range
@@ -89,50 +78,35 @@ class Motion:
         return pulse(self.angle * DEGREE, self.rise, self.dwell, pulses=self.pulses, order=self.rise_order)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BodyMotion:
-    """How far a body between two winches goes and comes back.
+    """How far a body between two winches goes and comes back."""
 
-    Attributes
-    ----------
-    moves : mapping of str to float
-        Of each coordinate, such as ``{"camera.x": 2.0}`` [m]; empty: a twentieth of the distance between the
-        last pulleys, in the first coordinate.
-    rise : float or None
-        Duration of a move [s]; None: the shortest that uses at most 80 % of tension, torque and speed.
-    dwell : float
-        Rest after each move [s].
-    pulses : int
-        Times there and back.
-    order : int or None
-        Odd order of the rise; None: 9.
-    """
-
-    moves: Mapping[str, float] = field(default_factory=dict)
-    rise: float | None = None
-    dwell: float = 0.5
-    pulses: int = 1
-    order: int | None = None
+    moves: Mapping[str, float] = meaning(
+        'of each coordinate, such as ``{"camera.x": 2.0}`` [m]; empty: a twentieth of the distance '
+        "between the last pulleys, in the first coordinate",
+        factory=dict,
+    )
+    rise: float | None = meaning(
+        "duration of a move [s]; None: the shortest that uses at most 80 % of tension, torque and speed", None
+    )
+    dwell: float = meaning("rest after each move [s]", 0.5)
+    pulses: int = meaning("times there and back", 1)
+    order: int | None = meaning("odd order of the rise; None: 9", None)
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disturbance:
-    """A torque that steps in, or a force on a body.
+    """A torque that steps in, or a force on a body."""
 
-    Attributes
-    ----------
-    torque : float
-        [N m], at the first shaft; on a coordinate of a body its force [N].
-    start, end : float
-        [s].
-    on : str
-        "motor", "load", or a coordinate of a body between two winches, such as "camera.x".
-    """
-
-    torque: float
-    start: float
-    end: float
-    on: str = "load"
+    torque: float = meaning("at the first shaft [N m]; on a coordinate of a body its force [N]")
+    start: float = meaning("[s]")
+    end: float = meaning("[s]")
+    on: str = meaning(
+        '"motor", "load", or a coordinate of a body between two winches, such as "camera.x"', "load"
+    )
 
     def __post_init__(self) -> None:
         if self.on not in ("motor", "load") and "." not in self.on:
@@ -147,62 +121,49 @@ class Disturbance:
             )
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigOptions:
-    """How the rig differs from an ideal one.
+    """How the rig differs from an ideal one."""
 
-    Attributes
-    ----------
-    observer : {"kalman", "difference"}
-    feedback : {"motor", "drive"}
-        Encoder that stands for theta_1 in Models 1 and 3.
-    encoder_phase : {"random", "centred"}
-        Where in its count each encoder starts; where it is known, the filter has no states for offsets.
-    ideal_sensors : bool
-        The law sees true angles and speeds.
-    smooth_friction : bool
-        c tanh(50 w) in the plant instead of stick-slip.
-    jitter : float
-        Standard deviation of the sample times [s].
-    disturbances : tuple of Disturbance
-    substeps : int
-        Internal steps of the plant per sample; the result does not depend on them.
-    forbid_slack : bool
-        Whether a span that goes slack ends the run; else it carries nothing while it is slack.
-    blind : tuple of (str, float, float), or None
-        Encoder ("motor", "drive", "load") that gives NaN from one time to another [s].
-    as_printed : bool
-        The distributed cable keeps its own EA and axial damping where ``[lumped]`` says otherwise.
-    segments : int
-        Of each span of the distributed cable.
-    check_conditions : bool
-        Whether the conditions on the robust term are checked along the run.
-    pair : bool
-        A second motor and gear like the first on the drive pulley, preloaded against it.
-    preload : float or None
-        Torque with which the motors of a pair press against each other [N m]; None: a quarter of the limit of
-        one.
-    load_change : tuple of (float, float), or None
-        Time [s] from which the load has another inertia, and its factor; a law learns of it by what is
-        announced, ``Motion.payload``, alone.
-    """
-
-    observer: str = "kalman"
-    feedback: str = "motor"
-    encoder_phase: str = "random"
-    ideal_sensors: bool = False
-    smooth_friction: bool = False
-    jitter: float = 0.0
-    disturbances: tuple[Disturbance, ...] = field(default=())
-    substeps: int = 1
-    forbid_slack: bool = True
-    blind: tuple[str, float, float] | None = None
-    as_printed: bool = False
-    segments: int = 8
-    check_conditions: bool = False
-    pair: bool = False
-    preload: float | None = None
-    load_change: tuple[float, float] | None = None
+    observer: str = meaning('"kalman" or "difference"', "kalman")
+    feedback: str = meaning('"motor" or "drive": encoder that stands for theta_1 in Models 1 and 3', "motor")
+    encoder_phase: str = meaning(
+        '"random" or "centred": where in its count each encoder starts; where it is known, the '
+        "filter has no states for offsets",
+        "random",
+    )
+    ideal_sensors: bool = meaning("the law sees true angles and speeds", False)
+    smooth_friction: bool = meaning("c tanh(50 w) in the plant instead of stick-slip", False)
+    jitter: float = meaning("standard deviation of the sample times [s]", 0.0)
+    disturbances: tuple[Disturbance, ...] = meaning("torques and forces that step in", ())
+    substeps: int = meaning("internal steps of the plant per sample; the result does not depend on them", 1)
+    forbid_slack: bool = meaning(
+        "whether a span that goes slack ends the run; else it carries nothing while it is slack", True
+    )
+    blind: tuple[str, float, float] | None = meaning(
+        'encoder ("motor", "drive", "load") that gives NaN from one time to another [s]', None
+    )
+    as_printed: bool = meaning(
+        "the distributed cable keeps its own EA and axial damping where ``[lumped]`` says otherwise", False
+    )
+    segments: int = meaning("of each span of the distributed cable", 8)
+    check_conditions: bool = meaning(
+        "whether the conditions on the robust term are checked along the run", False
+    )
+    pair: bool = meaning(
+        "a second motor and gear like the first on the drive pulley, preloaded against it", False
+    )
+    preload: float | None = meaning(
+        "torque with which the motors of a pair press against each other [N m]; None: a quarter of "
+        "the limit of one",
+        None,
+    )
+    load_change: tuple[float, float] | None = meaning(
+        "time [s] from which the load has another inertia, and its factor; a law learns of it by "
+        "what is announced, ``Motion.payload``, alone",
+        None,
+    )
 
     def __post_init__(self) -> None:
         if self.load_change is not None:

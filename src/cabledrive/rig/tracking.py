@@ -9,6 +9,7 @@ import numpy as np
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.rig.assumptions import Departure, broken_assumptions, departures
 from cabledrive.rig.bounds import check_theorem
@@ -46,62 +47,37 @@ OBSERVERS = {
 }
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Tracking(ResultCard):
-    """A run of the rig.
+    """A run of the rig."""
 
-    Attributes
-    ----------
-    summary : dict
-        What `cabledrive track --json` prints.
-    time : ndarray, shape (samples,)
-        [s].
-    reference, load_angle, error : ndarray, shape (samples,)
-        Wanted and true angle of the load and their difference at the same instant [rad].
-    torque : ndarray, shape (samples,)
-        Limited command [N m].
-    sigma : ndarray, shape (samples,)
-        Sliding variable of a law of the chain, first error of backstepping.
-    estimates : ndarray, shape (samples, p)
-    estimate_bounds : ndarray, shape (2, p)
-        Least and largest value of each.
-    angles, speeds : ndarray, shape (samples, n)
-        True ones of every inertia, at the first shaft [rad], [rad/s].
-    readings : ndarray, shape (samples, m)
-        Of the encoders, at the first shaft [rad].
-    encoder_angles : ndarray, shape (samples, m)
-        The same at each encoder's own shaft [rad].
-    stuck : ndarray of bool, shape (samples,)
-        Whether the motor stood still by friction.
-    tensions : ndarray, shape (samples, 2), or None
-        Mean tension of upper and lower span, without damping [N]; None without a flexible cable.
-    bound : ndarray, shape (samples,), or None
-        The tube of the theorem for the error [rad].
-    incomplete : str or None
-        Why the run ended early.
-    interpreted : str or None
-        What ran as plain Python, sample by sample, and slower for it: "controller", "plant", "controller,
-        plant", or "loop" around compiled parts of your own; None: everything was compiled.
-    """
-
-    summary: dict[str, Any]
-    time: Array
-    reference: Array
-    load_angle: Array
-    error: Array
-    torque: Array
-    sigma: Array
-    estimates: Array
-    estimate_bounds: Array
-    angles: Array
-    speeds: Array
-    readings: Array
-    encoder_angles: Array
-    stuck: Array
-    tensions: Array | None
-    bound: Array | None
-    incomplete: str | None
-    interpreted: str | None = None
+    summary: dict[str, Any] = meaning("what `cabledrive track --json` prints")
+    time: Array = meaning("(samples,) [s]")
+    reference: Array = meaning("(samples,): wanted angle of the load [rad]")
+    load_angle: Array = meaning("(samples,): true angle of the load [rad]")
+    error: Array = meaning("(samples,): their difference at the same instant [rad]")
+    torque: Array = meaning("(samples,): limited command [N m]")
+    sigma: Array = meaning("(samples,): sliding variable of a law of the chain, first error of backstepping")
+    estimates: Array = meaning("(samples, p): of the law")
+    estimate_bounds: Array = meaning("(2, p): least and largest value of each")
+    angles: Array = meaning("(samples, n): true ones of every inertia, at the first shaft [rad]")
+    speeds: Array = meaning("(samples, n): likewise [rad/s]")
+    readings: Array = meaning("(samples, m): of the encoders, at the first shaft [rad]")
+    encoder_angles: Array = meaning("(samples, m): the same at each encoder's own shaft [rad]")
+    stuck: Array = meaning("(samples,): whether the motor stood still by friction")
+    tensions: Array | None = meaning(
+        "(samples, 2): mean tension of upper and lower span, without damping [N]; None without a "
+        "flexible cable"
+    )
+    bound: Array | None = meaning("(samples,): the tube of the theorem for the error [rad]")
+    incomplete: str | None = meaning("why the run ended early")
+    interpreted: str | None = meaning(
+        'what ran as plain Python, sample by sample, and slower for it: "controller", "plant", '
+        '"controller, plant", or "loop" around compiled parts of your own; None: everything was '
+        "compiled",
+        None,
+    )
 
     def to_dataframe(self) -> Any:
         """The run as a table over time.

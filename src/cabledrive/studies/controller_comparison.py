@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
@@ -60,19 +61,13 @@ class ComparedLaw:
         return (False, *rank(self.scores, goal, learns=self.learns))
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Comparison(ResultCard):
-    """Controllers side by side, the best first.
+    """Controllers side by side, the best first."""
 
-    Attributes
-    ----------
-    summary : dict
-        What `cabledrive compare --json` prints.
-    laws : tuple of ComparedLaw
-    """
-
-    summary: dict[str, Any]
-    laws: tuple[ComparedLaw, ...]
+    summary: dict[str, Any] = meaning("what `cabledrive compare --json` prints")
+    laws: tuple[ComparedLaw, ...] = meaning("the best first")
 
     def _card(self) -> list[tuple[str, str]]:
         rows = []

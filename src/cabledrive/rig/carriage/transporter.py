@@ -18,6 +18,7 @@ from cabledrive.control.transporter import (
 )
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.transporter import Transporter, transporter_of
 from cabledrive.rig.carriage.transporter_kernels import CarriageLoop, TransporterPlant, run_transporter
 from cabledrive.rig.setting import sample_interval
@@ -56,32 +57,19 @@ def plant_of(transporter: Transporter) -> TransporterPlant:
 MARGIN = 0.05
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CarriageMove:
-    """What is asked of the transporter.
+    """What is asked of the transporter."""
 
-    Attributes
-    ----------
-    distance : float
-        [m].
-    duration : float
-        [s].
-    rest : float
-        How long the run goes on at the end [s].
-    payload_mass : float
-        Of the hanging mass [kg].
-    line_length : float
-        [m].
-    gust : tuple of float
-        Force of the wind on the payload [N], its start and end [s].
-    """
-
-    distance: float = 1.0
-    duration: float = 2.5
-    rest: float = 3.0
-    payload_mass: float = 0.25
-    line_length: float = 0.25
-    gust: tuple[float, float, float] = (0.0, 1.0, 1.5)
+    distance: float = meaning("way of the carriage [m]", 1.0)
+    duration: float = meaning("of the move [s]", 2.5)
+    rest: float = meaning("how long the run goes on at the end [s]", 3.0)
+    payload_mass: float = meaning("of the hanging mass [kg]", 0.25)
+    line_length: float = meaning("of the line on which it hangs [m]", 0.25)
+    gust: tuple[float, float, float] = meaning(
+        "force of the wind on the payload [N], its start and end [s]", (0.0, 1.0, 1.5)
+    )
 
     def __post_init__(self) -> None:
         for name, unit in (("duration", "s"), ("rest", "s"), ("payload_mass", "kg"), ("line_length", "m")):
@@ -94,41 +82,21 @@ class CarriageMove:
             raise InputRefused(f"gust = {self.gust} must be a force, a start and a later end: mend it")
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarriageRun:
-    """A run of the transporter.
+    """A run of the transporter."""
 
-    Attributes
-    ----------
-    law : str
-    time : ndarray, shape (samples,)
-        [s].
-    wanted : ndarray, shape (samples,)
-        Displacement asked for [m].
-    payload, carriage : ndarray, shape (samples,)
-        True displacements [m].
-    swing : ndarray, shape (samples,)
-        Angle of the line [rad].
-    tensions : ndarray, shape (samples, 3)
-        Of the strands [N].
-    force : ndarray, shape (samples,)
-        Of the motor at the rim [N].
-    arrival : float
-        When the motion is to be over [s].
-    incomplete : str or None
-        Why the run ended early.
-    """
-
-    law: str
-    time: Array
-    wanted: Array
-    payload: Array
-    carriage: Array
-    swing: Array
-    tensions: Array
-    force: Array
-    arrival: float
-    incomplete: str | None
+    law: str = meaning("its name")
+    time: Array = meaning("(samples,) [s]")
+    wanted: Array = meaning("(samples,): displacement asked for [m]")
+    payload: Array = meaning("(samples,): true displacement of the hanging mass [m]")
+    carriage: Array = meaning("(samples,): true displacement [m]")
+    swing: Array = meaning("(samples,): angle of the line [rad]")
+    tensions: Array = meaning("(samples, 3): of the strands [N]")
+    force: Array = meaning("(samples,): of the motor at the rim [N]")
+    arrival: float = meaning("when the motion is to be over [s]")
+    incomplete: str | None = meaning("why the run ended early")
 
     def residual(self, *, later: float = 0.0) -> float:
         """Largest distance of the payload from where it is to rest, once the motion is over.

@@ -12,6 +12,7 @@ from cabledrive.control.controller_kernels import issue, observe
 from cabledrive.control.own_controller import OwnController, stepped
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
 from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
 from cabledrive.rig.closed_loop.cable_plant import cable_run
@@ -76,27 +77,20 @@ class PlantProtocol(Protocol):
         """
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OwnPlant:
-    """A plant of the user's own, for `cabledrive.track`.
+    """A plant of the user's own, for `cabledrive.track`."""
 
-    Attributes
-    ----------
-    step : callable
-        ``step(parameters, state, torques, time) -> state``: plain Python or compiled.
-    initial_state : array_like, shape (m,)
-        Angles of the shafts [rad], their speeds [rad/s], then whatever else the plant keeps.
-    shafts : tuple of str, default ("motor", "load")
-    parameters : object, optional
-        Handed to every step.
-    name : str, default "own plant"
-    """
-
-    step: Callable[[Any, Any, Any, float], Any]
-    initial_state: ArrayLike
-    shafts: tuple[str, ...] = ("motor", "load")
-    parameters: Any = 0.0
-    name: str = "own plant"
+    step: Callable[[Any, Any, Any, float], Any] = meaning(
+        "``step(parameters, state, torques, time) -> state``: plain Python or compiled"
+    )
+    initial_state: ArrayLike = meaning(
+        "(m,): angles of the shafts [rad], their speeds [rad/s], then whatever else the plant keeps"
+    )
+    shafts: tuple[str, ...] = meaning("names of the shafts", ("motor", "load"))
+    parameters: Any = meaning("handed to every step", 0.0)
+    name: str = meaning("how it is called", "own plant")
 
 
 def checked_plant(given: Any) -> OwnPlant:

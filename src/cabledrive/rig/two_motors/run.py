@@ -10,6 +10,7 @@ from cabledrive.control.position_bound import place_answers, place_bound
 from cabledrive.control.tension_position import first_state
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.two_motors import TwoMotorMachine
 from cabledrive.reduction.two_motors_kernels import TwoMotors
@@ -20,31 +21,18 @@ from cabledrive.rig.two_motors.plan import Setup, lines_along
 from cabledrive.rig.two_motors.plant_kernels import COLUMNS, RigNumbers, close_loop
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class TwoMotorTracking(ResultCard):
-    """A run of a body between two motors.
+    """A run of a body between two motors."""
 
-    Attributes
-    ----------
-    summary : dict
-        What `cabledrive track --json` prints.
-    time : ndarray, shape (samples,)
-        [s].
-    reference, place : ndarray, shape (samples, m)
-        Wanted and true place of the body from where it rests [m].
-    tensions, torques : ndarray, shape (samples, 2)
-        Of the lines [N]; of the motors, positive winding in [N m].
-    incomplete : str or None
-        What was not kept, and why.
-    """
-
-    summary: dict[str, Any]
-    time: Array
-    reference: Array
-    place: Array
-    tensions: Array
-    torques: Array
-    incomplete: str | None
+    summary: dict[str, Any] = meaning("what `cabledrive track --json` prints")
+    time: Array = meaning("(samples,) [s]")
+    reference: Array = meaning("(samples, m): wanted place of the body from where it rests [m]")
+    place: Array = meaning("(samples, m): true place [m]")
+    tensions: Array = meaning("(samples, 2): of the lines [N]")
+    torques: Array = meaning("(samples, 2): of the motors, positive winding in [N m]")
+    incomplete: str | None = meaning("what was not kept, and why")
 
     def _card(self) -> list[tuple[str, str]]:
         said = self.summary

@@ -1,14 +1,14 @@
 """What a study is asked to reach, from a small file, and in what its error is counted."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import nearest, written
+from cabledrive.parameters.fields import described, meaning, nearest, written
 from cabledrive.parameters.toml_values import quantities_of, quantity_of, read_toml, table_of, whole_of
 from cabledrive.parameters.units import to_si
 from cabledrive.rig.setting import DEGREE, Motion
@@ -38,74 +38,56 @@ LARGEST_ANGLE = 1e6
 """Of a pulse [rad]."""
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goals:
-    """Goals of a study and how it is to be tested.
+    """Goals of a study and how it is to be tested."""
 
-    Attributes
-    ----------
-    error : float or None
-        Largest error of the load angle [rad]; None: there is no goal, and no verdict.
-    angle, duration : float or None
-        Of each pulse of the load [rad], [s]; None: assumed from the drive's limits, see
-        `cabledrive.studies.study.check_stage`.
-    dwell : float
-        Rest after each move [s].
-    pulses, order : int
-    torque : float or None
-        Largest torque [N m]; None: the motor's limit.
-    load_inertia : tuple of (float, float), or None
-        Smallest and largest inertia of the load pulley with its load [kg m^2].
-    travel : float or None
-        Way of a carriage in each pulse [m]; None: what `angle` at the load pulley carries, or assumed.
-    carriage_error : float or None
-        Largest error of a carriage, and of the mass that hangs below it [m]; None: there is no goal.
-    hanging_mass, line_length : float or None
-        Mass below the carriage [kg] and the line on which it hangs [m]; None: nothing hangs.
-    rail_friction : float or None
-        Of the carriage on its guide [N s/m]; None: an estimate.
-    draws, cable_draws, carriage_draws : int
-        Plants of the acceptance: lumped, on the cable, with a carriage.
-    seed : int
-    every_law : bool
-        Try every law, not PD, PID, LQG, LQI, the law of the chain and `lqi-learning` alone.
-    spreads : mapping of str to float
-        Relative half widths of datasheet values, by kind, see `SPREADS`.
-    backlash : float or None
-        Largest backlash of the motor joint where the data sheet says none [rad]; None: by the gear, see
-        `cabledrive.studies.study.machine.backlash_limit`.
-    columns : ColumnMap
-        How the logs are to be read.
-    assumed : str
-        What of the motion was assumed, in words; empty where all of it was given.
-    gain : float or None
-        Way of a sliding load of a machine with routes per angle [m/rad], by which its lengths were divided;
-        None: the load turns.
-    """
-
-    error: float | None = None
-    angle: float | None = None
-    duration: float | None = None
-    dwell: float = 0.5
-    pulses: int = 1
-    order: int = 9
-    torque: float | None = None
-    load_inertia: tuple[float, float] | None = None
-    travel: float | None = None
-    carriage_error: float | None = None
-    hanging_mass: float | None = None
-    line_length: float | None = None
-    rail_friction: float | None = None
-    draws: int = 1000
-    cable_draws: int = 73
-    carriage_draws: int = 1000
-    seed: int = 0
-    every_law: bool = False
-    spreads: Mapping[str, float] = field(default_factory=lambda: dict(SPREADS))
-    backlash: float | None = None
-    columns: ColumnMap = field(default_factory=ColumnMap)
-    assumed: str = ""
-    gain: float | None = None
+    error: float | None = meaning(
+        "largest error of the load angle [rad]; None: there is no goal, and no verdict", None
+    )
+    angle: float | None = meaning(
+        "of each pulse of the load [rad]; None: assumed from the drive's limits", None
+    )
+    duration: float | None = meaning("of a move [s]; None: assumed likewise", None)
+    dwell: float = meaning("rest after each move [s]", 0.5)
+    pulses: int = meaning("how many", 1)
+    order: int = meaning("odd order of the rise", 9)
+    torque: float | None = meaning("largest torque [N m]; None: the motor's limit", None)
+    load_inertia: tuple[float, float] | None = meaning(
+        "smallest and largest inertia of the load pulley with its load [kg m^2]", None
+    )
+    travel: float | None = meaning(
+        "way of a carriage in each pulse [m]; None: what `angle` at the load pulley carries, or assumed", None
+    )
+    carriage_error: float | None = meaning(
+        "largest error of a carriage, and of the mass that hangs below it [m]; None: there is no goal", None
+    )
+    hanging_mass: float | None = meaning("mass below the carriage [kg]; None: nothing hangs", None)
+    line_length: float | None = meaning("of the line on which it hangs [m]", None)
+    rail_friction: float | None = meaning("of the carriage on its guide [N s/m]; None: an estimate", None)
+    draws: int = meaning("lumped plants of the acceptance", 1000)
+    cable_draws: int = meaning("plants on the cable", 73)
+    carriage_draws: int = meaning("plants with a carriage", 1000)
+    seed: int = meaning("of the random numbers", 0)
+    every_law: bool = meaning(
+        "try every law, not PD, PID, LQG, LQI, the law of the chain and `lqi-learning` alone", False
+    )
+    spreads: Mapping[str, float] = meaning(
+        "relative half widths of datasheet values, by kind, see `SPREADS`", factory=lambda: dict(SPREADS)
+    )
+    backlash: float | None = meaning(
+        "largest backlash of the motor joint where the data sheet says none [rad]; None: by the "
+        "gear, see `cabledrive.studies.study.machine.backlash_limit`",
+        None,
+    )
+    columns: ColumnMap = meaning("how the logs are to be read", factory=ColumnMap)
+    assumed: str = meaning("what of the motion was assumed, in words; empty where all of it was given", "")
+    gain: float | None = meaning(
+        "way of a sliding load of a machine with routes per angle [m/rad], by which its lengths "
+        "were divided; None: the load turns",
+        None,
+    )
 
     def __post_init__(self) -> None:
         for name in QUANTITIES:
