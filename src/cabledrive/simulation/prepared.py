@@ -2,6 +2,7 @@
 
 import json
 import sys
+from abc import ABC, abstractmethod
 from dataclasses import asdict, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +17,6 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
-from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import TimeGrid
 from cabledrive.simulation.plan import DONE, NOT_FINITE, copy_state
 from cabledrive.simulation.start import Recording, Scheme
@@ -25,7 +25,7 @@ KEPT_OF_THE_LAST = {"extremes", "peaks", "reached", "events"}
 """What a state keeps of the step beyond the end of the run."""
 
 
-class PreparedRun:
+class PreparedRun(ABC):
     """A run that has not begun. A state is a NamedTuple of arrays, the first of ``counts`` the steps done."""
 
     scheme: Scheme
@@ -33,24 +33,19 @@ class PreparedRun:
     grid: TimeGrid
 
     @property
+    @abstractmethod
     def machine(self) -> Drive | RoutedDrive:
         """The drive of the run."""
-        raise NotImplementedError
 
     @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Columns of a record."""
-        raise NotImplementedError
-
-    @property
+    @abstractmethod
     def width(self) -> int:
         """Numbers per record."""
-        return len(self.channels)
 
     @property
+    @abstractmethod
     def nodes(self) -> int:
         """Nodes of all ropes."""
-        raise NotImplementedError
 
     @property
     def field_records(self) -> int:
@@ -58,9 +53,9 @@ class PreparedRun:
         return 0 if self.recording.fields == 0 else self.grid.records // self.recording.fields + 1
 
     @property
+    @abstractmethod
     def law_name(self) -> str:
         """Name of the cable law."""
-        raise NotImplementedError
 
     @property
     def interpreted(self) -> str | None:
@@ -68,25 +63,25 @@ class PreparedRun:
         return why_plain()
 
     @property
+    @abstractmethod
     def settings(self) -> dict[str, Any]:
         """What distinguishes the run from others of its drive, scheme, recording and grid; plain data."""
-        raise NotImplementedError
 
+    @abstractmethod
     def first_state(self) -> Any:
         """State before the first step."""
-        raise NotImplementedError
 
+    @abstractmethod
     def inputs(self, first: int, steps: int) -> tuple[Array, ...]:
         """What is given at some steps, each shape (steps, ...)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def integrate(self, state: Any, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
         """Take the steps, the first of every ``every`` recorded; why they end."""
-        raise NotImplementedError
 
+    @abstractmethod
     def why(self, code: int, state: Any, before: Any, inputs: tuple[Array, ...]) -> str:
         """Why steps ended early, in one line; ``before``: the state before these steps."""
-        raise NotImplementedError
 
     @cached_property
     def fingerprint(self) -> dict[str, Any]:

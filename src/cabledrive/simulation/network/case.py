@@ -148,6 +148,11 @@ class NetworkCase(PreparedRun):
         return channels_of(self.mesh, self.mesh.driven)
 
     @property
+    def width(self) -> int:
+        """Numbers per record."""
+        return len(self.channels)
+
+    @property
     def machine(self) -> RoutedDrive:
         """The drive of the run."""
         return self.network.drive

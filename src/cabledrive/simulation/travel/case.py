@@ -194,6 +194,11 @@ class TravelCase(PreparedRun):
         return travel_channels(self.names, self.motors, self.spans)
 
     @property
+    def width(self) -> int:
+        """Numbers per record."""
+        return len(self.channels)
+
+    @property
     def machine(self) -> RoutedDrive:
         """The drive of the run."""
         return self.network.drive
