@@ -2,15 +2,13 @@
 
 import re
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
 
 from markupsafe import Markup, escape
 
 from cabledrive.report.blocks import Block, Cell, Chapter, Paragraph, Section, Table, table
-from cabledrive.report.context import Provenance, versions
-from cabledrive.report.page import Page, render
+from cabledrive.report.page import page_of
 from cabledrive.report.typesetting import number
 from cabledrive.report.words import texts
 from reproduction.items import DIFFERS, Entry, Item
@@ -35,18 +33,11 @@ say = texts("page", "reproduction")
 def reproduction_html(found: Reproduction) -> str:
     """The reproduction as HTML that needs no other file."""
     counts = found.counts()
-    return render(
-        Page(
-            title="The dissertation, item by item",
-            subtitle=say("subtitle", items=len(found.items)),
-            chapters=(_summary(found, counts), *_chapters(found), *_errata(found)),
-            provenance=Provenance(
-                written_at=datetime.now(UTC),
-                versions=versions(),
-                hashes=(("sources of the package", found.source),),
-                methods=(say("method", quick=found.quick),),
-            ),
-        )
+    return page_of(
+        "The dissertation, item by item",
+        say("subtitle", items=len(found.items)),
+        (_summary(found, counts), *_chapters(found), *_errata(found)),
+        (("sources of the package", found.source),),
     )
 
 
@@ -62,6 +53,7 @@ def _summary(found: Reproduction, counts: dict[str, int]) -> Chapter:
         anchor="verdict",
         headline=say("headline", items=len(found.items), counts=counts, untested=fixed),
         blocks=tuple(blocks),
+        methods=(say("method", quick=found.quick),),
     )
 
 

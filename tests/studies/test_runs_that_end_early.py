@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from cabledrive.report.blocks import Figure
-from cabledrive.report.study.acceptance import acceptance_chapter
+from cabledrive.report.study.controller import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import Trial, TriedLaws, accept, score
 from cabledrive.studies.study.controller_stage import ControllerResult, LawSetting

@@ -7,12 +7,7 @@ import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.blocks import Figure, Table
-from cabledrive.report.study.acceptance import (
-    acceptance_chapter,
-    carriage_acceptance_chapter,
-    carriage_controller_chapter,
-)
-from cabledrive.report.study.controller import controller_chapter
+from cabledrive.report.study.controller import acceptance_chapter, controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.acceptance_stage import Trial, accept
@@ -73,15 +68,13 @@ def test_the_page_gives_the_carriages_law_its_runs_and_that_no_theorem_bounds_th
     found, _ = studied
     chapters = [
         verdict_chapter(found),
-        carriage_controller_chapter(found),
-        carriage_acceptance_chapter(found),
+        controller_chapter(found),
+        acceptance_chapter(found),
     ]
     blocks = [block for chapter in chapters for block in chapter.blocks]
     pictures = {block.name for block in blocks if isinstance(block, Figure)}
     assert pictures == {"bandwidths", "peaks", "worst"}
     assert any("No theorem bounds" in str(getattr(block, "text", "")) for block in chapters[1].blocks)
-    assert controller_chapter(found) is None
-    assert acceptance_chapter(found) is None
     tables = [block for block in blocks if isinstance(block, Table)]
     cells = [str(cell) for table in tables for group in table.groups for row in group.rows for cell in row]
     assert any("in 0.3 s, 0.05 s rest, and back" in cell for cell in cells), cells

@@ -4,7 +4,6 @@ import json
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -20,8 +19,7 @@ from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.parameters.toml_values import toml_of
 from cabledrive.report.blocks import Block, Chapter, Figure, Paragraph, Table, table
-from cabledrive.report.context import Provenance, versions
-from cabledrive.report.page import Page, render
+from cabledrive.report.page import page_of
 from cabledrive.studies.varied_drive import varied_together
 
 MOST_POINTS = 4000
@@ -65,19 +63,13 @@ def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
             title="The campaign",
             anchor="campaign",
             blocks=(table("What was varied and computed.", "key | value", _about(identity)),),
+            methods=(METHOD,),
         ),
     )
-    hashes = tuple((k.partition(".")[2], str(v)) for k, v in identity.items() if k.startswith("drive."))
+    hashes = ((k.partition(".")[2], str(v)) for k, v in identity.items() if k.startswith("drive."))
     done = f"{counts['done']} of {counts['rows']} rows computed: {counts['refused']} refused"
-    return render(
-        Page(
-            title=f"Campaign {Path(store).name}",
-            subtitle=f"{done}, {counts['failed']} not completed.",
-            chapters=chapters,
-            provenance=Provenance(
-                written_at=datetime.now(UTC), versions=versions(), hashes=hashes, methods=(METHOD,)
-            ),
-        )
+    return page_of(
+        f"Campaign {Path(store).name}", f"{done}, {counts['failed']} not completed.", chapters, hashes
     )
 
 

@@ -2,7 +2,7 @@
 
 import base64
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
@@ -94,6 +94,11 @@ class Figure:
     def __post_init__(self) -> None:
         if not self.alt.strip():
             raise ValueError(f"figure {self.name} has no alt text: describe the picture")
+
+
+def pictured(say: Callable[..., str], name: str, drawing: Markup, **seen: object) -> Figure:
+    """A drawing whose words are texts: its name for the caption, with ``_seen`` and values what is seen."""
+    return Figure(name=name, alt=say(f"{name}_seen", **seen), caption=say(name), drawing=drawing)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

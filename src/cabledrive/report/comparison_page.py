@@ -1,13 +1,12 @@
 """The page of a comparison of controllers: which law, at what price, on which plants."""
 
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Any
 
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.fields import percent
 from cabledrive.report.blocks import Block, Chapter, Note, Paragraph, Table, table
-from cabledrive.report.context import Provenance, versions
-from cabledrive.report.page import Page, render
+from cabledrive.report.page import page_of
 from cabledrive.report.typesetting import number
 from cabledrive.studies.controller_comparison import Comparison
 
@@ -24,14 +23,9 @@ def comparison_html(drive: Drive, found: Comparison, written_at: datetime | None
         blocks=(*_notes(said), _errors(said), _costs(said), _plants(said)),
         methods=(METHOD,),
     )
-    origin = Provenance(
-        written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
-        versions=versions(),
-        hashes=((drive.name, content_hash(drive)),),
-        methods=chapter.methods,
-    )
     title = f"{drive.name}: {said['best'] or 'no law'}"
-    return render(Page(title=title, subtitle="Controllers compared", chapters=(chapter,), provenance=origin))
+    hashes = ((drive.name, content_hash(drive)),)
+    return page_of(title, "Controllers compared", (chapter,), hashes, written_at)
 
 
 def _headline(said: dict[str, Any]) -> str:

@@ -1,7 +1,7 @@
 """What every page is given: the machines, what was computed of them once, where the numbers come from."""
 
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -11,7 +11,7 @@ from math import pi
 from cabledrive.modal import Modes, modes, natural_frequencies
 from cabledrive.modal.networks import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.report.words import anchors
@@ -79,7 +79,7 @@ def _round_up(value: float) -> float:
     return rounded if rounded >= value else float(f"{rounded + step:.1e}")
 
 
-_PACKAGES = ("numpy", "scipy", "xarray", "matplotlib", "Jinja2")
+_PACKAGES = ("numpy", "scipy", "numba", "xarray", "matplotlib", "Jinja2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,18 +92,20 @@ class Provenance:
     methods: tuple[str, ...]  # how the numbers were computed
 
 
-def provenance(context: ReportContext, methods: Sequence[str], written_at: datetime) -> Provenance:
-    """Collect the provenance of a report; a time of the run without a time zone is taken as UTC."""
-    zoned = written_at if written_at.tzinfo else written_at.replace(tzinfo=UTC)
+def provenance(
+    hashes: Iterable[tuple[str, str]], methods: Iterable[str], written_at: datetime | None = None
+) -> Provenance:
+    """What a page is made again with; its time is now unless given, in UTC where it names no time zone."""
+    at = written_at or datetime.now(UTC)
     return Provenance(
-        written_at=zoned.astimezone(UTC),
+        written_at=(at if at.tzinfo else at.replace(tzinfo=UTC)).astimezone(UTC),
         versions=versions(),
-        hashes=tuple((one.name, content_hash(one)) for one in context.machines),
-        methods=tuple(methods),
+        hashes=tuple(hashes),
+        methods=tuple(dict.fromkeys(methods)),
     )
 
 
 def versions() -> tuple[tuple[str, str], ...]:
-    """Programs that a report is made with, and their versions. Returns `cabledrive` first."""
+    """Programs that a page is made with, `cabledrive` first, and their versions."""
     packages = tuple((name, version(name)) for name in _PACKAGES)
     return (("cabledrive", __version__), ("Python", platform.python_version()), *packages)

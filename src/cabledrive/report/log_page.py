@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +16,8 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, Section, regressors_plot, table
-from cabledrive.report.context import Provenance, versions
 from cabledrive.report.figures.followed import measured_picture
-from cabledrive.report.page import Page, render
+from cabledrive.report.page import page_of
 from cabledrive.report.typesetting import number, unit_name
 
 LONGEST_WINDOW = 2.0
@@ -48,14 +47,9 @@ def write_log_report(
         sections=_figures(log, found, options or AxisOptions()),
         methods=(str(found.method["name"]),),
     )
-    origin = Provenance(
-        written_at=written_at or datetime.now(UTC),
-        versions=versions(),
-        hashes=tuple((f"{Path(name).name}, SHA-256 of the file", _hash(Path(name))) for name in files),
-        methods=chapter.methods,
-    )
-    page = Page(title=log.source, subtitle=f"Model {found.model}", chapters=(chapter,), provenance=origin)
-    return write_whole(path, render(page), force=force)
+    hashes = [(f"{Path(name).name}, SHA-256 of the file", _hash(Path(name))) for name in files]
+    page = page_of(log.source, f"Model {found.model}", (chapter,), hashes, written_at)
+    return write_whole(path, page, force=force)
 
 
 def _hash(path: Path) -> str:

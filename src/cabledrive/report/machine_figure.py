@@ -1,9 +1,7 @@
 """A machine drawn to scale from its coordinates: pulleys, spans, anchors, bodies, carriages, motors."""
 
-from collections.abc import Iterator
-from io import BytesIO
 from math import atan2, degrees
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +9,8 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Point
 from cabledrive.report.figures.moving_machine import coordinates
-from cabledrive.report.mode_figure import file_style
+from cabledrive.report.figures.sheet import body_points, neighbours
+from cabledrive.report.picture import file_picture, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,10 +23,7 @@ _WIDTH = 8.0  # inch
 
 def machine_drawing(drive: Drive | RoutedDrive, form: str) -> bytes:
     """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
-    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with file_style(), BytesIO() as file:
-        machine_figure(drive).savefig(file, format=form, dpi=150, metadata=undated.get(form))
-        return file.getvalue()
+    return file_picture(lambda: machine_figure(drive), form)
 
 
 def machine_figure(drive: Drive | RoutedDrive) -> "Figure":
@@ -46,12 +42,10 @@ def machine_figure(drive: Drive | RoutedDrive) -> "Figure":
 
 
 def _draw(axes: "Axes", drive: RoutedDrive) -> None:
-    for body in drive.body:
-        points = [body.at, *([body.pivot] if body.pivot else [])]
-        points += [pulley.at for pulley in drive.pulley if pulley.on == body.name]
-        points += [anchor.at for anchor in drive.anchor if anchor.on == body.name]
-        points += [other.at for other in drive.body if other.on == body.name]
-        _draw_body(axes, body.name, points)
+    for number, body in enumerate(drive.body):
+        band = np.array(body_points(drive, number))
+        axes.plot(*band.T, color=_BODY, linewidth=9, solid_capstyle="round", zorder=1)
+        label(axes, body.name, body.at, (4, -9), fontsize=7, style="italic", zorder=7)
     for index, span in enumerate(drive.free_spans):
         _draw_span(axes, span, _COLOURS[span.route % len(_COLOURS)])
         for (own, place), carriage in zip(drive.carriage_places, drive.carriage, strict=True):
@@ -59,21 +53,12 @@ def _draw(axes: "Axes", drive: RoutedDrive) -> None:
                 (x, y), _ = span.contacts
                 at = x + place * span.along[0], y + place * span.along[1]
                 axes.plot(*at, "s" if carriage.guided else "v", color=_INK, markersize=6, zorder=5)
-    for here, after in _arcs(drive):
+    for here, after in neighbours(drive):
         _draw_arc(axes, here, after, _COLOURS[here.route % len(_COLOURS)])
     for number, pulley in enumerate(drive.pulley):
         _draw_pulley(axes, pulley.name, pulley.at, pulley.radius, number in drive.driven, pulley.fixed)
     for anchor in drive.anchor:
         axes.plot(*anchor.at, "o", color=_INK, markersize=4, zorder=6)
-
-
-def _arcs(drive: RoutedDrive) -> Iterator[tuple[FreeSpan, FreeSpan]]:
-    """Neighbouring spans of a route with a pulley between them."""
-    for route in range(len(drive.route)):
-        own = [span for span in drive.free_spans if span.route == route]
-        for here, after in zip(own, own[1:] + own[:1], strict=True):
-            if here.wrap is not None and here.end == after.start:
-                yield here, after
 
 
 def _draw_span(axes: "Axes", span: FreeSpan, colour: str) -> None:
@@ -107,19 +92,4 @@ def _draw_pulley(axes: "Axes", name: str, centre: Point, radius: float, motor: b
     )
     axes.plot(*centre, "+" if not motor else "x", color=_INK, markersize=5, zorder=5)
     words = f"{name} (motor)" if motor else name
-    axes.annotate(
-        words,
-        (centre[0], centre[1] + radius),
-        (0, 3),
-        textcoords="offset points",
-        fontsize=6,
-        ha="center",
-        zorder=7,
-    )
-
-
-def _draw_body(axes: "Axes", name: str, points: list[Point]) -> None:
-    """A body as the band round its points, with its name at the centre of mass."""
-    x, y = zip(*points, strict=True)
-    axes.plot(x, y, color=_BODY, linewidth=9, solid_capstyle="round", zorder=1)
-    axes.annotate(name, points[0], (4, -9), textcoords="offset points", fontsize=7, style="italic", zorder=7)
+    label(axes, words, (centre[0], centre[1] + radius), (0, 3), fontsize=6, ha="center", zorder=7)

@@ -1,7 +1,7 @@
 """Maps as interactive pages that need no other file: of natural frequencies, of the internal resonance."""
 
 import json
-from datetime import UTC, datetime
+from datetime import datetime
 from importlib import resources
 from typing import TYPE_CHECKING
 
@@ -23,9 +23,8 @@ from cabledrive.report.blocks import (
     instants,
     table,
 )
-from cabledrive.report.context import Provenance, versions
 from cabledrive.report.mode_figure import draw_campbell, draw_map, fields_of, plane_of
-from cabledrive.report.page import Page, render
+from cabledrive.report.page import page_of
 from cabledrive.report.picture import picture, theme_css
 from cabledrive.report.typesetting import number, quantity, typeset
 from cabledrive.studies.excitation_orders import Campbell
@@ -55,16 +54,9 @@ def map_html(
         blocks=(*blocks, _curves(found), *(_excited(excited) if excited is not None else ())),
         methods=(METHOD,),
     )
-    origin = Provenance(
-        written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
-        versions=versions(),
-        hashes=((drive.name, content_hash(drive)),),
-        methods=chapter.methods,
-    )
     subtitle = "Natural frequencies over " + ", ".join(str(dim) for dim in found["certified"].dims)
-    return render(
-        Page(title=drive.title or drive.name, subtitle=subtitle, chapters=(chapter,), provenance=origin)
-    )
+    hashes = ((drive.name, content_hash(drive)),)
+    return page_of(drive.title or drive.name, subtitle, (chapter,), hashes, written_at)
 
 
 def _notes(found: "xr.Dataset") -> Note:

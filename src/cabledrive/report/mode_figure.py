@@ -1,8 +1,5 @@
 """Natural modes in one picture, over figures of a machine, and over speed with their orders."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,12 +14,12 @@ from cabledrive.report.picture import (
     GREEN,
     OCHRE,
     ORANGE,
-    PAPER,
     PURPLE,
     QUIET,
     RED,
     TEXT,
-    house_style,
+    file_picture,
+    file_style,
 )
 from cabledrive.studies.excitation_orders import Branch, Campbell
 
@@ -35,13 +32,6 @@ if TYPE_CHECKING:
 MOST_ROWS, MOST_PANELS = 10, 4
 """Modes of each kind that are drawn, of a loop or line and of a machine with routes."""
 _PANEL_WIDTH, _PANEL_HEIGHT, _MARGINS = 6.4, {False: 1.0, True: 3.2}, 1.4  # inch
-# A file of its own: white paper behind it, and letters as outlines, for wherever it is shown.
-_FILE_STYLE: dict[Any, Any] = {
-    "figure.facecolor": PAPER,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "cabledrive",
-    "pdf.fonttype": 42,
-}
 
 
 def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = None) -> "Figure":
@@ -71,21 +61,7 @@ def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = 
 
 def mode_picture(drive: Drive | RoutedDrive, found: Modes, form: str, *, most: int | None = None) -> bytes:
     """The picture of a machine's modes as "svg", "png" or "pdf", the same for the same modes."""
-    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with file_style(), BytesIO() as file:
-        figure = mode_figure(drive, found, most=most)
-        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
-        return file.getvalue()
-
-
-@contextmanager
-def file_style() -> Iterator[None]:
-    """The look of the house for a file of its own, drawn inside the block."""
-    import matplotlib
-
-    with house_style():
-        matplotlib.rcParams.update(_FILE_STYLE)
-        yield
+    return file_picture(lambda: mode_figure(drive, found, most=most), form)
 
 
 LINES = (RED, GREEN, PURPLE, OCHRE)
@@ -94,14 +70,15 @@ MOST_NAMES = 8
 
 def campbell_drawing(found: Campbell, form: str) -> bytes:
     """The picture as the content of a file; ``form``, {"svg", "png", "pdf"}."""
-    from matplotlib.figure import Figure
 
-    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with file_style(), BytesIO() as file:
+    def _drawn() -> "Figure":
+        from matplotlib.figure import Figure
+
         figure = Figure(figsize=(8.4, 5.2), layout="constrained")
         draw_campbell(figure, found)
-        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
-        return file.getvalue()
+        return figure
+
+    return file_picture(_drawn, form)
 
 
 def draw_campbell(figure: "Figure", found: Campbell) -> None:
@@ -161,16 +138,17 @@ MOST_FIELDS = 4
 
 def map_drawing(found: "xr.Dataset", form: str) -> bytes:
     """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
-    from matplotlib.figure import Figure
 
-    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with file_style(), BytesIO() as file:
+    def _drawn() -> "Figure":
+        from matplotlib.figure import Figure
+
         columns = 1 if len(plane_of(found)) == 1 else min(len(fields_of(found)), 2)
-        rows = 1 if columns == 1 and len(plane_of(found)) == 1 else -(-len(fields_of(found)) // columns)
+        rows = 1 if len(plane_of(found)) == 1 else -(-len(fields_of(found)) // columns)
         figure = Figure(figsize=(_PANEL * columns + 1.6, _PANEL * rows), layout="constrained")
         draw_map(figure, found, columns)
-        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
-        return file.getvalue()
+        return figure
+
+    return file_picture(_drawn, form)
 
 
 def plane_of(found: "xr.Dataset") -> list[str]:

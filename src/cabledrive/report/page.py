@@ -1,7 +1,8 @@
 """From chapters to one page of HTML that needs no other file and no network."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from importlib import resources
 from itertools import count
 from typing import Any
@@ -10,7 +11,7 @@ import jinja2
 from markupsafe import Markup
 
 from cabledrive.report.blocks import Block, Chapter, Figure, Plot, Table, Text, library, plot_json
-from cabledrive.report.context import Provenance
+from cabledrive.report.context import Provenance, provenance
 from cabledrive.report.picture import theme_css
 from cabledrive.report.typesetting import capital, typeset, unit_name
 
@@ -74,6 +75,20 @@ class Page:
         """Blocks outside the views."""
         first: list[Block] = [self.overview] if self.overview is not None else []
         return first + [block for chapter in self.chapters for block in chapter.all_blocks]
+
+
+def page_of(
+    title: str,
+    subtitle: str,
+    chapters: Iterable[Chapter],
+    hashes: Iterable[tuple[str, str]] = (),
+    written_at: datetime | None = None,
+) -> str:
+    """Chapters in a row as HTML that needs no other file; ``hashes``: name and hash of what it rests on."""
+    made = tuple(chapters)
+    methods = [method for chapter in made for method in chapter.methods]
+    origin = provenance(hashes, methods, written_at)
+    return render(Page(title=title, subtitle=subtitle, chapters=made, provenance=origin))
 
 
 def render(page: Page) -> str:

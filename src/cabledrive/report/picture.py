@@ -127,6 +127,33 @@ def house_style() -> Iterator[None]:
         yield
 
 
+# A file of its own: white paper behind it, and letters as outlines, for wherever it is shown.
+_FILE_STYLE: dict[Any, Any] = {
+    "figure.facecolor": PAPER,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "cabledrive",
+    "pdf.fonttype": 42,
+}
+
+
+def file_picture(draw: Callable[[], "Figure"], form: str) -> bytes:
+    """A figure as the content of a file, "svg", "png" or "pdf", the same for the same figure."""
+    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with file_style(), BytesIO() as file:
+        draw().savefig(file, format=form, dpi=150, metadata=undated.get(form))
+        return file.getvalue()
+
+
+@contextmanager
+def file_style() -> Iterator[None]:
+    """The look of the house for a file of its own, drawn inside the block."""
+    import matplotlib
+
+    with house_style():
+        matplotlib.rcParams.update(_FILE_STYLE)
+        yield
+
+
 def label(
     axes: "Axes", words: str, at: tuple[float, float], offset: tuple[float, float] = (0.0, 0.0), **looks: Any
 ) -> "Annotation":

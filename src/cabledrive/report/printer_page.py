@@ -1,8 +1,7 @@
 """One page for a printer: shaper, spectrum and sweep of each axis, belt against belt, computed peaks."""
 
-from datetime import UTC, datetime
-from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from datetime import datetime
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
@@ -26,9 +25,7 @@ from cabledrive.report.blocks import (
     Table,
     table,
 )
-from cabledrive.report.context import Provenance, versions
-from cabledrive.report.mode_figure import file_style
-from cabledrive.report.page import Page, render
+from cabledrive.report.page import page_of
 from cabledrive.report.picture import (
     BLUE,
     FAINT,
@@ -39,6 +36,8 @@ from cabledrive.report.picture import (
     PURPLE,
     QUIET,
     TEXT,
+    file_picture,
+    file_style,
     label,
     picture,
 )
@@ -63,21 +62,9 @@ def printer_html(
     chapters = [_axis_chapter(axis, found, machine) for axis in found.axes]
     if found.belts is not None:
         chapters.append(_belts_chapter(found.belts))
-    origin = Provenance(
-        written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
-        versions=versions(),
-        hashes=() if machine is None else ((machine.name, content_hash(machine)),),
-        methods=(METHOD,),
-    )
+    hashes = () if machine is None else ((machine.name, content_hash(machine)),)
     title = "Printer" if machine is None else machine.title or machine.name
-    return render(
-        Page(
-            title=title,
-            subtitle="Input shapers, belts and resonances",
-            chapters=tuple(chapters),
-            provenance=origin,
-        )
-    )
+    return page_of(title, "Input shapers, belts and resonances", chapters, hashes, written_at)
 
 
 def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | None) -> Chapter:
@@ -95,7 +82,13 @@ def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | No
         sweep = _sweep(f"sweep-{name}-{number_}", spectrum, found)
         blocks += [] if sweep is None else [sweep]
     blocks += [Note(text=note) for note in axis.notes]
-    return Chapter(title=f"Axis {name}", anchor=f"axis-{name}", blocks=tuple(blocks), headline=headline)
+    return Chapter(
+        title=f"Axis {name}",
+        anchor=f"axis-{name}",
+        blocks=tuple(blocks),
+        headline=headline,
+        methods=(METHOD,),
+    )
 
 
 def computed(machine: RoutedDrive, axis: str) -> dict[str, float]:
@@ -253,9 +246,6 @@ def _belt_row(a: SpectrumPeak | None, b: SpectrumPeak | None) -> tuple[str, str,
     return f"{100 * first.height:.0f} %", one, other, off
 
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 LOOKS = {
     "zv": (BLUE, "-"),
     "mzv": (ORANGE, "--"),
@@ -311,7 +301,4 @@ def shaper_figure(found: PrinterShaper) -> "Figure":
 
 def shaper_picture(found: PrinterShaper, form: str) -> bytes:
     """The picture of `shaper_figure` as "svg", "png" or "pdf", the same for the same result."""
-    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with file_style(), BytesIO() as file:
-        shaper_figure(found).savefig(file, format=form, dpi=150, metadata=undated.get(form))
-        return file.getvalue()
+    return file_picture(lambda: shaper_figure(found), form)

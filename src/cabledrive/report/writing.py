@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from datetime import UTC, datetime
+from datetime import datetime
 from html import unescape
 from pathlib import Path
 
@@ -238,7 +238,8 @@ def report_html(
     views = (*(machine_view(context, place) for place in order), *_effects(context))
     about_all = "Natural frequencies, internal resonance, tensions and tracking errors"
     one = len(drives) == 1
-    methods = tuple(dict.fromkeys(method for view in views for method in view.methods))
+    methods = [method for view in views for method in view.methods]
+    hashes = [(own.name, content_hash(own)) for own in context.machines]
     return render(
         Page(
             title=drives[0].name if one else f"{len(drives)} cable drives",
@@ -246,7 +247,7 @@ def report_html(
             views=views,
             overview=overview_figure(context) if len(drives) > 1 else None,
             links=links,
-            provenance=provenance(context, methods, written_at or datetime.now(UTC)),
+            provenance=provenance(hashes, methods, written_at),
         )
     )
 

@@ -1,9 +1,8 @@
 """A run over time: motion of the load and the spans, and its spectrum."""
 
 from collections.abc import Sequence
-from io import BytesIO
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,13 +10,24 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.mode_figure import file_style
-from cabledrive.report.picture import BLUE, GREEN, INK, ORANGE, QUIET, SPAN_COLOURS, TEXT, label, log_axis
+from cabledrive.report.picture import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    QUIET,
+    SPAN_COLOURS,
+    TEXT,
+    file_picture,
+    label,
+    log_axis,
+)
 from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 STILL = 1e-12
@@ -193,14 +203,14 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
 
     Refused with too few records for a spectrum.
     """
-    from matplotlib.figure import Figure
-
     marks = spectrum_marks(drive)
     highest = max(frequency for frequency, _ in marks)
     if isinstance(result, NetworkResult) and result.travels:  # the frequencies change on the way
         marks = ()
-    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with file_style(), BytesIO() as file:
+
+    def _drawn() -> "Figure":
+        from matplotlib.figure import Figure
+
         figure = Figure(figsize=(9.0, 8.0))
         title = drive.title if 0 < len(drive.title) <= LONGEST_TITLE else shorten(drive.name, LONGEST_TITLE)
         figure.suptitle(title, fontsize=TEXT - 1, y=0.99)
@@ -211,8 +221,9 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
         draw_histories(panels[:-1], result)
         draw_spectrum(panels[-1], result, marks, highest)
         figure.align_ylabels(panels)
-        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
-        return file.getvalue()
+        return figure
+
+    return file_picture(_drawn, form)
 
 
 def _curve(axes: "Axes", time: Array, signal: Array, colour: str) -> None:

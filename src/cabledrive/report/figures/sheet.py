@@ -119,7 +119,7 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
     for number, body in enumerate(drive.body):
         _body(sheet, drive, number, place)
         words.append(_Words(body.name, place(body.at), 10.0, "green"))
-    for here, after in _neighbours(drive):
+    for here, after in neighbours(drive):
         _arc(sheet, here, after, place, scale)
     few = len(drive.pulley) <= FEW and width > CARD_WIDTH
     for number, pulley in enumerate(drive.pulley):
@@ -260,17 +260,23 @@ def _placer(drive: RoutedDrive, width: float) -> tuple[Point, Placer, float]:
 
 def _body(sheet: Sheet, drive: RoutedDrive, number: int, place: Placer) -> None:
     """A body as a band through all that it carries."""
+    sheet.line(*map(place, body_points(drive, number)), colour="faint", width=11.0)
+    sheet.box(place(drive.body[number].at), (10.0, 10.0), colour="green")
+
+
+def body_points(drive: RoutedDrive, number: int) -> list[Metres]:
+    """Places of a body and of all that it carries [m]."""
     body = drive.body[number]
-    points = [body.at, *([body.pivot] if body.pivot else [])]
-    points += [pulley.at for pulley in drive.pulley if pulley.on == body.name]
-    points += [anchor.at for anchor in drive.anchor if anchor.on == body.name]
-    points += [other.at for other in drive.body if other.on == body.name]
-    path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in map(place, points))
-    sheet.path(path, colour="faint", width=11.0)
-    sheet.box(place(body.at), (10.0, 10.0), colour="green")
+    carried = [
+        part.at
+        for group in (drive.pulley, drive.anchor, drive.body)
+        for part in group
+        if part.on == body.name
+    ]
+    return [body.at, *([body.pivot] if body.pivot else []), *carried]
 
 
-def _neighbours(drive: RoutedDrive) -> list[tuple[FreeSpan, FreeSpan]]:
+def neighbours(drive: RoutedDrive) -> list[tuple[FreeSpan, FreeSpan]]:
     """Neighbouring spans of a route with a pulley between them."""
     found = []
     for route in range(len(drive.route)):

@@ -1,8 +1,7 @@
 """Pictures of a study: intervals, bounds over bandwidth, responses, errors of many plants."""
 
 from collections.abc import Mapping, Sequence
-from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -24,7 +23,9 @@ from cabledrive.report.picture import (
     log_axis,
     picture,
 )
+from cabledrive.report.typesetting import number
 from cabledrive.rig import Tracking
+from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.controller_stage import ControllerResult
@@ -35,9 +36,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-PARTS = (("theorem", BLUE, "-"), ("unmatched", PURPLE, "--"), ("sensors", GREEN, "-."))
-PART_WORDS = {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"}
-PLANT_LOOKS = {"lumped": (BLUE, "-"), "cable": (ORANGE, "--")}
+class Errors(NamedTuple):
+    """How errors are shown: their unit and its size in SI, the whole of an estimate and its parts."""
+
+    unit: str
+    size: float
+    whole: str  # name of the field
+    parts: Mapping[str, str]  # words by the name of the field
+
+    def shown(self, error: float | None) -> str:
+        """An error in its unit; empty where there is none."""
+        return "" if error is None else number(error / self.size, 3)
+
+    def usable(self, found: ControllerResult | CarriageController) -> list[Any]:
+        """Candidates of the chosen model that have an estimate."""
+        model = getattr(found, "model", None)
+        own = [one for one in found.candidates if getattr(one, "model", None) == model]
+        return [one for one in own if getattr(one, self.whole) is not None]
+
+
+LOAD = Errors("deg", DEGREE, "bound", {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"})
+CARRIAGE = Errors(
+    "mm", 1e-3, "estimate", {"nominal": "best values", "uncertain": "uncertain", "sensors": "encoders"}
+)
+PART_LOOKS = ((BLUE, "-"), (PURPLE, "--"), (GREEN, "-."))
+LOOKS = ((BLUE, "-"), (ORANGE, "--"))
 WIDEST = 2.0
 
 
@@ -70,30 +93,31 @@ def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[s
     return picture(name, _draw, height=height)
 
 
-def bandwidths_picture(name: str, found: ControllerResult) -> Markup:
-    """The bound and its parts over the bandwidth. ``name``: unique on the page."""
-    usable = [one for one in found.candidates if one.model == found.model and one.bound is not None]
+def bandwidths_picture(found: ControllerResult | CarriageController, errors: Errors) -> Markup:
+    """The bound or estimate and its parts over the bandwidth."""
+    usable = errors.usable(found)
     hertz = np.array([one.bandwidth for one in usable])
 
+    def values(part: str) -> Array:
+        return np.array([getattr(one, part) or 0.0 for one in usable]) / errors.size
+
     def _draw(figure: "Figure") -> None:
-        axes = figure.subplots()
-        bound = np.degrees([one.bound or 0.0 for one in usable])
-        axes.plot(hertz, bound, color=INK, linewidth=2.4)
-        label(axes, "bound", (hertz[0], bound[0]), (4, 6), color=INK)
-        ends = []
-        for part, colour, style in PARTS:
-            values = np.degrees([getattr(one, part) or 0.0 for one in usable])
-            axes.plot(hertz, values, style, color=colour, linewidth=1.5)
-            ends.append((values[-1], PART_WORDS[part], colour))
+        axes, whole = figure.subplots(), values(errors.whole)
+        axes.plot(hertz, whole, color=INK, linewidth=2.4)
+        label(axes, errors.whole, (hertz[0], whole[0]), (4, 6), color=INK)
+        ends, least = [], 0.3 * whole.min() / 30.0
+        for (part, words), (colour, style) in zip(errors.parts.items(), PART_LOOKS, strict=True):
+            axes.plot(hertz, values(part), style, color=colour, linewidth=1.5)
+            ends.append((max(values(part)[-1], least), words, colour))
         chosen = [i for i, one in enumerate(usable) if one.bandwidth == found.bandwidth]
-        axes.plot(hertz[chosen], bound[chosen], "o", markersize=9, fillstyle="none", color=RED)
-        axes.set_ylim(max(1e-4, 0.3 * bound.min() / 30.0), 2.0 * bound.max())
+        axes.plot(hertz[chosen], whole[chosen], "o", markersize=9, fillstyle="none", color=RED)
+        axes.set_ylim(max(1e-4, least), 2.0 * whole.max())
         log_axis(axes, "y", 230.0)
         _name_the_ends(axes, hertz[-1], ends)
         axes.set_xlabel("bandwidth [Hz]")
-        axes.set_ylabel("error [deg]")
+        axes.set_ylabel(f"error [{errors.unit}]")
 
-    return picture(name, _draw, height=280.0)
+    return picture("bandwidths", _draw, height=280.0)
 
 
 def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]]) -> None:
@@ -109,67 +133,49 @@ def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]
 
 
 def peaks_picture(
-    name: str, runs: Sequence[AcceptanceResult], bound: float | None, error: float | None
+    runs: Sequence[AcceptanceResult], marks: Mapping[str, float | None], errors: Errors
 ) -> Markup:
-    """Share of the runs below an error, of laws with lasting runs, with bound and wanted error [rad]."""
+    """Share of the runs below an error, of laws with lasting runs, with the bound and goal in SI."""
+    curves = [(one.plant, one.peaks, one.draws) for one in runs]
+    curves += [("at rest", one.rests, one.draws) for one in runs if one.rests]
+    limit = max(value or 0.0 for value in marks.values())
+    largest = max(peaks[-1] for _, peaks, _ in curves)
+    right = 1.15 * (max(limit, min(largest, 4.0 * limit)) if limit else largest) / errors.size
 
     def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
-        right = _end_of_axis(runs, max(bound or 0.0, error or 0.0))
-        furthest = max(runs, key=lambda one: one.peaks[len(one.peaks) // 2])
-        for one in runs:
-            colour, style = PLANT_LOOKS[one.plant]
-            looks: dict[str, Any] = {"color": colour, "ha": "left" if one is furthest else "right"}
-            peaks, share = shares_below(one)
-            axes.step(peaks, share, style, where="post", color=colour, linewidth=1.8)
-            seen = int(np.count_nonzero(peaks <= right)) - 1
+        furthest = max(curves, key=lambda one: one[1][len(one[1]) // 2])
+        for one, (colour, style) in zip(curves, LOOKS, strict=False):
+            words, peaks, draws = one
+            # below 100 % where runs ended early
+            shown, share = np.append(0.0, peaks) / errors.size, 100.0 * np.arange(len(peaks) + 1) / draws
+            axes.step(shown, share, style, where="post", color=colour, linewidth=1.8)
+            seen = int(np.count_nonzero(shown <= right)) - 1
             middle = max(seen // 2, min(seen, 1))
-            aside = (8, -10) if one is furthest else (-8, 6)
-            label(axes, one.plant, (float(peaks[middle]), float(share[middle])), aside, **looks)
-        for words, value, colour, style in (("bound", bound, INK, ":"), ("goal", error, RED, "-.")):
-            if value is None:
-                continue
-            axes.axvline(np.degrees(value), color=colour, linestyle=style, linewidth=1.4)
-            label(axes, words, (float(np.degrees(value)), 6.0), (-5, 0), color=colour, ha="right")
+            far = one is furthest
+            looks: dict[str, Any] = {"color": colour, "ha": "left" if far else "right"}
+            place = float(shown[middle]), float(share[middle])
+            label(axes, words, place, (8, -10) if far else (-8, 6), **looks)
+        for (words, value), (colour, style) in zip(marks.items(), ((INK, ":"), (RED, "-.")), strict=True):
+            if value is not None:
+                axes.axvline(value / errors.size, color=colour, linestyle=style, linewidth=1.4)
+                label(axes, words, (value / errors.size, 6.0), (-5, 0), color=colour, ha="right")
         axes.set_xlim(0.0, right)
         axes.set_ylim(0.0, 103.0)
-        axes.set_xlabel("largest error of the load in a run [deg]")
+        axes.set_xlabel(f"largest error in a run [{errors.unit}]")
         axes.set_ylabel("runs below [%]")
 
-    return picture(name, _draw, height=280.0)
+    return picture("peaks", _draw, height=280.0)
 
 
-def shares_below(one: AcceptanceResult) -> tuple[Array, Array]:
-    """Error [deg] and share of all runs below it [%]; it ends below 100 % where runs ended early."""
-    errors = np.degrees(np.append(0.0, one.peaks))
-    return errors, 100.0 * np.arange(len(errors)) / one.draws
-
-
-def _end_of_axis(runs: Sequence[AcceptanceResult], limit: float) -> float:
-    """Beyond the limit, if any, and beyond errors up to four times as large [deg]."""
-    largest = max(one.peaks[-1] for one in runs)
-    shown = max(limit, min(largest, 4.0 * limit)) if limit else largest
-    return 1.15 * float(np.degrees(shown))
-
-
-def worst_picture(name: str, worst: WorstCase) -> Markup:
-    """Motion, error and torque of the worst run. ``name``: unique on the page."""
-    return _run_picture(name, worst, "motion [deg]", "error [deg]", 180.0 / pi)
-
-
-def carriage_worst_picture(name: str, worst: WorstCase) -> Markup:
-    """Position, error and torque of the worst run. ``name``: unique on the page."""
-    return _run_picture(name, worst, "position [mm]", "error [mm]", 1e3)
-
-
-def _run_picture(name: str, worst: WorstCase, motion: str, error: str, scale: float) -> Markup:
-    """Motion and error times a scale, and torque, over the time."""
+def worst_picture(worst: WorstCase, motion: str, errors: Errors) -> Markup:
+    """Motion, whose word is given, error and torque of the worst run over the time."""
 
     def _draw(figure: "Figure") -> None:
         panels = figure.subplots(3, 1, sharex=True)
         rows = (
-            (motion, scale * np.array(worst.reference), QUIET),
-            (error, scale * np.array(worst.error), BLUE),
+            (f"{motion} [{errors.unit}]", np.array(worst.reference) / errors.size, QUIET),
+            (f"error [{errors.unit}]", np.array(worst.error) / errors.size, BLUE),
             ("torque [N m]", np.array(worst.torque), GREEN),
         )
         for axes, (words, values, colour) in zip(panels, rows, strict=True):
@@ -178,63 +184,7 @@ def _run_picture(name: str, worst: WorstCase, motion: str, error: str, scale: fl
             axes.set_ylabel(words)
         panels[-1].set_xlabel("time [s]")
 
-    return picture(name, _draw, height=380.0)
-
-
-CARRIAGE_PARTS = (
-    ("nominal", "best values", BLUE, "-", 0, 5),
-    ("uncertain", "uncertain", PURPLE, "--", 0, -13),
-    ("sensors", "encoders", GREEN, "-.", 0, 5),
-)
-"""Name, words, look, and where the words stand: by which bandwidth, and how far above."""
-
-
-def carriage_bandwidths_picture(name: str, found: CarriageController) -> Markup:
-    """The estimated error and its parts over the bandwidth. ``name``: unique on the page."""
-    usable = [one for one in found.candidates if one.estimate is not None]
-    hertz = np.array([one.bandwidth for one in usable])
-    whole = 1e3 * np.array([one.estimate or 0.0 for one in usable])
-
-    def _draw(figure: "Figure") -> None:
-        axes, least = figure.subplots(), whole.min()
-        axes.plot(hertz, whole, color=INK, linewidth=2.4)
-        label(axes, "estimate", (hertz[0], whole[0]), (6, 5), color=INK)
-        for part, words, colour, style, beside, above in CARRIAGE_PARTS:
-            values = 1e3 * np.array([getattr(one, part) for one in usable])
-            least = min(least, values.min())
-            axes.plot(hertz, values, style, color=colour, linewidth=1.5)
-            label(axes, words, (hertz[beside], values[beside]), (4, above), color=colour)
-        chosen = [i for i, one in enumerate(usable) if one.bandwidth == found.bandwidth]
-        axes.plot(hertz[chosen], whole[chosen], "o", markersize=9, fillstyle="none", color=RED)
-        axes.set_ylim(max(0.5 * least, 1e-4 * whole.max()), 2.5 * whole.max())
-        log_axis(axes, "y", 230.0)
-        axes.set_xlabel("bandwidth [Hz]")
-        axes.set_ylabel("mm")
-
-    return picture(name, _draw, height=280.0)
-
-
-def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None) -> Markup:
-    """Share of the runs below an error, all the way and at rest, with the goal [m]."""
-    looks = ((runs.peaks, "all the way", BLUE, "-"), (runs.rests, "at rest", ORANGE, "--"))
-
-    def _draw(figure: "Figure") -> None:
-        axes, right = figure.subplots(), 1.15e3 * max(runs.peaks[-1], min(goal or 0.0, 4.0 * runs.peaks[-1]))
-        for errors, words, colour, style in looks:
-            shown = 1e3 * np.append(0.0, errors)
-            share = 100.0 * np.arange(len(shown)) / runs.draws
-            axes.step(shown, share, style, where="post", color=colour, linewidth=1.8)
-            middle = (len(shown) * (3 if words == "at rest" else 1)) // 4
-            label(axes, words, (float(shown[middle]), float(share[middle])), (8, -6), color=colour)
-        if goal is not None and 1e3 * goal <= right:
-            axes.axvline(1e3 * goal, color=RED, linestyle="-.", linewidth=1.4)
-            label(axes, "goal", (1e3 * goal, 6.0), (-5, 0), color=RED, ha="right")
-        axes.set_xlim(0.0, right)
-        axes.set_ylim(0.0, 103.0)
-        axes.set_xlabel("largest error in a run [mm]")
-        axes.set_ylabel("runs below [%]")
-
-    return picture(name, _draw, height=280.0)
+    return picture("worst", _draw, height=380.0)
 
 
 MODEL_COLOURS = {1: QUIET, 2: ORANGE, 3: GREEN, 4: BLUE}
@@ -249,11 +199,11 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Markup:
     def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
         axes.plot(hertz, np.abs(distributed_response(drive, omega)), color=INK, linewidth=3.0, alpha=0.35)
-        for number in models:
-            size = np.abs(model_response(drive, number, omega))
-            axes.plot(hertz, size, STYLES[number - 1], color=MODEL_COLOURS[number], linewidth=1.4)
+        for model in models:
+            size = np.abs(model_response(drive, model, omega))
+            axes.plot(hertz, size, STYLES[model - 1], color=MODEL_COLOURS[model], linewidth=1.4)
             end = (hertz[-1], size[-1])
-            label(axes, str(number), end, (4, -4), color=MODEL_COLOURS[number], annotation_clip=False)
+            label(axes, str(model), end, (4, -4), color=MODEL_COLOURS[model], annotation_clip=False)
         axes.set_xlim(0.5, 500.0)
         axes.set_ylim(np.abs(distributed_response(drive, omega)).min(), 1e3)
         log_axis(axes, "x", 600.0)

@@ -1,263 +1,223 @@
-"""Chapters "Modes and models", "Internal resonance" and "Controller" of a study."""
+"""Chapters "Controller" and "Acceptance" of a study: of a load and of a carriage."""
+
+from collections.abc import Iterable, Mapping
 
 from markupsafe import Markup
 
-from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.reduction.quality import with_measured_stiffness
-from cabledrive.report.animation import animation_svg
+from cabledrive.parameters.fields import percent
 from cabledrive.report.blocks import (
     Block,
     Cell,
     Chapter,
     Equation,
-    Figure,
     Note,
     Paragraph,
-    RowGroup,
     Table,
+    pictured,
     table,
 )
-from cabledrive.report.figures.study_runs import bandwidths_picture, responses_picture
-from cabledrive.report.study.acceptance import shares_table
-from cabledrive.report.study.verdict import listed
-from cabledrive.report.typesetting import number, quantity
+from cabledrive.report.figures.study_runs import (
+    CARRIAGE,
+    LOAD,
+    Errors,
+    bandwidths_picture,
+    peaks_picture,
+    worst_picture,
+)
+from cabledrive.report.study.verdict import listed, named, unit_shown
+from cabledrive.report.typesetting import number
 from cabledrive.report.words import sentences, texts
-from cabledrive.rig.setting import DEGREE
-from cabledrive.simulation import Recording, Scheme, simulate
-from cabledrive.simulation.run import whole
-from cabledrive.simulation.signals import Sampled
 from cabledrive.studies.study import StudyResult
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, LawScore, WorstCase
+from cabledrive.studies.study.bandwidth_cost import Candidate, CarriageCandidate, CarriageController
+from cabledrive.studies.study.carriage_case import CarriageModel
 from cabledrive.studies.study.controller_stage import ControllerResult
-from cabledrive.studies.study.modes_stage import MODEL_WORDS, REPEATED, ModelResult, motion_torque
+from cabledrive.studies.study.machine import UNITS
+from cabledrive.studies.study.verdict_stage import NO_BOUND
 
 ESTIMATES = ("Inertia at the motor", "Viscous friction", "Coulomb friction", "Offset torque")
+ESTIMATE_UNITS = ("kg m²", "N m s/rad", "N m", "N m")
 say = texts("study_controller")
-UNITS = ("kg m²", "N m s/rad", "N m", "N m")
 
 
 def controller_chapter(result: StudyResult) -> Chapter | None:
-    """The controller, if one was designed."""
-    found = result.controller
-    if not isinstance(found, ControllerResult):
+    """The law with its bandwidth and bound, of a carriage with its model; None without either."""
+    found, model = result.controller, result.model
+    if isinstance(model, CarriageModel):
+        assert not isinstance(found, ControllerResult)
+        kind, errors, blocks = "carriage", CARRIAGE, _of_carriage(model, found)
+    elif isinstance(found, ControllerResult):
+        kind, errors, blocks = "load", LOAD, _of_load(found)
+    else:
         return None
-    blocks: list[Block] = []
-    if found.bandwidth is None:
-        blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
-    else:
-        formula = Equation(formula=Markup(say("formula")), words=say("equation"))
-        blocks += [Paragraph(text=say("law", found=found)), formula, _bounds(found)]
-    if found.candidates:
-        blocks.append(_candidates(found))
-    if sum(one.bound is not None for one in found.candidates if one.model == found.model) > 1:
-        blocks.append(_picture(found))
-    if found.shares:
-        blocks.append(shares_table(say("shares"), found.shares, "deg", DEGREE))
-    if found.broken:
+    candidates = () if found is None else found.candidates
+    if found is not None and candidates:
+        heads = say(f"candidate_heads_{kind}")
+        rows = (_candidate(one, found.chosen, errors) for one in candidates)
+        refused = say("refused", reasons=_refusals(candidates))
+        blocks.append(table(say(f"candidates_{kind}"), heads, rows, note=refused))
+        if len(errors.usable(found)) > 1:
+            seen = [(one.bandwidth, getattr(one, errors.whole)) for one in errors.usable(found)]
+            picture = bandwidths_picture(found, errors)
+            words = {"whole": errors.whole, "seen": seen, "unit": errors.unit}
+            blocks.append(pictured(say, "bandwidths", picture, **words))
+        if found.shares:
+            blocks.append(_shares(say(f"shares_{kind}"), found.shares, errors))
+    if isinstance(found, ControllerResult) and found.broken:
         blocks.append(Note(text=listed(say("broken"), found.broken)))
-    return Chapter(
-        title="Controller",
-        anchor="controller",
-        blocks=tuple(blocks),
-        methods=(say("method"),),
+    method = say(f"method_{kind}")
+    return Chapter(title="Controller", anchor="controller", blocks=tuple(blocks), methods=(method,))
+
+
+def _of_load(found: ControllerResult) -> list[Block]:
+    if found.bandwidth is None:
+        return [Note(text=sentences((found.reason,)), tone="warning")]
+    formula = Equation(formula=Markup(say("formula")), words=say("equation"))
+    ends = zip(ESTIMATES, found.lower, found.upper, ESTIMATE_UNITS, strict=True)
+    rows = ((name, number(low, 4), number(high, 4), unit) for name, low, high, unit in ends)
+    bounds = table(say("bounds"), "Estimate | Low [] | High [] | Unit", rows)
+    return [Paragraph(text=say("law_load", found=found)), formula, bounds]
+
+
+def _of_carriage(model: CarriageModel, found: CarriageController | None) -> list[Block]:
+    places = zip(model.positions, model.lumped, model.exact, strict=True)
+    rows = (
+        (number(x, 4), number(lumped, 5), number(exact, 5), f"{100 * abs(lumped / exact - 1.0):.2g}")
+        for x, lumped, exact in places
+    )
+    heads = "Place [m] | Model [Hz] | Exact [Hz] | Apart [%]"
+    first = table(say("model"), heads, rows, note=say("left_out", error=model.left_out))
+    if model.reason:
+        return [first, Note(text=sentences((model.reason,)), tone="warning")]
+    if found is None:
+        return [first, Note(text=say("too_far"))]
+    if found.bandwidth is None:
+        return [first, Note(text=sentences((found.reason,)), tone="warning")]
+    law = Paragraph(text=say("law_carriage", found=found))
+    return [first, law, Note(text=sentences((NO_BOUND,)))]
+
+
+def _candidate(
+    one: Candidate | CarriageCandidate, chosen: Candidate | CarriageCandidate | None, errors: Errors
+) -> tuple[Cell, ...]:
+    """A bandwidth, the parts of its error, their sum, its torque, what became of it."""
+    model = f"Model {one.model}, " if isinstance(one, Candidate) else ""
+    return (
+        f"{model}{one.bandwidth:g} Hz",
+        *(errors.shown(getattr(one, part)) for part in (*errors.parts, errors.whole)),
+        "" if one.torque is None else number(one.torque, 3),
+        "chosen" if one == chosen else "refused" if one.refused else "",
     )
 
 
-def _bounds(found: ControllerResult) -> Table:
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (name, number(low, 4), number(high, 4), unit)
-        for name, low, high, unit in zip(ESTIMATES, found.lower, found.upper, UNITS, strict=True)
-    )
-    return table(say("bounds"), "Estimate | Low [] | High [] | Unit", rows)
-
-
-def _candidates(found: ControllerResult) -> Table:
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (
-            f"Model {one.model}, {one.bandwidth:g} Hz",
-            *("" if v is None else number(v / DEGREE, 3) for v in (one.theorem, one.unmatched, one.sensors)),
-            "" if one.bound is None else number(one.bound / DEGREE, 3),
-            "" if one.torque is None else number(one.torque, 3),
-            "chosen" if one == found.chosen else "refused" if one.refused else "",
-        )
-        for one in found.candidates
-    )
-    return table(
-        say("candidates"),
-        "Law | Theorem [] | Unmatched [] | Encoders [] | Bound [] | Torque [N m] | Outcome",
-        rows,
-        note=say("refused", reasons=_refusals(found)),
-    )
-
-
-def _refusals(found: ControllerResult) -> dict[str, str]:
+def _refusals(candidates: Iterable[Candidate | CarriageCandidate]) -> dict[str, str]:
     """Bandwidths by why they were refused."""
-    reasons: dict[str, str] = {}
-    for one in found.candidates:
+    reasons: dict[str, list[str]] = {}
+    for one in candidates:
         if one.refused:
-            before, now = reasons.get(one.refused), f"Model {one.model} at {one.bandwidth:g}"
-            reasons[one.refused] = f"{before}, {now}" if before else now
-    return reasons
+            model = f"Model {one.model} at " if isinstance(one, Candidate) else ""
+            reasons.setdefault(one.refused, []).append(f"{model}{one.bandwidth:g}")
+    return {why: ", ".join(hertz) for why, hertz in reasons.items()}
 
 
-def _picture(found: ControllerResult) -> Figure:
-    picture = bandwidths_picture("bandwidths", found)
-    return Figure(
-        name="bandwidths",
-        alt=say("bandwidths_seen", candidates=found.candidates),
-        caption=say("bandwidths"),
-        drawing=picture,
-    )
+def _shares(caption: str, shares: Mapping[str, float], errors: Errors) -> Table:
+    """Shares of each quantity, largest first."""
+    ordered = sorted(shares.items(), key=lambda item: -item[1])
+    rows = ((named(name), errors.shown(share)) for name, share in ordered)
+    return table(caption, f"Quantity | Share [{errors.unit}]", rows)
 
 
-say_motion = texts("study_loop")
-SEGMENTS, FRAMES, RATE = 12, 60, 2000.0
-MOST_STEPS = 2e6
+say_runs = texts("study_acceptance")
 
 
-def loop_in_motion(result: StudyResult) -> Block:
-    """The nonlinear loop under the torque of the motion, without feedback; or the reason why not."""
-    if isinstance(result.known, AxisDrive):
-        return Paragraph(text=say_motion("axis", load=result.known.load))
-    machine, motion = with_measured_stiffness(result.known), result.goals.motion
-    duration = motion.trajectory.duration
-    waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length
-    if duration * waves * SEGMENTS > MOST_STEPS:
-        return Paragraph(text=say_motion("too_stiff"))
-    time, torque = motion_torque(machine, motion)
-    try:
-        run = whole(
-            simulate(
-                machine,
-                duration,
-                torque=Sampled(values=torque, rate=(len(time) - 1) / duration),
-                scheme=Scheme(slack="tension-only", segments=SEGMENTS),
-                recording=Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES))),
-            )
-        )
-        switch, drawing = animation_svg("loop-in-motion", machine, run)
-    except (InputRefused, NotComputed) as failure:
-        return Paragraph(text=say_motion("refused", failure=failure))
-    return Figure(
-        name="loop-in-motion",
-        alt=say_motion("seen"),
-        caption=say_motion("caption"),
-        switch=switch,
-        drawing=drawing,
-    )
+def acceptance_chapter(result: StudyResult) -> Chapter | None:
+    """Results of the runs, if there were any."""
+    carried = result.carried
+    if result.laws is None or (carried and not result.runs.draws):
+        return None
+    errors, kind = (CARRIAGE, "carriage") if carried else (LOAD, "load")
+    asked = (result.runs,) if carried else (result.runs, result.cable)
+    runs = [one for one in asked if one.draws]
+    goal = result.goals.carriage_error if carried else result.goals.error
+    blocks: list[Block] = [Paragraph(text=say_runs(f"intro_{kind}", chosen=result.laws.chosen))]
+    blocks += [Note(text=say_runs("not_run", one=one), tone="warning") for one in asked if not one.draws]
+    blocks.append(_laws(result.scores, errors))
+    if runs:
+        blocks.append(_runs(runs, errors))
+    if lasting := [one for one in runs if one.peaks]:
+        control, stated = result.controller, runs[0].inside is not None
+        bound = control.bound if stated and isinstance(control, ControllerResult) else None
+        picture = peaks_picture(lasting, {"bound": bound, "goal": goal}, errors)
+        words = {"runs": lasting, "bound": bound, "unit": errors.unit}
+        blocks.append(pictured(say_runs, "peaks", picture, **words))
+    if (worst := result.runs.worst) is not None:
+        picture = worst_picture(worst, "position" if carried else "motion", errors)
+        blocks.append(pictured(say_runs, "worst", picture, worst=worst, unit=errors.unit))
+        blocks.append(_worst_plant(worst, result.knowledge.values))
+    method = say_runs(f"method_{kind}", draws=result.runs.draws, seed=result.goals.seed)
+    return Chapter(title="Acceptance", anchor="acceptance", blocks=tuple(blocks), methods=(method,))
 
 
-VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "warning"}
-say_mechanics = texts("study_mechanics")
-
-
-def modes_chapter(result: StudyResult) -> Chapter:
-    """Certified modes, and how far each reduced model holds."""
-    found = result.modes
-    blocks: list[Block] = [
-        Paragraph(text=say_mechanics("modes", certified=found.certified)),
-        _rows(result),
-    ]
-    remarks = [found.certified_reason or "", *found.warnings]
-    blocks += [Note(text=f"{line}.", tone="warning") for line in dict.fromkeys(remarks) if line]
-    if found.models:
-        blocks += [_models(result), _responses(result)]
-        if result.model is not None:
-            blocks.append(Note(text=say_mechanics("chosen_model", reason=result.model.reason)))
-    else:
-        stated = " ".join((*result.verdict.reasons, *result.verdict.cautions))
-        repeated = bool(result.check.missing) and all(line in stated for line in result.check.missing)
-        why = "see the verdict" if repeated else found.why_no_models
-        blocks.append(Paragraph(text=say_mechanics("no_models", why=why)))
-    return Chapter(
-        title="Modes and models",
-        anchor="modes",
-        blocks=tuple(blocks),
-        methods=(say_mechanics("modes_method"),),
-    )
-
-
-def _rows(result: StudyResult) -> Table:
-    groups = []
-    for kind in ("longitudinal", "transverse"):
-        rows: tuple[tuple[Cell, ...], ...] = tuple(
-            (f"{row.frequency:.4f}", f"{row.multiplicity}", row.family)
-            for row in result.modes.rows
-            if row.kind == kind
-        )
-        if rows:
-            groups.append(RowGroup(title=kind.capitalize(), rows=rows))
-    return table("Certified modes of the distributed drive.", "Frequency [Hz] | Modes [] | Family", groups)
-
-
-def _models(result: StudyResult) -> Table:
-    evidence = result.model.evidence if isinstance(result.model, ModelResult) else ()
-    windup = {one.model: one.windup for one in evidence}
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
+def _laws(scores: Iterable[LawScore], errors: Errors) -> Table:
+    """Every law, simplest first, with its errors and the share of the plants it holds within the goal."""
+    rows = (
         (
-            f"{q.model}: {MODEL_WORDS[q.model]}",
-            ", ".join(f"{f:.4g}" for f in q.frequencies) or "none",
-            ", ".join(f"{f:.4g}" for f in q.exact) or "none",
-            number(q.holds_5, 3),
-            number(windup[q.model] / DEGREE, 3) if q.model in windup else "",
+            one.controller,
+            one.setting,
+            f"{one.runs}",
+            errors.shown(one.reached.error if one.reached else None),
+            errors.shown(one.worst),
+            *("" if share is None else percent(share) for share in (one.share, one.share_low)),
+            f"{one.failed}",
         )
-        for q in result.modes.models
+        for one in scores
+    )
+    unit = errors.unit
+    return table(
+        "Laws tried, simplest first.",
+        f"Law | Setting | Runs [] | 99 % [{unit}] | Worst [{unit}] | In goal [] | At least [] | "
+        "Ended early []",
+        rows,
+        note="; ".join(f"{one.controller}: {one.reason}" for one in scores if one.reason),
+    )
+
+
+def _runs(runs: list[AcceptanceResult], errors: Errors) -> Table:
+    """Quantiles of the largest error, of a carriage also of that at rest; shares within bound and goal."""
+    names = {"bound": runs[0].inside, "goal": runs[0].reached}
+    asked, unit = ", ".join(name for name, share in names.items() if share is not None), errors.unit
+    rows: list[tuple[Cell, ...]] = []
+    for one in runs:
+        inside = ", ".join(f"{100 * s:.1f} %" for s in (one.inside, one.reached) if s is not None)
+        torque = "" if one.largest_torque is None else number(one.largest_torque, 3)
+        for words, still in ((one.plant.capitalize(), False), ("The same, at rest", True)):
+            if not still or one.rests:
+                quantiles = (errors.shown(one.quantile(share, rest=still)) for share in (0.5, 0.99, 1.0))
+                rest = ("", "", "") if still else (inside, torque, f"{one.failed}")
+                rows.append((words, f"{one.draws}", *quantiles, *rest))
+    return table(
+        say_runs("table"),
+        f"Plants | Runs [] | Median [{unit}] | 99 % [{unit}] | Worst [{unit}] | "
+        f"{f'In {asked}' if asked else ''} [] | Torque [N m] | Ended early []",
+        rows,
+        note=" ".join(say_runs("runs_note", one=one, unit=unit) for one in runs),
+    )
+
+
+def _worst_plant(worst: WorstCase, best: Mapping[str, float]) -> Table:
+    """The plant of the worst run beside the best values, in SI."""
+    rows = (
+        (
+            named(name),
+            number(value, 5),
+            number(best[name], 5) if name in best else "",
+            unit_shown(UNITS[name]),
+        )
+        for name, value in worst.values.items()
     )
     return table(
-        say_mechanics("models"),
-        "Model | Its modes [Hz] | Exact [Hz] | Right to 5 % up to [Hz] | Neglected [deg]",
+        f"The plant of the worst run, sample {worst.draw}.",
+        "Quantity | Its value [] | Best value [] | Unit",
         rows,
-        note=say_mechanics("models_note"),
+        note=f"Encoder phases in counts: {', '.join(f'{phase:+.2f}' for phase in worst.phases)}.",
     )
-
-
-def _responses(result: StudyResult) -> Figure:
-    numbers = [q.model for q in result.modes.models]
-    picture = responses_picture("responses", result.known, numbers)
-    return Figure(
-        name="responses",
-        alt=say_mechanics("responses_seen", models=result.modes.models),
-        caption=say_mechanics("responses"),
-        drawing=picture,
-    )
-
-
-def resonance_chapter(result: StudyResult) -> Chapter:
-    """Detuning of the drive from the 1:2 resonance, and whether the motion excites it."""
-    found = result.resonance
-    tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
-    rows: list[tuple[Cell, ...]] = [
-        (
-            "Frequency ratio: lowest transverse mode of a span over the pulley mode",
-            _maybe(found.frequency_ratio, "1"),
-        ),
-        ("Detuning: ratio - 1/2", _maybe(found.detuning, "1")),
-        ("Pulley mode", _maybe(found.pulley_frequency, "Hz")),
-        ("Tuned pretension (ratio 1/2)", _maybe(found.tuned_pretension, "N")),
-        ("Threshold torque at the tuned pretension", _maybe(found.threshold_torque, "N m")),
-        ("Largest torque of the motion", quantity(found.torque, "N m", 4)),
-        (
-            "Assumed ripple at the pulley mode's frequency, a twentieth of it",
-            quantity(found.ripple, "N m", 3),
-        ),
-        ("Verdict for that ripple", found.verdict),
-    ]
-    if found.alarm is not None:
-        rows.append(("Largest transverse displacement along the motion", _maybe(found.largest, "m")))
-        rows.append(("Allowed", quantity(found.limit, "m", 3)))
-    lines = tuple(found.reasons)
-    return Chapter(
-        title="Internal resonance",
-        anchor="resonance",
-        blocks=(
-            Note(text=say_mechanics("alarm", verdict=found.alarm), tone=tone),
-            table(say_mechanics("resonance"), "Figure | Value []", rows),
-            *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),
-            loop_in_motion(result),
-        ),
-        methods=(say_mechanics("resonance_method", repeated=REPEATED),),
-    )
-
-
-def _maybe(value: float | None, unit: str) -> str:
-    return "none" if value is None else quantity(value, unit, 4)

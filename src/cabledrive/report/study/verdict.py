@@ -1,54 +1,19 @@
-"""Chapters "Verdict" and "Drive and data" of a study."""
+"""Chapters "Verdict", "Drive and data" and "Parameters" of a study."""
 
 from markupsafe import Markup
 
 from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.report.blocks import Block, Cell, Chapter, Note, Paragraph, Table, table
+from cabledrive.report.blocks import Block, Chapter, Note, Paragraph, Table, pictured, table
+from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.machine.data import derived_table
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import Goals, StudyResult
+from cabledrive.studies.study.carriage_machine import carriage_quantities
 from cabledrive.studies.study.check_stage import LogWords
 from cabledrive.studies.study.findings import move_words
+from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity, by_datasheet
 from cabledrive.studies.study.verdict_stage import Margin
-
-
-def goals_table(rows: list[tuple[Cell, ...]]) -> Table:
-    """Goals beside their values; each row two cells."""
-    return table("Goals.", "Goal | Value", rows)
-
-
-def load_range(goals: Goals, otherwise: str) -> str:
-    """Range of the load's inertia in words; ``otherwise`` where none was asked for."""
-    if goals.load_inertia is None:
-        return otherwise
-    low, high = goals.load_inertia
-    return f"{number(low, 4)} to {number(high, 4)} kg m²"
-
-
-say_goals = texts("study_carriage_goals")
-
-
-def carriage_method() -> str:
-    """How the verdict of a carriage is found, for the provenance."""
-    return say_goals("method")
-
-
-def asked_of_carriage(goals: Goals) -> Table:
-    """The goals of a study with a carriage."""
-    error, hung = goals.carriage_error, goals.hanging_mass
-    assert goals.travel is not None
-    rows: list[tuple[Cell, ...]] = [
-        ("Error of the carriage", quantity(error, "m", 3) if error else "none given"),
-        ("Each move", say_goals("move", goals=goals)),
-        ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
-        ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
-        ("Below the carriage", say_goals("hung", goals=goals) if hung else "no hanging mass"),
-        ("Load pulley", load_range(goals, "as in the file")),
-        ("Test", say_goals("test", goals=goals)),
-    ]
-    return goals_table(rows)
-
 
 say = texts("study_verdict")
 TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
@@ -68,13 +33,12 @@ def verdict_chapter(result: StudyResult) -> Chapter:
         blocks.append(_margins(verdict.margins))
     if verdict.cautions:
         blocks.append(points("Notes:", verdict.cautions))
-    travels = result.goals.travel is not None
-    blocks.append(asked_of_carriage(result.goals) if travels else _asked(result.goals))
+    blocks.append(_asked(result.goals))
     return Chapter(
         title="Verdict",
         anchor="verdict",
         blocks=tuple(blocks),
-        methods=(say("method"), *((carriage_method(),) if result.carried else ())),
+        methods=(say("method"), *((say("carriage_method"),) if result.carried else ())),
     )
 
 
@@ -94,7 +58,7 @@ def listed(head: str, lines: tuple[str, ...]) -> Markup:
 
 
 def _margins(margins: tuple[Margin, ...]) -> Table:
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
+    rows = (
         (
             say("margin", name=m.name),
             quantity(m.value, m.unit, 3),
@@ -107,15 +71,25 @@ def _margins(margins: tuple[Margin, ...]) -> Table:
 
 
 def _asked(goals: Goals) -> Table:
-    rows: list[tuple[Cell, ...]] = [
-        ("Error of the load", quantity(goals.error, "rad", 3) if goals.error else "no goal"),
-        ("Each move", say("move", words=move_words(goals), dwell=goals.dwell)),
+    """Goals beside their values, of a carriage or a load."""
+    travels, hung, inertia = goals.travel is not None, goals.hanging_mass, goals.load_inertia
+    error, unit = (goals.carriage_error, "m") if travels else (goals.error, "rad")
+    hanging = say("hung", goals=goals) if hung else "no hanging mass"
+    load = "as in the file" if travels else "as found"
+    if inertia is not None:
+        load = f"{number(inertia[0], 4)} to {number(inertia[1], 4)} kg m²"
+    kind = "carriage" if travels else "load"
+    words = "" if travels else move_words(goals)
+    rows = [
+        (f"Error of the {kind}", quantity(error, unit, 3) if error else "no goal"),
+        ("Each move", say(f"move_{kind}", goals=goals, words=words)),
         ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
         ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
-        ("Load", load_range(goals, "as found")),
-        ("Test", say("test", goals=goals)),
+        *((("Below the carriage", hanging),) if travels else ()),
+        ("Load pulley" if travels else "Load", load),
+        ("Test", say(f"test_{kind}", goals=goals)),
     ]
-    return goals_table(rows)
+    return table("Goals.", "Goal | Value", rows)
 
 
 say_data = texts("study_data")
@@ -153,7 +127,7 @@ def _chain(drive: AxisDrive) -> Paragraph:
 
 
 def _logs(logs: tuple[LogWords, ...]) -> Table:
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
+    rows = (
         (
             log.name,
             f"{log.rows}",
@@ -164,3 +138,71 @@ def _logs(logs: tuple[LogWords, ...]) -> Table:
         for log in logs
     )
     return table("The logs.", "File | Rows [] | Length [s] | Rate [Hz] | Channels", rows)
+
+
+say_known = texts("study_knowledge")
+SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal", GUESS: "guess"}
+
+
+def knowledge_chapter(result: StudyResult) -> Chapter:
+    """Identified parameters, and parameters from the data sheet."""
+    known = result.knowledge
+    identified = sum(q.source == LOG for q in known.quantities.values())
+    blocks: list[Block] = [
+        Paragraph(
+            text=say_known("identified", count=identified, of=len(known.quantities), residual=known.residual)
+        )
+    ]
+    if known.undetermined:
+        blocks.append(Note(text=listed(say_known("undetermined"), known.undetermined), tone="warning"))
+    if known.findings:
+        blocks.append(Note(text=listed(say_known("findings"), tuple(str(one) for one in known.findings))))
+    blocks.append(_quantities(result))
+    widths = {WORDS[name]: q.half_width / abs(q.value) for name, q in known.quantities.items() if q.value}
+    picture = intervals_picture("intervals", known.quantities, _sheet(result))
+    blocks.append(pictured(say_known, "intervals", picture, widths=widths))
+    return Chapter(
+        title="Parameters",
+        anchor="known",
+        blocks=tuple(blocks),
+        methods=(say_known("method", name=known.method),),
+    )
+
+
+def _sheet(result: StudyResult) -> dict[str, Quantity]:
+    """What stood in file and goals before any log."""
+    if result.carried:
+        return carriage_quantities(result.drive, result.goals)
+    return by_datasheet(result.drive, result.goals.spreads)
+
+
+def _quantities(result: StudyResult) -> Table:
+    sheet = _sheet(result)
+    rows = (
+        (
+            named(name),
+            number(sheet[name].value, 4),
+            number(q.value, 5),
+            number(q.low, 4),
+            number(q.high, 4),
+            unit_shown(q.unit),
+            SOURCES[q.source],
+        )
+        for name, q in result.knowledge.quantities.items()
+    )
+    return table(
+        say_known("table"),
+        "Quantity | Data sheet [] | Value [] | Low [] | High [] | Unit | From",
+        rows,
+        note=say_known("table_note"),
+    )
+
+
+def named(name: str) -> str:
+    """A quantity at the head of a row."""
+    return WORDS[name][:1].upper() + WORDS[name][1:]
+
+
+def unit_shown(unit: str) -> str:
+    """A unit in its column; nothing for a plain number."""
+    return "" if unit == "1" else unit.replace("^2", "²")

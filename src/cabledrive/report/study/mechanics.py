@@ -1,0 +1,159 @@
+"""Chapters "Modes and models" and "Internal resonance" of a study."""
+
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.report.animation import animation_svg
+from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, RowGroup, Table, pictured, table
+from cabledrive.report.figures.study_runs import responses_picture
+from cabledrive.report.typesetting import number, quantity
+from cabledrive.report.words import texts
+from cabledrive.rig.setting import DEGREE
+from cabledrive.simulation import Recording, Scheme, simulate
+from cabledrive.simulation.run import whole
+from cabledrive.simulation.signals import Sampled
+from cabledrive.studies.study import StudyResult
+from cabledrive.studies.study.modes_stage import MODEL_WORDS, REPEATED, ModelResult, motion_torque
+
+say_motion = texts("study_loop")
+SEGMENTS, FRAMES, RATE = 12, 60, 2000.0
+MOST_STEPS = 2e6
+
+
+def loop_in_motion(result: StudyResult) -> Block:
+    """The nonlinear loop under the torque of the motion, without feedback; or the reason why not."""
+    if isinstance(result.known, AxisDrive):
+        return Paragraph(text=say_motion("axis", load=result.known.load))
+    machine, motion = with_measured_stiffness(result.known), result.goals.motion
+    duration = motion.trajectory.duration
+    waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length
+    if duration * waves * SEGMENTS > MOST_STEPS:
+        return Paragraph(text=say_motion("too_stiff"))
+    time, torque = motion_torque(machine, motion)
+    try:
+        run = whole(
+            simulate(
+                machine,
+                duration,
+                torque=Sampled(values=torque, rate=(len(time) - 1) / duration),
+                scheme=Scheme(slack="tension-only", segments=SEGMENTS),
+                recording=Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES))),
+            )
+        )
+        switch, drawing = animation_svg("loop-in-motion", machine, run)
+    except (InputRefused, NotComputed) as failure:
+        return Paragraph(text=say_motion("refused", failure=failure))
+    return Figure(
+        name="loop-in-motion",
+        alt=say_motion("seen"),
+        caption=say_motion("caption"),
+        switch=switch,
+        drawing=drawing,
+    )
+
+
+VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "warning"}
+say = texts("study_mechanics")
+
+
+def modes_chapter(result: StudyResult) -> Chapter:
+    """Certified modes, and how far each reduced model holds."""
+    found = result.modes
+    blocks: list[Block] = [
+        Paragraph(text=say("modes", certified=found.certified)),
+        _rows(result),
+    ]
+    remarks = [found.certified_reason or "", *found.warnings]
+    blocks += [Note(text=f"{line}.", tone="warning") for line in dict.fromkeys(remarks) if line]
+    if found.models:
+        numbers = [q.model for q in found.models]
+        picture = responses_picture("responses", result.known, numbers)
+        blocks += [_models(result), pictured(say, "responses", picture, models=found.models)]
+        if result.model is not None:
+            blocks.append(Note(text=say("chosen_model", reason=result.model.reason)))
+    else:
+        stated = " ".join((*result.verdict.reasons, *result.verdict.cautions))
+        repeated = bool(result.check.missing) and all(line in stated for line in result.check.missing)
+        why = "see the verdict" if repeated else found.why_no_models
+        blocks.append(Paragraph(text=say("no_models", why=why)))
+    return Chapter(
+        title="Modes and models",
+        anchor="modes",
+        blocks=tuple(blocks),
+        methods=(say("modes_method"),),
+    )
+
+
+def _rows(result: StudyResult) -> Table:
+    groups = []
+    for kind in ("longitudinal", "transverse"):
+        rows = tuple(
+            (f"{row.frequency:.4f}", f"{row.multiplicity}", row.family)
+            for row in result.modes.rows
+            if row.kind == kind
+        )
+        if rows:
+            groups.append(RowGroup(title=kind.capitalize(), rows=rows))
+    return table("Certified modes of the distributed drive.", "Frequency [Hz] | Modes [] | Family", groups)
+
+
+def _models(result: StudyResult) -> Table:
+    evidence = result.model.evidence if isinstance(result.model, ModelResult) else ()
+    windup = {one.model: one.windup for one in evidence}
+    rows = (
+        (
+            f"{q.model}: {MODEL_WORDS[q.model]}",
+            ", ".join(f"{f:.4g}" for f in q.frequencies) or "none",
+            ", ".join(f"{f:.4g}" for f in q.exact) or "none",
+            number(q.holds_5, 3),
+            number(windup[q.model] / DEGREE, 3) if q.model in windup else "",
+        )
+        for q in result.modes.models
+    )
+    return table(
+        say("models"),
+        "Model | Its modes [Hz] | Exact [Hz] | Right to 5 % up to [Hz] | Neglected [deg]",
+        rows,
+        note=say("models_note"),
+    )
+
+
+def resonance_chapter(result: StudyResult) -> Chapter:
+    """Detuning of the drive from the 1:2 resonance, and whether the motion excites it."""
+    found = result.resonance
+    tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
+    rows = [
+        (
+            "Frequency ratio: lowest transverse mode of a span over the pulley mode",
+            _maybe(found.frequency_ratio, "1"),
+        ),
+        ("Detuning: ratio - 1/2", _maybe(found.detuning, "1")),
+        ("Pulley mode", _maybe(found.pulley_frequency, "Hz")),
+        ("Tuned pretension (ratio 1/2)", _maybe(found.tuned_pretension, "N")),
+        ("Threshold torque at the tuned pretension", _maybe(found.threshold_torque, "N m")),
+        ("Largest torque of the motion", quantity(found.torque, "N m", 4)),
+        (
+            "Assumed ripple at the pulley mode's frequency, a twentieth of it",
+            quantity(found.ripple, "N m", 3),
+        ),
+        ("Verdict for that ripple", found.verdict),
+    ]
+    if found.alarm is not None:
+        rows.append(("Largest transverse displacement along the motion", _maybe(found.largest, "m")))
+        rows.append(("Allowed", quantity(found.limit, "m", 3)))
+    lines = tuple(found.reasons)
+    return Chapter(
+        title="Internal resonance",
+        anchor="resonance",
+        blocks=(
+            Note(text=say("alarm", verdict=found.alarm), tone=tone),
+            table(say("resonance"), "Figure | Value []", rows),
+            *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),
+            loop_in_motion(result),
+        ),
+        methods=(say("resonance_method", repeated=REPEATED),),
+    )
+
+
+def _maybe(value: float | None, unit: str) -> str:
+    return "none" if value is None else quantity(value, unit, 4)
