@@ -17,7 +17,6 @@ from cabledrive.reduction.ensemble_kernels import exact_stiffness, transitions
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.figures.run_histories import amplitude_spectrum
 from cabledrive.report.map_page import resonance_map_page
-from cabledrive.studies.frequency_curves import fit_to_peaks
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
 from cabledrive.studies.resonance_map import growth_map, spot_check_line, spot_checks
@@ -238,42 +237,13 @@ def test_a_sine_shows_at_its_frequency_with_its_amplitude():
     assert amplitude[top] == pytest.approx(3.0, rel=5e-3), amplitude[top]
 
 
-# --- Figures of a machine are found again from the frequencies of its modes
-MOTORS = ("motor.0.holding_stiffness", "motor.1.holding_stiffness")
-SOFT = ("cable.axial_rigidity=16 kN", *(f"{key}=23 N m/rad" for key in MOTORS))
-
-
-def peaks_of(settings, error):
-    found = cd.modes(cd.load_drive("corexy", overrides=settings), count=2).longitudinal
-    return {name: (mode.frequency, error) for name, mode in zip(("beam.y", "head.x"), found, strict=True)}
-
-
-def test_belt_and_motor_stiffness_are_found_from_two_peaks():
-    fit = fit_to_peaks(cd.load_drive("corexy"), peaks_of(SOFT, 0.3), ["cable.axial_rigidity", MOTORS])
-    belt, motors = fit.figures
-    assert belt.value == pytest.approx(16e3, rel=1e-7)
-    assert motors.value == pytest.approx(23.0, rel=1e-7)
-    assert belt.low * belt.high == pytest.approx(belt.value**2)  # as far to either side, in the logarithm
-    assert motors.high / motors.low > belt.high / belt.low > 1.1  # the motors' stiffness is hardly seen
-    assert fit.after["head.x"] == pytest.approx(fit.measured["head.x"], rel=1e-9)
-
-
-def fitted(figures, peaks=None):
-    return fit_to_peaks(
-        cd.load_drive("corexy"), peaks or peaks_of(SOFT, 0.3), ["cable.axial_rigidity", *figures]
-    )
-
-
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: fitted(MOTORS), "2 peaks for 3 figures"),
-        (lambda: fitted(["motor.0.speed_limit"]), "do not determine"),
-        (lambda: fitted([], {"bed.z": (50.0, 1.0)}), "no coordinate"),
         (lambda: amplitude_spectrum(TIME[:5], TIME[:5]), "spectrum of 5 samples"),
     ],
 )
-def test_peaks_spectra_and_sweeps_that_give_nothing_are_refused(call, words):
+def test_spectra_that_give_nothing_are_refused(call, words):
     with pytest.raises((InputRefused, cd.NotComputed), match=words):
         call()
 

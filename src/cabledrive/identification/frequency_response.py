@@ -1,4 +1,4 @@
-r"""Frequency responses from logs: H1, H2, Hv with coherence, and averages over the periods of a multisine.
+r"""Frequency responses from logs: H1, H2, Hv with coherence.
 
 With the cross and auto spectra of Welch's method over segments with windows,
 
@@ -16,7 +16,6 @@ with one set of coefficients for the whole log, at some samples per period of it
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,6 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex, Integers
 
 ESTIMATORS = ("H1", "H2", "Hv")
-ROWS = ("frequency", "response", "deviation", "coherence", "nonlinear", "noise")
 HANN_LINES = 2
 """Neighbouring lines under a Hann window share their noise; lines this far apart hardly do."""
 ORDER = 10
@@ -61,10 +59,6 @@ class FrequencyResponse:
     deviation: Array  # (m,): standard deviation of the response, of real and imaginary part together
     coherence: Array  # (m,): between 0 and 1; 1 where it is not estimated (one record)
     averages: float  # independent averages behind each value
-    # (m,): level of the nonlinear distortion in the output at each frequency, from lines that are not excited
-    nonlinear: Array | None = None
-    # (m,): level of the noise in the output at each frequency, from the spread over periods
-    noise: Array | None = None
     left_out: int = 0  # records that were left out as outliers
     blows: tuple[LeftOut, ...] = ()  # these records, where they are parts of a log
 
@@ -80,8 +74,8 @@ class FrequencyResponse:
 
     def kept(self, keep: NDArray[np.bool_]) -> "FrequencyResponse":
         """Some of its lines, (m,)."""
-        rows: dict[str, Any] = {name: row[keep] for name in ROWS if (row := getattr(self, name)) is not None}
-        return replace(self, **rows)
+        names = ("frequency", "response", "deviation", "coherence")
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})
 
     def between(self, low: float, high: float) -> "FrequencyResponse":
         """The part in a band [Hz]."""
@@ -149,40 +143,6 @@ def response_by_segments(
     return replace(found, blows=blows)
 
 
-def response_by_periods(
-    input_: Array, output: Array, interval: float, period: int, lines: Integers, skipped: int = 1
-) -> FrequencyResponse:
-    """Response to a periodic multisine: means over periods, no leakage, noise and distortion distinguished.
-
-    ``period``: samples of one period; ``lines``: excited lines; ``skipped``: periods in which the motion
-    settles. Distortion is that at lines in the excited band that are not excited.
-    """
-    count = input_.size // period - skipped
-    if count < 2:
-        raise InputRefused(
-            f"{input_.size / period:.2g} periods, {skipped} skipped: record at least {skipped + 2}"
-        )
-    part = slice(skipped * period, (skipped + count) * period)
-    u = np.fft.rfft(input_[part].reshape(count, period), axis=1) / period
-    y = np.fft.rfft(output[part].reshape(count, period), axis=1) / period
-    keep = ordinary_records(y)
-    u, y = u[keep], y[keep]
-    mean_u, mean_y = u.mean(axis=0), y.mean(axis=0)
-    h = mean_y[lines] / mean_u[lines]
-    noise = y.std(axis=0, ddof=1)
-    error = (y[:, lines] - h * u[:, lines]).std(axis=0, ddof=1) / np.sqrt(len(y))
-    return FrequencyResponse(
-        frequency=lines / (period * interval),
-        response=h,
-        deviation=error / np.abs(mean_u[lines]),
-        coherence=1.0 / (1.0 + (error / np.maximum(np.abs(mean_y[lines]), 1e-300)) ** 2),
-        averages=float(len(y)),
-        nonlinear=_distortion(mean_y, noise, lines, len(y)),
-        noise=noise[lines],
-        left_out=int((~keep).sum()),
-    )
-
-
 def _independent(records: int, length: int, hop: int, window: Array) -> float:
     """Number of independent averages behind overlapping windows."""
     shared = 0.0
@@ -226,19 +186,6 @@ def _total_least_squares(uu: Array, yy: Array, uy: Complex) -> Complex:
     return gain * scale * np.exp(1j * np.angle(uy))
 
 
-def _distortion(mean: Complex, noise: Array, lines: Integers, periods: int) -> Array | None:
-    """Power at lines that are not excited, beyond the noise, carried over to the excited ones."""
-    silent = np.setdiff1d(np.arange(lines.min(), lines.max() + 1), lines)
-    if silent.size < 3:
-        return None
-    power = np.maximum(np.abs(mean[silent]) ** 2 - noise[silent] ** 2 / periods, 0.0)
-    width = max(3, silent.size // 20)
-    smooth = np.convolve(power, np.ones(width), "same") / np.convolve(
-        np.ones_like(power), np.ones(width), "same"
-    )
-    return np.sqrt(np.interp(lines, silent, smooth))
-
-
 def explained_records(
     input_: Array, output: Array, starts: Integers, length: int
 ) -> tuple[NDArray[np.bool_], Array]:
@@ -272,14 +219,6 @@ def explained_records(
             break
         keep = ordinary
     return keep, excess
-
-
-def ordinary_records(spectra: Complex) -> NDArray[np.bool_]:
-    """Which repetitions (records, frequencies) have a power within 5 scaled median deviations."""
-    power = np.log(np.maximum((np.abs(spectra) ** 2).mean(axis=1), 1e-300))
-    off = np.abs(power - np.median(power))
-    spread = 1.4826 * np.median(off)
-    return off <= np.maximum(5.0 * spread, 0.5)
 
 
 def _innovations(u: Array, y: Array, used: NDArray[np.bool_]) -> Array:

@@ -6,8 +6,7 @@ deviation,
 .. math:: \min_p \sum_k \Big|\frac{H(\omega_k) - H(\omega_k; p)}{\sigma_k}\Big|^2,
 
 by bounded nonlinear least squares in the logarithms of the parameters. Since Models 1 to 3 are limits of
-Model 4, they are compared by Akaike's criterion on the same data and by cross-validation over interleaved
-lines.
+Model 4, they are compared by Akaike's criterion on the same data.
 
 The amplifier with its current loop, section 4.4, is a gain with a first-order lag and a dead time,
 
@@ -159,25 +158,14 @@ def fit_response(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ModelChoice:
-    """Models compared on one response."""
-
-    chosen: int
-    fits: dict[int, ResponseFit]
-    cross_validation: dict[int, float]  # weighted root mean square error on lines that were not fitted
-    reason: str
-
-
 def choose_model(
     measured: FrequencyResponse,
     start: Mapping[str, float],
     *,
     radius: float = 1.0,
     inertias_known: bool = False,
-    folds: int = 5,
-) -> ModelChoice:
-    """Which of the Models 1 to 4 a response calls for.
+) -> ResponseFit:
+    """Fit of the Model, 1 to 4, that a response calls for.
 
     From the motor's side Models 2 and 3 are one and the same two inertias; only known inertias distinguish
     them.
@@ -191,59 +179,26 @@ def choose_model(
         [m].
     inertias_known : bool, default False
         Whether the inertias of ``start`` are known, from bench tests, and held.
-    folds : int, default 5
-        Of the cross-validation.
 
     Returns
     -------
-    ModelChoice
-        The simplest model whose cross-validation error is within 2 % of the best, if Akaike's criterion
-        does not prefer a higher one by more than 10.
+    ResponseFit
+        Of the simplest model whose criterion is at most 30 above the least.
     """
-    fits, errors = {}, {}
-    for model in PARAMETERS:
-        rough = lumped_start(start, model)
-        fixed = {name: rough[name] for name in rough if inertias_known and name.endswith("inertia")}
-        fits[model] = fit_response(measured, model, rough, radius=radius, fixed=fixed)
-        errors[model] = _cross_validated(measured, fits[model], radius, folds)
-    best = min(errors.values())
-    least = min(fit.criterion for fit in fits.values())
-    # The mean of n squared errors of complex numbers has the relative standard error 1/sqrt(n).
-    within = best * (1.0 + 0.5 / np.sqrt(measured.frequency.size))
-    near = [m for m in fits if errors[m] <= within and fits[m].criterion <= least + MOST_AKAIKE]
-    chosen = min(near or [min(errors, key=lambda m: errors[m])], key=lambda m: len(fits[m].names))
-    listed = ", ".join(f"Model {m}: {errors[m]:.3g}" for m in sorted(errors))
-    alike = chosen in (2, 3) and not inertias_known
-    doubt = "; from the motor side Models 2 and 3 are equivalent unless inertias are known" if alike else ""
-    return ModelChoice(
-        chosen=chosen, fits=fits, cross_validation=errors, reason=f"errors on unseen lines: {listed}{doubt}"
-    )
-
-
-def lumped_start(start: Mapping[str, float], model: int) -> dict[str, float]:
-    """Start values of a model from those of Model 4."""
     motor, drive, load = (start[f"{name}_inertia"] for name in ("motor", "drive", "load"))
-    values = dict(start)
-    if model == 1:
-        values["inertia"] = motor + drive + load
-    elif model == 2:
-        values["load_inertia"] = drive + load
-    elif model == 3:
-        values["drive_inertia"] = motor + drive
-    return {name: values[name] for name in PARAMETERS[model]}
-
-
-def _cross_validated(measured: FrequencyResponse, fit: ResponseFit, radius: float, folds: int) -> float:
-    squares = 0.0
-    start = dict(zip(fit.names, fit.values, strict=True))
-    for fold in range(folds):
-        out = np.arange(measured.frequency.size) % folds == fold
-        left = measured.kept(out)
-        part = fit_response(measured.kept(~out), fit.model, start, radius=radius, fixed=fit.fixed)
-        values = fit.fixed | dict(zip(part.names, part.values, strict=True))
-        response = speed_response(chain_for(fit.model, values, radius), 2 * np.pi * left.frequency)
-        squares += float(np.sum(np.abs((response - left.response) / left.deviation) ** 2))
-    return float(np.sqrt(squares / measured.frequency.size))
+    lumps: dict[int, dict[str, float]] = {
+        1: {"inertia": motor + drive + load},
+        2: {"load_inertia": drive + load},
+        3: {"drive_inertia": motor + drive},
+        4: {},
+    }
+    fits = []
+    for model, lumped in lumps.items():
+        rough = {name: (dict(start) | lumped)[name] for name in PARAMETERS[model]}
+        fixed = {name: rough[name] for name in rough if inertias_known and name.endswith("inertia")}
+        fits.append(fit_response(measured, model, rough, radius=radius, fixed=fixed))
+    least = min(fit.criterion for fit in fits)
+    return min((fit for fit in fits if fit.criterion <= least + MOST_AKAIKE), key=lambda fit: len(fit.names))
 
 
 ALIASES, FEWEST_LINES = 60, 6

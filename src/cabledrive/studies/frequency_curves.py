@@ -1,20 +1,16 @@
-"""Natural frequencies against any figure of the drive, and figures fitted to measured peaks."""
+"""Natural frequencies against any figure of the drive."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cabledrive.modal import modes
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.studies.following import Follower, Station, crossings
-from cabledrive.studies.mode_map import coordinates_of, frequency_of_coordinate
-from cabledrive.studies.varied_drive import quantity_of, stamped, varied, varied_together
+from cabledrive.studies.varied_drive import quantity_of, stamped, varied
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,142 +118,3 @@ def _complete_path(follower: Follower, values: Array, modes: int) -> list[Statio
         f"a mode among the lowest {modes} starts above the lowest {curves} at the smallest value: "
         "narrow the range"
     )
-
-
-Keys = tuple[str, ...]
-
-COUNT = 4
-"""Modes of each kind among which that of a coordinate is looked for."""
-WIDEST = 3.0
-"""Largest factor by which a figure may leave that of the file."""
-LEAST_SINGULAR = 1e-3
-"""Of the sensitivity, relative to the largest, below which the peaks do not determine the figures."""
-_STEPS, _SETTLED, _STEP = 30, 1e-9, 1e-4
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FittedFigure:
-    """A figure of the machine as the peaks have it, in SI, with its 95 % interval."""
-
-    keys: Keys
-    unit: str
-    value: float
-    low: float
-    high: float
-    before: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PeakFit:
-    """Figures that bring computed frequencies to measured peaks."""
-
-    figures: tuple[FittedFigure, ...]
-    # measured, before, after: frequencies by coordinate [Hz]: the peaks, those of the file and those of the
-    # fit
-    measured: dict[str, float]
-    before: dict[str, float]
-    after: dict[str, float]
-    drive: RoutedDrive  # the machine with the fitted figures
-
-
-def fit_to_peaks(
-    drive: RoutedDrive,
-    peaks: Mapping[str, tuple[float, float]],
-    keys: Sequence[str | Keys],
-    *,
-    motor: str | None = None,
-) -> PeakFit:
-    """Fit figures of a machine to measured peaks, by Gauss-Newton on their logarithms.
-
-    ``peaks``: frequency and its standard error [Hz] by the coordinate that moves in that mode, such as
-    ``{"head.x": (86.2, 0.4)}``; ``keys``: figures that are fitted, of a tuple those that are alike. The
-    interval holds the errors of the peaks alone, not those of the other figures of the file.
-    """
-    groups = [(one,) if isinstance(one, str) else tuple(one) for one in keys]
-    names = tuple(peaks)
-    _check(drive, names, groups)
-    wanted = np.array([np.log(peaks[name][0]) for name in names])
-    errors = np.array([peaks[name][1] / peaks[name][0] for name in names])
-    start = np.array([_figure(drive, group[0]) for group in groups])
-
-    def _at(factors: Array) -> RoutedDrive:
-        values = zip(groups, start * np.exp(factors), strict=True)
-        return varied_together(drive, {key: float(v) for group, v in values for key in group})
-
-    def _logs(factors: Array) -> Array:
-        return np.log(_frequencies(_at(factors), names, motor))
-
-    factors = np.zeros(len(groups))
-    for _ in range(_STEPS):
-        own = _logs(factors)
-        columns = [(_logs(factors + _STEP * unit) - own) / _STEP for unit in np.eye(factors.size)]
-        slope = np.array(columns).T / errors[:, None]
-        values = np.linalg.svd(slope, compute_uv=False)
-        if values[-1] < LEAST_SINGULAR * values[0]:
-            shown = " and ".join(group[0] for group in groups)
-            raise NotComputed(f"the peaks do not determine {shown}: fit fewer figures, or give more peaks")
-        step = np.linalg.lstsq(slope, (wanted - own) / errors, rcond=None)[0]
-        factors = factors + np.clip(step, -0.3, 0.3)
-        if np.abs(factors).max() > np.log(WIDEST):
-            raise NotComputed(
-                f"the peaks need a figure more than {WIDEST:g} times off that of the file: check which mode "
-                "each peak is"
-            )
-        if np.abs(step).max() < _SETTLED:
-            break
-    else:
-        raise NotComputed(f"the fit to the peaks has not settled in {_STEPS} steps")
-    half = 1.959964 * np.sqrt(np.diag(np.linalg.inv(slope.T @ slope)))
-    found = _at(factors)
-    return PeakFit(
-        figures=tuple(
-            FittedFigure(
-                keys=group,
-                unit=quantity_of(drive, group[0])[0],
-                value=float(first * np.exp(f)),
-                low=float(first * np.exp(f - h)),
-                high=float(first * np.exp(f + h)),
-                before=float(first),
-            )
-            for group, first, f, h in zip(groups, start, factors, half, strict=True)
-        ),
-        measured={name: peaks[name][0] for name in names},
-        before=dict(zip(names, _frequencies(drive, names, motor).tolist(), strict=True)),
-        after=dict(zip(names, _frequencies(found, names, motor).tolist(), strict=True)),
-        drive=found,
-    )
-
-
-def _check(drive: RoutedDrive | Drive, names: Keys, groups: Sequence[Keys]) -> None:
-    if not isinstance(drive, RoutedDrive):
-        raise InputRefused('peaks are fitted on machines of kind "route", whose coordinates have names')
-    known = coordinates_of(drive)
-    for name in names:
-        if name not in known:
-            raise InputRefused(f'peak "{name[:60]}" is no coordinate: take {", ".join(known)}')
-    if not groups or len(groups) > len(names):
-        raise InputRefused(f"{len(names)} peaks for {len(groups)} figures: give as many peaks at least")
-
-
-def _figure(drive: RoutedDrive, key: str) -> float:
-    """Value of a figure in the file, in SI."""
-    table: object = drive
-    for step in key.split("."):
-        if isinstance(table, tuple):
-            named = [getattr(part, "name", "") or getattr(part, "pulley", "") for part in table]
-            table = table[int(step) if step.isdecimal() else named.index(step)]
-        else:
-            table = getattr(table, {"axial_rigidity": "given_rigidity"}.get(step, step))
-    if not isinstance(table, int | float):
-        raise InputRefused(f'"{key}" has no value in the file to begin with: state it')
-    return float(table)
-
-
-def _frequencies(drive: RoutedDrive, names: Keys, motor: str | None) -> Array:
-    """Frequencies of the modes of some coordinates [Hz]."""
-    found = modes(drive, count=COUNT, motor=motor)
-    values = np.array([frequency_of_coordinate(found, name) for name in names])
-    if np.isnan(values).any():
-        missing = names[int(np.argmax(np.isnan(values)))]
-        raise NotComputed(f"none of the first {COUNT} modes of each kind moves {missing}")
-    return values
