@@ -12,11 +12,10 @@ import pytest
 from scipy.signal import StateSpace, lsim
 
 from cabledrive.control.load_torque import carried
-from cabledrive.control.momentum_sum import estimate_motor
 from cabledrive.control.observer_kernels import whitening
 from cabledrive.control.observers import QUIET, Sampling, kalman_filter
 from cabledrive.control.reference import flat_output, flat_reference, joint_motion
-from cabledrive.control.regression import estimate_load, filtered
+from cabledrive.control.regression import estimate_load, estimate_motor, filtered
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, model, row_of

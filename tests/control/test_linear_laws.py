@@ -4,9 +4,16 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from cabledrive.control.hinf import MARGIN, hinf_gain, problem
 from cabledrive.control.law_kernels import adapt, linear_command, reference_model_command
-from cabledrive.control.linear_laws import l1_law, lq_law, lqi_law, reference_model_law
+from cabledrive.control.linear_laws import (
+    MARGIN,
+    hinf_gain,
+    l1_law,
+    lq_law,
+    lqi_law,
+    problem,
+    reference_model_law,
+)
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.reduction.lumped_chain import state_space
 from control_chains import INTERVAL, model, row_of, state_of

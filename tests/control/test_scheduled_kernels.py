@@ -6,6 +6,14 @@ import pytest
 from cabledrive.control.controller_kernels import new_target_state, start_target, target_step
 from cabledrive.control.law_kernels import learn_from_innovations, learning_command, reference_model_command
 from cabledrive.control.linear_laws import pd_law
+from cabledrive.control.load_schedule import (
+    ScheduledLaw,
+    correct_by_load,
+    grid_place,
+    place_in,
+    row_at,
+    scheduled_step,
+)
 from cabledrive.control.numbers import (
     BY_LOAD,
     GAIN,
@@ -19,14 +27,6 @@ from cabledrive.control.numbers import (
 )
 from cabledrive.control.observer_kernels import gain_schedule
 from cabledrive.control.observers import Sampling, kalman_filter
-from cabledrive.control.schedule_kernels import (
-    ScheduledLaw,
-    correct_by_load,
-    grid_place,
-    place_in,
-    row_at,
-    scheduled_step,
-)
 from cabledrive.export.translation.source import interpreted
 from control_chains import INTERVAL, model
 

@@ -5,8 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import lsq_linear
 
-from cabledrive.control.position_bound import place_answers
-from cabledrive.control.tension_position import PREFERENCE, TensionGains, allocate, first_state, step
+from cabledrive.control.tension_position import (
+    PREFERENCE,
+    TensionGains,
+    allocate,
+    first_state,
+    place_answers,
+    step,
+)
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 
 PAIR = TwoMotors(  # a mass on a rail between two winches 8 m apart

@@ -1,7 +1,7 @@
 """The plants of the rig: inertias with friction that sticks, many of them, and the distributed cable.
 
 Compiled modules under test: cabledrive.rig.closed_loop.chain_kernels,
-cabledrive.rig.closed_loop.cable_kernels,
+cabledrive.rig.closed_loop.cable_plant,
 cabledrive.rig.closed_loop.loop_numbers.
 """
 

@@ -1,6 +1,6 @@
 """The transporter: its model against certified modes, its plant against the model, its laws compared.
 
-Compiled modules under test: cabledrive.control.schedule_kernels,
+Compiled modules under test: cabledrive.control.load_schedule,
 cabledrive.rig.carriage.transporter_kernels.
 """
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.control.schedule_kernels import scheduled_step
+from cabledrive.control.load_schedule import scheduled_step
 from cabledrive.control.transporter import (
     OBSERVED,
     STATES,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.control.law_kernels import law_step
+from cabledrive.control.load_schedule import announced_load, correct_by_load, predict_by_load
 from cabledrive.control.numbers import (
     SCHEDULED,
     ControllerState,
@@ -24,7 +25,6 @@ from cabledrive.control.numbers import (
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.reference import MotionNumbers, ReferenceNumbers, ReferenceState
 from cabledrive.control.reference_kernels import reference_row
-from cabledrive.control.schedule_kernels import announced_load, correct_by_load, predict_by_load
 from cabledrive.mechanics.compiled import njit_part
 from cabledrive.parameters.arrays import Array
 

@@ -8,6 +8,7 @@ laws with a memory take, is ``c.held[1]``.
 from math import isfinite, tanh
 
 from cabledrive.control.backstepping_recursion import backstepping_steps, parts_of, signal_count
+from cabledrive.control.load_schedule import scheduled_command
 from cabledrive.control.numbers import (
     BY_REFERENCE,
     DARC,
@@ -27,7 +28,6 @@ from cabledrive.control.numbers import (
     ControllerState,
     LawNumbers,
 )
-from cabledrive.control.schedule_kernels import scheduled_command
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters.arrays import Array
 

@@ -3,10 +3,17 @@ r"""Numbers of a law and a filter whose gains are scheduled by an announced load
 With f the load over the one that the law is made for, the points of the grid lie evenly in :math:`1/f`: the
 motion of the chain over a sample is :math:`\exp(h(A_0 + A_1/f))`, so that a filter's model interpolated in
 :math:`1/f` is off by the square of a step times that of h times a frequency of the chain.
+
+Compiled steps of laws and observers whose numbers go by an announced load or by the position.
+
+The load is a factor of the inertia that the law is made for. Between two points of the grid numbers are
+interpolated in one over that factor, in which the motion of a chain over a sample is all but linear.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isfinite, tanh
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,11 +25,12 @@ from cabledrive.control.numbers import (
     LINEAR,
     LOW,
     SCHEDULED,
+    ControllerState,
     LawNumbers,
     ObserverNumbers,
     learning_table,
 )
-from cabledrive.control.schedule_kernels import grid_place
+from cabledrive.mechanics.compiled import njit, njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -110,3 +118,156 @@ def filter_at(observer: ObserverNumbers, load: float) -> ObserverNumbers:
         gains=_between(observer.gains, first, step, load)[None],
         scalars=observer.scalars[:9].copy(),
     )
+
+
+@njit_in_place
+def announced_load(law: LawNumbers, reference: Array, k: int) -> float:
+    """Factor of the load that row k announces; beyond the range of the design its nearer end."""
+    told = reference[k, reference.shape[1] - 1]
+    return min(max(told, law.learning[LOW, 0]), law.learning[HIGH, 0])
+
+
+@njit_in_place
+def grid_place(first: float, step: float, count: int, told: float) -> float:
+    """Place of a load among the points of the grid, from 0 to count - 1."""
+    return min(max((1.0 / told - first) / step, 0.0), count - 1.0)
+
+
+@njit_in_place
+def row_at(rows: Array, place: float, j: int) -> float:
+    """Entry j of the rows of the grid, interpolated."""
+    cell = min(int(place), rows.shape[0] - 2)
+    share = place - cell
+    return (1.0 - share) * rows[cell, j] + share * rows[cell + 1, j]
+
+
+@njit_in_place
+def scheduled_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
+    """Command and error of the load, about the states and the torque that the announced load asks for.
+
+    ``c.parameters`` begins with that load. The memory is a torque, not a sum of errors: another gain of the
+    integral does not make it jump. Row k of the reference: wanted states,
+    torque without friction, what either adds for each further load, the load.
+    """
+    rows, states, n2 = law.rows, c.states, c.states.size
+    told = c.parameters[0]
+    beyond = told - 1.0
+    place = grid_place(law.scalars[1], law.scalars[2], rows.shape[0], told)
+    speed = reference[k, n2 // 2] + beyond * reference[k, n2 + 1 + n2 // 2]
+    u = c.memory[0] + reference[k, n2] + beyond * reference[k, 2 * n2 + 1]
+    u += law.scalars[3] * tanh(law.scalars[4] * speed)
+    load = 0.0
+    for j in range(n2):
+        e = states[j] - reference[k, j] - beyond * reference[k, n2 + 1 + j]
+        u += row_at(rows, place, 1 + j) * e
+        if j == n2 // 2 - 1:
+            load = e
+    c.memory[0] += row_at(rows, place, 0) * law.matrix[0, n2 // 2] * load
+    return u, load
+
+
+@njit_part
+def correct_by_load(
+    observer: ObserverNumbers, told: float, estimate: Array, readings: Array, states: Array, scratch: Array
+) -> None:
+    """Take in the readings of a sample with the gain of the announced load; as `correct` of the observers."""
+    chosen, output, gains, scalars = observer.chosen, observer.output, observer.gains, observer.scalars
+    m = readings.size
+    for j in range(m):
+        if not isfinite(readings[j]):
+            for i in range(states.size):
+                states[i] = readings[j]
+            return
+    place = grid_place(scalars[9], scalars[10], gains.shape[0], told)
+    cell = min(int(place), gains.shape[0] - 2)
+    share = place - cell
+    for j in range(m):
+        predicted = 0.0
+        for i in range(estimate.size):
+            predicted += output[j, i] * estimate[i]
+        scratch[j] = readings[j] - predicted
+    for i in range(estimate.size):
+        for j in range(m):
+            gain = (1.0 - share) * gains[cell, i, j] + share * gains[cell + 1, i, j]
+            estimate[i] += gain * scratch[j]
+    for i in range(states.size):
+        states[i] = estimate[chosen[i]]
+
+
+@njit_part
+def predict_by_load(
+    observer: ObserverNumbers, told: float, estimate: Array, held: Array, commands: Array, fresh: Array
+) -> None:
+    """Carry the filter to the next sample with the announced load's model; as `predict` of the observers."""
+    model, scalars, n = observer.model, observer.scalars, estimate.size
+    before, after, count = commands[0], commands[1], model.shape[0] // n
+    place = grid_place(scalars[9], scalars[10], count, told)
+    cell = min(int(place), count - 2)
+    share = place - cell
+    torque = held[0]
+    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[observer.places[0]])
+    for i in range(n):
+        low, high = cell * n + i, (cell + 1) * n + i
+        one = model[low, n] * torque + model[low, n + 1] * before
+        one += model[low, n + 2] * after + model[low, n + 3] * load
+        other = model[high, n] * torque + model[high, n + 1] * before
+        other += model[high, n + 2] * after + model[high, n + 3] * load
+        for j in range(n):
+            one += model[low, j] * estimate[j]
+            other += model[high, j] * estimate[j]
+        fresh[i] = (1.0 - share) * one + share * other
+    for i in range(n):
+        estimate[i] = fresh[i]
+    held[0] = scalars[2] * torque + scalars[3] * before + scalars[4] * after
+
+
+class ScheduledLaw(NamedTuple):
+    """Tables over the positions of the carriage, as the compiled step takes them."""
+
+    grid: Array  # (3,): first position, spacing, start of the carriage [m]
+    feedback: Array  # (positions, 8): force per error of the states
+    correction: Array  # (positions, 10, 2): of the observer's states by the errors of the two encoders
+    transition: Array  # (positions, 10, 10): over one sample
+    drive: Array  # (positions, 10): by a force on the motor
+    limit: float  # largest force [N]
+
+
+@njit
+def place_in(grid_start: float, spacing: float, count: int, position: float) -> tuple[int, float]:
+    """Interval of the table and the share of it that a position lies in; held at the ends."""
+    share = (position - grid_start) / spacing
+    share = min(max(share, 0.0), count - 1.0)
+    low = min(int(share), count - 2)
+    return low, share - low
+
+
+@njit
+def scheduled_step(
+    law: ScheduledLaw, estimate: Array, readings: Array, reference: Array, k: int, fresh: Array
+) -> float:
+    """One sample: the observer takes in the readings, the law acts, the observer goes on; returns the force.
+
+    ``reference[k]``: states, force, friction in it.
+    """
+    grid, feedback, correction, transition, drive, limit = law
+    n, m, states = estimate.size, readings.size, feedback.shape[1]
+    low, share = place_in(grid[0], grid[1], feedback.shape[0], grid[2] + estimate[1])
+    for i in range(n):
+        value = estimate[i]
+        for j in range(m):
+            gain = correction[low, i, j] + share * (correction[low + 1, i, j] - correction[low, i, j])
+            value += gain * (readings[j] - estimate[2 * j])
+        fresh[i] = value
+    force = reference[k, states]
+    for i in range(states):
+        gain = feedback[low, i] + share * (feedback[low + 1, i] - feedback[low, i])
+        force -= gain * (fresh[i] - reference[k, i])
+    force = min(max(force, -limit), limit)
+    net = force - reference[k, states + 1]
+    for i in range(n):
+        value = (drive[low, i] + share * (drive[low + 1, i] - drive[low, i])) * net
+        for j in range(n):
+            part = transition[low, i, j] + share * (transition[low + 1, i, j] - transition[low, i, j])
+            value += part * fresh[j]
+        estimate[i] = value
+    return force

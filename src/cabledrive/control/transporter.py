@@ -16,8 +16,8 @@ from math import exp, pi, sqrt
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
+from cabledrive.control.load_schedule import ScheduledLaw
 from cabledrive.control.reference import lagged
-from cabledrive.control.schedule_kernels import ScheduledLaw
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.transporter import (

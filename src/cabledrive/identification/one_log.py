@@ -15,9 +15,8 @@ from cabledrive.identification.axis.equation import FILTERS, FRICTIONS, PRINTED_
 from cabledrive.identification.axis.timing import TIMINGS
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
-from cabledrive.identification.logs.log import DataReport, Log
+from cabledrive.identification.logs.log import BLOCK_ROWS, DataReport, Log
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log, open_log, read_log
-from cabledrive.identification.logs.table import BLOCK_ROWS
 from cabledrive.identification.regression import Factors, factor, joined, merged, suited_segments
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia

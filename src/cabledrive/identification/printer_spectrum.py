@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
+from cabledrive.identification.logs.log import Table
 from cabledrive.identification.logs.reading import open_table
-from cabledrive.identification.logs.table import Table
 from cabledrive.identification.logs.time_check import check_time
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Any
 
-from cabledrive.identification.logs.table import Table
+from cabledrive.identification.logs.log import Table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, table_of, whole_of

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.table import (
+from cabledrive.identification.logs.log import (
     BLOCK_ROWS,
     LARGEST_CHUNK,
     LARGEST_IN_MEMORY,

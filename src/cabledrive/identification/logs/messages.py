@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.table import (
+from cabledrive.identification.logs.log import (
     Reading,
     Table,
     require_fitting,

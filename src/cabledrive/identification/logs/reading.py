@@ -22,16 +22,17 @@ from cabledrive.identification.logs.column_map import (
     recognised_columns,
 )
 from cabledrive.identification.logs.hierarchical import open_matlab, open_netcdf
-from cabledrive.identification.logs.log import DataReport, Log
-from cabledrive.identification.logs.messages import open_mcap, open_rosbag
-from cabledrive.identification.logs.table import (
+from cabledrive.identification.logs.log import (
     BLOCK_ROWS,
     LARGEST_UNPACKED,
     Blocks,
+    DataReport,
+    Log,
     Reading,
     Table,
     floats_of,
 )
+from cabledrive.identification.logs.messages import open_mcap, open_rosbag
 from cabledrive.identification.logs.text import open_delimited
 from cabledrive.identification.logs.time_check import check_time
 from cabledrive.parameters import InputRefused

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.column_map import name_and_unit, recognise
-from cabledrive.identification.logs.table import Blocks, Reading, Table, floats_of
+from cabledrive.identification.logs.log import Blocks, Reading, Table, floats_of
 from cabledrive.parameters import InputRefused
 
 SAMPLE_BYTES = 1 << 18

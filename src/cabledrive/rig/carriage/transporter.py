@@ -6,7 +6,7 @@ from math import inf, isfinite, pi
 
 import numpy as np
 
-from cabledrive.control.schedule_kernels import ScheduledLaw
+from cabledrive.control.load_schedule import ScheduledLaw
 from cabledrive.control.transporter import (
     OBSERVED,
     STATES,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.schedule_kernels import ScheduledLaw, scheduled_step
+from cabledrive.control.load_schedule import ScheduledLaw, scheduled_step
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters.arrays import Array
 

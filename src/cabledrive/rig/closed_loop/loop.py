@@ -13,8 +13,7 @@ from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
-from cabledrive.rig.closed_loop.cable_kernels import run_cable
-from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, drive_like
+from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, drive_like, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
 from cabledrive.rig.closed_loop.chain_plant import (
     Pair,

@@ -14,8 +14,7 @@ from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
-from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
-from cabledrive.rig.closed_loop.cable_plant import cable_run
+from cabledrive.rig.closed_loop.cable_plant import cable_ends, cable_run, move_cable
 from cabledrive.rig.closed_loop.chain_kernels import VIEW, move_chain, see_chain
 from cabledrive.rig.closed_loop.loop_numbers import (
     DIVERGED,

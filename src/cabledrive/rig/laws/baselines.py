@@ -13,11 +13,11 @@ import numpy as np
 from cabledrive.control.backstepping import chain_generator, chain_numbers, chain_reference
 from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.darc import printed_bounds
-from cabledrive.control.hinf import hinf_law
 from cabledrive.control.linear_laws import (
     FRICTION_SLOPE,
     feedforward,
     feedforward_generator,
+    hinf_law,
     l1_law,
     lq_law,
     lq_torque,

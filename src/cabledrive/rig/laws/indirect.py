@@ -7,9 +7,14 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.darc import Bounds, printed_bounds
-from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estimate_motor
 from cabledrive.control.observers import Sampling
-from cabledrive.control.regression import LoadEstimate, estimate_load
+from cabledrive.control.regression import (
+    LoadEstimate,
+    MotorEstimate,
+    acting_torque,
+    estimate_load,
+    estimate_motor,
+)
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, Run, run

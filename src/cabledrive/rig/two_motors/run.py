@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.position_bound import place_answers, place_bound
-from cabledrive.control.tension_position import first_state
+from cabledrive.control.tension_position import first_state, place_answers, place_bound
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
