@@ -187,7 +187,7 @@ def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, mo
     names = {"np": np}
     for module in ("rig.laws.baselines", "rig.laws.registry", "identification.logs.column_map"):
         names |= vars(importlib.import_module(f"cabledrive.{module}"))
-    for module in ("identification.logs.table", "identification.logs.reading", "app.commands.track"):
+    for module in ("identification.logs.log", "identification.logs.reading", "app.commands.track"):
         names |= vars(importlib.import_module(f"cabledrive.{module}"))
     names |= vars(importlib.import_module("cabledrive.app.options"))
     monkeypatch.setitem(names["CONTROLLERS"], "stiff-pd", None)
