@@ -1,26 +1,25 @@
 """What `resonance` and `check` say of a machine with routes and of a planned motion."""
 
 from dataclasses import replace
-from math import degrees, pi
 from typing import Any
 
 import numpy as np
 
-from cabledrive.app.results import Absent, Answer, provenance, row, side_by_side
+from cabledrive.app.resonance_answer import indented
+from cabledrive.app.results import Absent, Answer, figures, provenance, row
 from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.report.blocks import table_text
+from cabledrive.report.machine.data import figures_table
+from cabledrive.report.machine.tables import margins_tables, pairs_table
+from cabledrive.report.typesetting import quantity
 from cabledrive.studies.alarm import AlarmResult
-from cabledrive.studies.motion_margins import (
-    TEETH,
-    MotionMargins,
-    PulleyMargin,
-    motion_margins,
-)
+from cabledrive.studies.motion_margins import TEETH, MotionMargins, PulleyMargin, motion_margins
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
 from cabledrive.studies.planned_motion import read_motion
-from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION, STATE_ONE
+from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION
 from cabledrive.studies.route_alarm import route_alarm
 from cabledrive.studies.route_pairs import RoutePair, RouteResonance, route_resonance
 from cabledrive.studies.route_path import Passage
@@ -44,8 +43,6 @@ def alarm_data(judged: AlarmResult) -> dict[str, Any]:
 
 def alarm_text(judged: AlarmResult) -> str:
     """The verdict on a motion for people, with the three largest modes."""
-    from cabledrive.report.typesetting import quantity
-
     lines = [f"motion: {judged.verdict}", *(f"  {reason}" for reason in judged.reasons)]
     if judged.remedy != "none needed":
         lines.append(f"  {judged.remedy}")
@@ -83,16 +80,12 @@ def route_resonance_answer(
         if found.verdict == NO_EXCITATION:
             of_motion = f"of the planned motion: {judged.reasons[0]}"
             found = replace(found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion,))
-    data = row(
-        found,
-        "frequency_ratio longitudinal_hz nearest_span threshold_torque detuning verdict reasons torque motor "
-        "certified warnings=left_out",
-        threshold_torque="no pair that the first motor excites is near",
-        torque=STATE_ONE,
+    data = figures(found) | row(
+        found, "nearest_span detuning verdict reasons motor certified warnings=left_out"
     )
     data["tuned_pretension"] = Absent(reason="on a machine with routes the tensions follow from statics")
     data["pairs"] = [_row(pair) for pair in found.pairs]
-    text = _text(drive, found, data)
+    text = _text(drive, found)
     if judged is not None:
         near = [row(one, PASSAGE) for one in judged.passages[:MOST_PASSAGES]]
         data["motion"] = alarm_data(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
@@ -108,31 +101,15 @@ def _row(pair: RoutePair) -> dict[str, Any]:
     return found | {"transverse_hz": first} | ({"second_transverse_hz": second} if pair.kind == SUM else {})
 
 
-def _text(drive: RoutedDrive, found: RouteResonance, data: dict[str, Any]) -> str:
-    from cabledrive.report.typesetting import quantity
-
-    head = ("longitudinal [Hz]", "transverse [Hz]", "detuning [Hz]", "threshold")
-    widths = (18, 24, 15, 14)
-    lines = [
-        f"{drive.title or drive.name}",
-        f"Verdict: {data['verdict']}; {data['reasons'][0]}.",
-        f"Frequency ratio {found.frequency_ratio:.4g}: first transverse mode of {found.nearest_span} over "
-        f"the longitudinal mode of {found.longitudinal_hz:.6g} Hz; motor {found.motor}.",
-        "",
-        "".join(f"{word:>{width}}" for word, width in zip(head, widths, strict=True)) + "  kind  span, plane",
-    ]
-    for pair in found.pairs[:LISTED]:
-        both = f"{pair.transverse_hz[0]:.6g}"
-        both += "" if pair.kind == ONE_TO_TWO else f" + {pair.transverse_hz[1]:.6g}"
-        threshold = "none" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m")
-        numbers = f"{pair.longitudinal_hz:>18.6g}{both:>24}{pair.detuning_hz:>15.4g}{threshold:>14}"
-        lines.append(f"{numbers}  {pair.kind:<4}  {pair.span}, {pair.plane}")
-    if not found.pairs:
-        lines.append("No pair lies within 10 % (1:2) or 5 % (sum) of resonance.")
-    elif len(found.pairs) > LISTED:
-        lines.append(f"and {len(found.pairs) - LISTED} more with higher thresholds.")
-    left_out = (words[0].upper() + words[1:] + "." for words in data["warnings"])
-    return "\n".join([*lines, "", *left_out])
+def _text(drive: RoutedDrive, found: RouteResonance) -> str:
+    pairs = pairs_table(found, LISTED)
+    none = "No pair lies within 10 % (1:2) or 5 % (sum) of resonance."
+    head = (drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons))
+    motor = f"Motor {found.motor}; nearest is the first transverse mode of {found.nearest_span}."
+    left_out = (words[0].upper() + words[1:] + "." for words in found.left_out)
+    figures_ = table_text(figures_table(found, ""))
+    parts = ("\n".join(head), figures_, motor, none if pairs is None else table_text(pairs), *left_out)
+    return "\n\n".join(parts)
 
 
 def _passage_line(one: Passage) -> str:
@@ -156,7 +133,18 @@ def with_margins(answer: Answer, drive: Drive | RoutedDrive, file: str) -> Answe
         wraps = {named.name: own.wrap_angle for named, own in pulleys if own.wrap_angle is not None}
         found = motion_margins(machine, motion.of_two_pulleys(), wraps=wraps)
     data: dict[str, Any] = {**answer.data, "motion": _data(found)}
-    return replace(answer, data=data, text="\n\n".join([answer.text, *_margins_text(found)]))
+    return replace(
+        answer,
+        data=data,
+        text="\n\n".join(
+            [
+                answer.text,
+                "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)]),
+                *(table_text(one) for one in margins_tables(found)),
+                "\n".join(f"Assumes: {words}." for words in found.assumptions),
+            ]
+        ),
+    )
 
 
 NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"
@@ -200,65 +188,3 @@ def _pulley(own: PulleyMargin) -> dict[str, Any]:
         allowed_tension=NO_STRENGTH,
         capstan_friction="no capstan_friction in the file",
     )
-
-
-def _margins_text(found: MotionMargins) -> list[str]:
-    head = f"Planned motion: {found.verdict}"
-    return [
-        "\n".join([head, *(f"  {reason}" for reason in found.reasons)]),
-        side_by_side(
-            ("span", "at rest [N]", "without vibration [N]", "with vibration [N]", "safety"),
-            [
-                (
-                    own.name,
-                    _both(own.rest),
-                    _both(own.even),
-                    _both(own.tension),
-                    "" if own.safety_factor is None else f"{own.safety_factor:.3g}",
-                )
-                for own in found.spans
-            ],
-        ),
-        side_by_side(
-            ("pulley", "wrap [deg]", "needed", "holds", "margin", "verdict"),
-            [
-                (
-                    own.name,
-                    f"{degrees(own.wrap):.4g}",
-                    *_needed(own),
-                    "" if own.margin is None else f"{own.margin:.3g}",
-                    own.verdict,
-                )
-                for own in found.pulleys
-            ],
-        ),
-        side_by_side(
-            ("motor", "peak [N m]", "rms [N m]", "limit [N m]", "peak [rpm]", "verdict"),
-            [
-                (
-                    own.name,
-                    f"{own.peak_torque:.4g}",
-                    f"{own.rms_torque:.4g}",
-                    "" if own.torque_limit is None else f"{own.torque_limit:.4g}",
-                    f"{30.0 / pi * own.peak_speed:.4g}",
-                    own.verdict,
-                )
-                for own in found.motors
-            ],
-        ),
-        "\n".join(f"Assumes: {words}." for words in found.assumptions),
-    ]
-
-
-def _needed(own: PulleyMargin) -> tuple[str, str]:
-    """What a pulley must transmit and what it holds."""
-    if own.by == TEETH:
-        allowed = "" if own.allowed is None else f"{own.allowed:.4g} N"
-        return f"{own.effective_tension:.4g} N", f"{allowed} on {own.teeth_in_mesh} teeth"
-    need = "slips" if own.needed_friction is None else f"friction {own.needed_friction:.3g}"
-    return need, "" if own.capstan_friction is None else f"{own.capstan_friction:.3g}"
-
-
-def _both(values: tuple[float, float]) -> str:
-    low, high = (f"{value:.5g}" for value in values)
-    return low if low == high else f"{low} to {high}"

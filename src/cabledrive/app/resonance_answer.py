@@ -1,22 +1,25 @@
 """What `cabledrive resonance` answers: for programs and for people."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from cabledrive.app.results import Absent, known, row
+from cabledrive.app.results import Absent, figures, known, row
 from cabledrive.mechanics.warnings import largest_pretension, warnings_of_rest
-from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
-from cabledrive.studies.pair_thresholds import SUM, CoupledPair
+from cabledrive.report.blocks import table_text
+from cabledrive.report.machine.data import figures_table
+from cabledrive.report.machine.tables import own_pair, pairs_table
+from cabledrive.report.typesetting import quantity
+from cabledrive.studies.pair_thresholds import SUM
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance_remedies import Remedy, sensitivity
 from cabledrive.studies.steady_motion import SteadyBranch
 
 LISTED = 6
-NUMBERS = ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning")
 
 
 def resonance_data(
@@ -24,14 +27,7 @@ def resonance_data(
 ) -> dict[str, Any]:
     """The summary as JSON gives it, SI, Hz where the key says so; under a torque on the load [N m]."""
     instability = found.instability
-    data: dict[str, Any] = {name: _number(found, name) for name in NUMBERS}
-    data |= {"verdict": found.verdict, "reasons": found.reasons, "torque": found.torque}
-    data |= {"pulley_frequency_hz": _number(found, "pulley_frequency")}
-    data |= {
-        "threshold_torque_at_own_pretension": _number(found, "threshold_here"),
-        "tenfold_growth_torque": _number(found, "growth_torque"),
-        "coulomb_onset_torque": _number(found, "coulomb_onset"),
-    }
+    data = figures(found, found.missing) | {"verdict": found.verdict, "reasons": found.reasons}
     if instability is not None:
         data["instability_region"] = {
             "detuning_hz": instability.distance / (2 * np.pi),
@@ -63,19 +59,12 @@ def _pairs_data(found: ResonanceSummary) -> list[dict[str, Any]]:
         made |= {"number": pair.numbers[0], "transverse_hz": first}
         if pair.kind == SUM:
             made |= {"second_number": pair.numbers[1], "second_transverse_hz": second}
-        own = next((own for own in found.pairs if _same(own, pair)), None)
+        own = own_pair(found.pairs, pair)
         if own is not None:
             names = "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension"
             made |= row(own, names, tuned_pretension=own.reason)
         rows.append(made)
     return rows
-
-
-def _same(own: Pair, pair: CoupledPair) -> bool:
-    """Whether two records are of one mode of one section beside the pulley mode."""
-    ends = all(abs(a - b) <= 1e-9 * pair.section[1] for a, b in zip(own.section, pair.section, strict=True))
-    pulley = abs(pair.longitudinal_hz / own.pulley_frequency - 1.0) < 1e-9
-    return pair.kind != SUM and pulley and ends and own.span == pair.span and own.number == pair.numbers[0]
 
 
 def _sensitivity_data(drive: Drive, torque: float, load_torque: float) -> dict[str, float]:
@@ -106,8 +95,6 @@ def branch_data(branch: SteadyBranch) -> dict[str, Any]:
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
     """Branches of steady motion for people. ``torque``: where amplitudes are given [N m]."""
-    from cabledrive.report.typesetting import quantity
-
     lines = [f"steady motion under {quantity(torque, 'N m')}:"]
     for branch in branches:
         onset = "" if branch.onset is None else f", from {quantity(branch.onset, 'N m')} on"
@@ -126,74 +113,29 @@ def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
     return "\n".join(lines if branches else [*lines, "  only the state of rest"])
 
 
-def _number(found: ResonanceSummary, name: str) -> Any:
-    why = found.missing.get(name, "the spans go slack before any torque does this")
-    return known(getattr(found, name), why)
-
-
 def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> str:
     """The summary for people."""
-    from cabledrive.report.typesetting import quantity
-
-    lines = [
-        drive.title or drive.name,
-        "",
-        f"verdict: {found.verdict}",
-        *(f"  {reason}" for reason in found.reasons),
+    parts = [
+        "\n".join((drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons)))
     ]
-    named = (
-        ("frequency ratio", found.frequency_ratio, "1"),
-        ("detuning, ratio - 1/2", found.detuning, "1"),
-        ("pulley mode", found.pulley_frequency, "Hz"),
-        ("tuned pretension", found.tuned_pretension, "N"),
-        ("threshold torque, tuned", found.threshold_torque, "N m"),
-        ("threshold torque, as given", found.threshold_here, "N m"),
-        ("tenfold growth in 1 s, tuned", found.growth_torque, "N m"),
-        ("no growth below (Coulomb)", found.coulomb_onset, "N m"),
-        ("torque of these figures", found.torque, "N m"),
-    )
-    lines += ["", *(f"{label:<30}{_shown(value, unit, quantity)}" for label, value, unit in named)]
-    if found.pairs:
-        lines += ["", "pairs with the pulley mode:"]
-        for pair in found.pairs:
-            if not _listed(pair, found.pairs):
-                continue
-            tuned = _shown(pair.tuned_pretension, "N", quantity)
-            if (pair.tuned_pretension or 0.0) > largest_pretension(drive):
-                tuned += ", beyond the cable's elastic range"
-            where = f"{pair.span}, {pair.section[0]:.4g} to {pair.section[1]:.4g} m, m = {pair.number}"
-            lines.append(f"  {where:<32} ratio {pair.ratio:.4f}   tuned at {tuned}")
-        lines += ["", "thresholds, lowest first:", *_threshold_lines(found, quantity)]
+    parts.append(table_text(figures_table(found, "")))
+    if (pairs := pairs_table(found, LISTED)) is not None:
+        parts.append(table_text(pairs))
+    if any((pair.tuned_pretension or 0.0) > largest_pretension(drive) for pair in found.pairs):
+        parts.append(f"Beyond {quantity(largest_pretension(drive), 'N')} the cable leaves its elastic range.")
     if found.split:
-        tuned = ", ".join(f"{span} {_shown(value, 'N', quantity)}" for span, value in found.split.items())
-        lines += ["", f"under the steady load each span is tuned at its own pretension: {tuned}"]
+        tuned = (f"{span} {'-' if v is None else quantity(v, 'N')}" for span, v in found.split.items())
+        parts.append(f"under the steady load each span is tuned at its own pretension: {', '.join(tuned)}")
     if changes:
-        lines += ["", "changes that make it safe, each alone:"]
-        lines += [f"  {change.text}" for change in changes if change.enough] or ["  none found"]
-        lines += [f"  {change.text}" for change in changes if not change.enough]
-    lines += [f"Warning: {line}." for line in warnings_of_rest(drive)]
-    return "\n".join(lines)
+        enough = [change.text for change in changes if change.enough] or ["none found"]
+        others = [change.text for change in changes if not change.enough]
+        lines = ("changes that make it safe, each alone:", *indented((*enough, *others)))
+        parts.append("\n".join(lines))
+    if warnings := warnings_of_rest(drive):
+        parts.append("\n".join(f"Warning: {line}." for line in warnings))
+    return "\n\n".join(parts)
 
 
-def _listed(pair: Pair, pairs: tuple[Pair, ...]) -> bool:
-    """Whether the text lists a pair: the lowest of each section, and the nearest to 1:2."""
-    own = [other for other in pairs if (other.span, other.section) == (pair.span, pair.section)]
-    return pair.number <= 3 or pair is min(own, key=lambda other: abs(other.detuning))
-
-
-def _threshold_lines(found: ResonanceSummary, quantity: Any) -> list[str]:
-    """The pairs that the least torque excites."""
-    lines = []
-    for pair in found.coupled[:LISTED]:
-        numbers = " + ".join(str(number) for number in dict.fromkeys(pair.numbers))
-        torque = "no torque" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m")
-        lines.append(
-            f"  {pair.kind}, {pair.longitudinal_hz:.4g} Hz with {pair.span}, {pair.section[0]:.4g} to "
-            f"{pair.section[1]:.4g} m, m = {numbers}: {torque}, detuned by {pair.detuning_hz:.3g} Hz"
-        )
-    left = len(found.coupled) - len(lines)
-    return [*lines, f"  and {left} more (--json)"] if left > 0 else lines
-
-
-def _shown(value: float | None, unit: str, quantity: Any) -> str:
-    return "-" if value is None else quantity(value, unit)
+def indented(lines: Iterable[str]) -> list[str]:
+    """Lines under another one."""
+    return [f"  {line}" for line in lines]

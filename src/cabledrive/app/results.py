@@ -13,6 +13,7 @@ import click
 
 from cabledrive.app.failures import colours, note, watched_output
 from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.fields import key_of
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
@@ -44,6 +45,16 @@ def row(own: Any, names: str, **whys: str) -> dict[str, Any]:
         value = getattr(own, name or key)
         found[key] = known(value, whys[key]) if key in whys else value
     return found
+
+
+def figures(own: Any, missing: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The figures that a result declares by their keys of JSON; ``missing``: why one is None, by field."""
+    declared = [field for field in dataclasses.fields(own) if field.metadata.get("under")]
+    whys = missing or {}
+    return {
+        key_of(field): known(getattr(own, field.name), whys.get(field.name, field.metadata["why"]))
+        for field in declared
+    }
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -133,17 +144,6 @@ def _printable(text: str) -> str:
     """The text in the characters that standard output knows."""
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     return text.encode(encoding, errors="replace").decode(encoding)
-
-
-def side_by_side(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns side by side: words to the left, numbers to the right."""
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    return "\n".join(
-        "  ".join(
-            [row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))]
-        )
-        for row in (head, *rows)
-    )
 
 
 PAGE, OBJECT = (".html", ".htm", ""), (".json", "")

@@ -1,10 +1,9 @@
 """What `check` says of a machine with routes: spans, pulleys, springs, warnings."""
 
 from collections.abc import Iterable, Sequence
-from math import degrees
 from typing import Any
 
-from cabledrive.app.results import Answer, provenance, side_by_side
+from cabledrive.app.results import Answer, known, provenance
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
 from cabledrive.modal.lowest import lowest_frequencies
@@ -12,6 +11,8 @@ from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.blocks import table_text
+from cabledrive.report.machine.data import pulleys_table, spans_table
 
 METHOD = "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness"
 
@@ -38,74 +39,26 @@ def checked_route(drive: RoutedDrive) -> Answer:
             "valid": True,
             "drive_hash": content_hash(drive),
             "derived": derived,
-            "spans": [_told(row, "no strength [N] in the file") for row in spans],
+            "spans": [
+                row | {"safety_factor": known(row["safety_factor"], "no strength [N] in the file")}
+                for row in spans
+            ],
             "pulleys": pulleys,
             "warnings": warnings,
         },
-        text="\n\n".join(_text(drive, spans, pulleys, derived, [lowest.line], warnings)),
+        text="\n\n".join(_text(drive, derived, lowest.line, warnings)),
         provenance=provenance(drive, method=METHOD),
     )
 
 
-def _told(row: dict[str, Any], reason: str) -> dict[str, Any]:
-    """A row with the reason for a safety factor that does not exist."""
-    return row if row["safety_factor"] is not None else row | {"safety_factor_reason": reason}
-
-
-def _text(
-    drive: RoutedDrive,
-    spans: Sequence[dict[str, Any]],
-    pulleys: Sequence[dict[str, Any]],
-    derived: dict[str, Any],
-    lines: Sequence[str],
-    warnings: Sequence[str],
-) -> Iterable[str]:
+def _text(drive: RoutedDrive, derived: dict[str, Any], line: str, warnings: Sequence[str]) -> Iterable[str]:
     yield f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
-    head: tuple[str, ...] = (
-        "span",
-        "length [m]",
-        "tension [N]",
-        "ropes",
-        "wrap at its end [deg]",
-        "string [Hz]",
-        "safety",
-    )
-    yield side_by_side(
-        head,
-        [
-            (
-                row["name"],
-                f"{row['length']:.6g}",
-                _range(row["tension_start"], row["tension_end"]),
-                str(row["ropes"]),
-                "" if row["wrap"] is None else f"{degrees(row['wrap']):.4g}",
-                f"{row['string_frequency_hz']:.5g}",
-                "" if row["safety_factor"] is None else f"{row['safety_factor']:.3g}",
-            )
-            for row in spans
-        ],
-    )
-    if pulleys:
-        head = ("pulley", "wrap [deg]", "needed friction", "given")
-        yield side_by_side(
-            head,
-            [
-                (
-                    row["name"],
-                    f"{degrees(row['wrap']):.4g}",
-                    "slips" if row["needed_friction"] is None else f"{row['needed_friction']:.3g}",
-                    "" if row["capstan_friction"] is None else f"{row['capstan_friction']:.3g}",
-                )
-                for row in pulleys
-            ],
-        )
+    yield table_text(spans_table(drive))
+    if (pulleys := pulleys_table(drive)) is not None:
+        yield table_text(pulleys)
     preload = [
         f"Spring of {name} at rest: {force:.4g} {'N m' if name.endswith('.turn') else 'N'}."
         for name, force in derived["spring_preload"].items()
     ]
-    yield "\n".join([*lines, f"Rigid-body modes: {derived['rigid_body_modes']}.", *preload])
+    yield "\n".join([line, f"Rigid-body modes: {derived['rigid_body_modes']}.", *preload])
     yield "\n".join([f"Warning: {line}." for line in warnings] or ["No warnings."])
-
-
-def _range(first: float, last: float) -> str:
-    return f"{first:.5g}" if abs(first - last) <= 1e-6 * abs(first) else f"{first:.5g} to {last:.5g}"

@@ -75,9 +75,21 @@ def meaning(text: str, default: Any = dataclasses.MISSING, *, factory: Any = dat
     return dataclasses.field(default=default, metadata={"meaning": text})
 
 
-def figure(unit: str, words: str, under: str = "", why: str = "") -> Any:
-    """Declare a figure of a result: SI unit, words, the heading it is shown under, why it may be None."""
-    return dataclasses.field(metadata={"unit": unit, "meaning": words, "under": under, "why": why})
+def figure(
+    unit: str,
+    words: str,
+    under: str = "",
+    why: str = "",
+    *,
+    key: str = "",
+    default: Any = dataclasses.MISSING,
+) -> Any:
+    """Declare a figure of a result: SI unit, words, the heading it is shown under, why it may be None.
+
+    ``key``: name in JSON, and where it is looked up, if it is not the field's.
+    """
+    metadata = {"unit": unit, "meaning": words, "under": under, "why": why} | ({"key": key} if key else {})
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 def figures_of(*tables: type) -> dict[str, tuple[tuple[str, str, str], ...]]:

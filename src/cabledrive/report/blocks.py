@@ -12,7 +12,6 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from cabledrive.identification.axis.against import RegressorCurves
 from cabledrive.parameters.arrays import Array
 
 
@@ -158,6 +157,29 @@ def table(
     return Table(caption=caption, columns=tuple(columns), groups=groups, note=note)
 
 
+def table_text(made: Table) -> str:
+    """A table for a terminal: words to the left, numbers to the right, shares in per cent."""
+    heads = [f"{head.title} [{head.unit}]" if head.unit else str(head.title) for head in made.columns]
+    rows = [row for group in made.groups for row in group.rows]
+    cells = [
+        [f"{100 * cell:.1f}" if isinstance(cell, float) else Markup(cell or "").striptags() for cell in row]
+        for row in rows
+    ]
+    widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
+
+    def line(row: Sequence[str]) -> str:
+        sides = (head.numeric or head.bar for head in made.columns)
+        parts = zip(row, widths, sides, strict=True)
+        return "  ".join(cell.rjust(w) if right else cell.ljust(w) for cell, w, right in parts).rstrip()
+
+    lines, done = [line(heads)], 0
+    for group in made.groups:
+        lines += ["", group.title] if group.title else []
+        lines += map(line, cells[done : done + len(group.rows)])
+        done += len(group.rows)
+    return "\n".join([*lines, *([str(made.note)] if made.note else [])])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equation:
     """A displayed formula."""
@@ -268,28 +290,3 @@ def instants(curves: Sequence[Array], count: int, bins: int = BINS) -> NDArray[n
             part = curve[first:last]
             kept |= {first + int(np.argmin(part)), first + int(np.argmax(part))}
     return np.array(sorted(kept))
-
-
-def regressors_plot(
-    name: str, curves: RegressorCurves, *, linear: bool = False, alt: str, caption: Text
-) -> Plot:
-    """Acceleration, speed and friction regressor, filtered and not; torque and modelling error."""
-    length = "m" if linear else "rad"
-    rows = (("Acceleration", f"{length}/s^2"), ("Speed", f"{length}/s"), ("Friction regressor", "1"))
-    panels = [
-        Panel(
-            title=title,
-            unit=unit,
-            series=(
-                Series(name="unfiltered", values=curves.unfiltered[k], colour="quiet"),
-                Series(name="filtered", values=curves.filtered[k]),
-            ),
-        )
-        for k, (title, unit) in enumerate(rows)
-    ]
-    pushed = (
-        Series(name="measured", values=curves.torque, colour="quiet"),
-        Series(name="modelling error", values=curves.error, colour="orange"),
-    )
-    panels.append(Panel(title="Force" if linear else "Torque", unit="N" if linear else "N m", series=pushed))
-    return time_plot(name, curves.time, panels, alt=alt, caption=caption)

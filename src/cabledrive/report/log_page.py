@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.axis.against import regressor_curves
+from cabledrive.identification.axis.against import RegressorCurves, regressor_curves
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.frequency_response import response_by_segments
@@ -15,7 +15,20 @@ from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, Section, regressors_plot, table
+from cabledrive.report.blocks import (
+    Block,
+    Chapter,
+    Figure,
+    Note,
+    Panel,
+    Paragraph,
+    Plot,
+    Section,
+    Series,
+    Text,
+    table,
+    time_plot,
+)
 from cabledrive.report.figures.followed import measured_picture
 from cabledrive.report.page import page_of
 from cabledrive.report.typesetting import number, unit_name
@@ -135,3 +148,28 @@ def _response(
         "frequencies excited in the log, where the band is narrow.",
         drawing=drawn,
     )
+
+
+def regressors_plot(
+    name: str, curves: RegressorCurves, *, linear: bool = False, alt: str, caption: Text
+) -> Plot:
+    """Acceleration, speed and friction regressor, filtered and not; torque and modelling error."""
+    length = "m" if linear else "rad"
+    rows = (("Acceleration", f"{length}/s^2"), ("Speed", f"{length}/s"), ("Friction regressor", "1"))
+    panels = [
+        Panel(
+            title=title,
+            unit=unit,
+            series=(
+                Series(name="unfiltered", values=curves.unfiltered[k], colour="quiet"),
+                Series(name="filtered", values=curves.filtered[k]),
+            ),
+        )
+        for k, (title, unit) in enumerate(rows)
+    ]
+    pushed = (
+        Series(name="measured", values=curves.torque, colour="quiet"),
+        Series(name="modelling error", values=curves.error, colour="orange"),
+    )
+    panels.append(Panel(title="Force" if linear else "Torque", unit="N" if linear else "N m", series=pushed))
+    return time_plot(name, curves.time, panels, alt=alt, caption=caption)

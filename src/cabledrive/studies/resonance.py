@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.modal.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import LARGEST
+from cabledrive.parameters.fields import LARGEST, figure
 from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
 from cabledrive.reduction.decay import guessed_damping
@@ -24,6 +24,7 @@ from cabledrive.studies.resonance_detuning import (
     NO_EXCITATION,
     RESONANT,
     SAFE,
+    SHOWN,
     STATE_ONE,
     InstabilityMargin,
     far_from_tuning,
@@ -49,21 +50,40 @@ SLACK_SHARE = 0.01
 GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
 
 
+SLACK = "the spans go slack before any torque does this"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResonanceSummary:
     """What there is to say about the internal resonance of a drive; None: see ``missing``."""
 
-    # lowest transverse frequency of an empty span over the pulley mode's, and that minus one half
-    frequency_ratio: float | None = None
-    detuning: float | None = None
-    tuned_pretension: float | None = None  # [N]
-    threshold_torque: float | None = None  # at the tuned pretension [N m]
+    frequency_ratio: float | None = figure(
+        "1", "Frequency ratio, first transverse of an empty span over pulley mode", SHOWN, default=None
+    )
+    detuning: float | None = figure("1", "Detuning, ratio - 1/2", SHOWN, default=None)
+    tuned_pretension: float | None = figure("N", "Tuned pretension, ratio 1/2", SHOWN, default=None)
+    threshold_torque: float | None = figure("N m", "Threshold torque, tuned", SHOWN, default=None)
     verdict: str  # {"resonant", "close", "safe", "no excitation given"}
-    pulley_frequency: float | None = None  # [Hz]
-    torque: float  # of the verdict; where no excitation is given, of the other figures [N m]
-    threshold_here: float | None = None  # at the drive's own pretension [N m]
-    growth_torque: float | None = None  # for tenfold growth in one second at the tuned pretension [N m]
-    coulomb_onset: float | None = None  # below which friction keeps the pulley mode from growing [N m]
+    pulley_frequency: float | None = figure(
+        "Hz", "Pulley mode", SHOWN, key="pulley_frequency_hz", default=None
+    )
+    # of the verdict; where no excitation is given, of the other figures
+    torque: float = figure("N m", "Torque of these figures", SHOWN)
+    threshold_here: float | None = figure(
+        "N m",
+        "Threshold torque, as given",
+        SHOWN,
+        SLACK,
+        key="threshold_torque_at_own_pretension",
+        default=None,
+    )
+    growth_torque: float | None = figure(
+        "N m", "Tenfold growth in 1 s, tuned", SHOWN, SLACK, key="tenfold_growth_torque", default=None
+    )
+    # below which friction keeps the pulley mode from growing
+    coulomb_onset: float | None = figure(
+        "N m", "No growth below, by Coulomb friction", SHOWN, SLACK, key="coulomb_onset_torque", default=None
+    )
     instability: InstabilityMargin | None = None
     pairs: tuple[Pair, ...] = ()  # of the pulley mode, with their tuned pretensions
     coupled: tuple[CoupledPair, ...] = ()  # of it and of others near resonance, with their thresholds

@@ -35,6 +35,8 @@ NO_EXCITATION = "no excitation given"
 """Nothing is said of what excites the machine, so that there is nothing to judge."""
 OF_A_MOTION = {"safe": SAFE, "dangerous": RESONANT, "unknown": "unknown"}
 """The verdict of a planned motion, where that is all that excites a machine."""
+SHOWN = "Internal resonance"
+"""Heading of the figures of a result."""
 STATE_ONE = "state one by --torque, --motion or [excitation]"
 
 

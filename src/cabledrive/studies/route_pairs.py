@@ -22,6 +22,7 @@ from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import figure
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 from cabledrive.studies.pair_thresholds import (
     HIGHEST,
@@ -43,7 +44,7 @@ from cabledrive.studies.pair_thresholds import (
 )
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance import resonance as resonance_of_loop
-from cabledrive.studies.resonance_detuning import acting_torque, verdict_of
+from cabledrive.studies.resonance_detuning import SHOWN, STATE_ONE, acting_torque, verdict_of
 
 NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond small angles"
 
@@ -71,14 +72,18 @@ class RouteResonance:
     """Internal resonances of a machine with routes."""
 
     pairs: tuple[RoutePair, ...]  # the lowest threshold first
-    longitudinal_hz: float  # lowest longitudinal mode in which a pulley turns [Hz]
+    longitudinal_hz: float = figure("Hz", "Lowest longitudinal mode in which a pulley turns", SHOWN)
     nearest_span: str  # the span whose first transverse mode is nearest to half of it
-    frequency_ratio: float  # that mode's frequency over the longitudinal one
+    frequency_ratio: float = figure(
+        "1", "Frequency ratio, first transverse of the nearest span over it", SHOWN
+    )
     motor: str  # how the rotors are held
     certified: bool  # whether the list of modes is complete and straight ropes are a model of them
     certified_reason: str | None  # why not: what is left out, such as sag, and by how much it moves a mode
-    threshold_torque: float | None  # the lowest of the pairs that the first motor excites [N m]
-    torque: float | None  # amplitude of the verdict [N m]
+    threshold_torque: float | None = figure(
+        "N m", "Threshold torque", SHOWN, "no pair that the first motor excites is near"
+    )
+    torque: float | None = figure("N m", "Torque of the verdict", SHOWN, STATE_ONE)
     verdict: str  # {"resonant", "close", "safe", "unknown", "no excitation given"}
     reasons: tuple[str, ...]  # of the verdict
 

@@ -1,7 +1,6 @@
 """Open and see: the form, the text, the machine with a mode on it, its internal resonance."""
 
 import threading
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -19,15 +18,16 @@ from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
 from cabledrive.parameters.units import to_si
 from cabledrive.report.figures.ladder import rungs
 from cabledrive.report.figures.moving_machine import moving_machine
+from cabledrive.report.machine.data import figures_table
+from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
-from cabledrive.report.typesetting import number, quantity
+from cabledrive.report.typesetting import quantity
 from cabledrive.report.words import DATASHEET
-from cabledrive.studies.pair_thresholds import CoupledPair
 from cabledrive.studies.planned_motion import read_motion
-from cabledrive.studies.resonance import resonance
+from cabledrive.studies.resonance import ResonanceSummary, resonance
 from cabledrive.studies.resonance_map import GrowthMap, growth_map
-from cabledrive.studies.route_pairs import RoutePair, route_resonance
+from cabledrive.studies.route_pairs import RouteResonance, route_resonance
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import map_option
 from cabledrive.studio.form import field_of_refusal, groups_of, text_with
@@ -196,7 +196,7 @@ def _sheet(drive: Drive | RoutedDrive) -> dict[str, list[tuple[str, str]]]:
     }
 
 
-KEPT = 4
+KEPT, MOST_PAIRS = 4, 12
 NONE_HERE = "This machine has no internal resonance to show"
 NO_MAP = (
     "The map is that of a cable round two pulleys; on this machine the verdict rests on its pairs of modes."
@@ -213,7 +213,7 @@ def resonance_page(request: Request) -> Response:
     desk: Desk = request.app.state.desk
     state = state_of(request.url.query, desk.first)
     torque = request.query_params.get("torque", "")[:40]
-    words: dict[str, Any] = {"refusal": "", "why_none": "", "facts": [], "pairs": [], "verdict": ""}
+    words: dict[str, Any] = {"refusal": "", "why_none": "", "facts": [], "pairs": None, "verdict": ""}
     try:
         drive, amplitude = drive_of(desk.library, state), to_si(torque, "N m") if torque else None
     except (InputRefused, NotComputed) as refusal:
@@ -221,7 +221,9 @@ def resonance_page(request: Request) -> Response:
     else:
         try:
             words |= (
-                _of_routes(drive, amplitude) if isinstance(drive, RoutedDrive) else _facts(drive, amplitude)
+                _of_routes(drive, amplitude)
+                if isinstance(drive, RoutedDrive)
+                else _told(resonance(drive, torque=amplitude))
             )
         except (InputRefused, NotComputed) as refusal:
             words["why_none"] = f"{NONE_HERE}: {refusal}."
@@ -271,46 +273,15 @@ def _two_pulleys(desk: Desk, request: Request) -> Drive:
 def _of_routes(drive: RoutedDrive, torque: float | None) -> dict[str, Any]:
     """The same of a machine with routes, whose tensions follow from statics: there is no map."""
     found = route_resonance(drive, torque=torque)
-    facts = [
-        ("Longitudinal mode", quantity(found.longitudinal_hz, "Hz")),
-        (
-            f"Frequency ratio, first transverse of {found.nearest_span} over it",
-            number(found.frequency_ratio, 5),
-        ),
-    ]
-    if found.threshold_torque is not None:
-        facts.append(("Threshold torque", quantity(found.threshold_torque, "N m")))
-    return {"verdict": found.verdict, "reasons": found.reasons, "facts": facts, "why_none": NO_MAP} | {
-        "pairs": _pairs(found.pairs)
-    }
+    return _told(found) | {"why_none": NO_MAP}
 
 
-def _pairs(pairs: Sequence[CoupledPair | RoutePair]) -> list[tuple[str, ...]]:
-    return [
-        (
-            pair.kind,
-            pair.span,
-            number(pair.longitudinal_hz, 6),
-            " + ".join(dict.fromkeys(number(value, 6) for value in pair.transverse_hz)),
-            "none" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m", 4),
-        )
-        for pair in pairs[:12]
-    ]
-
-
-def _facts(drive: Drive, torque: float | None) -> dict[str, Any]:
-    found = resonance(drive, torque=torque)
-    rows = (
-        ("Frequency ratio, first transverse over pulley mode", found.frequency_ratio, "1"),
-        ("Pulley mode", found.pulley_frequency, "Hz"),
-        ("Tuned pretension", found.tuned_pretension, "N"),
-        ("Threshold torque at that tuning", found.threshold_torque, "N m"),
-        ("Threshold torque at the own pretension", found.threshold_here, "N m"),
-        ("Torque of the verdict", found.torque, "N m"),
-    )
+def _told(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:
+    """Verdict, figures and pairs."""
+    pairs = pairs_table(found, MOST_PAIRS)
     return {
         "verdict": found.verdict,
         "reasons": found.reasons,
-        "facts": [(words, quantity(value, unit)) for words, value, unit in rows if value is not None],
-        "pairs": _pairs(found.coupled),
+        "facts": figures_table(found, "").groups[0].rows,
+        "pairs": pairs,
     }

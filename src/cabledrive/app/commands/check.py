@@ -1,6 +1,5 @@
 """`cabledrive check`: whether a drive file is valid, what follows from it, and what looks odd."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import click
@@ -60,19 +59,9 @@ def _checked(drive: Drive) -> Answer:
 
 
 def _text(drive: Drive, derived: dict[str, Any], warnings: tuple[str, ...]) -> str:
+    from cabledrive.report.blocks import table_text
+    from cabledrive.report.machine.data import derived_table
+
     head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
     findings = [f"Warning: {line}." for line in warnings] or ["No warnings."]
-    return "\n\n".join([head, *_sections(derived), "\n".join(findings)])
-
-
-def _sections(derived: dict[str, Any]) -> Iterator[str]:
-    """The datasheet, each section under its heading; what does not exist for this drive is left out."""
-    from cabledrive.report.typesetting import quantity
-    from cabledrive.report.words import DATASHEET
-
-    width = max(len(words) for section in DATASHEET.values() for _, words, _ in section)
-    for heading, section in DATASHEET.items():
-        values = [(words, derived.get(name), unit) for name, words, unit in section]
-        lines = [f"  {words:<{width}}  {quantity(x, unit)}" for words, x, unit in values if x is not None]
-        if lines:
-            yield "\n".join([click.style(heading, bold=True), *lines])
+    return "\n\n".join([head, table_text(derived_table(derived)), "\n".join(findings)])

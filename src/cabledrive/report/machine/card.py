@@ -13,16 +13,16 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Cell, Figure, Table, table
 from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import mode_title, shapes_picture
+from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.mode_figure import draw_map
 from cabledrive.report.page import Badge, Card
 from cabledrive.report.picture import picture, short_family
 from cabledrive.report.typesetting import decimals_for, fixed, number, quantity
 from cabledrive.studies.excitation_orders import travels
 from cabledrive.studies.mode_map import map_modes
-from cabledrive.studies.pair_thresholds import SUM
 from cabledrive.studies.resonance import ResonanceSummary, resonance
 from cabledrive.studies.resonance_detuning import NO_EXCITATION
-from cabledrive.studies.route_pairs import RoutePair, RouteResonance, route_resonance
+from cabledrive.studies.route_pairs import RouteResonance, route_resonance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -239,7 +239,7 @@ def pairs_of_route(drive: RoutedDrive) -> tuple[ResonanceVerdict, Table | None]:
     except (InputRefused, NotComputed) as refusal:
         badge = Badge(text="Internal resonance: not computed", tone="remark")
         return ResonanceVerdict(badge=badge, reasons=(str(refusal),)), None
-    return _verdict(found), _table(found) if found.pairs else None
+    return _verdict(found), pairs_table(found, SHOWN)
 
 
 def _verdict(found: RouteResonance) -> ResonanceVerdict:
@@ -251,31 +251,6 @@ def _verdict(found: RouteResonance) -> ResonanceVerdict:
     return ResonanceVerdict(
         badge=Badge(text=BADGES[found.verdict] + at, tone=TONES[found.verdict]),
         reasons=(*found.reasons, ratio, *found.left_out),
-    )
-
-
-def _table(found: RouteResonance) -> Table:
-    more = len(found.pairs) - SHOWN
-    return table(
-        "Longitudinal modes and the transverse modes that they can excite parametrically, lowest "
-        "threshold first.",
-        "Longitudinal [Hz] | Transverse [Hz] | Kind | Span | Detuning [Hz] | Threshold torque []",
-        (_pair_row(pair) for pair in found.pairs[:SHOWN]),
-        note=f"{more} more with higher thresholds." if more > 0 else "",
-    )
-
-
-def _pair_row(pair: RoutePair) -> tuple[str, ...]:
-    both = number(pair.transverse_hz[0], 5)
-    both += f" + {number(pair.transverse_hz[1], 5)}" if pair.kind == SUM else ""
-    torque = "none" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m", 3)
-    return (
-        number(pair.longitudinal_hz, 5),
-        both,
-        pair.kind,
-        f"{pair.span}, {pair.plane}",
-        number(pair.detuning_hz, 3),
-        torque,
     )
 
 

@@ -3,12 +3,16 @@
 import re
 from collections.abc import Mapping
 from dataclasses import fields
+from math import degrees
 from typing import Any
 
+from cabledrive.mechanics.network import statics_of
+from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, table
 from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.typesetting import capital, quantity
+from cabledrive.report.typesetting import capital, number, quantity
 from cabledrive.report.words import DATASHEET
 
 MOST_CARRIAGES = 4
@@ -91,10 +95,10 @@ def _carriages(drive: Drive) -> list[RowGroup]:
     if len(drive.carriage) > MOST_CARRIAGES:
         return [RowGroup(title=f"{len(drive.carriage)} carriages", rows=_many(drive))]
     rows = []
-    for number, carriage in enumerate(drive.carriage):
+    for place, carriage in enumerate(drive.carriage):
         held = "guided" if carriage.guided else "hanging"
         at = f"{quantity(carriage.mass, 'kg')} at {quantity(carriage.position, 'm')}"
-        rows.append((f"Carriage {number}, {held} on the {carriage.span} span", at))
+        rows.append((f"Carriage {place}, {held} on the {carriage.span} span", at))
     return [RowGroup(title="Carriages", rows=tuple(rows))]
 
 
@@ -122,3 +126,61 @@ def derived_table(sheet: Mapping[str, float | None], caption: Text = "Derived qu
         if rows:
             groups.append(RowGroup(title=title, rows=tuple(rows)))
     return table(caption, _HEADS, groups)
+
+
+EVEN = 1e-6
+"""Relative difference of two tensions below which they are one."""
+
+
+def spans_table(drive: RoutedDrive) -> Table:
+    """Free spans at rest."""
+    rows = (
+        (
+            row["name"],
+            number(row["length"], 6),
+            both((row["tension_start"], row["tension_end"])),
+            str(row["ropes"]),
+            "" if row["wrap"] is None else number(degrees(row["wrap"]), 4),
+            number(row["string_frequency_hz"], 5),
+            "" if row["safety_factor"] is None else number(row["safety_factor"], 3),
+        )
+        for row in span_rows(drive, statics_of(drive))
+    )
+    return table(
+        "Free spans at rest.",
+        "Span | Length [m] | Tension [N] | Ropes [] | Wrap at its end [deg] | String [Hz] | Safety []",
+        rows,
+        note="Safety is the rope's strength over its largest tension at rest.",
+    )
+
+
+def pulleys_table(drive: RoutedDrive) -> Table | None:
+    """Pulleys that a rope passes; None where there are none."""
+    rows = [
+        (
+            row["name"],
+            number(degrees(row["wrap"]), 4),
+            "slips" if row["needed_friction"] is None else number(row["needed_friction"], 3),
+            "" if row["capstan_friction"] is None else number(row["capstan_friction"], 3),
+        )
+        for row in pulley_rows(drive, statics_of(drive))
+    ]
+    heads = "Pulley | Wrap [deg] | Friction needed at rest [] | Friction given []"
+    return table("Pulleys that a rope passes.", heads, rows) if rows else None
+
+
+def figures_table(found: Any, caption: str) -> Table:
+    """The figures that a result declares, without those that do not exist."""
+    rows = [
+        (own.metadata["meaning"], quantity(value, own.metadata["unit"]))
+        for own in fields(found)
+        if own.metadata.get("under") and (value := getattr(found, own.name)) is not None
+    ]
+    return table(caption, "Figure | Value []", rows)
+
+
+def both(values: tuple[float, float]) -> str:
+    """Two tensions, or one where they are the same."""
+    low, high = (number(value) for value in values)
+    same = abs(values[0] - values[1]) <= EVEN * abs(values[0]) or low == high
+    return low if same else f"{low} to {high}"

@@ -1,14 +1,10 @@
 """The page of one machine, a loop or one with routes, and the card that leads to it."""
 
 from dataclasses import dataclass
-from math import degrees
 from typing import Any
 
-from markupsafe import Markup
-
 from cabledrive.mechanics import drive_warnings
-from cabledrive.mechanics.network import statics_of
-from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.modal import Modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
 from cabledrive.modal.mode_rows import mode_rows
@@ -29,10 +25,17 @@ from cabledrive.report.machine.card import (
     simple_models_table,
     travel_figures,
 )
-from cabledrive.report.machine.data import data_table, derived_table, drawing, source_paragraphs
+from cabledrive.report.machine.data import (
+    data_table,
+    derived_table,
+    drawing,
+    pulleys_table,
+    source_paragraphs,
+    spans_table,
+)
 from cabledrive.report.machine.rest import rest_plot, rest_table
 from cabledrive.report.page import MACHINES, View
-from cabledrive.report.typesetting import number, quantity
+from cabledrive.report.typesetting import number
 from cabledrive.report.words import certificate_words
 
 HANGING = (
@@ -169,7 +172,7 @@ def _of_routes(drive: RoutedDrive, name: str, modes: Modes) -> dict[str, Any]:
         Section(
             anchor="pairs", title="Pairs near internal resonance", blocks=() if pairs is None else (pairs,)
         ),
-        Section(anchor="spans", title="Spans and pulleys", blocks=(_spans(drive), _pulleys(drive))),
+        Section(anchor="spans", title="Spans and pulleys", blocks=(spans_table(drive), pulleys_table(drive))),
     )
     return {
         "resonance": verdict,
@@ -205,47 +208,5 @@ def _along(modes: Modes) -> Table:
     return table(
         "Longitudinal modes and the parts that hold their kinetic energy.",
         "Frequency [Hz] | Modes [] | What moves | Kinetic energy",
-        rows,
-    )
-
-
-def _spans(drive: RoutedDrive) -> Table:
-    rows = []
-    for row in span_rows(drive, statics_of(drive)):
-        safety = row["safety_factor"]
-        rows.append(
-            (
-                row["name"],
-                quantity(row["length"], "m"),
-                quantity(row["tension"], "N"),
-                str(row["ropes"]),
-                number(row["string_frequency_hz"], 5),
-                Markup("&ndash;") if safety is None else number(safety, 3),
-            )
-        )
-    return table(
-        "Free spans at rest.",
-        "Span | Length [] | Mean tension [] | Ropes [] | String [Hz] | Safety factor []",
-        rows,
-        note="The safety factor is the rope's strength over its largest tension at rest.",
-    )
-
-
-def _pulleys(drive: RoutedDrive) -> Table | None:
-    none = Markup("&ndash;")
-    rows = [
-        (
-            row["name"],
-            number(degrees(row["wrap"]), 4),
-            "slips" if row["needed_friction"] is None else number(row["needed_friction"], 3),
-            none if row["capstan_friction"] is None else number(row["capstan_friction"], 3),
-        )
-        for row in pulley_rows(drive, statics_of(drive))
-    ]
-    if not rows:
-        return None
-    return table(
-        "Pulleys that a rope passes.",
-        "Pulley | Wrap [deg] | Friction needed at rest [] | Friction given []",
         rows,
     )

@@ -1,5 +1,7 @@
 """Chapters "Modes and models" and "Internal resonance" of a study."""
 
+from dataclasses import fields
+
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
@@ -12,6 +14,7 @@ from cabledrive.rig.setting import DEGREE
 from cabledrive.simulation import Recording, Scheme, simulate
 from cabledrive.simulation.run import whole
 from cabledrive.simulation.signals import Sampled
+from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.modes_stage import MODEL_WORDS, REPEATED, ModelResult, motion_torque
 
@@ -52,6 +55,13 @@ def loop_in_motion(result: StudyResult) -> Block:
     )
 
 
+SHOWN_FIGURES = (
+    "frequency_ratio",
+    "detuning",
+    "pulley_frequency",
+    "tuned_pretension",
+    "threshold_torque",
+)
 VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "warning"}
 say = texts("study_mechanics")
 
@@ -122,15 +132,12 @@ def resonance_chapter(result: StudyResult) -> Chapter:
     """Detuning of the drive from the 1:2 resonance, and whether the motion excites it."""
     found = result.resonance
     tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
+    shown = {own.name: own.metadata for own in fields(ResonanceSummary) if own.metadata.get("under")}
     rows = [
-        (
-            "Frequency ratio: lowest transverse mode of a span over the pulley mode",
-            _maybe(found.frequency_ratio, "1"),
+        *(
+            (shown[name]["meaning"], _maybe(getattr(found, name), shown[name]["unit"]))
+            for name in SHOWN_FIGURES
         ),
-        ("Detuning: ratio - 1/2", _maybe(found.detuning, "1")),
-        ("Pulley mode", _maybe(found.pulley_frequency, "Hz")),
-        ("Tuned pretension (ratio 1/2)", _maybe(found.tuned_pretension, "N")),
-        ("Threshold torque at the tuned pretension", _maybe(found.threshold_torque, "N m")),
         ("Largest torque of the motion", quantity(found.torque, "N m", 4)),
         (
             "Assumed ripple at the pulley mode's frequency, a twentieth of it",
