@@ -6,6 +6,8 @@ from cabledrive.app.results import Absent, known, row
 from cabledrive.identification.printer import Printer, PrinterShaper, similar_words
 from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
+from cabledrive.report.blocks import table_text
+from cabledrive.report.printer_page import peaks_table, shapers_table
 
 NO_NAME = "neither given by --axis nor in the name of a log"
 NO_DAMPING = "no peak has a damping ratio"
@@ -71,15 +73,8 @@ def shaper_text(found: PrinterShaper) -> str:
     best = found.recommended
     axis = f"Axis {found.axis}" if found.axis else "Axis not known"
     lines = [f"{axis}, {', '.join(spectrum.source for spectrum in found.spectra)}", ""]
-    if found.peaks:
-        lines.append("peak [Hz]         damping ratio [%]     height   kept behind the shaper")
-        lines += [_peak_line(found, peak) for peak in found.peaks]
-    else:
-        lines.append("No peak stands out.")
-    lines += ["", "shaper     at [Hz]   vibration   smoothing   max_accel [mm/s^2]   within 5 %"]
-    lines += [_fit_line(fit, best, found.refused is None) for fit in found.shapers]
-    if not any(fit is best for fit in found.shapers):
-        lines.append(_fit_line(best, best, found.refused is None))
+    lines.append(table_text(peaks_table(found)) if found.peaks else "No peak stands out.")
+    lines += ["", table_text(shapers_table(found))]
     if found.refused is not None:
         lines += ["", f"No shaper is recommended: {found.refused}."]
         return "\n".join([*lines, *_findings(found)])
@@ -101,22 +96,3 @@ def _findings(found: PrinterShaper) -> list[str]:
     """Findings and notes, each under an empty line."""
     lines = ["", *(f"finding: {finding}" for finding in found.findings)] if found.findings else []
     return lines + (["", *(f"note: {note}" for note in found.notes)] if found.notes else [])
-
-
-def _peak_line(found: PrinterShaper, peak: SpectrumPeak) -> str:
-    kept = f"{100 * peak.height:6.0f} %   {100 * found.kept(peak):6.1f} %"
-    if peak.damping is None or peak.damping_low is None or peak.damping_high is None:
-        return f"{peak.frequency:6.1f}            not known             {kept}   ({peak.reason})"
-    assert peak.frequency_low is not None
-    wide = peak.frequency - peak.frequency_low
-    ratio = f"{100 * peak.damping:5.2f} ({100 * peak.damping_low:.2f} to {100 * peak.damping_high:.2f})"
-    return f"{peak.frequency:6.1f} +- {wide:<6.2f}  {ratio:<21} {kept}"
-
-
-def _fit_line(fit: ShaperFit, best: ShaperFit, recommended: bool) -> str:
-    band = "nowhere" if fit.band is None else f"{fit.band[0]:.1f} to {fit.band[1]:.1f} Hz"
-    return (
-        f"{fit.type:<9} {fit.frequency:8.1f} {100 * fit.vibration:9.1f} % {1e3 * fit.smoothing:8.3f} mm "
-        f"{100 * round(10 * fit.max_acceleration):14d}         {band}"
-        + ("   <- recommended" if fit is best and recommended else "")
-    )

@@ -20,7 +20,7 @@ def comparison_html(drive: Drive, found: Comparison, written_at: datetime | None
         title="Controllers",
         anchor="controllers",
         headline=_headline(said),
-        blocks=(*_notes(said), _errors(said), _costs(said), _plants(said)),
+        blocks=(*_notes(said), errors_table(said), costs_table(said), _plants(said)),
         methods=(METHOD,),
     )
     title = f"{drive.name}: {said['best'] or 'no law'}"
@@ -57,7 +57,8 @@ def _notes(said: dict[str, Any]) -> list[Block]:
     ]
 
 
-def _errors(said: dict[str, Any]) -> Table:
+def errors_table(said: dict[str, Any]) -> Table:
+    """Errors of the load over the plants, the best law first."""
     rows = []
     for one in said["controllers"]:
         if one["worst_deg"] is None:
@@ -83,7 +84,9 @@ def _errors(said: dict[str, Any]) -> Table:
     )
 
 
-def _costs(said: dict[str, Any]) -> Table:
+def costs_table(said: dict[str, Any]) -> Table:
+    """Torque, margins and time to tune of each law."""
+
     def margin(value: float | None) -> str:
         return "any" if value is None else number(value, 3)
 

@@ -77,7 +77,7 @@ def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | No
     else:
         headline = f"No shaper is recommended: {axis.refused}"
     blocks += [Note(text=str(finding), tone="warning") for finding in axis.findings]
-    blocks += [_peaks(axis, name, machine), _spectra(axis, name), _shapers(axis, name)]
+    blocks += [peaks_table(axis, machine), _spectra(axis, name), shapers_table(axis)]
     for number_, spectrum in enumerate(axis.spectra):
         sweep = _sweep(f"sweep-{name}-{number_}", spectrum, found)
         blocks += [] if sweep is None else [sweep]
@@ -99,25 +99,34 @@ def computed(machine: RoutedDrive, axis: str) -> dict[str, float]:
     return {name: hertz for name, hertz in values.items() if np.isfinite(hertz)}
 
 
-def _peaks(axis: PrinterShaper, name: str, machine: RoutedDrive | None) -> Table:
+def peaks_table(axis: PrinterShaper, machine: RoutedDrive | None = None) -> Table:
+    """Peaks of all logs with their intervals, beside computed frequencies where there is a machine."""
     rows = [
         (
             peak.source,
-            fixed(peak.frequency, 1),
-            "" if peak.damping is None else fixed(100 * peak.damping, 2),
+            f"{peak.frequency:.1f}{_within(peak)}",
+            "not known"
+            if peak.damping is None or peak.damping_low is None or peak.damping_high is None
+            else f"{100 * peak.damping:.2f} ({100 * peak.damping_low:.2f} to {100 * peak.damping_high:.2f})",
             fixed(100 * peak.height, 0),
             fixed(100 * axis.kept(peak), 1),
+            peak.reason or "",
         )
         for peak in axis.peaks
     ]
     groups = [RowGroup(title="measured" if machine else "", rows=tuple(rows))]
-    if machine is not None:
-        own = computed(machine, axis.axis or "x").items()
-        rows_of = tuple((key, fixed(hertz, 1), "", "", "") for key, hertz in own)
-        groups += [RowGroup(title="computed", rows=rows_of)] if own else []
-    caption = f"Peaks of axis {name}, and what the shaper keeps" + (", beside computed" if machine else "")
+    if machine is not None and (own := computed(machine, axis.axis or "x")):
+        lines = tuple((key, fixed(hertz, 1), "", "", "", "") for key, hertz in own.items())
+        groups.append(RowGroup(title="computed", rows=lines))
+    caption = f"Peaks of axis {axis.axis or 'unknown'}, and what the shaper keeps"
     first = "log, or what moves" if machine else "log"
-    return table(caption, f"{first} | frequency [Hz] | damping ratio [%] | height [%] | kept [%]", groups)
+    heads = f"{first} | frequency [Hz] | damping ratio [%] | height [%] | kept [%] | "
+    return table(caption + (", beside computed" if machine else ""), heads, groups)
+
+
+def _within(peak: SpectrumPeak) -> str:
+    """Half of the interval of a peak's frequency; nothing where there is none."""
+    return "" if peak.frequency_low is None else f" +- {peak.frequency - peak.frequency_low:.2f}"
 
 
 def _spectra(axis: PrinterShaper, name: str) -> Plot:
@@ -155,22 +164,23 @@ def _on(points: np.ndarray, spectrum: PrinterSpectrum) -> np.ndarray:
     return np.interp(points, spectrum.frequency, spectrum.density, right=np.nan)
 
 
-def _shapers(axis: PrinterShaper, name: str) -> Table:
-    rows = tuple(
+def shapers_table(axis: PrinterShaper) -> Table:
+    """The best shaper of each type, and the recommended one, with what each costs."""
+    best, judged = axis.recommended, axis.refused is None
+    fits = axis.shapers if best in axis.shapers else (*axis.shapers, best)
+    rows = (
         (
-            fit.type + (" (recommended)" if fit is axis.recommended and axis.refused is None else ""),
+            fit.type + (" (recommended)" if fit is best and judged else ""),
             fixed(fit.frequency, 1),
             fixed(100 * fit.vibration, 1),
             fixed(1e3 * fit.smoothing, 3),
-            fixed(1e3 * fit.max_acceleration, 0),
+            f"{100 * round(10 * fit.max_acceleration)}",
+            "nowhere" if fit.band is None else f"{fit.band[0]:.1f} to {fit.band[1]:.1f}",
         )
-        for fit in axis.shapers
+        for fit in fits
     )
-    return table(
-        f"Shapers for axis {name}",
-        "type | frequency [Hz] | left [%] | smoothing [mm] | max_accel [mm/s^2]",
-        rows,
-    )
+    heads = "type | frequency [Hz] | left [%] | smoothing [mm] | max_accel [mm/s^2] | within 5 % [Hz]"
+    return table(f"Shapers for axis {axis.axis or 'unknown'}", heads, rows)
 
 
 def _sweep(name: str, spectrum: PrinterSpectrum, found: Printer) -> Block | None:

@@ -20,7 +20,6 @@ from cabledrive.app.options import (
 )
 from cabledrive.app.results import FORCE, Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import percent
 
 METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning procedure for all laws"
 
@@ -107,25 +106,12 @@ def _write(folder: Path, page: str, data: dict[str, Any]) -> None:
 
 
 def _text(said: dict[str, Any], folder: Path) -> str:
-    lines = [
-        f"{said['drive']}: {said['best'] or 'no law'} ranks first over {said['draws']} plants",
-        "",
-        "  law              median    99 %     worst  within  torque  ripple  disk  tuning",
-        "                      deg     deg       deg       %     N m     N m             s",
-    ]
-    for one in said["controllers"]:
-        if one["worst_deg"] is None:
-            lines.append(f"  {one['name']:<15} {one['reason'] or 'every run ended early'}")
-            continue
-        disk = "none" if one["disk_margin"] is None else f"{one['disk_margin']:.2f}"
-        lines.append(
-            f"  {one['name']:<15} {one['median_deg']:7.4f} {one['error_99_deg']:7.4f}   "
-            f"{one['worst_deg']:7.4f}  {percent(one['share_within'], ''):>6}  {one['peak_torque']:6.3f}  "
-            f"{one['torque_ripple']:6.3f} {disk:>5} {one['tuning_seconds']:7.1f}"
-        )
-    learning = [one["name"] for one in said["controllers"] if one["learns"]]
-    if learning:
-        lines.append(f"  errors after the first pulse: {', '.join(learning)}")
-    lines += [f"  not covered: {words}" for words in said["not_covered"]]
-    lines += ["", f"report: {folder / REPORT}"]
-    return "\n".join(lines)
+    from cabledrive.report.blocks import table_text
+    from cabledrive.report.comparison_page import costs_table, errors_table
+
+    lines = [f"{said['drive']}: {said['best'] or 'no law'} ranks first over {said['draws']} plants"]
+    lines += ["", table_text(errors_table(said)), "", table_text(costs_table(said)), ""]
+    if learning := [one["name"] for one in said["controllers"] if one["learns"]]:
+        lines.append(f"errors after the first pulse: {', '.join(learning)}")
+    lines += [f"not covered: {words}" for words in said["not_covered"]]
+    return "\n".join([*lines, "", f"report: {folder / REPORT}"])
