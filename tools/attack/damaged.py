@@ -19,9 +19,10 @@ from contextlib import redirect_stdout, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from cabledrive.app.run_limits import check_excitation
+
 from cabledrive.app.failures import status_of
 from cabledrive.app.main import main
-from cabledrive.app.run_limits import check_excitation
 from cabledrive.campaign.spec import read_spec
 from cabledrive.export.source import designed, read_source
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices

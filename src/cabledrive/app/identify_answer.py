@@ -1,11 +1,17 @@
-"""What `identify` says: rows of parameters, findings, tensions of spans from their pings."""
+"""What `identify` says: rows of parameters, findings, tensions from pings, friction at wraps and bearings."""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
+
+if TYPE_CHECKING:
+    from cabledrive.identification.estimates import Estimate
+    from cabledrive.identification.logs.column_map import ColumnMap
+    from cabledrive.identification.wrap_friction import FrictionSplit
 
 OF_LOOPS = ("upper", "lower", "both")
 
@@ -148,3 +154,57 @@ def finding_lines(data: dict[str, Any]) -> list[str]:
     for report in data["data"]:
         found += [f"data: {line}" for line in (*report["repaired"], *report["findings"])]
     return found
+
+
+SPLIT = "least squares on strokes between reversals, errors of strokes and of the elastic cable"
+
+
+def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: "ColumnMap") -> Answer:
+    """Both frictions from logs at their tensions [N]; not complete where they are not told apart."""
+    from cabledrive.identification.logs.reading import read_log
+    from cabledrive.identification.wrap_friction import split_friction
+
+    found = split_friction([read_log(log, columns) for log in logs], tensions)
+    data = {
+        "separated": not found.reason,
+        "bearings": _estimate(found.constant),
+        "wraps_per_tension": _estimate(found.per_tension),
+        "total": [
+            {"tension": tension, **_estimate(own)}
+            for tension, own in zip(sorted(set(found.tensions)), found.total, strict=True)
+        ],
+        "strokes": found.strokes,
+        "findings": list(found.findings),
+    }
+    return Answer(
+        data=data,
+        text=_split_text(found),
+        provenance=provenance(method=SPLIT),
+        incomplete=None if not found.reason else found.findings[0],
+    )
+
+
+def _estimate(own: "Estimate") -> dict[str, Any]:
+    if own.reason:
+        names = ("value", "low", "high")
+        return {"unit": own.unit} | {name: Absent(reason=own.reason) for name in names}
+    return {"unit": own.unit, "value": own.value, "low": own.low, "high": own.high}
+
+
+def _split_text(found: "FrictionSplit") -> str:
+    lines = [
+        f"All friction at {tension:.4g} N: {_interval(own)}"
+        for tension, own in zip(sorted(set(found.tensions)), found.total, strict=True)
+    ]
+    if not found.reason:
+        lines += [
+            f"Motor and bearings, at the motor: {_interval(found.constant)}",
+            f"Wraps, over the tension: {_interval(found.per_tension)}",
+        ]
+    lines += [f"{found.strokes} strokes."]
+    return "\n".join([*lines, *(f"Finding: {line}." for line in found.findings)])
+
+
+def _interval(own: "Estimate") -> str:
+    unit = "N m" if own.unit == "N m" else "N m per N"
+    return f"{own.value:.4g} {unit}, 95 % interval {own.low:.4g} to {own.high:.4g}"

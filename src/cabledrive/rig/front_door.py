@@ -24,6 +24,7 @@ from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import needed_order
 from cabledrive.rig.ranked import BEST, best_controller, best_words
 from cabledrive.rig.repetition import repeat_motion
+from cabledrive.rig.run_limits import check_run
 from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Disturbance, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.rig.trial import (
@@ -196,6 +197,7 @@ def track(
         options = replace(options, feedback=file.feedback)
     if motion.order is None:
         motion = replace(motion, order=needed_order(name, drive))
+    check_run(actual, motion, options, draws=draws, cable=plant == CABLE)
     check_motion(actual, motion)
     check_clock(drive, actual)
     spec = DesignSpec(

@@ -24,6 +24,7 @@ from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
 from cabledrive.rig.run_facts import motion_words
+from cabledrive.rig.run_limits import check_run
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import check_motion
 from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
@@ -192,6 +193,7 @@ def compare(
     if motion.order is None:
         motion = replace(motion, order=max(needed_order(name, drive) for name in names))
     _check(draws, seed, goal)
+    check_run(drive, motion, COMPARED, draws=draws)
     check_motion(drive, motion)
     spec = DesignSpec(drive, motion, options=COMPARED)
     allowed = goal_of(drive) if goal is None else goal * DEGREE

@@ -5,14 +5,18 @@ from typing import Any
 import click
 
 from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
-from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.app.route_answer import checked_route
+from cabledrive.app.results import Answer, NewFile, known, provenance
 from cabledrive.mechanics.warnings import drive_warnings
-from cabledrive.modal.lowest import derived_with_lowest
+from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.blocks import table_text
 
-METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"
+METHOD = {
+    False: "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness",
+    True: "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness",
+}
+"""Of loops and lines, and of machines with routes."""
 
 
 @click.command(cls=Subcommand, example='cabledrive check elevator --set cable.pretension="20 kN"')
@@ -31,7 +35,7 @@ METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dyna
 )
 def command(drive: Drive | RoutedDrive, plot: NewFile | None, motion_file: str | None) -> Answer:
     """Validate DRIVE; print derived quantities and warnings; with --motion the margins along it."""
-    answer = checked_route(drive) if isinstance(drive, RoutedDrive) else _checked(drive)
+    answer = _checked_route(drive) if isinstance(drive, RoutedDrive) else _checked_loop(drive)
     if motion_file is not None:
         from cabledrive.app.motion_answers import with_margins
 
@@ -43,25 +47,51 @@ def command(drive: Drive | RoutedDrive, plot: NewFile | None, motion_file: str |
     return answer
 
 
-def _checked(drive: Drive) -> Answer:
-    derived = derived_with_lowest(drive)
-    warnings = drive_warnings(drive)
-    return Answer(
-        data={
-            "valid": True,
-            "drive_hash": content_hash(drive),
-            "derived": derived,
-            "warnings": warnings,
-        },
-        text=_text(drive, derived, warnings),
-        provenance=provenance(drive, method=METHOD),
-    )
-
-
-def _text(drive: Drive, derived: dict[str, Any], warnings: tuple[str, ...]) -> str:
-    from cabledrive.report.blocks import table_text
+def _checked_loop(drive: Drive) -> Answer:
     from cabledrive.report.machine.data import derived_table
 
+    derived = derived_with_lowest(drive)
+    return _answer(drive, {"derived": derived}, [table_text(derived_table(derived))], drive_warnings(drive))
+
+
+def _checked_route(drive: RoutedDrive) -> Answer:
+    from cabledrive.mechanics.network import network_of, statics_of
+    from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+    from cabledrive.modal.route_network import network_of_routes
+    from cabledrive.modal.spectrum import Spectrum
+    from cabledrive.report.machine.data import pulleys_table, spans_table
+
+    statics, lowest = statics_of(drive), lowest_frequencies(drive)
+    spans, pulleys = span_rows(drive, statics), pulley_rows(drive, statics)
+    rigid = Spectrum(network_of_routes(network_of(drive))).rigid_body_modes
+    ends = [row[end] for row in spans for end in ("tension_start", "tension_end")]
+    derived = lowest.as_dict() | {
+        "rigid_body_modes": rigid,
+        "cable_length": sum(row["length"] * row["ropes"] for row in spans),
+        "lowest_tension": min(ends),
+        "highest_tension": max(ends),
+        "spring_preload": statics.preload,
+        "reasons": lowest.reasons,
+    }
+    none = "no strength [N] in the file"
+    shown = [row | {"safety_factor": known(row["safety_factor"], none)} for row in spans]
+    tables = [table_text(one) for one in (spans_table(drive), pulleys_table(drive)) if one is not None]
+    preload = [
+        f"Spring of {name} at rest: {force:.4g} {'N m' if name.endswith('.turn') else 'N'}."
+        for name, force in statics.preload.items()
+    ]
+    lines = "\n".join([lowest.line, f"Rigid-body modes: {rigid}.", *preload])
+    data = {"derived": derived, "spans": shown, "pulleys": pulleys}
+    return _answer(drive, data, [*tables, lines], route_warnings(drive))
+
+
+def _answer(
+    drive: Drive | RoutedDrive, data: dict[str, Any], parts: list[str], warnings: tuple[str, ...]
+) -> Answer:
     head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
-    findings = [f"Warning: {line}." for line in warnings] or ["No warnings."]
-    return "\n\n".join([head, table_text(derived_table(derived)), "\n".join(findings)])
+    findings = "\n".join([f"Warning: {line}." for line in warnings] or ["No warnings."])
+    return Answer(
+        data={"valid": True, "drive_hash": content_hash(drive), **data, "warnings": warnings},
+        text="\n\n".join([head, *parts, findings]),
+        provenance=provenance(drive, method=METHOD[isinstance(drive, RoutedDrive)]),
+    )

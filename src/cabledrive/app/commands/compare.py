@@ -48,9 +48,8 @@ def command(
 
     DIR receives report.html, results.json and the finished parts; the same command goes on where it stopped.
     """
-    from cabledrive.app.run_limits import check_run
     from cabledrive.report.comparison_page import comparison_html
-    from cabledrive.rig import Motion, RigOptions
+    from cabledrive.rig import Motion
     from cabledrive.studies.controller_comparison import compare
 
     if not output:
@@ -63,7 +62,6 @@ def command(
     if before is not None and before.get("asked") != asked and not force:
         raise InputRefused(f"{folder}: holds other results: choose another folder, or add --force")
     motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses")})
-    check_run(drive, motion, RigOptions(), draws=spec["draws"])
     if controllers is not None and spec["every_law"]:
         raise InputRefused("--all compares every law: leave --controllers out")
     names = None if controllers is None else [one.strip() for one in controllers.split(",") if one.strip()]

@@ -41,8 +41,7 @@ def command(
     output: NewFile | None,
 ) -> Answer:
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
-    from cabledrive.app.run_limits import check_excitation
-    from cabledrive.rig.bench.experiment import Excitation, experiment, load_excitation
+    from cabledrive.rig.bench.experiment import experiment, load_excitation
     from cabledrive.rig.run_facts import motor_words
     from cabledrive.rig.tracking import log_csv
 
@@ -51,7 +50,6 @@ def command(
     else:
         refuse_given("stroke", why="belongs to --plan: add that, or leave it out")
     chosen = None if excitation is None else load_excitation(excitation)
-    check_excitation(drive, chosen or Excitation())
     if plan:
         return _planned(drive, chosen, model, stroke, seed)
     if output is None:

@@ -6,7 +6,7 @@ import click
 
 from cabledrive.app.combinations import Chooser, reading_options, refuse_given
 from cabledrive.app.failures import note
-from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged
+from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged, split_answer
 from cabledrive.app.options import Subcommand, answering, option, saves_answer
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
@@ -106,8 +106,6 @@ def command(
     if drive is not None:
         return pinged(logs, drive, spans, plucked, section, options.columns)
     if tensions:
-        from cabledrive.app.wrap_answer import split_answer
-
         refuse_given(
             "model",
             "method",

@@ -125,16 +125,11 @@ def _goals(file: str | None, quick: bool, every_law: bool) -> "Goals":
 def _studied(
     drive: Drive, logs: tuple[str, ...], wanted: "Goals", folder: Path, asked: str
 ) -> dict[str, Any]:
-    from cabledrive.app.run_limits import check_record
     from cabledrive.report.study_page import study_html
     from cabledrive.studies.study import run_study
-    from cabledrive.studies.study.check_stage import goals_for
     from cabledrive.studies.study.results_file import write_files
     from cabledrive.studies.study.stage_cache import sweep
 
-    if drive.sensors is not None and drive.sensors.sample_rate is not None:
-        duration = goals_for(drive, wanted).motion.trajectory.duration
-        check_record(duration, duration * drive.sensors.sample_rate)
     sweep(folder)
     sweep(folder / STAGES)
     result = run_study(drive, [Path(log) for log in logs], wanted, folder=folder / STAGES, note=note)

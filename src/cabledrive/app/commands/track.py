@@ -104,7 +104,6 @@ def command(
     **spec: Any,
 ) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
-    from cabledrive.app.run_limits import check_run
     from cabledrive.reduction.network_axis import as_axis
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.setting import (
@@ -149,7 +148,6 @@ def command(
         disturbances=tuple(parse_disturbance(words) for words in spec["disturbances"]),
         blind=parse_encoder_dropout(spec["blind"]),
     )
-    check_run(actual or drive, motion, options, draws=spec["draws"], cable=spec["plant"] == "cable")
     found = track(
         drive,
         controller=spec["controller"],

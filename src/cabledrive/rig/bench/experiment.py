@@ -35,6 +35,7 @@ from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_o
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.bench.virtual_rig import VirtualRig, rig_of, run_rig
+from cabledrive.rig.run_limits import check_excitation
 
 CHANNEL = "load_cell_force"
 SPEED_BANDWIDTH = 40.0
@@ -180,10 +181,11 @@ def experiment(
     -------
     Log
     """
-    drive = as_axis(drive)
+    drive, excitation = as_axis(drive), excitation or Excitation()
+    check_excitation(drive, excitation)
     rng = random_from(seed)
     rig = rig_of(drive, model)
-    command = command_of(excitation or Excitation(), rig.sample_rate, rng)
+    command = command_of(excitation, rig.sample_rate, rng)
     log = run_rig(rig, command, rng, source=f"virtual rig of {drive.name}")
     # A lumped chain of routes has no spans whose tension a load cell could measure.
     return log if isinstance(drive, AxisDrive) else with_load_cell(log, drive, rng)
@@ -207,6 +209,7 @@ def plan_experiment(
     which the torque reaches the first limit (None without limits), "warnings".
     """
     excitation = excitation or Excitation()
+    check_excitation(drive, excitation)
     rig = rig_of(drive, model)
     command = command_of(excitation, rig.sample_rate, random_from(seed))
     torque = rig.torque_per_volt * command

@@ -12,6 +12,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.network_axis import as_axis
+from cabledrive.rig.run_limits import check_record
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study.acceptance_stage import Trial, TriedLaws, no_runs, try_laws
 from cabledrive.studies.study.check_stage import CheckResult, check, goals_for
@@ -93,6 +94,9 @@ def run_study(
     """
     drive = as_axis(drive, axis)
     goals, note = goals_for(drive, goals or Goals()), note or (lambda line: None)
+    if drive.sensors is not None and drive.sensors.sample_rate is not None:
+        duration = goals.motion.trajectory.duration
+        check_record(duration, duration * drive.sensors.sample_rate)
     cache, files = StageCache(folder=folder, note=note), log_files(logs)
     records, hashes = logs_of(files, goals.columns), [file.sha256 for file in files]
     note("[1/8] check of drive and data")

@@ -1,11 +1,13 @@
 """How long a run of the rig may be: by the memory of its record and by the time that its draws take."""
 
 from math import isfinite, sqrt
+from typing import TYPE_CHECKING
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.bench.experiment import Excitation
-from cabledrive.rig.setting import sample_interval
+from cabledrive.rig.setting import Motion, RigOptions, sample_interval
+
+if TYPE_CHECKING:
+    from cabledrive.rig.bench.experiment import Excitation
 
 MOST_MEMORY = 4e9
 """Of the record of one run [bytes]."""
@@ -97,7 +99,7 @@ def _check_segments(drive: Drive, segments: int, duration: float) -> None:
         )
 
 
-def check_excitation(drive: Drive, excitation: Excitation) -> None:
+def check_excitation(drive: Drive, excitation: "Excitation") -> None:
     """Refuse an experiment whose log does not fit into memory, or whose command the samples cannot carry.
 
     Raises `InputRefused` if the log is too long, a frequency is not between 0 and half the sample rate, or a
@@ -125,7 +127,7 @@ def check_excitation(drive: Drive, excitation: Excitation) -> None:
         _check_period(e, rate)
 
 
-def _check_period(e: Excitation, rate: float) -> None:
+def _check_period(e: "Excitation", rate: float) -> None:
     samples = e.period * rate
     if e.kind == "steps":
         if samples < 2.0:
