@@ -147,6 +147,8 @@ SPECS = [
     row(lambda: parse_disturbance("load:0.05:0.2:0.1"), "0.2", "0.1"),
     row(lambda: parse_encoder_dropout("load:0.2:0.1"), "swap"),
     row(lambda: parse_payload_range("3"), "LOW:HIGH", "3"),
+    row(lambda: track(DRIVE, motion=Motion(dwell=1e6)), "samples", "GB", "shorten"),
+    row(lambda: track(DRIVE, draws=200_000), "draws = 200000", "ask for fewer"),
     row(lambda: Motion(payload=WIDE.payload), "payload", "3.5", "0.5 to 3", "--payload-range"),
     row(lambda: Motion(payload_range=(1.5, 3.0)), "payload_range", "1.5 to 3", "1"),
     row(lambda: Payload(factor=-1.0), "payload", "-1", "above 0"),
