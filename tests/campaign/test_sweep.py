@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import cabledrive as cd
-from cabledrive.campaign.design import Diagonal, Grid, LatinHypercube, Morris, Random, Saltelli, Sequence
+from cabledrive.campaign.design import NamedDesign
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
 from cabledrive.campaign.store import only_driver
@@ -353,14 +353,16 @@ def test_a_chunk_is_about_five_seconds_of_rows(tmp_path):
 
 # --- Designs give exactly the rows that are asked for, each by its number alone
 DESIGNS = [
-    Grid(shares=(np.linspace(0.0, 1.0, 4), np.array([0.25, 0.75]), np.linspace(0.0, 1.0, 5))),
-    Sequence(rows=100, axes=3, seed=1, kind="sobol"),
-    Sequence(rows=100, axes=3, seed=1, kind="halton"),
-    LatinHypercube(rows=100, axes=3, seed=1),
-    Random(rows=100, axes=3, seed=1),
-    Diagonal(rows=100, axes=3),
-    Saltelli(base=20, axes=3, seed=1),
-    Morris(base=25, axes=3, seed=1),
+    NamedDesign(
+        kind="grid",
+        rows=40,
+        axes=3,
+        shares=(np.linspace(0.0, 1.0, 4), np.array([0.25, 0.75]), np.linspace(0.0, 1.0, 5)),
+    ),
+    *(
+        NamedDesign(kind=kind, rows=100, axes=3, seed=1)
+        for kind in ("sobol", "halton", "lhs", "random", "list", "saltelli", "morris")
+    ),
 ]
 
 
@@ -375,14 +377,18 @@ def test_a_row_does_not_depend_on_how_rows_are_divided(design):
 
 
 def test_a_latin_hypercube_has_one_point_in_each_slice():
-    points = LatinHypercube(rows=50, axes=2, seed=3).points(0, 50)
+    points = NamedDesign(kind="lhs", rows=50, axes=2, seed=3).points(0, 50)
     for column in points.T:
         assert sorted(np.floor(50 * column).astype(int)) == list(range(50))
 
 
 def test_groups_of_saltelli_exchange_one_column_at_a_time():
     k, base = 3, 8
-    groups = Saltelli(base=base, axes=k, seed=5).points(0, base * (k + 2)).reshape(base, k + 2, k)
+    groups = (
+        NamedDesign(kind="saltelli", rows=base * (k + 2), axes=k, seed=5)
+        .points(0, base * (k + 2))
+        .reshape(base, k + 2, k)
+    )
     a, b = groups[:, 0], groups[:, 1]
     for axis in range(k):
         expected = a.copy()
@@ -392,7 +398,7 @@ def test_groups_of_saltelli_exchange_one_column_at_a_time():
 
 
 def test_each_step_of_morris_moves_one_axis_by_half_and_each_axis_once():
-    paths = Morris(base=50, axes=4, seed=2).points(0, 250).reshape(50, 5, 4)
+    paths = NamedDesign(kind="morris", rows=250, axes=4, seed=2).points(0, 250).reshape(50, 5, 4)
     steps = np.abs(np.diff(paths, axis=1))
     np.testing.assert_array_equal(np.sort(steps, axis=2)[:, :, :3], 0.0)
     np.testing.assert_array_equal(steps.sum(axis=1), 0.5)

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.design import GROUPED, MORRIS_STEP, Morris
+from cabledrive.campaign.design import GROUPED, MORRIS_STEP, NamedDesign
 from cabledrive.campaign.rows import DONE, REFUSED
 from cabledrive.campaign.store import STATUS, attributes_of, zarr_at_hand
 from cabledrive.parameters import InputRefused, NotComputed
@@ -124,7 +124,7 @@ def influence(store: str | Path, output: str, *, generator: np.random.Generator)
             f'design.kind = "{kind}" has no groups for indices or effects: sweep with kind = "saltelli" or '
             '"morris", base = N'
         ).at(str(store))
-    values = results.output(output).reshape(-1, len(names) + GROUPED[kind][1])
+    values = results.output(output).reshape(-1, len(names) + GROUPED[kind])
     whole = np.all(np.isfinite(values) & (results.code.reshape(values.shape) == 0), axis=1)
     kept = values[whole]
     if len(kept) < FEWEST_GROUPS:
@@ -142,7 +142,8 @@ def influence(store: str | Path, output: str, *, generator: np.random.Generator)
         "failed": counts["failed"],
     }
     if kind == "morris":
-        design = Morris(base=len(values), axes=len(names), seed=int(campaign["design.seed"]))
+        seed = int(campaign["design.seed"])
+        design = NamedDesign(kind=kind, rows=values.size, axes=len(names), seed=seed)
         points = design.points(0, design.rows).reshape(*values.shape, len(names))[whole]
         effects = dict(zip(names, _summaries(elementary_effects(points, kept), generator), strict=True))
         largest = sorted(effects.items(), key=lambda item: -item[1]["mean_size"]["value"])

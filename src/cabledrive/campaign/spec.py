@@ -117,7 +117,7 @@ def spec_of(
         raise InputRefused("vary is empty: name at least one key and its values")
     if isinstance(made, NamedComputation):
         check_required(made, varied)
-    axes = axes_of(vary, unit, folder)
+    axes = axes_of(varied)
     table = table_of("design", content.get("design", {}))
     seed = whole_of("design.seed", table.get("seed", 0), least=0)
     laid_out = design or design_of(table, axes, seed)
