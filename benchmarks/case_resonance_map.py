@@ -80,9 +80,9 @@ def timed(machine, method: str):
     """Result, least wall time of the integration and of the whole call, least processor time of the call."""
     spent, inner = [], ensembles._on_threads  # the integration as the map calls it
 
-    def watched(work, blocks, threads):
+    def watched(*given):
         began = time.perf_counter()
-        inner(work, blocks, threads)
+        inner(*given)
         spent.append(time.perf_counter() - began)
 
     def run():

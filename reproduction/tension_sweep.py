@@ -13,7 +13,6 @@ from scipy.optimize import brentq
 
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.ensemble_kernels import transitions
 
 STEPS_PER_PERIOD, FAR = 64, 1e3  # the sweep is not followed beyond FAR times the level
 
@@ -74,18 +73,23 @@ def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
     h = duration / steps
     time = h * np.arange(steps)
     across = np.sqrt(nu**2 + 2 * nu * (sweep.entry + sweep.rate * time))
-    edges = np.unique(np.append(np.arange(0, steps, STEPS_PER_PERIOD), steps))
-    out = np.empty((edges.size - 1, 2, 2))
-    transitions(across, np.full(steps, 4 * nu * mu), np.cos(2 * nu * time), sweep.damping, h, edges, out)
     phase = -0.5 * np.angle((0.5 * sweep.damping - 1j * (sweep.entry + mu**2 / (4 * nu))) / (1j * mu))
-    state = sweep.floor * np.array([np.cos(phase), -np.sin(phase)])
-    sizes = [sweep.floor]
-    for matrix in out:
-        state = matrix @ state
-        sizes.append(float(np.hypot(*state)))
-        if sizes[-1] > FAR * sweep.level:
-            break
-    return sweep.entry + sweep.rate * h * edges[: len(sizes)], np.array(sizes)
+    a, b = sweep.floor * float(np.cos(phase)), -sweep.floor * float(np.sin(phase)) * float(across[0])
+    # a leapfrog whose stiffness turns by exactly the frequency of each step, also where it is negative
+    squared = across**2 + 4 * nu * mu * np.cos(2 * nu * time)
+    turned = np.where(
+        squared > 0.0, (2 * np.sin(0.5 * h * np.sqrt(np.maximum(squared, 0.0))) / h) ** 2, squared
+    )
+    loss, edges, sizes = 0.5 * h * sweep.damping, [0], [sweep.floor]
+    for n, stiff in enumerate(turned.tolist()):
+        b = ((1.0 - loss) * b - h * stiff * a) / (1.0 + loss)
+        a += h * b
+        if (n + 1) % STEPS_PER_PERIOD == 0 or n + 1 == steps:
+            edges.append(n + 1)
+            sizes.append(float(np.hypot(a, b / across[n])))
+            if sizes[-1] > FAR * sweep.level:
+                break
+    return sweep.entry + sweep.rate * h * np.array(edges), np.array(sizes)
 
 
 def onset(detuning: Array, amplitude: Array, level: float) -> float:

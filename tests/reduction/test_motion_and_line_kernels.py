@@ -1,4 +1,4 @@
-"""Kernels of cabledrive.reduction: a planned motion, lines between two motors, the cable in modes."""
+"""Kernels of cabledrive.reduction: lines between two motors, the cable in modes."""
 
 from math import cos, sin
 
@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from cabledrive.reduction.ensemble_kernels import transitions
 from cabledrive.reduction.modal_cable_kernels import (
     ModalCableNumbers,
     cable_middle,
@@ -20,35 +19,6 @@ from cabledrive.reduction.modal_cable_kernels import (
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 
 pytestmark = pytest.mark.kernel
-
-
-def test_a_block_of_constant_coefficients_turns_by_the_exact_phase():
-    """Trace 2 cos(w t) without damping, whatever the step; the determinant is the loss of every step."""
-    omega, h, steps = 40.0, 0.01, 25
-    edges = np.array([0, 10, steps])
-    for gamma in (0.0, 3.0):
-        out = np.zeros((2, 2, 2))
-        nothing = np.zeros(steps)
-        transitions(np.full(steps, omega), nothing, nothing, gamma, h, edges, out)
-        kept = (1.0 - 0.5 * h * gamma) / (1.0 + 0.5 * h * gamma)
-        for block, number in zip(out, np.diff(edges), strict=True):
-            assert np.linalg.det(block) == pytest.approx(kept**number, rel=1e-10)
-            if gamma == 0.0:
-                assert np.trace(block) == pytest.approx(2.0 * np.cos(omega * h * number), abs=1e-10)
-                start = np.cos(omega * h * (number + 0.5)) / np.cos(
-                    0.5 * omega * h
-                )  # speeds half a step later
-                assert block[0, 0] == pytest.approx(start, abs=1e-10)
-
-
-def test_a_lifted_stiffness_is_the_sum_of_both():
-    omega, lift, q, h, steps = 40.0, 300.0, 0.5, 0.01, 12
-    edges = np.array([0, steps])
-    lifted, plain = np.zeros((1, 2, 2)), np.zeros((1, 2, 2))
-    all_ = np.full(steps, 1.0)
-    transitions(omega * all_, lift * all_, q * all_, 0.0, h, edges, lifted)
-    transitions(np.sqrt(omega**2 + lift * q) * all_, 0.0 * all_, all_, 0.0, h, edges, plain)
-    assert np.trace(lifted[0]) == pytest.approx(np.trace(plain[0]), abs=1e-12)
 
 
 def machine(radius: float) -> TwoMotors:

@@ -9,13 +9,11 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.friction_integration import direction, integrate_chain
 from cabledrive.reduction.lumped_chain import lumped_model, speed_transfer_function, to_control
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.reduction.oscillators import averaged_ensemble
 from cabledrive.reduction.threshold import growth_torque
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.simulation import Pluck, Sine, Start
@@ -32,11 +30,6 @@ def route(name, *overrides):
     return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
 
 
-def several_sections():
-    c = averaged_coefficients(autoparametric_model(cd.load_drive("linear-axis")), torque=np.ones(4))
-    averaged_ensemble(c, np.zeros((4, 4), dtype=complex), 1.0)
-
-
 def over(axes):
     return lambda: fast_ensemble(DRIVE, 0.05, axes, common={"torque_amplitude": 0.01})
 
@@ -47,7 +40,6 @@ def without_fit(*overrides):
 
 ROWS = [
     (lambda: autoparametric_model(TUNED, load_torque=1.0), ["lower span"]),
-    (several_sections, ["3 transverse modes"]),
     (over({"pretention": [1.0]}), ["pretention", "pretension"]),
     (over({"torque_frequency": [80.0, 900.0]}), ["torque", "676.6 Hz"]),
     (over({"pretension": [np.nan]}), ["pretension", "finite", "N"]),

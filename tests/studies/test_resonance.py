@@ -13,7 +13,6 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
-from cabledrive.reduction.ensemble_kernels import exact_stiffness, transitions
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.figures.run_histories import amplitude_spectrum
 from cabledrive.report.map_page import resonance_map_page
@@ -141,28 +140,6 @@ def test_damping_from_a_decay():
     assert found.damping == pytest.approx(2.0, rel=5e-3)
     assert found.frequency == pytest.approx(40.9, abs=2e-3)
     assert abs(found.curvature) < 0.05
-
-
-def test_transition_turns_by_exactly_the_frequency():
-    n, h, w = 1000, 1e-3, 700.0
-    out = np.empty((1, 2, 2))
-    transitions(np.full(n, w), np.zeros(n), np.zeros(n), 0.0, h, np.array([0, n]), out)
-    assert np.trace(out[0]) / 2 == pytest.approx(np.cos(w * n * h), abs=1e-9)
-
-
-@pytest.mark.kernel
-def test_compiled_transitions_equal_their_python():
-    """cabledrive.reduction.ensemble_kernels, compiled and as Python."""
-    rng, n, h = np.random.default_rng(0), 200, 1e-3
-    across, lift, q = 250 + rng.uniform(-1, 1, n), 1e7 * rng.standard_normal(n), 1e-4 * rng.standard_normal(n)
-
-    def run(kernel):
-        out = np.empty((2, 2, 2))
-        kernel(transitions)(across, lift, q, 2.0, h, np.array([0, 90, n]), out)
-        return out, kernel(exact_stiffness)(1e4, h)
-
-    for one, other in zip(run(lambda k: k), run(lambda k: getattr(k, "py_func", k)), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-9)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.5, 0.8])

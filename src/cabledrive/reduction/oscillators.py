@@ -10,16 +10,18 @@ One step is half a kick, the exact flow of the damped linear oscillators, half a
 Frequencies and decays are exact at any step; the coupling is of second order.
 """
 
+# mypy: allow-untyped-defs
+
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cabledrive.mechanics.compiled import njit, njit_part
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.reduction import ensemble_kernels as k
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.averaging import AveragedCoefficients
 from cabledrive.reduction.uniform_tension import linear_flow
@@ -66,33 +68,15 @@ def oscillator_coefficients(
     )
 
 
-def integrate_oscillators_reference(
-    c: OscillatorCoefficients, plucks: Array, steps: int, stride: int
-) -> Array:
-    """Readable twin of the compiled integrator, for any number of transverse modes and lanes.
-
-    From plucks [m], shape (J, ...), at rest; returns q, v, a every ``stride`` steps, (records, 2 + J, ...).
-    """
-    a = np.array(plucks, dtype=float)
-    b, q, p, v = np.zeros_like(a), np.zeros(a.shape[1:]), np.zeros(a.shape[1:]), np.zeros(a.shape[1:])
-    records = []
-    for n in range(steps + 1):
-        if n % stride == 0:
-            records.append(np.concatenate((q[None], v[None], a)))
-        h = (0.5 if n in (0, steps) else 1.0) * c.step
-        wave = np.sin(n * c.turn)
-        q_force = c.force * wave - c.cross * v - np.sum(c.push * a**2, axis=0)
-        v_force = c.rigid_force * wave - c.rigid_decay * v - c.rigid_cross * p
-        b = b - h * (c.pump * q + np.einsum("jk...,k...->j...", c.cubic, a**2)) * a
-        p, v = p + h * q_force, v + h * v_force
-        if n < steps:
-            q, p = c.along[0] * q + c.along[1] * p, c.along[2] * q + c.along[3] * p
-            a, b = c.across[0] * a + c.across[1] * b, c.across[2] * a + c.across[3] * b
-    return np.array(records)
-
-
 AVERAGED_STEP = 4e-3
 """Step of the averaged equations [s]: rates stay below some 30 rad/s there."""
+AXES = {
+    **dict.fromkeys(("along", "push", "pump"), 1),
+    **dict.fromkeys(("across", "cubic", "static"), 2),
+    **dict.fromkeys(("transverse_detuning", "feedback", "drift", "passive"), 1),
+    **dict.fromkeys(("back_third", "third", "offset"), 1),
+}
+"""Axes of coefficients that are not lanes, where there are any."""
 
 
 class Largest(NamedTuple):
@@ -108,44 +92,14 @@ def averaged_ensemble(
 ) -> Largest:
     """Largest amplitudes of many parameter sets by the averaged equations of first order.
 
-    ``c``: of one or two sections in one plane, with lanes; more are refused; ``start``, shape (1 + J, lanes):
-    slow amplitudes at t = 0 [m]; ``duration`` [s].
+    ``start``, shape (1 + J, lanes): slow amplitudes at t = 0 [m]; ``duration`` [s].
     """
-    lanes, steps = _lanes_of(start), _steps(duration, AVERAGED_STEP)
-    h = duration / steps
-    two = _two(c.pump.shape[0])
-    cells = _cells(k.AVERAGED_ROWS, lanes)
-    put = _Filler(cells, lanes)
-    rows: dict[int, ArrayLike] = {
-        k.DAMP: 0.5 * c.damping,
-        k.TUNE: c.detuning,
-        k.FORCE_RE: c.force.real,
-        k.FORCE_IM: c.force.imag,
-    }
-    rows |= {k.DECAY: 0.5 * c.transverse_damping, k.DRIFT_KEPT: np.exp(-0.5 * h * c.drift_decay)}
-    rows |= {k.PASSIVE_KEPT: np.exp(-0.5 * h * c.transverse_damping), k.DRIFT: 1.0, k.PASSIVE: 1.0}
-    bare = 0.5 * c.cubic - c.static
-    stiffened = np.einsum("jk...,k...->j...", bare, c.passive)
-    columns = (
-        (k.TUNE_1, c.transverse_detuning),
-        (k.BACK_1, c.feedback),
-        (k.PUMP_1, c.pump),
-        (k.DRIFT_1, c.drift),
-    )
-    for row, values in (*columns, (k.PASSIVE_1, stiffened)):
-        rows |= {row + j: values[j] for j in two}
-    rows |= {k.BARE_11 + 2 * i + j: bare[i, j] for i in two for j in two}
-    rows |= {k.QUARTER_11 + 2 * i + j: 0.25 * c.cubic[i, j] for i in two for j in two}
-    rows |= {k.Q_RE: start[0].real, k.Q_IM: start[0].imag, k.MOST_Q: np.abs(start[0]) ** 2}
-    for j in two:
-        z = start[1 + j]
-        rows |= {k.A_RE + 2 * j: z.real, k.A_IM + 2 * j: z.imag, k.MOST_A + j: np.abs(z) ** 2}
-    put.all(rows)
-    _on_threads(lambda a, b: k.integrate_averaged(cells, a, b, steps, h), put.blocks, threads)
-    complex_rows = [k.Q_RE, *(k.A_RE + 2 * j for j in two)]
-    state = np.array([put.row(row) + 1j * put.row(row + 1) for row in complex_rows])
-    spans = np.sqrt([put.row(k.MOST_A + j) for j in two])
-    return Largest(np.sqrt(put.row(k.MOST_Q)), spans, state)
+    if not duration > 0.0:
+        raise InputRefused(f"duration = {duration:.6g} s must be positive")
+    steps = int(np.ceil(duration / AVERAGED_STEP - 1e-9))
+    state, top = np.array(start, dtype=complex), np.abs(start)
+    _on_threads(integrate_averaged, (_laned(c, start), steps, duration / steps, state, top), threads)
+    return Largest(top[0], top[1:], state)
 
 
 def oscillator_ensemble(
@@ -153,81 +107,113 @@ def oscillator_ensemble(
 ) -> Largest:
     """Largest displacements of many parameter sets by the oscillators themselves.
 
-    ``c``: of one or two sections in one plane, with lanes; more are refused; ``plucks``, shape (J, lanes):
-    amplitudes at t = 0, at rest [m]; ``steps``: of the length in `c`.
+    ``plucks``, shape (J, lanes): amplitudes at t = 0, at rest [m]; ``steps``: of the length in `c`.
     """
     start = np.asarray(plucks, dtype=float)
-    lanes, two = _lanes_of(start), _two(c.push.shape[0])
-    cells = _cells(k.OSCILLATOR_ROWS, lanes)
-    put = _Filler(cells, lanes)
-    rows: dict[int, ArrayLike] = {
-        k.THRUST: c.force,
-        k.RIGID_THRUST: c.rigid_force,
-        k.CROSS: c.cross,
-        k.STEP: c.step,
-    }
-    rows |= {k.RIGID_DECAY: c.rigid_decay, k.RIGID_CROSS: c.rigid_cross, k.COS: 1.0}
-    rows |= {k.TURN_COS: np.cos(c.turn), k.TURN_SIN: np.sin(c.turn)}
-    for part in range(4):
-        rows |= {k.QQ + part: c.along[part]}
-        rows |= {k.AA_1 + 4 * j + part: c.across[part, j] for j in two}
-    rows |= {k.PUSH_1 + j: c.push[j] for j in two} | {k.LIFT_1 + j: c.pump[j] for j in two}
-    rows |= {k.CUBE_11 + 2 * i + j: c.cubic[i, j] for i in two for j in two}
-    rows |= {k.A + 2 * j: start[j] for j in two}
-    put.all(rows)
-    _on_threads(lambda a, b: k.integrate_oscillators(cells, a, b, steps), put.blocks, threads)
-    state = np.array([put.row(row) for row in (k.PLACE, *(k.A + 2 * j for j in two))])
-    return Largest(put.row(k.TOP_Q), np.array([put.row(k.TOP_A + j) for j in two]), state)
+    state = np.concatenate((np.zeros((1, *start.shape[1:])), start))
+    top = np.zeros_like(state)
+    _on_threads(integrate_oscillators, (_laned(c, start), steps, state, top), threads)
+    return Largest(top[0], top[1:], state)
 
 
-class _Filler:
-    """Puts rows of lanes into cells and takes them out."""
-
-    def __init__(self, cells: Array, lanes: int) -> None:
-        self.blocks = cells.size // k.LANES
-        self._lanes = lanes
-        self._cells = cells
-
-    def all(self, rows: dict[int, ArrayLike]) -> None:
-        shaped = self._shaped
-        self.blocks = shaped.shape[0]
-        full = np.zeros(shaped.shape[0] * k.LANES)
-        for row, values in rows.items():
-            full[: self._lanes] = values
-            shaped[:, row] = full.reshape(-1, k.LANES)
-
-    def row(self, row: int) -> Array:
-        return self._shaped[:, row].reshape(-1)[: self._lanes].copy()
-
-    @property
-    def _shaped(self) -> Array:
-        blocks = -(-self._lanes // k.LANES)
-        return self._cells.reshape(blocks, -1, k.LANES)
-
-
-def _cells(rows: int, lanes: int) -> Array:
-    return np.zeros(-(-lanes // k.LANES) * rows * k.LANES)
-
-
-def _lanes_of(start: NDArray[np.generic]) -> int:
+def _laned(c: Any, start: NDArray[np.generic]) -> Any:
+    """Coefficients with an axis of lanes each; refused: a start without one."""
     if start.ndim != 2:
         raise InputRefused(f"start has {start.ndim} axes, an ensemble needs 2: amplitudes and lanes")
-    return int(start.shape[1])
+    wide = {}
+    for name, value in c._asdict().items():
+        own = np.asarray(value)
+        own = own[..., None] if own.ndim == AXES.get(name, 0) else own
+        wide[name] = np.ascontiguousarray(np.broadcast_to(own, (*own.shape[:-1], start.shape[1])))
+    return c._replace(**wide)
 
 
-def _two(modes: int) -> range:
-    if modes > 2:
-        raise InputRefused(f"{modes} transverse modes, but an ensemble takes at most 2: leave the others out")
-    return range(modes)
-
-
-def _steps(duration: float, step: float) -> int:
-    if not duration > 0.0:
-        raise InputRefused(f"duration = {duration:.6g} s must be positive")
-    return int(np.ceil(duration / step - 1e-9))
-
-
-def _on_threads(work: Callable[[int, int], None], blocks: int, threads: int) -> None:
-    edges = np.linspace(0, blocks, max(1, threads) + 1).astype(int)
+def _on_threads(kernel: Callable[..., None], given: tuple[Any, ...], threads: int) -> None:
+    """Run a kernel on parts of the lanes, those of its last argument."""
+    edges = np.linspace(0, given[-1].shape[1], max(1, threads) + 1).astype(int)
     with ThreadPoolExecutor(max(1, threads)) as pool:
-        list(pool.map(work, edges[:-1].tolist(), edges[1:].tolist()))
+        list(pool.map(lambda a, b: kernel(*given, a, b), edges[:-1].tolist(), edges[1:].tolist()))
+
+
+@njit
+def integrate_oscillators(c, steps, state, top, first, last):
+    """Half a kick, exact flow, half a kick, of lanes `first` to `last`; state and largest in place."""
+    sections = state.shape[0] - 1
+    a, b, squares = np.empty(sections), np.empty(sections), np.empty(sections)
+    for i in range(first, last):
+        q, p, v = 0.0, 0.0, 0.0
+        cosine, sine, turn_cos, turn_sin = 1.0, 0.0, np.cos(c.turn[i]), np.sin(c.turn[i])
+        for j in range(sections):
+            a[j], b[j] = state[1 + j, i], 0.0
+        for n in range(steps + 1):
+            h = (0.5 if n == 0 or n == steps else 1.0) * c.step[i]
+            top[0, i] = max(top[0, i], abs(q))
+            force = c.force[i] * sine - c.cross[i] * v
+            rigid = c.rigid_force[i] * sine - c.rigid_decay[i] * v - c.rigid_cross[i] * p
+            for j in range(sections):
+                squares[j] = a[j] * a[j]
+            for j in range(sections):
+                top[1 + j, i] = max(top[1 + j, i], abs(a[j]))
+                force -= c.push[j, i] * squares[j]
+                stiff = c.pump[j, i] * q
+                for k in range(sections):
+                    stiff += c.cubic[j, k, i] * squares[k]
+                b[j] -= h * stiff * a[j]
+            p += h * force
+            v += h * rigid
+            if n < steps:
+                q, p = c.along[0, i] * q + c.along[1, i] * p, c.along[2, i] * q + c.along[3, i] * p
+                for j in range(sections):
+                    place, rate = a[j], b[j]
+                    a[j] = c.across[0, j, i] * place + c.across[1, j, i] * rate
+                    b[j] = c.across[2, j, i] * place + c.across[3, j, i] * rate
+                cosine, sine = cosine * turn_cos - sine * turn_sin, sine * turn_cos + cosine * turn_sin
+        state[0, i] = q
+        for j in range(sections):
+            state[1 + j, i] = a[j]
+
+
+@njit_part
+def first_order_rates(c, i, z, drift, passive, rates):
+    """Rates of slow amplitudes of one lane, Eq. (A.14), with shares of the drift and of what decays."""
+    total = (-0.5 * c.damping[i] + 1j * c.detuning[i]) * z[0] - c.force[i]
+    for j in range(z.size - 1):
+        own = z[1 + j]
+        total += 1j * c.feedback[j, i] * own * own
+        shift, turned = c.transverse_detuning[j, i] + c.drift[j, i] * drift, c.pump[j, i] * z[0]
+        for k in range(z.size - 1):
+            other = z[1 + k]
+            size = c.passive[k, i] * passive + other.real**2 + other.imag**2
+            shift += (0.5 * c.cubic[j, k, i] - c.static[j, k, i]) * size
+            turned += 0.25 * c.cubic[j, k, i] * other * other
+        rates[1 + j] = (-0.5 * c.transverse_damping[i] + 1j * shift) * own + 1j * turned * np.conj(own)
+    rates[0] = total
+
+
+@njit
+def integrate_averaged(c, steps, h, state, top, first, last):
+    """Runge-Kutta steps of fourth order of lanes `first` to `last`; state and largest in place."""
+    size = state.shape[0]
+    z, tried = np.empty(size, dtype=np.complex128), np.empty(size, dtype=np.complex128)
+    rates, total = np.empty(size, dtype=np.complex128), np.empty(size, dtype=np.complex128)
+    for i in range(first, last):
+        drift, passive = 1.0, 1.0
+        drift_kept = np.exp(-0.5 * h * c.drift_decay[i])
+        passive_kept = np.exp(-0.5 * h * c.transverse_damping[i])
+        for j in range(size):
+            z[j] = state[j, i]
+        for _ in range(steps):
+            first_order_rates(c, i, z, drift, passive, rates)
+            for part in range(3):
+                if part != 1:
+                    drift, passive = drift * drift_kept, passive * passive_kept
+                weight, reach = (1.0 if part == 0 else 2.0), (h if part == 2 else 0.5 * h)
+                for j in range(size):
+                    total[j] = (0.0 if part == 0 else total[j]) + weight * rates[j]
+                    tried[j] = z[j] + reach * rates[j]
+                first_order_rates(c, i, tried, drift, passive, rates)
+            for j in range(size):
+                z[j] += h / 6.0 * (total[j] + rates[j])
+                top[j, i] = max(top[j, i], abs(z[j]))
+        for j in range(size):
+            state[j, i] = z[j]
