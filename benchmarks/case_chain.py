@@ -10,6 +10,7 @@ from plain_chain import LOOPS, InC, InNumpy, InNumpyByParts, compiled
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.plan import new_workspace
 
 TITLE = "Chain: steps of the exact law"
@@ -93,13 +94,13 @@ class Integrated:
     def __init__(self, case: Case):
         self.case, self.state, self.work = case, case.first_state(), new_workspace(case.plan)
         self.fields = np.zeros((0, 3, case.mesh.nodes))
-        self.inputs: tuple = (np.zeros(0), np.zeros((0, 0)))
+        self.inputs: tuple = (np.zeros((0, 1)), np.zeros((0, 0)))
 
     def __call__(self, steps: int) -> None:
         case = self.case
         if self.inputs[0].size != steps:
             self.inputs = case.inputs(0, steps)
-            self.rows = np.zeros((-(-steps // case.grid.every), case.width))
+            self.rows = np.zeros((-(-steps // case.grid.every), width_of(case.plan)))
         code = case.method.integrate(
             case.plan, self.state, self.work, *self.inputs, case.grid.every, self.rows, self.fields
         )

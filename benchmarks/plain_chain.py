@@ -36,7 +36,7 @@ class InC:
         last = case.mesh.spacing.size
         self.rows = [*(np.array(row) for row in state.x), *(np.array(row) for row in state.x_t)]
         self.rows += [np.zeros(last) for _ in range(3)]
-        axial, drive = case.mesh.axial_mass, case.drive
+        axial, drive = case.mesh.axial_mass, case.machine
         numbers = [
             case.mesh.spacing[0],
             case.grid.step,
@@ -47,8 +47,8 @@ class InC:
             drive.layout.gravity,
             axial[0],
             axial[case.mesh.segments],
-            case.torque.amplitude / drive.drive_pulley.radius,
-            2.0 * np.pi * case.torque.frequency,
+            case.torques[0].amplitude / drive.drive_pulley.radius,
+            2.0 * np.pi * case.torques[0].frequency,
         ]
         self.integrate, self.segments = library.integrate, case.mesh.segments
         self.arguments = [ctypes.c_double(number) for number in numbers]
@@ -70,13 +70,13 @@ class InNumpy:
             mesh.spacing[0],
             case.grid.step,
         )
-        damped = 0.5 * self.dt * case.drive.cable.transverse_damping
+        damped = 0.5 * self.dt * case.machine.cable.transverse_damping
         self.keep = np.array([1.0, *[(1.0 - damped) / (1.0 + damped)] * 2])[:, None]
         self.kick = np.array([1.0, *[1.0 / (1.0 + damped)] * 2])[:, None] * self.dt / mesh.mass[1]
         self.fall = np.zeros((3, mesh.nodes - 2))
         self.fall[2] = self.kick[2] * mesh.weight_w[1:-1]
         self.n, self.masses = mesh.segments, mesh.axial_mass[[0, mesh.segments]]
-        self.torque, self.radius, self.steps = case.torque, case.drive.drive_pulley.radius, 0
+        self.torque, self.radius, self.steps = case.torques[0], case.machine.drive_pulley.radius, 0
 
     def __call__(self, steps: int) -> None:
         x, x_t, n, dt = self.x, self.x_t, self.n, self.dt

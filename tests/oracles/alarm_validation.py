@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.plan import DONE, State, copy_state, new_workspace
 from cabledrive.studies.planned_motion import PlannedMotion
 
@@ -137,7 +138,7 @@ def _advance(case: Case, state: State, first: int, last: int, rest: Array) -> tu
     every, width = case.grid.every, case.mesh.nodes
     if last <= first:
         return np.zeros((0, 2, width)), False
-    rows, fields = np.zeros((last - first, case.width)), np.full((last - first, 3, width), np.nan)
+    rows, fields = np.zeros((last - first, width_of(case.plan))), np.full((last - first, 3, width), np.nan)
     torque, forces = case.inputs(first * every, (last - first) * every)
     code = case.method.integrate(
         case.plan, state, new_workspace(case.plan), torque, forces, every, rows, fields

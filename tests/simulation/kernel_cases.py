@@ -8,8 +8,8 @@ from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
-from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.methods import method_named
+from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of
 
 SEGMENTS, STEPS, EVERY = 7, 36, 6
@@ -76,15 +76,17 @@ def setting(case):
             array[0, node] *= 0.0 if shaft.fixed else 1.0
         if mesh.closed:
             array[:, -1] = array[:, 0]
-    start = new_state(x, x_t, (x[0, 0], x_t[0, 0]))
-    torque = 0.5 * rng.standard_normal(STEPS)
+    q, q_t = (array[0, [0, SEGMENTS, 0]] for array in (x, x_t))
+    q_t[2] *= mesh.joint is not None
+    start = new_state(plan, x, x_t, q, q_t)
+    torque = 0.5 * rng.standard_normal((STEPS, 1))
     forces = rng.standard_normal((STEPS, plan.force.shape[0]))
     return plan, start, torque, forces
 
 
 def taken(function, plan, start, torque, forces):
     state = copy_state(start)
-    rows = np.zeros((STEPS // EVERY, WIDTH + 3 * plan.probe.shape[0]))
+    rows = np.zeros((STEPS // EVERY, width_of(plan)))
     fields = np.zeros((STEPS // EVERY, *state.x.shape))
     code = function(plan, state, new_workspace(plan), torque, forces, EVERY, rows, fields)
     return code, state, rows, fields

@@ -13,7 +13,7 @@ from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network import NetworkStart
-from cabledrive.simulation.network.case import forces_of, network_case, put_ends
+from cabledrive.simulation.network.case import network_case
 from cabledrive.simulation.network.result import left_out
 from network_samples import as_route, without_gravity
 
@@ -99,12 +99,20 @@ def test_steps_that_meet_slack_do_not_depend_on_how_many_are_taken_at_once():
         np.testing.assert_allclose(fine.channel(name)[::120], coarse.channel(name), rtol=1e-12, err_msg=name)
 
 
+def forces_of(mesh, laws, x, q, torque):
+    """Forces of one rope on its nodes, zero at ends, shape (3, nodes), and on the coordinates, shape (n,)."""
+    node, body = np.zeros_like(x), mesh.motor.T @ torque - mesh.stiffness @ q
+    for k, ((first, last), law) in enumerate(zip(mesh.nodes, laws, strict=True)):
+        p = np.stack(law.excess_components(*(np.diff(x[:, first : last + 1], axis=1) / mesh.spacing[k])))
+        node[:, first + 1 : last] = np.diff(p, axis=1)
+        body += mesh.ropes[k] * (p[:, 0] @ mesh.ends[k, 0] - p[:, -1] @ mesh.ends[k, 1])
+    return node, body
+
+
 @pytest.mark.kernel
 @pytest.mark.parametrize("model", ["exact", "weak"])
 def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
-    """The kernels of cabledrive.simulation.network.kernels, cabledrive.simulation.network.kernels,
-    cabledrive.simulation.network.coordinates and cabledrive.simulation.network.kernels, against numpy.
-    """
+    """The kernels of cabledrive.simulation.kernels and cabledrive.simulation.coordinates against numpy."""
     step, count = 2e-6, 20
     given = {
         "torque": 0.05,
@@ -124,7 +132,8 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
         state.q_t[...] += step * np.linalg.solve(mesh.mass, body)
         state.x[...] += step * state.x_t
         state.q[...] += step * state.q_t
-        put_ends(mesh, state.q, state.x)
+        for k, nodes in enumerate(mesh.nodes):
+            state.x[:, nodes] = np.stack([mesh.ends[k, side] @ state.q for side in range(2)], axis=1)
     for k, name in enumerate(mesh.names):
         expected = np.array(places)[:, k]
         np.testing.assert_allclose(

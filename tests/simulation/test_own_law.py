@@ -25,6 +25,7 @@ from cabledrive.simulation import (
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.kernels import integrate
 from cabledrive.simulation.methods import NAMES, Method, largest_stable_step
+from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.own_law import CompiledLaw, compiled_law
 from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace
 from cabledrive.simulation.plan import SLACK as SLACK_SPAN
@@ -176,12 +177,12 @@ def test_the_compiled_steps_under_a_law_equal_the_readable_ones():
     law_components(formula, numbers, ours.x, case.plan.segment[INVERSE_SPACING], work.p)
     expected = case.law.excess_components(*np.diff(ours.x, axis=1) * case.plan.segment[INVERSE_SPACING])
     np.testing.assert_allclose(work.p, np.stack(np.broadcast_arrays(*expected)), rtol=1e-10, atol=1e-12)
-    rows, fields = np.zeros((1, case.width)), np.zeros((0, 3, 25))
+    rows, fields = np.zeros((1, width_of(case.plan))), np.zeros((0, 3, 25))
     law, inputs = (formula, numbers, None, None, False), (work, torque, forces, 0, rows, fields)
     assert integrate(*law, case.plan, ours, *inputs) == DONE
     assert ours.counts[STEPS] == 40
     integrate_reference(case.plan, theirs, work, torque, forces, 40, rows, fields, case.law)
-    for name in ("x", "x_t", "motor", "extremes"):
+    for name in ("x", "x_t", "q", "extremes"):
         a, b = getattr(ours, name), getattr(theirs, name)
         np.testing.assert_allclose(a, b, atol=1e-11 * np.max(np.abs(b), initial=1e-300), err_msg=name)
     slack.x[0, 3] += 0.1
@@ -203,7 +204,7 @@ def by_python(numbers, x, inverse_spacing, p):
 def test_kernels_refuse_a_law_that_they_do_not_know(method, number):
     case = case_of(DRIVE, 0.001, scheme=Scheme(segments=12))
     plan, state = case.plan._replace(law=number), case.first_state()
-    inputs = np.zeros(1), np.zeros((1, 0)), 1, np.zeros((1, case.width)), np.zeros((0, 3, 25))
+    inputs = np.zeros((1, 1)), np.zeros((1, 0)), 1, np.zeros((1, case.width)), np.zeros((0, 3, 25))
     with pytest.raises(ValueError, match="no kernel knows"):
         method.integrate(plan, state, new_workspace(plan), *inputs)
 

@@ -17,28 +17,26 @@ from kernel_cases import VERLET as integrate
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.simulation.channels import CHANNELS, WIDTH
+from cabledrive.simulation.channels import TALLIES
+from cabledrive.simulation.coordinates import turn
 from cabledrive.simulation.methods import method_named
-from cabledrive.simulation.node_motion import solve_shafts
+from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.plan import (
-    COULOMB,
     EVENTS,
-    FRICTION,
     LARGEST_Z,
-    NEW,
-    OLD,
-    RIGHT,
-    SMOOTH,
-    TURNS,
+    PRETENSION,
+    RIGIDITY,
     copy_state,
     new_state,
     new_workspace,
     plan_of,
+    rubbing,
 )
 from cabledrive.simulation.segment_laws import segment_tensions
 from cabledrive.simulation.taut import rows_of, step_taut
 from oracles.readable_chain import energy_conserving
 from oracles.readable_chain import node_centred as readable_node_centred
+from oracles.readable_chain.observe import balance_of
 from oracles.readable_chain.shafts import solve_shafts_reference
 from oracles.readable_chain.verlet import integrate_reference
 
@@ -67,14 +65,13 @@ def assert_equal_runs(inputs, compiled, readable):
             ours, theirs = ours[0] - ours[1], theirs[0]
         if name == "extra":  # without what rounding took away
             ours, theirs = ours[:2], theirs[:2]
-        scale = np.max(np.abs(theirs), initial=1e-300)
+        scale = np.max(np.abs(theirs.astype(float)), initial=1e-300)
         error = np.max(np.abs(ours - theirs), initial=0.0) / scale
         assert error < 1e-10, f"{name}: {error:.2e} of its largest entry"
     np.testing.assert_allclose(fields, fields_r, atol=1e-10 * np.max(np.abs(fields_r)))
-    scale = np.max(np.abs(rows_r), axis=0) + 1e-12 * np.max(np.abs(rows_r[:, WIDTH - 1]))
-    names = [channel.name for channel in CHANNELS] + ["probe"] * (rows.shape[1] - WIDTH)
+    scale = np.max(np.abs(rows_r), axis=0) + 1e-12 * np.max(np.abs(rows_r[:, balance_of(inputs[0])]))
     error = np.max(np.abs(rows - rows_r) / scale, axis=0)
-    assert error.max() < 1e-9, f"{names[int(error.argmax())]}: {error.max():.2e}"
+    assert error.max() < 1e-9, f"column {error.argmax()}: {error.max():.2e}"
     return state
 
 
@@ -97,12 +94,19 @@ def test_the_energy_conserving_integration_equals_the_readable_one(case, planar)
     assert_equal_runs(start_of(case, planar=planar), conserving, energy_conserving.integrate_reference)
 
 
+def energy_in(plan, rows):
+    """Size of all energies in a row."""
+    pieces, last = len(plan.nodes), balance_of(plan) - TALLIES
+    return np.abs(rows[:, [*range(2 * pieces, 5 * pieces), *range(last - 3, last)]]).sum(axis=1)
+
+
 @pytest.mark.parametrize("case", CONSERVED)
 def test_the_budget_closes_at_every_step(case):
     """Balance of energy, works and losses over 36 steps of rough motion: 1e-13 of the energy in it."""
-    rows = taken(conserving, *start_of(case))[2]
-    balance = rows[:, WIDTH - 1]
-    error = np.max(np.abs(balance - balance[0])) / np.max(np.abs(rows[:, : WIDTH - 1][:, 11:21].sum(axis=1)))
+    inputs = start_of(case)
+    rows = taken(conserving, *inputs)[2]
+    balance = rows[:, balance_of(inputs[0])]
+    error = np.max(np.abs(balance - balance[0])) / np.max(energy_in(inputs[0], rows))
     assert error < 1e-13, f"{error:.2e}"
 
 
@@ -113,15 +117,16 @@ def test_a_large_motion_raises_the_shift_and_conserves_energy_all_the_same():
     plan = plan._replace(stop_when_slack=False)
     state, rows = taken(conserving, plan, start, torque, forces)[1:3]
     assert state.extra[energy_conserving.SHIFT] > start.extra[energy_conserving.SHIFT]
-    balance = rows[:, WIDTH - 1]
-    assert np.ptp(balance) < 1e-12 * np.max(np.abs(rows[:, 11:21]).sum(axis=1))
+    assert np.ptp(rows[:, balance_of(plan)]) < 1e-12 * np.max(energy_in(plan, rows))
 
 
 @pytest.mark.parametrize("case", ["exact", "linear"])
 def test_slack_stops_the_integration_before_the_step(case):
     """In the quick loop and in the long one."""
     plan, start, torque, forces = start_of(case)
-    start.x[0, 1] = start.x[0, 0] - 1.1 * plan.pretension / plan.rigidity * plan.segment[0, 0]
+    start.x[0, 1] = (
+        start.x[0, 0] - 1.1 * plan.piece[0, PRETENSION] / plan.piece[0, RIGIDITY] * plan.segment[0, 0]
+    )
     code, state = taken(conserving, plan._replace(stop_when_slack=True), start, torque, forces)[:2]
     assert code == 1
     assert state.counts[0] == 0
@@ -135,7 +140,7 @@ def tensions(*arguments):
 
 @njit
 def shafts(*arguments):
-    solve_shafts(*arguments)
+    turn(*arguments)
 
 
 @pytest.mark.parametrize("model", LAWS)
@@ -150,7 +155,7 @@ def test_the_compiled_laws_equal_the_readable_ones(model, tension_only, size):
     p = np.zeros((3, 499))
     number = list(LAWS).index(model)
     rope = number, tension_only, law.pretension, law.axial_rigidity
-    slack = tensions(rope, x, np.full(499, 1.0), p)
+    slack = tensions(rope, (0, 499), x, np.full(499, 1.0), p)
     gradients = np.diff(x, axis=1)
     expected = np.stack(law.excess_components(*gradients))
     np.testing.assert_allclose(p, expected, rtol=1e-12, atol=2e-15 * np.max(np.abs(expected)))
@@ -167,18 +172,26 @@ def test_shafts_stick_and_slip_as_the_readable_ones(seed, smooth):
     joint = rng.uniform(0.0, 3.0)
     matrix = np.diag(rng.uniform(0.5, 2.0, 3)) + joint * np.array([[1, 0, -1], [0, 0, 0], [-1, 0, 1]])
     matrix[0, 1] = matrix[1, 0] = -rng.uniform(0.0, 0.3) * (seed % 2)
-    table = np.zeros((6, 3))
-    table[COULOMB] = rng.uniform(0.0, 1.0, 3) * rng.integers(0, 2, 3)
-    table[SMOOTH], table[TURNS] = smooth, rng.integers(0, 4, 3) > 0
-    shaft = np.zeros((5, 3))
-    shaft[OLD] = rng.uniform(-1.0, 1.0, 3) * table[TURNS]
-    shaft[RIGHT] = rng.uniform(-1.5, 1.5, 3)
-    shafts(matrix, table, shaft)
-    new, friction = solve_shafts_reference(matrix, table, shaft[RIGHT], shaft[OLD])
-    np.testing.assert_allclose(shaft[NEW], new, atol=1e-13)
-    np.testing.assert_allclose(shaft[FRICTION], friction, atol=1e-12)
+    coulomb = rng.uniform(0.0, 1.0, 3) * rng.integers(0, 2, 3)
+    turns = rng.integers(0, 4, 3) > 0
+    old, right = rng.uniform(-1.0, 1.0, 3) * turns, rng.uniform(-1.5, 1.5, 3)
+    inverse, free, rubs = np.zeros((3, 3)), np.ix_(turns, turns), np.flatnonzero(coulomb * turns)
+    inverse[free] = np.linalg.inv(matrix[free])
+    plan = setting("motor")[0]._replace(
+        inverse=inverse,
+        loss=matrix,
+        **rubbing(inverse, np.eye(3)[rubs], coulomb[rubs]),
+        smooth=np.full(rubs.size, smooth),
+        wrap=np.full((rubs.size, 2), -1),
+    )
+    work = new_workspace(plan)
+    work.force[:] = right
+    shafts(plan, old, inverse, plan.rub_mobility, plan.rub_own, work)
+    new, friction = solve_shafts_reference(plan, matrix, right, old)
+    np.testing.assert_allclose(work.new, new, atol=1e-13)
+    np.testing.assert_allclose(work.friction, friction[rubs], atol=1e-12)
     if smooth == 0.0:
-        assert (np.abs(shaft[FRICTION]) <= table[COULOMB] * (1.0 + 1e-12)).all()
+        assert (np.abs(work.friction) <= coulomb[rubs] * (1.0 + 1e-12)).all()
 
 
 # --- The pass over taut segments, `cabledrive.simulation.taut`, equals the readable integration
@@ -203,16 +216,16 @@ def taut_setting(kind, *, planar, speed):
     rng = np.random.default_rng(3)
     x[1 if not planar else 2 :, mesh.sways] = 1e-4 * rng.uniform(-1.0, 1.0, (2 - planar, mesh.sways.sum()))
     x_t[0, 0] = x_t[0, -1 if mesh.closed else 0] = speed
-    return plan, new_state(x, x_t, (0.0, 0.0))
+    return plan, new_state(plan, x, x_t, np.zeros(3), np.array([x_t[0, 0], 0.0, 0.0]))
 
 
 def taken_taut(function, plan, start):
     state = copy_state(start)
     rows, fields = (
-        np.zeros((TAUT_STEPS // TAUT_EVERY, WIDTH + 3 * len(plan.probe))),
+        np.zeros((TAUT_STEPS // TAUT_EVERY, width_of(plan))),
         np.zeros((0, *state.x.shape)),
     )
-    torque = 0.2 * np.cos(np.arange(TAUT_STEPS))
+    torque = 0.2 * np.cos(np.arange(TAUT_STEPS))[:, None]
     forces = 1e-2 * np.sin(np.arange(TAUT_STEPS * len(plan.force))).reshape(TAUT_STEPS, -1)
     code = function(plan, state, new_workspace(plan), torque, forces, TAUT_EVERY, rows, fields)
     return code, state, rows
@@ -227,9 +240,9 @@ def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
     code, state, rows = taken_taut(integrate, plan, start)
     code_r, state_r, rows_r = taken_taut(integrate_reference, plan, start)
     assert code == code_r == 0
-    for name in ("x", "x_t", "extremes", "events", "counts"):
+    for name in ("x", "x_t", "q", "extremes", "peaks", "events", "slack"):
         ours, theirs = getattr(state, name), getattr(state_r, name)
-        error = np.max(np.abs(ours - theirs)) / np.max(np.abs(theirs), initial=1e-300)
+        error = np.max(np.abs(ours - theirs)) / np.max(np.abs(theirs.astype(float)), initial=1e-300)
         assert error < 1e-10, f"{name}: {error:.2e}"
     error = np.max(np.abs(rows - rows_r), axis=0) / (np.max(np.abs(rows_r), axis=0) + 1e-15)
     assert error.max() < 1e-9, f"column {error.argmax()}: {error.max():.2e}"
@@ -251,7 +264,7 @@ def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
         plan, state = taut_setting("loop", planar=planar, speed=speed)
         plane, out = rows_of(state)
         assert (out is None) == planar
-        inputs = np.zeros(TAUT_STEPS), np.zeros((TAUT_STEPS, 0))
+        inputs = np.zeros((TAUT_STEPS, 1)), np.zeros((TAUT_STEPS, 0))
         went = steps(plan, state, new_workspace(plan), inputs, plane, out)
         assert went == expected
 

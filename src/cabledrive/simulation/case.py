@@ -17,27 +17,16 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.channels import WIDTH
+from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH
 from cabledrive.simulation.methods import (
-    Method,
-    TimeGrid,
     check_resolved,
     largest_stable_step,
     method_named,
     time_grid,
 )
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
-from cabledrive.simulation.plan import (
-    Plan,
-    State,
-    Workspace,
-    half_step_before,
-    new_state,
-    new_workspace,
-    plan_of,
-    set_state,
-)
-from cabledrive.simulation.prepared import PreparedRun
+from cabledrive.simulation.plan import State, plan_of, set_state
+from cabledrive.simulation.prepared import RopeRun
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, place_at_start, velocity_at_start
 
@@ -53,43 +42,16 @@ class CarriageForce:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Case(PreparedRun):
-    """A run that has not begun."""
+class Case(RopeRun):
+    """A run of a loop or a line that has not begun."""
 
-    drive: Drive
-    scheme: Scheme
-    recording: Recording
+    machine: Drive
     mesh: Mesh
-    law: CableLaw
-    grid: TimeGrid
-    plan: Plan
-    method: Method
-    torque: Signal  # torque, without the motor's constant offset
-    offset: float  # the motor's offset torque [N m]
-    forces: tuple[Signal, ...]
-    displacement: Array  # (3, nodes): at t = 0 [m]
-    rotor: float
-    velocity: Array  # (3, nodes): at t = 0 [m/s]
 
     @property
-    def machine(self) -> Drive:
-        """The drive of the run."""
-        return self.drive
-
-    @property
-    def width(self) -> int:
-        """Numbers per record."""
-        return WIDTH + 3 * self.plan.probe.shape[0]
-
-    @property
-    def nodes(self) -> int:
-        """Nodes of the cable."""
-        return self.mesh.nodes
-
-    @property
-    def law_name(self) -> str:
-        """Name of the cable law."""
-        return taut_law(self.law).name
+    def law(self) -> CableLaw:
+        """The cable law."""
+        return self.laws[0]
 
     @cached_property
     def interpreted(self) -> str | None:
@@ -101,39 +63,38 @@ class Case(PreparedRun):
         """Law, inputs and start."""
         return {
             "law": law_fingerprint(self.law),
-            "torque": self.torque.fingerprint,
+            "torque": self.torques[0].fingerprint,
             "forces": [signal.fingerprint for signal in self.forces],
             "force_places": self.plan.force.tolist(),
-            "start": sha256(self.displacement.tobytes() + self.velocity.tobytes()).hexdigest(),
+            "start": sha256(self.x.tobytes() + self.x_t.tobytes()).hexdigest(),
         }
 
-    @cached_property
-    def work(self) -> Workspace:
-        """Work space of the steps."""
-        return new_workspace(self.plan)
-
-    def inputs(self, first: int, steps: int) -> tuple[Array, Array]:
-        """Torque, (steps,), with the motor's offset [N m], and forces, (steps, forces) [N], of some steps."""
-        time: Array = np.arange(first, first + steps, dtype=np.float64) * self.grid.step
-        forces = np.zeros((steps, len(self.forces)))
-        for number, signal in enumerate(self.forces):
-            forces[:, number] = signal.at(time)
-        return self.torque.at(time) + self.offset, forces
-
-    def first_state(self) -> State:
-        """State before the first step."""
-        rotor, speed = self.rotor, float(self.velocity[0, 0])
-        torque, forces = self.inputs(0, 1)
-        before, motor_speed = half_step_before(
-            self.plan, self.displacement, self.velocity, (rotor, speed), float(torque[0]), forces[0], self.law
-        )
-        state = new_state(self.displacement, before, (rotor, motor_speed))
-        return state._replace(extra=self.method.extra(self.plan, state))
-
-    def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
-        """Take the steps, the first of every ``every`` recorded; why they end."""
-        torque, forces = inputs
-        return self.method.integrate(self.plan, state, self.work, torque, forces, every, rows, fields)
+    def columns(self, found: Array) -> Array:
+        """The columns of a loop or a line, from what the kernels record; the half cells at rims are cable."""
+        plan, mesh, spans = self.plan, self.mesh, len(self.mesh.spans)
+        middle = 5 * spans + 3 * len(plan.probe)
+        energies, tallies, balance, q, q_t, torque = np.split(found[:, middle:], [3, 10, 11, 14, 17], axis=1)
+        radius = np.array([own.radius for own in (*mesh.shafts, mesh.shafts[0])[:3]])
+        rim = np.array([own.rim_mass for own in mesh.shafts] + [0.0])[:3]
+        rows, place = np.zeros((len(found), self.width)), COLUMN["drive_angle"]
+        for first, values in ((place, q), (place + 3, q_t)):
+            rows[:, first : first + 3] = values / radius
+            if mesh.joint is None:
+                rows[:, first + 2] = rows[:, first]
+        rows[:, COLUMN["torque"]] = torque[:, 0]
+        names = ("mean_tension", "least_tension", "axial_energy", "transverse_energy", "strain_energy")
+        for k, name in enumerate(names):
+            rows[:, COLUMN[f"{name}_upper"] + np.arange(spans)] = found[:, k * spans : (k + 1) * spans]
+        for span in range(spans):
+            h = mesh.spacing[[span * mesh.segments, (span + 1) * mesh.segments - 1]]
+            rows[:, AXIAL + span] += 0.25 * mesh.density * q_t[:, [span, 1 - span]] ** 2 @ h
+        shafts = COLUMN["drive_energy"]
+        rows[:, shafts : shafts + 3] = 0.5 * rim * q_t**2
+        rows[:, COLUMN["joint_energy"]] = energies[:, 2] + q @ plan.rest
+        rows[:, WEIGHT_ENERGY] = energies[:, 0] - q @ plan.rest
+        rows[:, WEIGHT_ENERGY + 1 : WIDTH] = np.hstack([tallies, balance])
+        rows[:, WIDTH:] = found[:, 5 * spans : middle]
+        return rows
 
     def why(self, code: int, state: State, before: State, inputs: tuple[Array, ...]) -> str:
         """Why steps ended early, in one line; ``before``: the state before these steps."""
@@ -220,21 +181,27 @@ def case_of(
     )
     method.check(plan)
     displacement, rotor = place_at_start(mesh, law, start)
+    velocity = velocity_at_start(mesh, start)
     return Case(
-        drive=drive,
+        machine=drive,
         scheme=scheme,
         recording=recording,
-        mesh=mesh,
-        law=law,
         grid=grid,
+        channels=CHANNELS,
+        width=WIDTH + 3 * len(plan.probe),
+        nodes=mesh.nodes,
+        law_name=taut_law(law).name,
+        torques=(signal,),
+        holding=np.array([drive.motor.offset_torque if drive.motor else 0.0]),
         plan=plan,
         method=method,
-        torque=signal,
-        offset=drive.motor.offset_torque if drive.motor else 0.0,
+        laws=[law] * len(mesh.spans),
         forces=pushes,
-        displacement=displacement,
-        rotor=rotor,
-        velocity=velocity_at_start(mesh, start),
+        x=displacement,
+        x_t=velocity,
+        q=np.array([*displacement[0, list(mesh.rims)], rotor]),
+        q_t=velocity[0, [*mesh.rims, 0]],
+        mesh=mesh,
     )
 
 

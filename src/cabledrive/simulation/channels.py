@@ -51,27 +51,11 @@ CHANNELS = (
 COLUMN = {channel.name: number for number, channel in enumerate(CHANNELS)}
 WIDTH = len(CHANNELS)
 
-# The same numbers for the kernels, which take no dictionary.
-ANGLE, SPEED, TORQUE = COLUMN["drive_angle"], COLUMN["drive_speed"], COLUMN["torque"]
-MEAN_TENSION, LEAST_TENSION = COLUMN["mean_tension_upper"], COLUMN["least_tension_upper"]
-AXIAL, TRANSVERSE, STRAIN = (
-    COLUMN["axial_energy_upper"],
-    COLUMN["transverse_energy_upper"],
-    COLUMN["strain_energy_upper"],
-)
-SHAFT_ENERGY, JOINT_ENERGY, WEIGHT_ENERGY = (
-    COLUMN["drive_energy"],
-    COLUMN["joint_energy"],
-    COLUMN["weight_energy"],
-)
-WORK, BALANCE = COLUMN["torque_work"], COLUMN["balance"]
+AXIAL, WEIGHT_ENERGY = COLUMN["axial_energy_upper"], COLUMN["weight_energy"]
 
-# Tallies kept from step to step, in the order of their columns from WORK on.
+# Tallies kept from step to step, in the order of their columns.
 TORQUE_WORK, FORCE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS, JOINT_LOSS = range(7)
 TALLIES = 7
-
-# Extremes kept from step to step: least and largest angle of each shaft, largest |v|, |w| at each midpoint.
-EXTREMES = 10
 
 
 def probe_columns(number: int) -> slice:

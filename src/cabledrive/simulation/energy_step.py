@@ -14,7 +14,8 @@ from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
 )
-from cabledrive.simulation.node_motion import finish, kick_nodes, move_rims, shaft_forces, turn
+from cabledrive.simulation.coordinates import add_pulls, end_pulls, gather, place_ends
+from cabledrive.simulation.node_motion import kick_nodes, turn_and_damp
 from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import gradients, transverse_stretch
@@ -25,11 +26,11 @@ MOST_TRIALS, SETTLED = 20, 1e-12
 @njit_in_place
 @for_kernels
 def step_with_energy(
-    plan: Plan, state: State, extra: Array, work: Workspace, push: float, forces: Array
+    plan: Plan, state: State, extra: Array, work: Workspace, torque: Array, forces: Array
 ) -> None:
-    """One step: the nodes answer linearly to the force scale, shafts and dampers are tried."""
-    x, x_t, motor, rest, shaft = state.x, state.x_t, state.motor, work.rest, work.shaft
-    n, last, free, old = plan.segments, x.shape[1] - 1, work.free, work.old
+    """One step: the nodes answer linearly to the force scale, coordinates and dampers are tried."""
+    x, x_t, q, q_t, rest = state.x, state.x_t, state.q, state.q_t, work.rest
+    last, free, old, n = x.shape[1] - 1, work.free, work.old, state.q.size
     add_linear(plan, x, work.p, rest, -1.0)
     energy = nonlinear_energy(plan, x)
     while min(energy, extra[at.STORED]) + extra[at.SHIFT] < 0.5 * extra[at.SHIFT]:
@@ -39,9 +40,14 @@ def step_with_energy(
     for axis in range(3):
         for i in range(last):
             work.p[axis, i] -= rest[axis, i]
-    shaft_forces(plan, state, work, push)
     kick_nodes(plan, x_t, work, forces)
-    met, answer, damped = 0.0, 0.0, plan.axial_damping > 0.0
+    end_pulls(plan, work.p, work)
+    gather(plan, q, torque, work)
+    end_pulls(plan, rest, work)
+    for i in range(n):
+        work.trial[0, i], work.trial[1, i] = work.force[i], 0.0
+    add_pulls(plan, work, work.trial[1])
+    met, answer, damped = 0.0, 0.0, plan.axial != at.UNDAMPED
     for axis in range(3):
         for i in range(1, last):
             kick = plan.node[at.KICK_U if axis == 0 else at.KICK_T, i]
@@ -50,33 +56,23 @@ def step_with_energy(
             answer += kick * force * force
     if damped:
         copy_rows(x_t, free)
-    on_drive, on_load, drive_force, load_force = (
-        rest[0, 0],
-        -rest[0, n - 1],
-        shaft[at.FORCE, 0],
-        shaft[at.FORCE, 1],
-    )
-    if plan.closed:
-        on_drive -= rest[0, last - 1]
-        on_load += rest[0, n]
     change, result, c = 0.0, 0.0, 1.0
     for trial in range(MOST_TRIALS):
         c = (psi + 0.5 * change) / root
-        shaft[at.FORCE, 0], shaft[at.FORCE, 1] = drive_force + c * on_drive, load_force + c * on_load
+        for i in range(n):
+            work.force[i] = work.trial[0, i] + c * work.trial[1, i]
         work.lost[:] = 0.0
         if damped:
             scaled_kick(plan, free, x_t, rest, c)
-        turn(plan, x_t, work.lost, work)
-        rims = on_drive * (shaft[at.OLD, 0] + shaft[at.NEW, 0]) + on_load * (
-            shaft[at.OLD, 1] + shaft[at.NEW, 1]
-        )
+        turn_and_damp(plan, q_t, x_t, work.lost, work)
         if damped:
-            x_t[0, 0], x_t[0, n] = shaft[at.NEW, 0], shaft[at.NEW, 1]
-            if plan.closed:
-                x_t[0, last] = shaft[at.NEW, 0]
+            place_ends(plan, q, work.new, x, x_t)
             result = scale * (power(rest, old) + power(rest, x_t))
         else:
-            result = -scale * (met + c * answer + rims)
+            moved = met + c * answer
+            for i in range(n):
+                moved += work.trial[1, i] * (q_t[i] + work.new[i])
+            result = -scale * moved
         if abs(result - change) <= SETTLED * abs(result) or trial == MOST_TRIALS - 1:
             break
         change += (result - change) / (1.0 + 0.5 * scale / root * answer)
@@ -84,17 +80,18 @@ def step_with_energy(
         scaled_kick(plan, x_t, x_t, rest, c)
     if work.lost[0, int(AXIAL_LOSS)] != 0.0:
         add_to(state.tallies, int(AXIAL_LOSS), work.lost[0, int(AXIAL_LOSS)])
-    # A rim turns far while forces on it are large: what rounding takes there would be work nobody does.
-    place = motor[0]
-    move_rims(plan, state, shaft)
     extra[at.STORED] = sum_with_loss(extra, at.STORED_LOST, extra[at.STORED], result * (psi + 0.5 * change))
-    drive = sum_with_loss(extra, at.DRIVE_LOST, x[0, 0], plan.step * x_t[0, 0])
-    load = sum_with_loss(extra, at.LOAD_LOST, x[0, n], plan.step * x_t[0, n])
-    motor[0] = sum_with_loss(extra, at.MOTOR_LOST, place, plan.step * motor[1])
-    finish(plan, state, work, forces)
-    x[0, 0], x[0, n] = drive, load
-    if plan.closed:
-        x[0, last] = drive
+    # A rim turns far while forces on it are large: what rounding takes there would be work nobody does.
+    for i in range(n):
+        work.trial[0, i] = sum_with_loss(extra, at.PLACES_LOST + i, q[i], plan.step * work.new[i])
+
+
+@njit_in_place
+@for_kernels
+def place_compensated(state: State, work: Workspace) -> None:
+    """Places of the coordinates after the step, with what rounding took of them."""
+    for i in range(state.q.size):
+        state.q[i] = work.trial[0, i]
 
 
 @njit_in_place
@@ -122,7 +119,8 @@ def sum_with_loss(extra: Array, number: int, value: float, amount: float) -> flo
 def add_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
     """Components plus or minus those of the linear law."""
     for axis in range(3):
-        stiffness = sign * (plan.pretension + (plan.rigidity if axis == 0 else 0.0))
+        along = plan.piece[0, at.RIGIDITY] if axis == 0 else 0.0
+        stiffness = sign * (plan.piece[0, at.PRETENSION] + along)
         for i in range(p.shape[1]):
             slope = (x[axis, i + 1] - x[axis, i]) * plan.segment[at.INVERSE_SPACING, i]
             out[axis, i] = p[axis, i] + stiffness * slope
@@ -143,7 +141,8 @@ def power(rest: Array, x_t: Array) -> float:
 @for_kernels
 def nonlinear_energy(plan: Plan, x: Array) -> float:
     """Elastic energy beyond that of the linear law."""
-    total, rigidity = 0.0, plan.rigidity + (0.0 if plan.law == at.EXACT else plan.pretension)
+    total, rigidity = 0.0, plan.piece[0, at.RIGIDITY]
+    rigidity += 0.0 if plan.law == at.EXACT else plan.piece[0, at.PRETENSION]
     if plan.law == at.LINEAR:
         return 0.0
     for i in range(x.shape[1] - 1):

@@ -23,7 +23,7 @@ from cabledrive.simulation.channels import (
     probe_columns,
 )
 from cabledrive.simulation.netcdf import Content, Variable
-from cabledrive.simulation.plan import EVENTS, MOST_EVENTS, RADIUS, State
+from cabledrive.simulation.plan import EVENTS, MOST_EVENTS, State
 from cabledrive.simulation.result import RunResult
 from cabledrive.simulation.run import Outcome
 from cabledrive.simulation.start import PLANES
@@ -270,7 +270,7 @@ def result_of(case: Case, outcome: Outcome) -> SimulationResult:
         spans=case.mesh.spans,
         position=case.mesh.position,
         cfl=case.grid.cfl,
-        energy_handled=energy_handled(rows, rest_energy(case.drive, case.mesh, case.law)),
+        energy_handled=energy_handled(rows, rest_energy(case.machine, case.mesh, case.law)),
         slack_events=slack_events(case, outcome.state),
         extremes=_extremes(case, outcome),
         provenance=case.provenance(
@@ -280,23 +280,20 @@ def result_of(case: Case, outcome: Outcome) -> SimulationResult:
                 "segments": case.mesh.segments,
             },
             duration=case.grid.steps * case.grid.step,
-            torque=case.torque.fingerprint,
-            torque_offset=case.offset,
+            torque=case.torques[0].fingerprint,
+            torque_offset=float(case.holding[0]),
         ),
     )
 
 
 def _extremes(case: Case, outcome: Outcome) -> dict[str, float]:
-    found = {}
-    for k, shaft in enumerate(("drive", "load", "motor")):
-        for side, word in enumerate(("min", "max")):
-            place = float(outcome.state.extremes[2 * k + side])
-            found[f"{shaft}_angle_{word}"] = (
-                place / float(case.plan.shaft[RADIUS, k]) if np.isfinite(place) else 0.0
-            )
-    for number, span in enumerate(case.mesh.spans):
-        found[f"{span}_v_peak"] = float(outcome.state.extremes[6 + 2 * number])
-        found[f"{span}_w_peak"] = float(outcome.state.extremes[7 + 2 * number])
+    found, mesh, state = {}, case.mesh, outcome.state
+    for k, name in enumerate(("drive", "load", "motor")):
+        radius = mesh.shafts[k].radius if k < len(mesh.shafts) else mesh.shafts[0].radius
+        for word, place in zip(("min", "max"), state.extremes[:, k].tolist(), strict=True):
+            found[f"{name}_angle_{word}"] = place / radius if np.isfinite(place) else 0.0
+    for span, (v, w) in zip(mesh.spans, state.peaks.tolist(), strict=True):
+        found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
     return found
 
 

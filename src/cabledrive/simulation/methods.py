@@ -43,8 +43,8 @@ class Method:
         law = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None
         table: dict[str, dict[str, object]] = {
             "node-centred": {
-                "carriages or unequal segments": not plan.uniform and plan.axial_damping == 0.0,
-                "axial damping": plan.axial_damping > 0.0,
+                "carriages or unequal segments": not plan.uniform and plan.axial == at.UNDAMPED,
+                "axial damping": plan.axial != at.UNDAMPED,
                 "slack of a tension-only cable": plan.tension_only,
             },
             "energy-conserving": {
@@ -61,17 +61,18 @@ class Method:
                 raise InputRefused(f'method = "{self.name}" does not know {what}: use {instead}')
 
     def extra(self, plan: Plan, state: State) -> Array:
-        """Energy half a step before the start, a shift C, and losses, (6,) [J], [m]; else of size 0."""
+        """Energy half a step before the start, a shift C, and losses, (3 + n,) [J], [m]; else of size 0."""
         if self.name != "energy-conserving":
             return np.zeros(0)
-        law, extra = law_of(plan), np.zeros(at.MOTOR_LOST + 1)
+        law, extra = law_of(plan), np.zeros(at.PLACES_LOST + state.q.size)
         for x in (state.x, state.x - plan.step * state.x_t):
             u_x, v_x, w_x = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING]
             quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
             extra[at.STORED] += (
                 0.5 * plan.segment[at.SPACING] @ (law.energy_density(u_x, v_x, w_x) - quadratic)
             )
-        extra[at.SHIFT] = -0.5 * plan.pretension * plan.slack_strain * float(np.sum(plan.segment[at.SPACING]))
+        lowest = plan.piece[0, at.PRETENSION] * plan.piece[0, at.SLACK_STRAIN]
+        extra[at.SHIFT] = -0.5 * lowest * float(np.sum(plan.segment[at.SPACING]))
         return extra
 
     def integrate(
@@ -87,10 +88,10 @@ class Method:
     ) -> int:
         """Take a step for each entry of `torque`, writing into `state`.
 
-        ``torque``, (steps,) [N m]; ``forces``, (steps, forces) [N]; ``every``: the first of so many steps is
-        recorded; ``rows`` and ``fields``, (records, 3, nodes): get the records. Returns DONE; SLACK before a
-        step that slack is to stop; NOT_FINITE after the record in which the energy is not finite; TOO_STIFF
-        before the step of a record at which an own law has grown too stiff for the step.
+        ``torque``, (steps, motors) [N m]; ``forces``, (steps, forces) [N]; ``every``: the first of so many
+        steps is recorded; ``rows`` and ``fields``, (records, 3, nodes): get the records. Returns DONE; SLACK
+        before a step that slack is to stop; NOT_FINITE after the record in which the energy is not finite;
+        TOO_STIFF before the step of a record at which an own law has grown too stiff for the step.
         """
         from cabledrive.simulation.kernels import integrate
 
@@ -98,8 +99,9 @@ class Method:
         extra = state.extra if self.name == "energy-conserving" else None
         given = plan, state, work
         if plan.law != at.OWN or self.law is None:
-            law_of(plan)
-            if plan.law == at.EXACT and self.name == "verlet" and plan.axial_damping == 0.0:
+            if plan.law not in range(len(at.KERNEL_LAWS)):
+                raise ValueError(f"no kernel knows the cable law with number {plan.law}")
+            if plan.run.size and plan.law == at.EXACT and self.name == "verlet" and plan.axial == at.UNDAMPED:
                 return _taut_or_any(given, torque, forces, every, rows, fields)
             return int(
                 integrate(None, NONE, centred, extra, False, *given, torque, forces, every, rows, fields)
@@ -107,13 +109,13 @@ class Method:
         formula = compiled_law(plan, self.law)
         law, numbers = (None, NONE) if isinstance(formula, str) else formula
         j = 0
-        while j < torque.size:  # at records and where a segment is slack the law itself is asked
+        while j < len(torque):  # at records and where a segment is slack the law itself is asked
             recording = j % every == 0
             if recording and stiffness_over_limit(plan, self.law, state.x).max() > 1.0 + 1e-6:
                 return at.TOO_STIFF
             if _ask(self.law, plan, state, work, recording) and plan.stop_when_slack:
                 return at.SLACK
-            end, row = j + 1 if law is None else min(torque.size, j - j % every + every), j // every
+            end, row = j + 1 if law is None else min(len(torque), j - j % every + every), j // every
             begun, records = int(state.counts[at.STEPS]), (rows[row : row + 1], fields[row : row + 1])
             inputs = torque[j:end], forces[j:end], every if recording else 0
             if integrate(law, numbers, None, None, True, *given, *inputs, *records) == at.NOT_FINITE:
@@ -130,14 +132,14 @@ def _taut_or_any(
     from cabledrive.simulation.taut import integrate_taut, rows_of
 
     lines, j = rows_of(given[1]), 0
-    while j < torque.size:
+    while j < len(torque):
         row = j // every
         inputs, record = (torque[j:], forces[j:]), (every, rows[row:], fields[row:])
         taken, finite = integrate_taut(*given, inputs, record, lines)
         j += taken
-        if j >= torque.size or not finite:
+        if j >= len(torque) or not finite:
             return at.DONE if finite else at.NOT_FINITE
-        stop, row = min(torque.size, j - j % every + every), j // every
+        stop, row = min(len(torque), j - j % every + every), j // every
         here = torque[j:stop], forces[j:stop], every if j % every == 0 else 0
         kept = rows[row : row + 1], fields[row : row + 1]
         if code := int(integrate(None, NONE, None, None, False, *given, *here, *kept)):
@@ -150,10 +152,10 @@ def _ask(law: CableLaw, plan: Plan, state: State, work: Workspace, recording: bo
     """What the law gives for the step to come, into the work space; whether a span is slack."""
     gradients = np.diff(state.x, axis=1) * plan.segment[at.INVERSE_SPACING]
     work.p[:] = np.stack(np.broadcast_arrays(*law.excess_components(*gradients)))
-    if plan.axial_damping > 0.0:
+    if plan.axial != at.UNDAMPED:
         work.direction[:] = np.stack(np.broadcast_arrays(*law.strain_gradient(*gradients)))
     if recording:
-        work.q[at.TENSION], work.q[at.ENERGY] = law.tension(*gradients), law.energy_density(*gradients)
+        work.damp[at.TENSION], work.damp[at.ENERGY] = law.tension(*gradients), law.energy_density(*gradients)
     return slack_of(plan, law, state, gradients)
 
 

@@ -1,40 +1,37 @@
-"""New speeds of nodes and shafts over a step, with friction and axial damping solved for, compiled."""
+"""New speeds of nodes and coordinates over a step, with axial damping solved for, compiled."""
 
-from math import sqrt, tanh
+from math import sqrt
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
     FORCE_WORK,
     TRANSVERSE_LOSS,
 )
-from cabledrive.simulation.observe import (
-    SHAFTS,
-    add_to,
-    copy_rows,
-)
+from cabledrive.simulation.coordinates import end_pulls, end_speed, gather, invert, turn
+from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import Plan, State, Workspace
-
-MOST_SWEEPS = 100
 
 
 @njit_in_place
 @for_kernels
 def move(
-    plan: Plan, centred: Array | None, state: State, work: Workspace, push: float, forces: Array
+    plan: Plan, centred: Array | None, state: State, work: Workspace, torque: Array, forces: Array
 ) -> None:
-    """New speeds of nodes and shafts under the components in ``work.p``; the motor moves on at once."""
-    shaft_forces(plan, state, work, push)
+    """New speeds of nodes and coordinates under the components in ``work.p``."""
     if centred is not None:
         kick_centred(plan, state.x, state.x_t, work.old, centred)
     else:
         kick_nodes(plan, state.x_t, work, forces)
-    turn(plan, state.x_t, state.tallies, work)
-    move_rims(plan, state, work.shaft)
+    end_pulls(plan, work.p, work)
+    if plan.axial == at.ALONG_PIECES:
+        start_damping(plan, state.x_t[0], work)
+    gather(plan, state.q, torque, work)
+    turn_and_damp(plan, state.q_t, state.x_t, state.tallies, work)
 
 
 @njit_in_place
@@ -64,12 +61,14 @@ def kick_nodes(plan: Plan, x_t: Array, work: Workspace, forces: Array) -> None:
 
 @njit_in_place
 @for_kernels
-def turn(plan: Plan, x_t: Array, tallies: Array, work: Workspace) -> None:
-    """New speeds of the shafts, with axial damping those of the nodes as well."""
-    if plan.axial_damping > 0.0:
-        damp_axially(plan, x_t, tallies, work)
-    else:
-        speed_shafts(plan, plan.shaft_matrices[0], work.shaft)
+def turn_and_damp(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Workspace) -> None:
+    """New speeds of the coordinates, with axial damping those of the nodes as well."""
+    if plan.axial == at.TRUE_DIRECTIONS:
+        damp_axially(plan, q_t, x_t, tallies, work)
+        return
+    turn(plan, q_t, plan.inverse, plan.rub_mobility, plan.rub_own, work)
+    if plan.axial == at.ALONG_PIECES:
+        end_damping(plan, q_t, x_t[0], tallies, work)
 
 
 @njit_in_place
@@ -98,7 +97,8 @@ def finish(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
 def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) -> None:
     """New speeds from the equations of motion written out at the nodes, Eqs. (2.33) and (2.34)."""
     h, node = plan.segment[at.INVERSE_SPACING, 0], plan.node
-    c_u2, c_w2 = (plan.rigidity + plan.pretension) / plan.density, plan.pretension / plan.density
+    pretension, density = plan.piece[0, at.PRETENSION], node[at.MASS, 1] * h
+    c_u2, c_w2 = (plan.piece[0, at.RIGIDITY] + pretension) / density, pretension / density
     for i in range(1, x.shape[1] - 1):
         u_x, u_xx = 0.5 * h * (x[0, i + 1] - x[0, i - 1]), h * h * (x[0, i + 1] - 2.0 * x[0, i] + x[0, i - 1])
         v_x, v_xx = 0.5 * h * (x[1, i + 1] - x[1, i - 1]), h * h * (x[1, i + 1] - 2.0 * x[1, i] + x[1, i - 1])
@@ -130,128 +130,44 @@ def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) ->
 
 @njit_in_place
 @for_kernels
-def shaft_forces(plan: Plan, state: State, work: Workspace, push: float) -> None:
-    """Speeds of drive pulley, load pulley and motor before the step, and the forces on them, at the rim."""
-    x, x_t, motor, p, shaft = state.x, state.x_t, state.motor, work.p, work.shaft
-    n, end, weight, holding = plan.segments, p.shape[1], plan.node[at.WEIGHT_U], plan.shaft[at.HOLDING]
-    shaft[at.OLD, 0], shaft[at.OLD, 1], shaft[at.OLD, 2] = x_t[0, 0], x_t[0, n], motor[1]
-    twisted = plan.joint_stiffness * (x[0, 0] - motor[0])
-    shaft[at.FORCE, 0] = p[0, 0] + weight[0] - twisted - holding[0] * x[0, 0]
-    shaft[at.FORCE, 1] = weight[n] - p[0, n - 1]
-    shaft[at.FORCE, 2] = twisted - holding[2] * motor[0]
-    if plan.closed:
-        shaft[at.FORCE, 0] -= p[0, end - 1]
-        shaft[at.FORCE, 1] += p[0, n]
-    shaft[at.FORCE, plan.driven] += push
-
-
-@njit_in_place
-@for_kernels
-def speed_shafts(plan: Plan, matrix: Array, shaft: Array) -> None:
-    """New speeds of the shafts from the forces on them."""
-    for i in range(SHAFTS):
-        shaft[at.RIGHT, i] = shaft[at.FORCE, i]
-        for k in range(SHAFTS):
-            shaft[at.RIGHT, i] += plan.shaft_matrices[1, i, k] * shaft[at.OLD, k]
-    solve_shafts(matrix, plan.shaft, shaft)
-
-
-@njit_in_place
-@for_kernels
-def move_rims(plan: Plan, state: State, shaft: Array) -> None:
-    """New speeds of the shafts to rim nodes and motor, which moves on at once."""
-    state.motor[1] = shaft[at.NEW, 2]
-    state.motor[0] += plan.step * shaft[at.NEW, 2]
-    state.x_t[0, 0], state.x_t[0, plan.segments] = shaft[at.NEW, 0], shaft[at.NEW, 1]
-    if plan.closed:
-        state.x_t[0, state.x_t.shape[1] - 1] = shaft[at.NEW, 0]
-
-
-@njit_strict
-@for_kernels
-def solve_shafts(matrix: Array, table: Array, shaft: Array) -> None:
-    """Speeds after the step: matrix @ new + friction = right, by coordinate descent on a convex function.
-
-    Friction in ``coulomb * Sgn(new)``, or ``coulomb * tanh((old + new) / 2 / smoothing speed)``.
-    """
-    coupled = matrix[0, 1] != 0.0 or matrix[0, 2] != 0.0 or matrix[1, 2] != 0.0
-    for i in range(SHAFTS):
-        shaft[at.NEW, i] = shaft[at.OLD, i] * table[at.TURNS, i]
-        shaft[at.FRICTION, i] = 0.0
-    for _ in range(MOST_SWEEPS if coupled else 1):
-        change, size = 0.0, 0.0
-        for i in range(SHAFTS):
-            if table[at.TURNS, i] == 0.0:
-                continue
-            rest, coulomb = shaft[at.RIGHT, i], table[at.COULOMB, i]
-            for k in range(SHAFTS):
-                rest -= 0.0 if k == i else matrix[i, k] * shaft[at.NEW, k]
-            if table[at.SMOOTH, i] > 0.0:
-                speed = _smoothed(matrix[i, i], rest, coulomb, table[at.SMOOTH, i], shaft[at.OLD, i])
-            else:
-                speed = (rest - min(max(rest, -coulomb), coulomb)) / matrix[i, i]
-            if coulomb > 0.0:
-                shaft[at.FRICTION, i] = rest - matrix[i, i] * speed
-            change = max(change, abs(speed - shaft[at.NEW, i]))
-            size = max(size, abs(speed))
-            shaft[at.NEW, i] = speed
-        if change <= 1e-15 * size:
-            break
-
-
-@njit_strict
-def _smoothed(inertia: float, rest: float, coulomb: float, smooth: float, old: float) -> float:
-    """New speed under tanh friction at the mean speed: Newton on a monotone function, kept in its bracket."""
-    total = rest + inertia * old  # 2 inertia mean + coulomb tanh(mean / smooth) = total
-    low, high = (total - coulomb) / (2.0 * inertia), (total + coulomb) / (2.0 * inertia)
-    mean = min(max(old, low), high)
-    for _ in range(60):
-        push = tanh(mean / smooth)
-        excess = 2.0 * inertia * mean + coulomb * push - total
-        low, high = (low, mean) if excess > 0.0 else (mean, high)
-        better = mean - excess / (2.0 * inertia + coulomb * (1.0 - push * push) / smooth)
-        if not low < better < high:
-            better = 0.5 * (low + high)
-        if abs(better - mean) <= 1e-15 * abs(better):
-            break
-        mean = better
-    return 2.0 * mean - old
-
-
-@njit_in_place
-@for_kernels
-def damp_axially(plan: Plan, x_t: Array, tallies: Array, work: Workspace) -> None:
-    r"""Kelvin-Voigt damping, implicit: an unknown tension per segment, together with the shafts' speeds.
+def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Workspace) -> None:
+    r"""Kelvin-Voigt damping, implicit: an unknown tension per segment, together with the coordinates' speeds.
 
     The damping tension of a segment, :math:`q = \beta\,d\cdot\Delta V`, acts along :math:`d` of
-    `strain_directions`; V is the mean velocity, which q itself changes. Each span answers to the speeds of
-    its rims with :math:`q = q_0 + q_a V_a + q_b V_b`.
+    `strain_directions`; V is the mean velocity, which q itself changes. Each piece answers to the speeds of
+    its ends with :math:`q = q_0 + q_a V_a + q_b V_b`.
     """
-    n, d, q, shaft, matrix, node = plan.segments, work.direction, work.q, work.shaft, work.matrix, plan.node
+    d, q, node = work.direction, work.damp, plan.node
     for axis in range(3):
         for i in range(x_t.shape[1]):
             work.mean[axis, i] = 0.5 * (work.old[axis, i] + x_t[axis, i])
-    copy_rows(plan.shaft_matrices[0], matrix)
-    for span in range(plan.spans):
-        first, last, start, end = span * n, (span + 1) * n, span, 1 - span  # and the shafts at its ends
+    copy_rows(plan.matrix, work.matrix)
+    for piece in range(plan.nodes.shape[0]):
+        first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
         solve_span(plan, first, last, work)
         for side in range(2):
-            own = start if side == 0 else end
             segment = first if side == 0 else last - 1
             pull = d[0, segment] if side == 0 else -d[0, segment]
-            to_start, to_end = 0.5 * pull * q[1, segment], 0.5 * pull * q[2, segment]
-            shaft[at.FORCE, own] += (
-                pull * q[0, segment] + to_start * shaft[at.OLD, start] + to_end * shaft[at.OLD, end]
-            )
-            matrix[own, start] -= to_start
-            matrix[own, end] -= to_end
-    speed_shafts(plan, matrix, shaft)
+            row = 6 * piece + 3 * side
+            for entry in range(plan.row_start[row], plan.row_start[row + 1]):
+                own, felt = plan.row_column[entry], pull * plan.row_value[entry]
+                work.force[own] += felt * q[0, segment]
+                for other in range(2):
+                    answer, beyond = 0.5 * felt * q[1 + other, segment], 6 * piece + 3 * other
+                    for place in range(plan.row_start[beyond], plan.row_start[beyond + 1]):
+                        column, part = plan.row_column[place], answer * plan.row_value[place]
+                        work.force[own] += 2.0 * part * q_t[column]
+                        work.matrix[own, column] -= part
+    invert(plan, work)
+    turn(plan, q_t, work.inverse, work.mobility, work.own, work)
     loss = 0.0
-    for i in range(q.shape[1]):
-        start = i // n
-        q[0, i] += 0.5 * q[1, i] * (shaft[at.OLD, start] + shaft[at.NEW, start])
-        q[0, i] += 0.5 * q[2, i] * (shaft[at.OLD, 1 - start] + shaft[at.NEW, 1 - start])
-        loss += plan.segment[at.COMPLIANCE, i] * q[0, i] ** 2
+    for piece in range(plan.nodes.shape[0]):
+        start = end_speed(plan, piece, 0, q_t) + end_speed(plan, piece, 0, work.new)
+        end = end_speed(plan, piece, 1, q_t) + end_speed(plan, piece, 1, work.new)
+        for i in range(plan.nodes[piece, 0], plan.nodes[piece, 1]):
+            q[0, i] += 0.5 * q[1, i] * start
+            q[0, i] += 0.5 * q[2, i] * end
+            loss += plan.segment[at.COMPLIANCE, i] * q[0, i] ** 2
     add_to(tallies, int(AXIAL_LOSS), plan.step * loss)
     for axis in range(3):
         kick = node[at.KICK_U if axis == 0 else at.KICK_T]
@@ -263,7 +179,7 @@ def damp_axially(plan: Plan, x_t: Array, tallies: Array, work: Workspace) -> Non
 @for_kernels
 def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
     """Damping tensions of a span, tridiagonal: constant part, answers to its rims' unit speeds, pivots."""
-    d, q, link = work.direction, work.q, 0.0
+    d, q, link = work.direction, work.damp, 0.0
     for i in range(first, last):
         own, rate, link = plan.segment[at.COMPLIANCE, i], 0.0, 0.0
         for axis in range(3):
@@ -297,3 +213,47 @@ def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
         for k in range(3):
             q[k, i] -= link * q[k, min(i + 1, last - 1)]
             q[k, i] /= q[3, i]
+
+
+@njit_in_place
+@for_kernels
+def start_damping(plan: Plan, u_t: Array, work: Workspace) -> None:
+    """Damping tensions along pieces between ends at rest, from the mean speeds of their kicked nodes."""
+    q, p, pivot = work.damp[0], work.p[0], plan.damper[0]
+    for piece in range(plan.nodes.shape[0]):
+        first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
+        if plan.segment[at.COMPLIANCE, first] == 0.0:
+            continue
+        before, half = 0.0, 0.0 if last == first + 1 else 0.5 * plan.node[at.KICK_U, first + 1]
+        for i in range(first, last):
+            mean = 0.0 if i == last - 1 else u_t[i + 1] - half * (p[i + 1] - p[i])
+            q[i] = mean - before
+            before = mean
+            if i > first:
+                q[i] += half / pivot[i - 1] * q[i - 1]
+        q[last - 1] /= pivot[last - 1]
+        for i in range(last - 2, first - 1, -1):
+            q[i] = (q[i] + half * q[i + 1]) / pivot[i]
+        work.pull[piece, 0, 0] += q[first]
+        work.pull[piece, 1, 0] += q[last - 1]
+
+
+@njit_in_place
+@for_kernels
+def end_damping(plan: Plan, q_t: Array, u_t: Array, tallies: Array, work: Workspace) -> None:
+    """Damping tensions along pieces with the ends' mean speeds, what they do to the nodes and take."""
+    q, loss = work.damp[0], 0.0
+    for piece in range(plan.nodes.shape[0]):
+        first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
+        if plan.segment[at.COMPLIANCE, first] == 0.0:
+            continue
+        start = 0.5 * (end_speed(plan, piece, 0, q_t) + end_speed(plan, piece, 0, work.new))
+        end = 0.5 * (end_speed(plan, piece, 1, q_t) + end_speed(plan, piece, 1, work.new))
+        gain, power = 0.0 if last == first + 1 else plan.node[at.KICK_U, first + 1], 0.0
+        for i in range(first, last):
+            q[i] += plan.damper[1, i] * start + plan.damper[2, i] * end
+            power += plan.segment[at.COMPLIANCE, i] * q[i] * q[i]
+            if i > first:
+                u_t[i] += gain * (q[i] - q[i - 1])
+        loss += plan.piece[piece, at.ROPES] * power
+    add_to(tallies, int(AXIAL_LOSS), plan.step * loss)

@@ -48,7 +48,7 @@ def compiled_law(plan: Plan, law: CableLaw) -> CompiledLaw | str:
     """The compiled formula of a law, or why there is none."""
     if plain := why_plain():
         return plain
-    if plan.axial_damping > 0.0:
+    if plan.axial != at.UNDAMPED:
         return "axial damping under an own law is not compiled"
     taut = taut_law(law)
     kind = type(taut)
@@ -135,15 +135,15 @@ def _agrees(made: CompiledLaw, law: CableLaw) -> bool:
 
 def slack_of(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
     """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
-    slack = law.is_slack(*gradients).reshape(plan.spans, -1).any(axis=1)
-    was = state.counts[at.UPPER_SLACK : at.LOWER_SLACK + 1][: plan.spans]
-    for span in np.flatnonzero(slack & (was == 0)):
+    spans = len(plan.nodes)
+    slack = law.is_slack(*gradients).reshape(spans, -1).any(axis=1)
+    for span in np.flatnonzero(slack & (state.slack == 0)):
         if state.counts[at.EVENTS] < at.MOST_EVENTS:
-            tension = taut_law(law).tension(*gradients).reshape(plan.spans, -1)[span]
+            tension = taut_law(law).tension(*gradients).reshape(spans, -1)[span]
             place = int(np.argmin(tension))
             state.events[state.counts[at.EVENTS]] = state.counts[at.STEPS], span, place, tension[place]
         state.counts[at.EVENTS] += 1
-    was[:] = slack
+    state.slack[:] = slack
     return bool(slack.any())
 
 
@@ -155,4 +155,5 @@ def stiffness_over_limit(plan: Plan, law: CableLaw, x: Array) -> Array:
     step = 1e-6 * along
     ahead, behind = (np.stack(law.excess_components(*(gradients + d))) for d in (step, -step))
     slope = np.sum((ahead - behind) * along, axis=0) / 2e-6
-    return np.asarray(slope / (plan.density * (plan.segment[at.SPACING] / plan.step) ** 2))
+    gained = np.repeat(plan.run[:, at.SPEED_U], np.diff(plan.runs, axis=1)[:, 0])
+    return np.asarray(slope * gained * plan.step)

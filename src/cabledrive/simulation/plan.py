@@ -24,7 +24,7 @@ from cabledrive.mechanics.cable_laws import (
 )
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.arrays import Integers
-from cabledrive.simulation.channels import EXTREMES, TALLIES
+from cabledrive.simulation.channels import TALLIES
 
 # s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
 LARGEST_Z = 0.02
@@ -95,51 +95,62 @@ MOST_EVENTS = 1000
 # under an own law that has grown too stiff for it.
 DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
 
-# Rows of the tables of a plan.
+# How segments are damped along themselves: not, along the pieces at rest, or along where they point.
+UNDAMPED, ALONG_PIECES, TRUE_DIRECTIONS = range(3)
+
+# Columns and rows of the tables of a plan.
+PRETENSION, RIGIDITY, SLACK_STRAIN, ROPES = range(4)
 SPACING, INVERSE_SPACING, COMPLIANCE = range(3)
-KICK_U, KICK_T, KEEP_T, FALL_U, FALL_W, CARRIAGE_MASS, DRAG, WEIGHT_U, WEIGHT_W = range(9)
-RADIUS, RIM_MASS, VISCOUS, COULOMB, SMOOTH, TURNS, HOLDING = range(7)
-# Entries of State.counts, and of State.extra: E, C, what rounding took from E and from rims and motor.
-STEPS, EVENTS, UPPER_SLACK, LOWER_SLACK = range(4)
-STORED, SHIFT, STORED_LOST, DRIVE_LOST, LOAD_LOST, MOTOR_LOST = range(6)
-# Rows of Workspace.shaft, and of Workspace.q those that a record is written from, behind what damping solves.
-OLD, NEW, FORCE, RIGHT, FRICTION = range(5)
+KICK_U, KICK_T, KEEP_T, FALL_U, FALL_W, MASS, DRAG, WEIGHT_U, WEIGHT_W = range(9)
+# Entries of State.counts, and of State.extra: E, C, what rounding took from E and from the coordinates.
+STEPS, EVENTS = range(2)
+STORED, SHIFT, STORED_LOST, PLACES_LOST = range(4)
+# Rows of Workspace.damp that a record is written from, behind what damping solves.
 TENSION, ENERGY = 4, 5
 
 
 class Plan(NamedTuple):
-    """Numbers of one run.
+    """Numbers of one run: pieces of rope between coordinates q, which move their ends.
 
-    Rows of ``segment``, (3, segments): length h [m], 1 / h, and of the axial damper h / (b_kv (1 + eps0))
-    [m/s / N], 0 without damping. Rows of ``node``, (9, nodes): velocity gained per force over a step along u
+    The nodes of all pieces stand in a row; neighbours may share a node. Row 6 k + 3 side + axis of the ends
+    belongs to piece k, its start (0) or end (1), along u (0), v (1) or w (2). Rows of ``segment``,
+    (3, nodes - 1): length h [m], 1 / h, and of the axial damper h / (b_kv (1 + eps0)) [m/s / N], 0 without
+    damping and between pieces. Rows of ``node``, (9, nodes): velocity gained per force over a step along u
     and across [m/s / N], 0 where a node is held; share of the velocity across that a step keeps; velocity
-    gained by weight along u and w [m/s]; carriage [kg]; transverse damping x cable mass [kg/s]; weight along
-    u and w [N]. Rows of ``shaft``, (7, 3), of drive pulley, load pulley, motor, measured at the rim: radius,
-    J / r^2, b / r^2, c / r, rim speed over which friction is smoothed (0: stick-slip), 1.0 where the shaft
-    can turn, holding stiffness k / r^2.
+    gained by weight along u and w [m/s]; mass of one rope and carriage [kg]; transverse damping x mass of all
+    ropes [kg/s]; weight along u and w [N]; 0 at the ends of pieces.
     """
 
     law: int
     tension_only: bool
     stop_when_slack: bool
-    pretension: float
-    rigidity: float
-    slack_strain: float
-    step: float
-    spans: int
-    segments: int  # per span
-    closed: bool
-    uniform: bool  # equal segments, no carriages, no axial damping, no forces
-    density: float
-    driven: int  # shaft on which the torque acts
-    joint_stiffness: float  # k_m / r^2 [N/m]
-    joint_damping: float  # b_m / r^2 [kg/s]
-    axial_damping: float  # b_kv (1 + eps0) [N s]
+    step: float  # [s]
+    axial: int  # UNDAMPED, ALONG_PIECES or TRUE_DIRECTIONS
+    uniform: bool  # equal segments, no carriages, no forces
+    nodes: Integers  # (pieces, 2): first and last node of each piece
+    piece: Array  # (pieces, 4): T0 [N], EA [N], slack strain, parallel ropes
     segment: Array
     node: Array
-    shaft: Array
-    shaft_matrices: Array  # (2, 3, 3): what acts on the new speeds of the shafts, and on the old ones [kg/s]
-    probe: Array  # (probes, 2): segment, and place between its ends from 0 to 1
+    row_start: Integers  # (6 pieces + 1,): where the entries of each row of the ends begin
+    row_column: Integers  # (entries,)
+    row_value: Array  # (entries,)
+    mass: Array  # (n, n): of q, the half cells at the ends of pieces included
+    stiffness: Array  # (n, n): springs, joints and turning bodies
+    damping: Array  # (2, n, n): of bearings and bodies, and of a motor joint of two pulleys
+    matrix: Array  # (n, n): M / step + C / 2, which acts on the new speeds
+    inverse: Array  # (n, n): its inverse, 0 for what is fixed
+    loss: Array  # (n, n): C, with that of dampers along pieces
+    rest: Array  # (n,): weights on q, and forces at rest that friction alone holds [N]
+    motor: Array  # (motors, n): turn of each rotor
+    rub: Array  # (frictions, n): what rubs, per speed of q
+    rub_mobility: Array  # (n, frictions): speed of q per friction over a step
+    rub_own: Array  # (frictions,): speed of what rubs per its own friction
+    bound: Array  # (frictions,): Coulomb friction [N], [N m]; of a wrap per tension
+    smooth: Array  # (frictions,): speed over which friction is smoothed; 0: stick-slip
+    stick: Integers  # (frictions,): the coordinate that rubs, -1 where there are several
+    wrap: Integers  # (frictions, 2): pieces before and behind a wrap, -1 elsewhere
+    damper: Array  # (3, nodes - 1): along pieces: pivots, tension per speed of the start and of the end
+    probe: Array  # (probes, 2): segment, and place between its ends from 0 to 1; first the middles of pieces
     force: Integers  # (forces, 2): node, and axis
     stop: Integers  # (stops,): nodes with a carriage or a force, in rising order
     beside: Integers  # (number,): segments beside rims and stops
@@ -152,19 +163,22 @@ class State(NamedTuple):
 
     x: Array  # (3, nodes): u, v, w [m]
     x_t: Array  # (3, nodes) [m/s]
-    motor: Array  # (2,): displacement and velocity of the motor, at the rim
+    q: Array  # (n,): coordinates [m], [rad]
+    q_t: Array  # (n,)
     tallies: Array  # (2, TALLIES): works and losses [J], and what rounding took from them
-    extremes: Array  # (EXTREMES,)
-    events: Array  # (MOST_EVENTS, 4): step, span, segment and tension [N] where a span went slack
-    counts: Integers  # (4,)
-    extra: Array  # (6,) of the energy-conserving scheme, (0,) of the others
+    extremes: Array  # (2, n): least and largest of each coordinate
+    peaks: Array  # (pieces, 2): largest |v| and |w| at the middle [m]
+    events: Array  # (MOST_EVENTS, 4): step, piece, segment of it and tension [N] where a piece went slack
+    slack: Integers  # (pieces,): whether it was slack at the last step
+    counts: Integers  # (2,)
+    extra: Array  # (3 + n,) of the energy-conserving scheme, (0,) of the others
 
 
 class Workspace(NamedTuple):
     """Arrays without meaning between steps."""
 
     before: Array  # (2, 3, nodes): displacements and velocities before the kick of a recorded step
-    before_motor: Array
+    before_q: Array  # (2, n)
     before_tallies: Array
     p: Array  # (3, segments): components above the pretension [N]
     rest: Array  # (3, segments): of these, what the linear law has not
@@ -172,9 +186,18 @@ class Workspace(NamedTuple):
     mean: Array  # (3, nodes)
     free: Array  # (3, nodes): velocities without the forces beyond the linear law
     direction: Array  # (3, segments): along which the segments are damped
-    q: Array  # (6, segments): damping tensions and pivots; of a record, tension and energy per length
-    shaft: Array  # (5, 3)
-    matrix: Array  # (3, 3)
+    damp: Array  # (6, segments): damping tensions and pivots; of a record, tension and energy per length
+    pull: Array  # (pieces, 2, 3): components beside both ends of each piece
+    force: Array  # (n,): on the coordinates
+    trial: Array  # (2, n): of these, without and with the components beyond the linear law
+    right: Array  # (n,)
+    new: Array  # (n,): speeds after the step
+    friction: Array  # (frictions,)
+    bound: Array  # (frictions,)
+    matrix: Array  # (n, n): with the dampers' answer to the ends, as the next three
+    inverse: Array
+    mobility: Array
+    own: Array
     lost: Array  # (2, TALLIES): losses of a trial
     stop: Array  # (3, 3, stops): speeds of stops before and after, and their places
 
@@ -191,40 +214,34 @@ def plan_of(
     probes: tuple[tuple[str, float], ...] = (),
     forces: tuple[tuple[int, int], ...] = (),
 ) -> Plan:
-    """Numbers of one run.
+    """Numbers of one run of a loop or a line; its coordinates are the rims of both pulleys and of the motor.
 
     ``step`` [s]; ``transverse_damping``: Gamma [1/s]; ``axial_damping``: b_kv [N s]; ``smoothing_speed`` of
     Coulomb friction [rad/s], 0: stick-slip; ``probes``: span and distance from its start, behind the
     midpoints; ``forces``: node and axis of each.
     """
     damper = axial_damping * (1.0 + law.pretension / law.axial_rigidity)
-    square = mesh.shafts[0].radius ** 2
-    stiffness, damping = (mesh.joint.stiffness, mesh.joint.damping) if mesh.joint else (0.0, 0.0)
-    shaft = _shafts(mesh, smoothing_speed)
     stops = np.unique([*mesh.carriage_node, *(node for node, _ in forces)]).astype(np.int64)
     runs = runs_of(mesh, stops)
     midpoints = tuple((span, 0.5 * float(mesh.position[0, -1])) for span in mesh.spans)
+    h, n, spans = mesh.spacing, mesh.segments, len(mesh.spans)
+    ends = np.zeros((spans, 2, 3, 3))
+    for span in range(spans):
+        ends[span, [0, 1], 0, [span, 1 - span]] = 1.0
     return Plan(
         law=kernel_number(law),
         tension_only=law.tension_only,
         stop_when_slack=stop_when_slack,
-        pretension=law.pretension,
-        rigidity=law.axial_rigidity,
-        slack_strain=law.slack_strain,
         step=step,
-        spans=len(mesh.spans),
-        segments=mesh.segments,
-        closed=mesh.closed,
+        axial=TRUE_DIRECTIONS if damper else UNDAMPED,
         uniform=mesh.uniform and axial_damping == 0.0 and not forces,
-        density=mesh.density,
-        driven=2 if mesh.joint else 0,
-        joint_stiffness=stiffness / square,
-        joint_damping=damping / square,
-        axial_damping=damper,
-        segment=np.array([h := mesh.spacing, 1.0 / h, h / damper if damper else 0.0 * h]),
+        nodes=np.array([(span * n, (span + 1) * n) for span in range(spans)], dtype=np.int64),
+        piece=np.array([(law.pretension, law.axial_rigidity, law.slack_strain, 1.0)] * spans),
+        segment=np.array([h, 1.0 / h, h / damper if damper else 0.0 * h]),
         node=_nodes(mesh, step, transverse_damping),
-        shaft=shaft,
-        shaft_matrices=_shaft_matrices(mesh, shaft, step, damping / square),
+        **rows_of_ends(ends),
+        **_shafts(mesh, step, smoothing_speed),
+        damper=np.zeros((3, 0)),
         probe=_probes(mesh, (*midpoints, *probes)),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
         stop=stops,
@@ -234,6 +251,27 @@ def plan_of(
     )
 
 
+def rows_of_ends(ends: Array) -> dict[str, Any]:
+    """Rows of the ends of all pieces, shape (pieces, 2, 3, n), without their zeros."""
+    rows = ends.reshape(-1, ends.shape[-1])
+    start = np.concatenate(([0], np.cumsum(np.count_nonzero(rows, axis=1)))).astype(np.int64)
+    column = np.nonzero(rows)[1].astype(np.int64)
+    return {"row_start": start, "row_column": column, "row_value": rows[rows != 0.0]}
+
+
+def rubbing(inverse: Array, rub: Array, bound: Array) -> dict[str, Any]:
+    """What rubs: rows, shape (k, n), Coulomb friction (k,), and what it does to the speeds over a step."""
+    mobility = np.ascontiguousarray(inverse @ rub.T)
+    alone = np.count_nonzero(rub, axis=1) == 1
+    return {
+        "rub": rub,
+        "rub_mobility": mobility,
+        "rub_own": np.einsum("kn,nk->k", rub, mobility),
+        "bound": bound,
+        "stick": np.where(alone, np.argmax(rub != 0.0, axis=1), -1).astype(np.int64),
+    }
+
+
 def kernel_number(law: CableLaw) -> int:
     """Number of a law in the kernels; a subclass of a law they know is not that law."""
     kind = type(taut_law(law))
@@ -241,42 +279,58 @@ def kernel_number(law: CableLaw) -> int:
 
 
 def law_of(plan: Plan) -> CableLaw:
-    """The cable law of a plan, which is one of those that the kernels know."""
+    """The cable law of a plan of one rope, which is one of those that the kernels know."""
     if plan.law not in range(len(KERNEL_LAWS)):
         raise ValueError(f"no kernel knows the cable law with number {plan.law}")
-    law = KERNEL_LAWS[plan.law](pretension=plan.pretension, axial_rigidity=plan.rigidity)
+    pretension, rigidity = plan.piece[0, [PRETENSION, RIGIDITY]].tolist()
+    law = KERNEL_LAWS[plan.law](pretension=pretension, axial_rigidity=rigidity)
     return without_pushing(law) if plan.tension_only else law
 
 
 def _nodes(mesh: Mesh, step: float, transverse_damping: float) -> Array:
     damped = 0.5 * step * transverse_damping * mesh.cable_mass / mesh.mass
     kick_u = step / mesh.mass
-    kick_u[[*mesh.rims, -1]] = 0.0
     kick_t = np.where(mesh.sways, step / mesh.mass / (1.0 + damped), 0.0)
     keep = np.where(mesh.sways, (1.0 - damped) / (1.0 + damped), 0.0)
     drag = np.where(mesh.sways, transverse_damping * mesh.cable_mass, 0.0)
     fall = kick_u * mesh.weight_u, kick_t * mesh.weight_w
-    return np.array([kick_u, kick_t, keep, *fall, mesh.carriage_mass, drag, mesh.weight_u, mesh.weight_w])
-
-
-def _shafts(mesh: Mesh, smoothing_speed: float) -> Array:
-    table = np.zeros((7, 3))
-    table[RADIUS] = mesh.shafts[0].radius
-    for i, shaft in enumerate(mesh.shafts):
-        r = shaft.radius
-        turns, holding = 0.0 if shaft.fixed else 1.0, shaft.holding_stiffness / r**2
-        friction = shaft.viscous_friction / r**2, shaft.coulomb_friction / r
-        table[:, i] = r, shaft.rim_mass, *friction, 0.0, turns, holding
-    table[SMOOTH] = smoothing_speed * table[RADIUS]
+    table = np.array([kick_u, kick_t, keep, *fall, mesh.mass, drag, mesh.weight_u, mesh.weight_w])
+    table[[[KICK_U], [FALL_U], [MASS], [WEIGHT_U]], [*mesh.rims, -1]] = 0.0
     return table
 
 
-def _shaft_matrices(mesh: Mesh, shaft: Array, step: float, joint_damping: float) -> Array:
-    """What acts on the new speeds, M / step + C / 2, and on the old ones, M / step - C / 2."""
-    mass = np.diag([*mesh.axial_mass[list(mesh.rims)], shaft[RIM_MASS, 2]]) / step
-    joint = np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]])
-    damping = np.diag(shaft[VISCOUS]) + joint_damping * joint
-    return np.array([mass + 0.5 * damping, mass - 0.5 * damping])
+def _shafts(mesh: Mesh, step: float, smoothing_speed: float) -> dict[str, Any]:
+    """Matrices and friction of drive pulley, load pulley and motor, measured at the rim; 0 without motor."""
+    shafts, radius = mesh.shafts, mesh.shafts[0].radius
+    numbers = np.zeros((4, 3))
+    turns, arm = np.zeros(3, dtype=bool), np.full(3, radius)
+    for i, own in enumerate(shafts):
+        viscous, coulomb = own.viscous_friction / own.radius**2, own.coulomb_friction / own.radius
+        numbers[:, i] = own.rim_mass, viscous, coulomb, own.holding_stiffness / own.radius**2
+        turns[i], arm[i] = not own.fixed, own.radius
+    mass = np.diag([*mesh.axial_mass[list(mesh.rims)], numbers[0, 2]])
+    joint = np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]]) / radius**2
+    stiffness, loss = (mesh.joint.stiffness, mesh.joint.damping) if mesh.joint else (0.0, 0.0)
+    damping = np.array([np.diag(numbers[1]), loss * joint])
+    matrix, free = mass / step + 0.5 * damping.sum(axis=0), np.ix_(turns, turns)
+    inverse = np.zeros((3, 3))
+    inverse[free] = np.linalg.inv(matrix[free])
+    rubs = np.flatnonzero(numbers[2] * turns)
+    rest, motor = np.zeros(3), np.zeros((1, 3))
+    rest[:2], motor[0, 2 if mesh.joint else 0] = mesh.weight_u[list(mesh.rims)], 1.0 / radius
+    return {
+        "mass": mass,
+        "stiffness": stiffness * joint + np.diag(numbers[3]),
+        "damping": damping,
+        "matrix": matrix,
+        "inverse": inverse,
+        "loss": damping.sum(axis=0),
+        "rest": rest,
+        "motor": motor,
+        **rubbing(inverse, np.eye(3)[rubs], numbers[2, rubs]),
+        "smooth": smoothing_speed * arm[rubs],
+        "wrap": np.full((rubs.size, 2), -1, dtype=np.int64),
+    }
 
 
 def _probes(mesh: Mesh, probes: tuple[tuple[str, float], ...]) -> Array:
@@ -289,38 +343,42 @@ def _probes(mesh: Mesh, probes: tuple[tuple[str, float], ...]) -> Array:
     return table
 
 
-def new_state(displacement: Array, velocity: Array, motor: tuple[float, float]) -> State:
-    """State at the start of a run; ``velocity``: of nodes half a step before; ``motor``: at the rim."""
+def new_state(plan: Plan, x: Array, x_t: Array, q: Array, q_t: Array) -> State:
+    """State at the start of a run; velocities half a step before it."""
+    pieces, n = len(plan.nodes), len(plan.mass)
     return State(
-        x=np.array(displacement, dtype=np.float64),
-        x_t=np.array(velocity, dtype=np.float64),
-        motor=np.array(motor, dtype=np.float64),
+        x=np.array(x, dtype=np.float64),
+        x_t=np.array(x_t, dtype=np.float64),
+        q=np.array(q, dtype=np.float64),
+        q_t=np.array(q_t, dtype=np.float64),
         tallies=np.zeros((2, TALLIES)),
-        extremes=np.array([np.inf, -np.inf] * 3 + [0.0] * (EXTREMES - 6)),
+        extremes=np.stack([np.full(n, np.inf), np.full(n, -np.inf)]),
+        peaks=np.zeros((pieces, 2)),
         events=np.zeros((MOST_EVENTS, 4)),
-        counts=np.zeros(4, dtype=np.int64),
+        slack=np.zeros(pieces, dtype=np.int64),
+        counts=np.zeros(2, dtype=np.int64),
         extra=np.zeros(0),
     )
 
 
 def new_workspace(plan: Plan) -> Workspace:
     """Work space for a run."""
-    n = plan.segment.shape[1]
-    shapes = (
-        (2, 3, n + 1),
-        (2,),
-        (2, TALLIES),
-        (3, n),
-        (3, n),
-        (3, n + 1),
-        (3, n + 1),
-        (3, n + 1),
-        (3, n),
-        (6, n),
+    nodes, n, pieces, k = plan.node.shape[1], len(plan.mass), len(plan.nodes), plan.bound.size
+    segments, tallies = (3, nodes - 1), (2, TALLIES)
+    shapes: tuple[tuple[int, ...], ...] = ((2, 3, nodes), (2, n), tallies, segments, segments)
+    shapes += ((3, nodes),) * 3 + (
+        segments,
+        (6, nodes - 1),
+        (pieces, 2, 3),
+        (n,),
+        (2, n),
+        (n,),
+        (n,),
+        (k,),
+        (k,),
     )
-    return Workspace(
-        *(np.zeros(shape) for shape in (*shapes, (5, 3), (3, 3), (2, TALLIES), (3, 3, plan.stop.size)))
-    )
+    shapes += ((n, n), (n, n), (n, k), (k,), tallies, (3, 3, plan.stop.size))
+    return Workspace(*(np.zeros(shape) for shape in shapes))
 
 
 def copy_state(state: AnyState) -> AnyState:
@@ -333,53 +391,3 @@ def set_state(state: AnyState, other: AnyState) -> None:
     """Write another state of the same run into this one."""
     for mine, theirs in zip(state, other, strict=True):
         mine[...] = theirs
-
-
-def half_step_before(
-    plan: Plan,
-    x: Array,
-    x_t: Array,
-    motor: tuple[float, float],
-    torque: float,
-    forces: Array,
-    law: CableLaw,
-) -> tuple[Array, float]:
-    r"""Velocities of nodes and motor half a step before t = 0, Eq. (2.39) with the term the print drops.
-
-    :math:`\dot x_{-1/2} = \dot x_0 - \tfrac12 \Delta t\,\ddot x_0`, so that the first whole step comes out of
-    the same formula as all others. ``motor``: displacement and velocity at the rim.
-    """
-    gradients, n = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING], plan.segments
-    pull = np.stack(law.excess_components(*gradients))
-    if plan.axial_damping > 0.0:
-        direction = np.stack(law.strain_gradient(*gradients))
-        pull = pull + direction * np.sum(direction * np.diff(x_t, axis=1), axis=0) / plan.segment[COMPLIANCE]
-    kick = plan.node[[KICK_U, KICK_T, KICK_T]]
-    gain, force = np.zeros_like(x_t), np.diff(pull, axis=1)
-    gain[:, 1:-1] = kick[:, 1:-1] * force
-    gain[[0, 2], 1:-1] += plan.node[[FALL_U, FALL_W], 1:-1]
-    for (node, axis), pushed in zip(plan.force, forces, strict=True):
-        gain[axis, node] += kick[axis, node] * pushed
-    damped = (1.0 - plan.node[KEEP_T]) / (1.0 + plan.node[KEEP_T])
-    gain[1:] = gain[1:] * (1.0 + damped) - 2.0 * damped * x_t[1:]
-    before = x_t - 0.5 * gain
-
-    old, place = np.array([*x_t[0, [0, n]], motor[1]]), np.array([x[0, 0], x[0, n], motor[0]])
-    twisted = plan.joint_stiffness * (x[0, 0] - motor[0])
-    on_shaft = np.array([pull[0, 0] - twisted, -pull[0, n - 1], twisted]) - plan.shaft[HOLDING] * place
-    on_shaft[:2] += plan.node[WEIGHT_U, [0, n]]
-    if plan.closed:
-        on_shaft[:2] += -pull[0, -1], pull[0, n]
-    on_shaft[plan.driven] += torque / plan.shaft[RADIUS, 0]
-    on_shaft -= (plan.shaft_matrices[0] - plan.shaft_matrices[1]) @ old
-    coulomb, smooth = plan.shaft[COULOMB], plan.shaft[SMOOTH]
-    friction = np.where(old == 0.0, np.clip(on_shaft, -coulomb, coulomb), coulomb * np.sign(old))
-    if smooth.any():
-        friction = coulomb * np.tanh(old / smooth)
-    inertia = 0.5 * np.diag(plan.shaft_matrices.sum(axis=0))
-    gained = plan.shaft[TURNS] * (on_shaft - friction) / np.where(inertia > 0.0, inertia, 1.0)
-    speeds = old - 0.5 * gained
-    before[0, [0, n]] = speeds[:2]
-    if plan.closed:
-        before[:, -1] = before[:, 0]
-    return before, float(speeds[2])

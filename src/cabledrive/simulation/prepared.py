@@ -3,59 +3,69 @@
 import json
 import sys
 from abc import ABC, abstractmethod
-from dataclasses import asdict, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
-from cabledrive.simulation.methods import TimeGrid
-from cabledrive.simulation.plan import DONE, NOT_FINITE, copy_state
+from cabledrive.simulation.channels import Channel
+from cabledrive.simulation.methods import Method, TimeGrid
+from cabledrive.simulation.observe import width_of
+from cabledrive.simulation.plan import (
+    COMPLIANCE,
+    DONE,
+    FALL_U,
+    FALL_W,
+    INVERSE_SPACING,
+    KEEP_T,
+    KICK_T,
+    KICK_U,
+    NOT_FINITE,
+    ROPES,
+    UNDAMPED,
+    Plan,
+    State,
+    Workspace,
+    copy_state,
+    new_state,
+    new_workspace,
+)
+from cabledrive.simulation.signals import Signal
 from cabledrive.simulation.start import Recording, Scheme
 
 KEPT_OF_THE_LAST = {"extremes", "peaks", "reached", "events"}
 """What a state keeps of the step beyond the end of the run."""
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PreparedRun(ABC):
     """A run that has not begun. A state is a NamedTuple of arrays, the first of ``counts`` the steps done."""
 
+    machine: Drive | RoutedDrive  # the drive of the run
     scheme: Scheme
     recording: Recording
     grid: TimeGrid
-
-    @property
-    @abstractmethod
-    def machine(self) -> Drive | RoutedDrive:
-        """The drive of the run."""
-
-    @property
-    @abstractmethod
-    def width(self) -> int:
-        """Numbers per record."""
-
-    @property
-    @abstractmethod
-    def nodes(self) -> int:
-        """Nodes of all ropes."""
+    channels: tuple[Channel, ...]  # columns of a record; of a loop the first ones
+    width: int  # numbers per record
+    nodes: int  # of all ropes
+    law_name: str  # of the cable law
+    torques: tuple[Signal, ...]  # of each motor
+    holding: Array  # (motors,): what is added to them [N m]
 
     @property
     def field_records(self) -> int:
         """Whole fields that are kept."""
         return 0 if self.recording.fields == 0 else self.grid.records // self.recording.fields + 1
-
-    @property
-    @abstractmethod
-    def law_name(self) -> str:
-        """Name of the cable law."""
 
     @property
     def interpreted(self) -> str | None:
@@ -71,9 +81,14 @@ class PreparedRun(ABC):
     def first_state(self) -> Any:
         """State before the first step."""
 
-    @abstractmethod
     def inputs(self, first: int, steps: int) -> tuple[Array, ...]:
-        """What is given at some steps, each shape (steps, ...)."""
+        """What is given at some steps, each shape (steps, ...); torques, (steps, motors) [N m]."""
+        return (self.at_steps(self.torques, first, steps) + self.holding,)
+
+    def at_steps(self, signals: tuple[Signal, ...], first: int, steps: int) -> Array:
+        """Signals at the times of some steps, shape (steps, signals)."""
+        time = np.arange(first, first + steps, dtype=np.float64) * self.grid.step
+        return np.stack([signal.at(time) for signal in signals], axis=1) if signals else np.zeros((steps, 0))
 
     @abstractmethod
     def integrate(self, state: Any, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
@@ -158,8 +173,105 @@ class PreparedRun(ABC):
         return f"the {what} is not finite at t = {step * self.grid.step:.6g} s"
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RopeRun(PreparedRun):
+    """A run of ropes between coordinates, as the kernels take it."""
+
+    plan: Plan
+    method: Method
+    laws: list[CableLaw]  # of each piece
+    forces: tuple[Signal, ...] = ()
+    x: Array  # (3, nodes): displacements at t = 0 [m]
+    x_t: Array  # (3, nodes): velocities at t = 0 [m/s]
+    q: Array  # (n,): coordinates at t = 0
+    q_t: Array  # (n,)
+
+    @cached_property
+    def work(self) -> Workspace:
+        """Work space of the steps."""
+        return new_workspace(self.plan)
+
+    def inputs(self, first: int, steps: int) -> tuple[Array, ...]:
+        """Torques, (steps, motors) [N m], and forces, (steps, forces) [N]."""
+        return (*super().inputs(first, steps), self.at_steps(self.forces, first, steps))
+
+    def first_state(self) -> State:
+        """State before the first step: velocities half a step before the start."""
+        (torque, *_), (forces, *_) = self.inputs(0, 1)
+        start = new_state(self.plan, self.x, self.x_t, self.q, self.q_t)
+        state = half_step_before(self.plan, self.laws, start, torque, forces)
+        return state._replace(extra=self.method.extra(self.plan, state))
+
+    def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
+        """Take the steps, the first of every ``every`` recorded; why they end."""
+        found = np.zeros((len(rows), width_of(self.plan)))
+        torque, forces = inputs
+        code = self.method.integrate(self.plan, state, self.work, torque, forces, every, found, fields)
+        with np.errstate(all="ignore"):  # of a run that diverged
+            rows[:] = self.columns(found)
+        return code
+
+    @abstractmethod
+    def columns(self, found: Array) -> Array:
+        """The columns of a record from what the kernels record."""
+
+
 def _finite_steps(inputs: tuple[Array, ...], steps: int) -> int:
     """How many of the steps come before an input that is not finite."""
     fine = [np.isfinite(given).all(axis=tuple(range(1, given.ndim))) for given in inputs]
     bad = np.flatnonzero(~np.all(fine, axis=0))
     return int(bad[0]) if bad.size else steps
+
+
+def half_step_before(
+    plan: Plan, laws: Sequence[CableLaw], start: State, torque: Array, forces: Array
+) -> State:
+    r"""The start with velocities half a step before t = 0, Eq. (2.39) with the term the print drops.
+
+    :math:`\dot x_{-1/2} = \dot x_0 - \tfrac12 \Delta t\,\ddot x_0`, so that the first whole step comes out of
+    the same formula as all others. ``laws``: of each piece.
+    """
+    x, x_t, q, q_t = start.x, start.x_t, start.q, start.q_t
+    gradients, pull = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING], np.zeros((3, x.shape[1] - 1))
+    on_q = plan.rest - plan.stiffness @ q + plan.motor.T @ torque - plan.damping.sum(axis=0) @ q_t
+    for number, ((first, last), law) in enumerate(zip(plan.nodes, laws, strict=True)):
+        here = slice(first, last)
+        own = np.stack(law.excess_components(*gradients[:, here]))
+        if plan.axial != UNDAMPED and plan.segment[COMPLIANCE, first] > 0.0:
+            direction = np.stack(law.strain_gradient(*gradients[:, here]))
+            rate = np.sum(direction * np.diff(x_t[:, first : last + 1], axis=1), axis=0)
+            own = own + direction * rate / plan.segment[COMPLIANCE, here]
+        pull[:, here] = own
+        for side, sign in ((0, plan.piece[number, ROPES]), (1, -plan.piece[number, ROPES])):
+            for axis in range(3):
+                row = 6 * number + 3 * side + axis
+                entries = slice(plan.row_start[row], plan.row_start[row + 1])
+                np.add.at(on_q, plan.row_column[entries], sign * plan.row_value[entries] * own[axis, -side])
+    kick = plan.node[[KICK_U, KICK_T, KICK_T]]
+    gain = np.zeros_like(x_t)
+    gain[:, 1:-1] = kick[:, 1:-1] * np.diff(pull, axis=1)
+    gain[[0, 2]] += plan.node[[FALL_U, FALL_W]]
+    for (node, axis), pushed in zip(plan.force, forces, strict=True):
+        gain[axis, node] += kick[axis, node] * pushed
+    damped = (1.0 - plan.node[KEEP_T]) / (1.0 + plan.node[KEEP_T])
+    gain[1:] = gain[1:] * (1.0 + damped) - 2.0 * damped * x_t[1:]
+
+    for k in np.flatnonzero(plan.stick >= 0):
+        i, bound, smooth = plan.stick[k], plan.bound[k] * abs(plan.rub[k]).max(), plan.smooth[k]
+        if plan.wrap[k, 0] >= 0:
+            on_q[i] -= plan.rest[i]  # which friction holds
+        elif smooth > 0.0:
+            on_q[i] -= bound * np.tanh(q_t[i] / smooth)
+        else:
+            on_q[i] -= np.clip(on_q[i], -bound, bound) if q_t[i] == 0.0 else bound * np.sign(q_t[i])
+    free = np.diag(plan.inverse) > 0.0
+    speeds = np.where(free, q_t, 0.0)
+    speeds[free] -= 0.5 * plan.step * np.linalg.solve(plan.mass[np.ix_(free, free)], on_q[free])
+    before = x_t - 0.5 * gain
+    for number, nodes in enumerate(plan.nodes):
+        for side, node in enumerate(nodes):
+            for axis in range(3):
+                row = 6 * number + 3 * side + axis
+                entries = slice(plan.row_start[row], plan.row_start[row + 1])
+                before[axis, node] = plan.row_value[entries] @ speeds[plan.row_column[entries]]
+    return start._replace(x_t=before, q_t=speeds)

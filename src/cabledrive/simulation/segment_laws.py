@@ -3,6 +3,8 @@
 from math import sqrt
 from typing import Any
 
+import numpy as np
+
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation import plan as at
@@ -17,18 +19,21 @@ Rope = tuple[int, bool, float, float]
 
 @njit_in_place
 @for_kernels
-def rope_of(plan: Plan) -> Rope:
-    """The one cable of a loop or a line."""
-    return plan.law, plan.tension_only, plan.pretension, plan.rigidity
+def rope_of(plan: Plan, piece: int) -> Rope:
+    """What the laws take of one rope of a piece."""
+    return plan.law, plan.tension_only, plan.piece[piece, at.PRETENSION], plan.piece[piece, at.RIGIDITY]
 
 
 @njit_in_place
 @for_kernels
 def components(law: Any, numbers: Array, plan: Plan, x: Array, p: Array) -> int:
     """Components above the pretension of all segments, into ``p``; the number of slack ones."""
-    inverse = plan.segment[at.INVERSE_SPACING]
+    inverse, slack = plan.segment[at.INVERSE_SPACING], 0
     if law is None:
-        return segment_tensions(rope_of(plan), x, inverse, p)
+        for piece in range(plan.nodes.shape[0]):
+            here = plan.nodes[piece, 0], plan.nodes[piece, 1]
+            slack += segment_tensions(rope_of(plan, piece), here, x, inverse, p)
+        return slack
     return law(numbers, x, inverse, p)
 
 
@@ -40,34 +45,35 @@ def law_components(law: Any, numbers: Array, x: Array, inverse: Array, p: Array)
 
 @njit_in_place
 @for_kernels
-def segment_tensions(rope: Rope, x: Array, inverse: Array, p: Array) -> int:
-    """Components above the pretension of all segments of a packaged law; the number of slack ones."""
+def segment_tensions(rope: Rope, here: tuple[int, int], x: Array, inverse: Array, p: Array) -> int:
+    """Components above the pretension of segments from one to before another; the number of slack ones."""
     law, tension_only, pretension, rigidity = rope
     slack_strain = -pretension / (rigidity + pretension)
     if law == at.EXACT:
-        slack = _exact(True, rope, x, inverse, p)
+        slack = _exact(True, rope, here, x, inverse, p)
         if slack > 0:  # or out of the range of the series
-            slack = _exact(False, rope, x, inverse, p)
+            slack = _exact(False, rope, here, x, inverse, p)
     else:
-        slack = _truncated(rope, x, inverse, p)
+        slack = _truncated(rope, here, x, inverse, p)
     if slack > 0 and tension_only:
-        for i in range(p.shape[1]):
+        for i in range(here[0], here[1]):
             if segment_strain(law, x, inverse, i) < slack_strain:
                 p[0, i], p[1, i], p[2, i] = -pretension, 0.0, 0.0
     return slack
 
 
 @njit_in_place
-def _exact(by_series: bool, rope: Rope, x: Array, inverse: Array, p: Array) -> int:
+def _exact(by_series: bool, rope: Rope, here: tuple[int, int], x: Array, inverse: Array, p: Array) -> int:
     """Exact law, without root and division where ``by_series``; how many are slack or out of its range."""
     _, _, pretension, rigidity = rope
     slack_z = (1.0 - pretension / (rigidity + pretension)) ** 2 - 1.0
     lowest = max(slack_z, -at.LARGEST_Z)
     centre, reach = 0.5 * (at.LARGEST_Z + lowest), 0.5 * (at.LARGEST_Z - lowest)
-    outside = 0
-    for i in range(p.shape[1]):
-        h = inverse[i]
-        u_x, v_x, w_x = (x[0, i + 1] - x[0, i]) * h, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h
+    outside, start, one = 0, np.uintp(here[0]), np.uintp(1)  # an index that might be negative is slow
+    for number in range(np.uintp(here[1]) - start):
+        i = start + number
+        h, after = inverse[i], i + one
+        u_x, v_x, w_x = (x[0, after] - x[0, i]) * h, (x[1, after] - x[1, i]) * h, (x[2, after] - x[2, i]) * h
         z = u_x * (2.0 + u_x) + v_x * v_x + w_x * w_x
         if by_series:
             gain = (
@@ -83,14 +89,16 @@ def _exact(by_series: bool, rope: Rope, x: Array, inverse: Array, p: Array) -> i
 
 
 @njit_in_place
-def _truncated(rope: Rope, x: Array, inverse: Array, p: Array) -> int:
+def _truncated(rope: Rope, here: tuple[int, int], x: Array, inverse: Array, p: Array) -> int:
     """Weak, consistently weak and linear law."""
     law, _, pretension, rigidity = rope
     stiffness, slack = rigidity + pretension, 0
     slack_strain = -pretension / stiffness
-    for i in range(p.shape[1]):
-        h = inverse[i]
-        u_x, v_x, w_x = (x[0, i + 1] - x[0, i]) * h, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h
+    start, one = np.uintp(here[0]), np.uintp(1)
+    for number in range(np.uintp(here[1]) - start):
+        i = start + number
+        h, after = inverse[i], i + one
+        u_x, v_x, w_x = (x[0, after] - x[0, i]) * h, (x[1, after] - x[1, i]) * h, (x[2, after] - x[2, i]) * h
         strain = u_x + 0.5 * (v_x * v_x + w_x * w_x)
         if law == at.WEAK:
             gain = rigidity * strain / (1.0 + strain)
@@ -151,8 +159,10 @@ def segment_energy(rope: Rope, x: Array, inverse: Array, i: int) -> tuple[float,
 @for_kernels
 def strains(plan: Plan, x: Array, tension: Array, stored: Array) -> None:
     """Tension and energy per length of all segments."""
-    for i in range(tension.size):
-        tension[i], stored[i] = segment_energy(rope_of(plan), x, plan.segment[at.INVERSE_SPACING], i)
+    for piece in range(plan.nodes.shape[0]):
+        rope = rope_of(plan, piece)
+        for i in range(plan.nodes[piece, 0], plan.nodes[piece, 1]):
+            tension[i], stored[i] = segment_energy(rope, x, plan.segment[at.INVERSE_SPACING], i)
 
 
 @njit_in_place
@@ -166,7 +176,7 @@ def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
         if plan.law == at.EXACT:
             sideways = 1.0 / sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
             along = (1.0 + u_x) * sideways
-        if plan.tension_only and segment_strain(plan.law, x, inverse, i) < plan.slack_strain:
+        if plan.tension_only and segment_strain(plan.law, x, inverse, i) < plan.piece[0, at.SLACK_STRAIN]:
             along, sideways = 0.0, 0.0
         direction[0, i], direction[1, i], direction[2, i] = along, sideways * v_x, sideways * w_x
 
@@ -174,17 +184,17 @@ def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
 @njit_in_place
 @for_kernels
 def note_slack(plan: Plan, state: State) -> None:
-    """Note where and when a span goes slack that was taut at the step before."""
-    for span in range(plan.spans):
-        least, place = 0.0, -1
-        for i in range(span * plan.segments, (span + 1) * plan.segments):
-            above = segment_strain(plan.law, state.x, plan.segment[at.INVERSE_SPACING], i) - plan.slack_strain
+    """Note where and when a piece goes slack that was taut at the step before."""
+    for piece in range(plan.nodes.shape[0]):
+        least, place, limit = 0.0, -1, plan.piece[piece, at.SLACK_STRAIN]
+        for i in range(plan.nodes[piece, 0], plan.nodes[piece, 1]):
+            above = segment_strain(plan.law, state.x, plan.segment[at.INVERSE_SPACING], i) - limit
             if above < least:
-                least, place = above, i - span * plan.segments
-        if place >= 0 and state.counts[at.UPPER_SLACK + span] == 0:
+                least, place = above, i - plan.nodes[piece, 0]
+        if place >= 0 and state.slack[piece] == 0:
             if state.counts[at.EVENTS] < at.MOST_EVENTS:
                 event = state.events[state.counts[at.EVENTS]]
-                event[0], event[1], event[2] = state.counts[at.STEPS], span, place
-                event[3] = (plan.rigidity + plan.pretension) * least
+                event[0], event[1], event[2] = state.counts[at.STEPS], piece, place
+                event[3] = (plan.piece[piece, at.RIGIDITY] + plan.piece[piece, at.PRETENSION]) * least
             state.counts[at.EVENTS] += 1
-        state.counts[at.UPPER_SLACK + span] = 1 if place >= 0 else 0
+        state.slack[piece] = 1 if place >= 0 else 0

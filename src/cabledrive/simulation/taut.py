@@ -15,9 +15,9 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.channels import BALANCE, FORCE_WORK, TRANSVERSE_LOSS
-from cabledrive.simulation.node_motion import move_rims, shaft_forces, speed_shafts
-from cabledrive.simulation.observe import add_to, copy_rows, keep_before, keep_extremes, observe, tally_shafts
+from cabledrive.simulation.channels import FORCE_WORK, TRANSVERSE_LOSS
+from cabledrive.simulation.coordinates import advance, end_pulls, gather, place_ends, turn
+from cabledrive.simulation.observe import add_to, copy_rows, keep_before, keep_extremes, observe
 from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import rope_of, segment_tensions, strains
 
@@ -33,10 +33,10 @@ Lines = tuple[Plane, Out]
 @for_kernels
 def pulls_beside(plan: Plan, x: Array, p: Array) -> None:
     """Components of the segments beside rims and stops, into their places in p."""
+    rope, inverse = rope_of(plan, 0), plan.segment[at.INVERSE_SPACING]
     for k in range(plan.beside.size):
-        i = plan.beside[k]
-        one = slice(i, i + 1)
-        segment_tensions(rope_of(plan), x[:, i : i + 2], plan.segment[at.INVERSE_SPACING, one], p[:, one])
+        here = plan.beside[k], plan.beside[k] + 1
+        segment_tensions(rope, here, x, inverse, p)
 
 
 @njit_in_place
@@ -101,7 +101,7 @@ def move_run(plan: Plan, k: int, pulls: Pulls, plane: Plane, out: Out) -> tuple[
     if out is not None:
         v, v_t = out
     p_u, p_v, p_w = pulls
-    run, step, pretension, fall_w = plan.run[k], plan.step, plan.pretension, plan.node[at.FALL_W]
+    run, step, pretension, fall_w = plan.run[k], plan.step, plan.piece[0, at.PRETENSION], plan.node[at.FALL_W]
     first, last = plan.runs[k, 0], plan.runs[k, 1]
     h, kick_u, kick_t, keep = run[at.H], run[at.SPEED_U], run[at.SPEED_T], run[at.KEPT]
     h2, centre, reach, fall_u = 2.0 * h, run[at.CENTRE], run[at.REACH], run[at.RUN_FALL_U]
@@ -158,19 +158,13 @@ def step_taut(
     range of the series; the state is then of no use.
     """
     torque, forces = inputs
-    u, w, u_t, w_t = plane
-    x, x_t, tallies, p, shaft = state.x, state.x_t, state.tallies, work.p, work.shaft
-    n, step, closed = plan.segments, plan.step, plan.closed
-    end = p.shape[1]
-    per_radius = 1.0 / plan.shaft[at.RADIUS, 0]
-    for j in range(torque.size):
+    x, x_t, p, n = state.x, state.x_t, work.p, plan.nodes[0, 1]
+    for j in range(torque.shape[0]):
         keep_extremes(plan, state)
         pulls_beside(plan, x, p)
-        push = torque[j] * per_radius
-        shaft_forces(plan, state, work, push)
-        speed_shafts(plan, plan.shaft_matrices[0], shaft)
-        move_rims(plan, state, shaft)
-        drive, load = u[0] + step * shaft[at.NEW, 0], u[n] + step * shaft[at.NEW, 1]
+        end_pulls(plan, p, work)
+        gather(plan, state.q, torque[j], work)
+        turn(plan, state.q_t, plan.inverse, plan.rub_mobility, plan.rub_own, work)
         if plan.stop.size > 0:
             kick_stops(plan, state, work, forces[j])
         loss = 0.0
@@ -190,29 +184,23 @@ def step_taut(
             loss += plan.run[k, at.LOSS] * squares
         if outside > 0:
             return False
-        u[0], u[n], u_t[0], u_t[n] = drive, load, shaft[at.NEW, 0], shaft[at.NEW, 1]
-        w[0], w[n], w_t[0], w_t[n] = 0.0, 0.0, 0.0, 0.0
-        if out is not None:
-            for rows in out:
-                rows[0], rows[n] = 0.0, 0.0
-        if closed:
-            u[end], u_t[end] = drive, shaft[at.NEW, 0]
+        advance(plan, state, torque[j], work)
+        place_ends(plan, state.q, state.q_t, x, x_t)
         if plan.stop.size > 0:
             move_stops(plan, state, work, forces[j])
         if loss > 0.0:
-            add_to(tallies, int(TRANSVERSE_LOSS), loss)
-        tally_shafts(plan, push, shaft, tallies)
+            add_to(state.tallies, int(TRANSVERSE_LOSS), loss)
     return True
 
 
 @njit_in_place
 @for_kernels
-def record_exact(plan: Plan, state: State, work: Workspace, torque: float, row: Array) -> None:
+def record_exact(plan: Plan, state: State, work: Workspace, torque: Array, row: Array) -> float:
     """Write the record of the step before which ``work.before`` was kept, under the exact law."""
-    x = work.before[0]
-    strains(plan, x, work.q[at.TENSION], work.q[at.ENERGY])
-    segment_tensions(rope_of(plan), x, plan.segment[at.INVERSE_SPACING], work.p)
-    observe(plan, state, work, torque, row)
+    x, inverse = work.before[0], plan.segment[at.INVERSE_SPACING]
+    strains(plan, x, work.damp[at.TENSION], work.damp[at.ENERGY])
+    segment_tensions(rope_of(plan, 0), (0, inverse.size), x, inverse, work.p)
+    return observe(plan, state, work, torque, row)
 
 
 @njit_in_place
@@ -230,32 +218,32 @@ def integrate_taut(
     up to the record before which a segment is slack or out of range, with the state as it is there; and
     whether the energy is finite.
     """
-    x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
+    x, x_t, tallies = state.x, state.x_t, state.tallies
     (torque, forces), (every, rows, fields), first = inputs, record, 0
-    while first < torque.size:
-        last = min(first + every, torque.size)
+    while first < torque.shape[0]:
+        last = min(first + every, torque.shape[0])
         keep_before(state, work)
         row = rows[first // every]
-        taken = False
+        taken, balance = False, 0.0
         for part in range(2):
             start, stop = (first, first + 1) if part == 0 else (first + 1, last)
             taken = step_taut(plan, state, work, (torque[start:stop], forces[start:stop]), lines[0], lines[1])
             if not taken:
                 break
             if part == 0:
-                record_exact(plan, state, work, torque[first], row)
+                balance = record_exact(plan, state, work, torque[first], row)
         if not taken:
             copy_rows(work.before[0], x)
             copy_rows(work.before[1], x_t)
             copy_rows(work.before_tallies, tallies)
-            motor[0], motor[1] = work.before_motor[0], work.before_motor[1]
+            for i in range(state.q.size):
+                state.q[i], state.q_t[i] = work.before_q[0, i], work.before_q[1, i]
             return first, True
         if fields.shape[0] > 0:
             copy_rows(work.before[0], fields[first // every])
         state.counts[at.STEPS] += last - first
-        state.counts[at.UPPER_SLACK] = 0
-        state.counts[at.LOWER_SLACK] = 0
-        if not abs(row[BALANCE]) < 1e300:
+        state.slack[:] = 0
+        if not abs(balance) < 1e300:
             return last, False
         first = last
     return first, True

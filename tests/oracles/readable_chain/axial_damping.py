@@ -25,7 +25,7 @@ def damped_span_reference(
     (1 + G C / 2) V = mean for the velocities V between the rims, with the dampers C = D^T D / compliance and
     the step over each node's mass in G.
     """
-    n = plan.segments
+    n = plan.nodes[0, 1]
     nodes = slice(span * n, span * n + n + 1)
     segments = slice(span * n, span * n + n)
     velocity = mean[:, nodes].copy()

@@ -23,16 +23,18 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import LinearLaw
-from cabledrive.simulation.channels import BALANCE
 from cabledrive.simulation.plan import (
     KICK_T,
     KICK_U,
+    PRETENSION,
+    RIGIDITY,
     SPACING,
     Plan,
     State,
     copy_state,
     set_state,
 )
+from oracles.readable_chain.observe import balance_of
 from oracles.readable_chain.verlet import (
     observed,
     step_reference,
@@ -46,7 +48,7 @@ MOST_TRIALS = 20
 
 def _linear_part(plan: Plan, gradients: Array) -> Array:
     """Components of the segments under the linear law."""
-    linear = LinearLaw(pretension=plan.pretension, axial_rigidity=plan.rigidity)
+    linear = LinearLaw(pretension=plan.piece[0, PRETENSION], axial_rigidity=plan.piece[0, RIGIDITY])
     return np.stack(linear.excess_components(*gradients))
 
 
@@ -112,7 +114,7 @@ def _observe(
     rest = np.stack(law.excess_components(*gradients)) - _linear_part(plan, gradients)
     stretching = np.diff(0.5 * (after.x_t - before.x_t), axis=1)
     stored = 0.5 * (before.extra[STORED] + after.extra[STORED]) - _nonlinear_energy(plan, law, gradients)
-    row[BALANCE] += stored - 0.5 * plan.step * float(np.sum(rest * stretching))
+    row[balance_of(plan)] += stored - 0.5 * plan.step * float(np.sum(rest * stretching))
 
 
 integrate_reference = twin(energy_step_reference, _observe)

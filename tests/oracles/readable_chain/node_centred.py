@@ -17,12 +17,13 @@ from cabledrive.simulation.plan import (
     KEEP_T,
     KICK_T,
     KICK_U,
-    STEPS,
+    MASS,
     Plan,
     State,
 )
 from oracles.readable_chain.shafts import solve_shafts_reference
 from oracles.readable_chain.verlet import (
+    moved_reference,
     shaft_forces_reference,
     tally_reference,
     twin,
@@ -33,22 +34,13 @@ def step_reference(
     plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
 ) -> None:
     """One step of the scheme, Eqs. (2.32) and (2.35)-(2.38)."""
-    old, motor_old = state.x_t.copy(), float(state.motor[1])
-    rims = [0, plan.segments]
-    shaft_old = np.array([*old[0, rims], motor_old])
+    old, shaft_old = state.x_t.copy(), state.q_t.copy()
     pull = law.excess_components(*gradients)[0]
-    right = shaft_forces_reference(plan, state, pull, torque) + plan.shaft_matrices[1] @ shaft_old
-    shaft_new, friction = solve_shafts_reference(plan.shaft_matrices[0], plan.shaft, right, shaft_old)
+    right = shaft_forces_reference(plan, state, pull, torque) + (plan.matrix - plan.loss) @ shaft_old
+    shaft_new, friction = solve_shafts_reference(plan, plan.matrix, right, shaft_old)
     new = _kicked(plan, law, state.x, old)
-    new[0, rims] = shaft_new[:2]
-    if plan.closed:
-        new[:, -1] = new[:, 0]
     tally_reference(plan, state, old, new, 0.5 * (shaft_old + shaft_new), friction, torque, forces)
-    state.x_t[:] = new
-    state.x[:] += plan.step * new
-    state.motor[1] = shaft_new[2]
-    state.motor[0] += plan.step * shaft_new[2]
-    state.counts[STEPS] += 1
+    moved_reference(plan, state, new, shaft_new)
 
 
 def _kicked(plan: Plan, law: CableLaw, x: Array, old: Array) -> Array:
@@ -56,7 +48,9 @@ def _kicked(plan: Plan, law: CableLaw, x: Array, old: Array) -> Array:
     spacing = 1.0 / plan.segment[INVERSE_SPACING, 0]
     first = (x[:, 2:] - x[:, :-2]) / (2.0 * spacing)
     second = (x[:, 2:] - 2.0 * x[:, 1:-1] + x[:, :-2]) / spacing**2
-    gained = plan.step * np.stack(accelerations(law, plan.density, tuple(first), tuple(second)))
+    gained = plan.step * np.stack(
+        accelerations(law, plan.node[MASS, 1] / spacing, tuple(first), tuple(second))
+    )
     inner, new = slice(1, -1), old.copy()
     moves = plan.node[KICK_U, inner] > 0.0
     share = np.where(moves, plan.node[KICK_T, inner] / np.where(moves, plan.node[KICK_U, inner], 1.0), 0.0)

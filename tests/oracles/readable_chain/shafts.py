@@ -5,19 +5,26 @@ from itertools import product
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.simulation.plan import COULOMB, SMOOTH, TURNS
+from cabledrive.simulation.plan import Plan
 
 
-def solve_shafts_reference(matrix: Array, table: Array, right: Array, old: Array) -> tuple[Array, Array]:
+def friction_of(plan: Plan) -> tuple[Array, Array]:
+    """Coulomb friction and speed over which it is smoothed, of each shaft."""
+    coulomb, smooth = np.zeros(3), np.full(3, plan.smooth.max(initial=0.0))
+    coulomb[plan.stick], smooth[plan.stick] = plan.bound, plan.smooth
+    return coulomb, smooth
+
+
+def solve_shafts_reference(plan: Plan, matrix: Array, right: Array, old: Array) -> tuple[Array, Array]:
     r"""New speeds v and frictions f of the shafts: :math:`A v + f = r`, :math:`f \in c\,\mathrm{Sgn}(v)`.
 
     Each shaft sticks or slips one way or the other: all cases are tried until one fits. A smoothed friction
     :math:`f_i = c_i \tanh\frac{v_i + v_i^{old}}{2 s_i}` is found by Newton's method.
     """
-    free = np.flatnonzero(table[TURNS] > 0.0)
+    free = np.flatnonzero(np.diag(plan.inverse) > 0.0)
     new, friction = np.zeros(3), np.zeros(3)
     inner = matrix[np.ix_(free, free)]
-    coulomb, smooth = table[COULOMB, free], table[SMOOTH, free]
+    coulomb, smooth = (values[free] for values in friction_of(plan))
     if (smooth > 0.0).any():
         new[free] = _smoothed(inner, right[free], coulomb, smooth, old[free])
     else:

@@ -17,7 +17,6 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
-    BALANCE,
     COULOMB_LOSS,
     FORCE_WORK,
     JOINT_LOSS,
@@ -31,18 +30,13 @@ from cabledrive.simulation.plan import (
     EVENTS,
     FALL_U,
     FALL_W,
-    HOLDING,
     INVERSE_SPACING,
     KEEP_T,
     KICK_T,
     KICK_U,
-    LOWER_SLACK,
     MOST_EVENTS,
-    RADIUS,
     STEPS,
-    UPPER_SLACK,
-    VISCOUS,
-    WEIGHT_U,
+    UNDAMPED,
     Plan,
     State,
     Workspace,
@@ -50,7 +44,7 @@ from cabledrive.simulation.plan import (
     law_of,
 )
 from oracles.readable_chain.axial_damping import damped_span_reference, damper_directions
-from oracles.readable_chain.observe import observe_reference
+from oracles.readable_chain.observe import balance_of, observe_reference
 from oracles.readable_chain.shafts import solve_shafts_reference
 
 DONE, SLACK, NOT_FINITE = range(3)
@@ -61,9 +55,8 @@ def observed(
 ):
     """The record of a step."""
     observe_reference(
-        plan, law, np.stack([before.x, before.x_t]), after.x_t,
-        np.stack([before.motor, after.motor]), np.stack([before.tallies, after.tallies]),
-        torque, row,
+        plan, law, np.stack([before.x, before.x_t]), after.x_t, before.q,
+        np.stack([before.q_t, after.q_t]), np.stack([before.tallies, after.tallies]), torque, row,
     )  # fmt: skip
 
 
@@ -82,7 +75,7 @@ def twin(step: Callable[..., None], observe: Callable[..., None] = observed) -> 
         law: CableLaw | None = None,
     ) -> int:
         law = law or law_of(plan)
-        for j in range(torque.size):
+        for j in range(len(torque)):
             keep_extremes_reference(plan, state)
             before = copy_state(state)
             gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
@@ -95,7 +88,7 @@ def twin(step: Callable[..., None], observe: Callable[..., None] = observed) -> 
                 observe(plan, law, before, state, gradients, torque[j], rows[record])
                 if fields.shape[0] > 0:
                     fields[record] = before.x
-                if not abs(rows[record, BALANCE]) < 1e300:
+                if not abs(rows[record, balance_of(plan)]) < 1e300:
                     return NOT_FINITE
         return DONE
 
@@ -103,31 +96,35 @@ def twin(step: Callable[..., None], observe: Callable[..., None] = observed) -> 
 
 
 def step_reference(
-    plan: Plan, law: CableLaw, state: State, excess: Array, torque: float, forces: Array
+    plan: Plan, law: CableLaw, state: State, excess: Array, torque: Array, forces: Array
 ) -> None:
     """One step under given components of the segments: kick of all nodes and shafts, tallies, drift."""
-    old, motor_old = state.x_t.copy(), float(state.motor[1])
+    old, shaft_old = state.x_t.copy(), state.q_t.copy()
     new = _kicked(plan, old, excess, forces)
-    shaft_old = np.array([*old[0, [0, plan.segments]], motor_old])
     shaft_force = shaft_forces_reference(plan, state, excess[0], torque)
-    matrix = plan.shaft_matrices[0]
+    matrix = plan.matrix
     direction = damper_directions(plan, law, state.x)
-    if plan.axial_damping > 0.0:
+    if plan.axial != UNDAMPED:
         matrix, shaft_force = _with_dampers(
             plan, direction, 0.5 * (old + new), shaft_old, matrix, shaft_force
         )
-    right = shaft_force + plan.shaft_matrices[1] @ shaft_old
-    shaft_new, friction = solve_shafts_reference(matrix, plan.shaft, right, shaft_old)
-    if plan.axial_damping > 0.0:
+    right = shaft_force + (plan.matrix - plan.loss) @ shaft_old
+    shaft_new, friction = solve_shafts_reference(plan, matrix, right, shaft_old)
+    if plan.axial != UNDAMPED:
         _damp(plan, state, direction, old, new, 0.5 * (shaft_old + shaft_new))
-    new[0, [0, plan.segments]] = shaft_new[:2]
-    if plan.closed:
-        new[0, -1] = new[0, 0]
     tally_reference(plan, state, old, new, 0.5 * (shaft_old + shaft_new), friction, torque, forces)
+    moved_reference(plan, state, new, shaft_new)
+
+
+def moved_reference(plan: Plan, state: State, new: Array, shaft_new: Array) -> None:
+    """Speeds and places after the step."""
+    new[0, [0, plan.nodes[0, 1]]] = shaft_new[:2]
+    if len(plan.nodes) > 1:
+        new[:, -1] = new[:, 0]
     state.x_t[:] = new
     state.x[:] += plan.step * new
-    state.motor[1] = shaft_new[2]
-    state.motor[0] += plan.step * shaft_new[2]
+    state.q_t[:] = shaft_new
+    state.q[:] += plan.step * shaft_new
     state.counts[STEPS] += 1
 
 
@@ -145,25 +142,21 @@ def _kicked(plan: Plan, old: Array, excess: Array, forces: Array) -> Array:
     return new
 
 
-def shaft_forces_reference(plan: Plan, state: State, pull: Array, torque: float) -> Array:
+def shaft_forces_reference(plan: Plan, state: State, pull: Array, torque: Array) -> Array:
     """Forces on drive rim, load rim and motor at the step's time."""
-    n = plan.segments
-    twisted = plan.joint_stiffness * (state.x[0, 0] - state.motor[0])
-    force = np.array([pull[0] - twisted, -pull[n - 1], twisted])
-    force -= plan.shaft[HOLDING] * np.array([state.x[0, 0], state.x[0, n], state.motor[0]])
-    force[:2] += plan.node[WEIGHT_U, [0, n]]
-    if plan.closed:
+    n = plan.nodes[0, 1]
+    force = plan.rest - plan.stiffness @ state.q + plan.motor.T @ torque
+    force[:2] += pull[0], -pull[n - 1]
+    if len(plan.nodes) > 1:
         force[:2] += -pull[-1], pull[n]
-    force[plan.driven] += torque / plan.shaft[RADIUS, 0]
     return force
 
 
 def _rim_pull(plan: Plan, direction: Array, mean: Array, rims: Array) -> Array:
     """Forces of the damping tensions on drive rim and load rim, at given mean speeds of the rims."""
     force = np.zeros(3)
-    for span in range(plan.spans):
-        start, end = span, 1 - span
-        first, last = span * plan.segments, (span + 1) * plan.segments - 1
+    for span, (first, behind) in enumerate(plan.nodes):
+        start, end, last = span, 1 - span, behind - 1
         q = damped_span_reference(plan, span, direction, mean, (rims[start], rims[end]))
         force[start] += direction[0, first] * q[0]
         force[end] -= direction[0, last] * q[-1]
@@ -187,7 +180,7 @@ def _damp(plan: Plan, state: State, direction: Array, old: Array, new: Array, ri
     q = np.concatenate(
         [
             damped_span_reference(plan, span, direction, mean, (rims[span], rims[1 - span]))
-            for span in range(plan.spans)
+            for span in range(len(plan.nodes))
         ]
     )
     force = np.diff(direction * q, axis=1)
@@ -203,48 +196,46 @@ def tally_reference(
     new: Array,
     shaft_mean: Array,
     friction: Array,
-    torque: float,
+    torque: Array,
     forces: Array,
 ) -> None:
     """Works and losses over the step."""
     mean = 0.5 * (old + new)
     worked = state.tallies[0]
-    worked[TORQUE_WORK] += plan.step * torque / plan.shaft[RADIUS, 0] * shaft_mean[plan.driven]
+    worked[TORQUE_WORK] += plan.step * (plan.motor.T @ torque) @ shaft_mean
     for (node, axis), pushed in zip(plan.force, forces, strict=True):
         worked[FORCE_WORK] += plan.step * pushed * mean[axis, node]
     worked[TRANSVERSE_LOSS] += plan.step * np.sum((plan.node[DRAG] * (mean[1] ** 2 + mean[2] ** 2))[1:-1])
-    worked[VISCOUS_LOSS] += plan.step * np.sum(plan.shaft[VISCOUS] * shaft_mean**2)
+    worked[VISCOUS_LOSS] += plan.step * shaft_mean @ plan.damping[0] @ shaft_mean
     worked[COULOMB_LOSS] += plan.step * np.sum(friction * shaft_mean)
-    worked[JOINT_LOSS] += plan.step * plan.joint_damping * (shaft_mean[0] - shaft_mean[2]) ** 2
+    worked[JOINT_LOSS] += plan.step * shaft_mean @ plan.damping[1] @ shaft_mean
 
 
 def keep_extremes_reference(plan: Plan, state: State) -> None:
     """Least and largest place of each rim, largest size of v and w at each midpoint."""
-    places = np.array([state.x[0, 0], state.x[0, plan.segments], state.motor[0]])
-    state.extremes[0:6:2] = np.minimum(state.extremes[0:6:2], places)
-    state.extremes[1:6:2] = np.maximum(state.extremes[1:6:2], places)
-    for span in range(plan.spans):
+    state.extremes[0] = np.minimum(state.extremes[0], state.q)
+    state.extremes[1] = np.maximum(state.extremes[1], state.q)
+    for span in range(len(plan.nodes)):
         i, share = int(plan.probe[span, 0]), plan.probe[span, 1]
         size = np.abs((1.0 - share) * state.x[1:, i] + share * state.x[1:, i + 1])
-        here = slice(6 + 2 * span, 8 + 2 * span)
-        state.extremes[here] = np.maximum(state.extremes[here], size)
+        state.peaks[span] = np.maximum(state.peaks[span], size)
 
 
 def note_slack_reference(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
     """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
-    pushes = law.is_slack(*gradients).reshape(plan.spans, -1)
+    pushes = law.is_slack(*gradients).reshape(len(plan.nodes), -1)
     slack = pushes.any(axis=1)
-    for span in np.flatnonzero(slack & (state.counts[UPPER_SLACK:][: plan.spans] == 0)):
+    for span in np.flatnonzero(slack & (state.slack == 0)):
         if state.counts[EVENTS] < MOST_EVENTS:
-            tension = taut_law(law).tension(*gradients).reshape(plan.spans, -1)[span]
+            tension = taut_law(law).tension(*gradients).reshape(len(plan.nodes), -1)[span]
             place = int(np.argmin(tension))
             state.events[state.counts[EVENTS]] = state.counts[STEPS], span, place, tension[place]
         state.counts[EVENTS] += 1
-    state.counts[UPPER_SLACK : LOWER_SLACK + 1][: plan.spans] = slack
+    state.slack[:] = slack
     return bool(slack.any())
 
 
-def _step(plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array) -> None:
+def _step(plan: Plan, law: CableLaw, state: State, gradients: Array, torque: Array, forces: Array) -> None:
     step_reference(plan, law, state, np.stack(law.excess_components(*gradients)), torque, forces)
 
 

@@ -28,9 +28,9 @@ from cabledrive.rig.disturbances import current_rate
 from cabledrive.rig.setting import RigOptions
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
-from cabledrive.simulation.channels import MEAN_TENSION
 from cabledrive.simulation.kernels import integrate
-from cabledrive.simulation.plan import WEIGHT_U, Plan, State, Workspace, new_state, new_workspace
+from cabledrive.simulation.observe import width_of
+from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace
 
 HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
 
@@ -56,7 +56,7 @@ class CableRun(NamedTuple):
     work: Workspace
     numbers: CableNumbers
     tensions: Array  # (samples or 0, 2): gets the mean ones of the spans [N]
-    # row, torques, forces, fields: (1, columns), (steps,), (steps, 0), (0, 3, nodes): of the integration
+    # row, torques, forces, fields: (1, columns), (steps, 1), (steps, 0), (0, 3, nodes): of the integration
     row: Array
     torques: Array
     forces: Array
@@ -66,24 +66,19 @@ class CableRun(NamedTuple):
 @njit_in_place
 def read_shafts(plan: Plan, cable: State, numbers: CableNumbers, x: Array) -> None:
     """Angles of the shafts at a sample, and their speeds half a step of the cable before, into ``x``."""
-    n, far = numbers.shafts, plan.segments
+    n = numbers.shafts
     for shaft in range(n):
-        if shaft < n - 2:
-            place, speed = cable.motor[0], cable.motor[1]
-        elif shaft == n - 2:
-            place, speed = cable.x[0, 0], cable.x_t[0, 0]
-        else:
-            place, speed = cable.x[0, far], cable.x_t[0, far]
-        x[shaft] = place / numbers.radius - numbers.zeros[shaft]
-        x[n + shaft] = speed / numbers.radius
+        k = 2 if shaft < n - 2 else shaft - n + 2
+        x[shaft] = cable.q[k] / numbers.radius - numbers.zeros[shaft]
+        x[n + shaft] = cable.q_t[k] / numbers.radius
 
 
 @njit_in_place
 def look_at_cable(plan: Plan, cable: State, numbers: CableNumbers, x: Array, score: Array) -> None:
     """Largest twist, how far the middle of a span is from the mean of its ends, and sway."""
-    n, u, far = numbers.shafts, cable.x, plan.segments
+    n, u, far = numbers.shafts, cable.x, plan.nodes[0, 1]
     score[7] = max(score[7], abs(x[n - 2] - x[n - 1]))
-    for span in range(plan.spans):
+    for span in range(plan.nodes.shape[0]):
         start = span * far
         middle = 0.5 * (u[0, start + far // 2] + u[0, start + (far + 1) // 2])
         score[11] = max(score[11], abs(middle - 0.5 * (u[0, start] + u[0, start + far])))
@@ -104,14 +99,14 @@ def act(c: CableRun, rig: RigNumbers, commands: Array, shaft: float, push: float
     keep = exp(-numbers.rate * step)
     for j in range(numbers.steps):
         if numbers.rate > 0.0:
-            torques[j] = shaft
+            torques[j, 0] = shaft
             share = min(max(rig.late_part / step - j, 0.0), 1.0)
             shaft = keep * shaft + (1.0 - keep) * (share * older + (1.0 - share) * newer)
         else:
             share = min(max(rig.late_part / step - j + 0.5, 0.0), 1.0)
-            torques[j] = share * older + (1.0 - share) * newer
+            torques[j, 0] = share * older + (1.0 - share) * newer
             shaft = newer
-        torques[j] += push
+        torques[j, 0] += push
     return shaft
 
 
@@ -131,14 +126,15 @@ def move_cable(c: CableRun, rig: RigNumbers, k: int, s: LoopState) -> int:
     """Move the cable to the next sample; why the run ends after it, 0 where it goes on."""
     x, n, plan, numbers, row = s.x, c.numbers.shafts, c.plan, c.numbers, c.row
     x[2 * n] = act(c, rig, s.controller.commands, x[2 * n], numbers.offset + rig.forces[k, 0])
-    plan.node[WEIGHT_U, plan.segments] = numbers.weight + rig.forces[k, 1] / numbers.radius
+    plan.rest[1] = numbers.weight + rig.forces[k, 1] / numbers.radius
     given = plan, c.cable, c.work, c.torques, c.forces, numbers.steps, row, c.fields
     code = integrate(None, numbers.zeros, None, None, False, *given)
-    plan.node[WEIGHT_U, plan.segments] = numbers.weight
+    plan.rest[1] = numbers.weight
     if c.tensions.shape[0] > 0:
-        c.tensions[k, 0], c.tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
-    least = HANGS * plan.pretension
-    if row[0, MEAN_TENSION] < least or (plan.closed and row[0, MEAN_TENSION + 1] < least):
+        for span in range(plan.nodes.shape[0]):
+            c.tensions[k, span] = row[0, span]
+    least = HANGS * plan.piece[0, PRETENSION]
+    if row[0, 0] < least or row[0, plan.nodes.shape[0] - 1] < least:
         s.summary[9] += 1.0
         if plan.stop_when_slack:
             code = 1
@@ -171,7 +167,7 @@ class CablePlant:
     drive: Drive  # with the stiffness and damping that the distributed cable has
     case: Case  # one record per sample
     numbers: CableNumbers
-    start: Array  # displacements and velocities of the nodes and the motor at rest, one after the other
+    start: Array  # displacements and velocities of the nodes and the coordinates at rest, in a row
 
 
 def cable_plant(
@@ -208,22 +204,21 @@ def cable_plant(
         drive=own,
         case=case,
         numbers=_numbers(case, chain, current_rate(drive), state),
-        start=np.concatenate((state.x.ravel(), state.x_t.ravel(), state.motor)),
+        start=np.concatenate((state.x.ravel(), state.x_t.ravel(), state.q, state.q_t)),
     )
 
 
 def _numbers(case: Case, chain: LumpedChain, rate: float, state: State) -> CableNumbers:
-    radius = case.drive.drive_pulley.radius
-    rims = case.mesh.rims
-    first = [state.motor[0]] if case.mesh.joint is not None else []
+    radius = case.machine.drive_pulley.radius
+    first = [state.q[2]] if case.mesh.joint is not None else []
     return CableNumbers(
         shafts=chain.size,
         radius=radius,
         steps=case.grid.every,
         rate=rate,
-        offset=case.offset,
-        weight=float(case.plan.node[7, rims[1]]),
-        zeros=np.array([*first, *state.x[0, list(rims)]]) / radius,
+        offset=float(case.holding[0]),
+        weight=float(case.plan.rest[1]),
+        zeros=np.array([*first, *state.q[:2]]) / radius,
         middle=np.max(np.abs(state.x[1:, :]), axis=1),
     )
 
@@ -232,13 +227,11 @@ def cable_run(cable: CablePlant, state: LoopState, tensions: Array) -> CableRun:
     """The cable with its nodes in the state of a loop; ``tensions``, shape (samples or 0, 2), gets [N]."""
     case, nodes = cable.case, cable.case.mesh.nodes
     kept, every = state.x[2 * cable.numbers.shafts + 1 :], cable.case.grid.every
-    fresh = new_state(np.zeros((3, nodes)), np.zeros((3, nodes)), (0.0, 0.0))
-    moving = fresh._replace(
-        x=kept[: 3 * nodes].reshape(3, nodes),
-        x_t=kept[3 * nodes : 6 * nodes].reshape(3, nodes),
-        motor=kept[6 * nodes :],
-    )
-    space = (np.zeros((1, case.width)), np.zeros(every), np.zeros((every, 0)), np.zeros((0, 3, nodes)))
+    x, x_t, q, q_t = np.split(kept, [3 * nodes, 6 * nodes, 6 * nodes + 3])
+    fresh = new_state(case.plan, np.zeros((3, nodes)), np.zeros((3, nodes)), q, q_t)
+    moving = fresh._replace(x=x.reshape(3, nodes), x_t=x_t.reshape(3, nodes), q=q, q_t=q_t)
+    row, fields = np.zeros((1, width_of(case.plan))), np.zeros((0, 3, nodes))
+    space = row, np.zeros((every, 1)), np.zeros((every, 0)), fields
     return CableRun(case.plan, moving, new_workspace(case.plan), cable.numbers, tensions, *space)
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from hashlib import sha256
 from typing import Any
 
@@ -15,22 +14,25 @@ from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.simulation.channels import Channel
-from cabledrive.simulation.methods import TimeGrid, check_resolved, time_grid
-from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, wraps_of
-from cabledrive.simulation.network.plan import (
+from cabledrive.simulation.channels import (
+    AXIAL_LOSS,
+    COULOMB_LOSS,
+    TALLIES,
+    TORQUE_WORK,
+    TRANSVERSE_LOSS,
+    VISCOUS_LOSS,
+    Channel,
+)
+from cabledrive.simulation.methods import METHODS, check_resolved, time_grid
+from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan, wraps_of
+from cabledrive.simulation.plan import (
     EVENTS,
     MOST_EVENTS,
+    SLACK,
     STEPS,
-    NetworkPlan,
-    NetworkState,
-    NetworkWorkspace,
-    network_plan,
-    new_network_state,
-    new_network_workspace,
+    State,
 )
-from cabledrive.simulation.plan import SLACK
-from cabledrive.simulation.prepared import PreparedRun
+from cabledrive.simulation.prepared import RopeRun
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
 from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, named_shape
 
@@ -87,37 +89,57 @@ def _shape(pluck: Pluck, x: Array) -> Array:
     return np.asarray(profile)
 
 
-def channels_of(mesh: NetworkMesh, motors: tuple[str, ...]) -> tuple[Channel, ...]:
-    """Columns of a record, in order."""
-    units = ["m" if slides(name) else "rad" for name in mesh.names]
-    found = [Channel(name, unit, f"place of {name}") for name, unit in zip(mesh.names, units, strict=True)]
-    found += [
-        Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}")
-        for name, unit in zip(mesh.names, units, strict=True)
-    ]
+def routed_channels(
+    names: tuple[str, ...], motors: tuple[str, ...], spans: tuple[str, ...], travels: bool = False
+) -> tuple[Channel, ...]:
+    """Columns of a record of a machine with routes; ``travels``: whether lengths follow its bodies."""
+    pose, damped = (" from the pose of the file", " with its damping") if travels else ("", "")
+    both = [(name, "m" if slides(name) else "rad") for name in names]
+    found = [Channel(name, unit, f"place of {name}{pose}") for name, unit in both]
+    found += [Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}") for name, unit in both]
     found += [Channel(f"torque on {name}", "N m", f"torque of the motor of {name}") for name in motors]
-    found += [Channel(f"mean tension, {one}", "N", f"tension of {one}, mean along it") for one in mesh.pieces]
-    found += [Channel(f"least tension, {one}", "N", f"least tension of {one}") for one in mesh.pieces]
-    found += [
-        Channel(f"{plane} at the middle of {one}", "m", f"displacement {plane} at the middle of {one}")
-        for one in mesh.pieces
-        for plane in PLANES
-    ]
-    return (
-        *found,
-        Channel("rope_energy", "J", "kinetic energy of the ropes"),
-        Channel("body_energy", "J", "kinetic energy of bodies, pulleys and motors"),
-        Channel("strain_energy", "J", "elastic energy of the ropes above that at rest"),
-        Channel("spring_energy", "J", "energy of springs and of turning bodies above that at rest"),
-        Channel("torque_work", "J", "work of the torques since the start"),
-        Channel("transverse_loss", "J", "energy lost to transverse damping since the start"),
-        Channel("axial_loss", "J", "energy lost to axial damping of the ropes since the start"),
-        Channel("viscous_loss", "J", "energy lost to bearings, bodies and joints since the start"),
-        Channel("coulomb_loss", "J", "energy lost to Coulomb friction and slipping ropes since the start"),
-        Channel(
-            "balance", "J", "energy of the method, plus losses, minus work: constant if the budget closes"
-        ),
-    )
+    mean = [(one, f"tension of {one}{damped}, mean along it") for one in spans]
+    found += [Channel(f"mean tension, {one}", "N", words) for one, words in mean]
+    found += [Channel(f"least tension, {one}", "N", f"least tension of {one}{damped}") for one in spans]
+    if travels:
+        found += [Channel(f"free length, {one}", "m", f"free length of {one}") for one in spans]
+    else:
+        places = [(one, plane) for one in spans for plane in PLANES]
+        found += [
+            Channel(f"{plane} at the middle of {one}", "m", f"displacement {plane} at the middle of {one}")
+            for one, plane in places
+        ]
+    energies = _TRAVELLING if travels else _STANDING
+    return (*found, *(Channel(name, "J", words) for name, words in energies))
+
+
+_SINCE = "since the start"
+_STANDING = (
+    ("rope_energy", "kinetic energy of the ropes"),
+    ("body_energy", "kinetic energy of bodies, pulleys and motors"),
+    ("strain_energy", "elastic energy of the ropes above that at rest"),
+    ("spring_energy", "energy of springs and of turning bodies above that at rest"),
+    ("torque_work", f"work of the torques {_SINCE}"),
+    ("transverse_loss", f"energy lost to transverse damping {_SINCE}"),
+    ("axial_loss", f"energy lost to axial damping of the ropes {_SINCE}"),
+    ("viscous_loss", f"energy lost to bearings, bodies and joints {_SINCE}"),
+    ("coulomb_loss", f"energy lost to Coulomb friction and slipping ropes {_SINCE}"),
+    ("balance", "energy of the method, plus losses, minus work: constant if the budget closes"),
+)
+_TRAVELLING = (
+    ("rope_energy", "kinetic energy of the ropes in their spans"),
+    ("body_energy", "kinetic energy of bodies, pulleys and motors, of drums with their rope"),
+    ("strain_energy", "elastic energy of the ropes in their spans"),
+    ("spring_energy", "energy of springs, weights and loads above that at rest"),
+    ("torque_work", f"work of the torques {_SINCE}"),
+    ("weight_work", f"work of the ropes' weight {_SINCE}"),
+    ("axial_loss", f"energy lost to axial damping of the ropes {_SINCE}"),
+    ("viscous_loss", f"energy lost to bearings, bodies and joints {_SINCE}"),
+    ("coulomb_loss", f"energy lost to Coulomb friction {_SINCE}"),
+    ("creep_loss", f"energy lost where rope creeps on pulleys, {_SINCE}"),
+    ("wound_energy", f"energy that rope took onto rims and drums {_SINCE}"),
+    ("balance", "energies plus losses minus works: constant if the budget closes"),
+)
 
 
 def slides(name: str) -> bool:
@@ -126,46 +148,11 @@ def slides(name: str) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class NetworkCase(PreparedRun):
-    """A run that has not begun."""
+class NetworkCase(RopeRun):
+    """A run of a machine with routes that has not begun; torques: beyond what holds it at rest."""
 
     network: Network
-    scheme: Scheme
-    recording: Recording
     mesh: NetworkMesh
-    laws: list[CableLaw]  # of each piece
-    grid: TimeGrid
-    plan: NetworkPlan
-    torques: tuple[Signal, ...]  # of each motor, beyond what holds the machine at rest
-    x: Array  # (3, nodes)
-    x_t: Array  # (3, nodes)
-    q: Array  # (n,): at t = 0, as all four
-    q_t: Array  # (n,)
-
-    @cached_property
-    def channels(self) -> tuple[Channel, ...]:
-        """Columns of a record."""
-        return channels_of(self.mesh, self.mesh.driven)
-
-    @property
-    def width(self) -> int:
-        """Numbers per record."""
-        return len(self.channels)
-
-    @property
-    def machine(self) -> RoutedDrive:
-        """The drive of the run."""
-        return self.network.drive
-
-    @property
-    def nodes(self) -> int:
-        """Nodes of all pieces."""
-        return self.mesh.size
-
-    @property
-    def law_name(self) -> str:
-        """Name of the cable law."""
-        return taut_law(self.laws[0]).name
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -176,64 +163,25 @@ class NetworkCase(PreparedRun):
             "start": sha256(start).hexdigest(),
         }
 
-    @cached_property
-    def work(self) -> NetworkWorkspace:
-        """Work space of the steps."""
-        return new_network_workspace(self.plan)
+    def columns(self, found: Array) -> Array:
+        """The columns of a machine with routes, from what the kernels record."""
+        pieces, n = len(self.plan.nodes), len(self.mesh.names)
+        edges = np.cumsum([pieces, pieces, 2 * pieces, pieces, 3 * pieces, 1, 1, 1, TALLIES, 1, 2 * n])
+        parts = np.split(found, edges, axis=1)
+        mean, least, ropes, strain, middle, _, bodies, springs, tallies, balance, places, torque = parts
+        lost = tallies[:, [TORQUE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS]]
+        ropes, strain = (own.sum(axis=1, keepdims=True) for own in (ropes, strain))
+        return np.hstack([places, torque, mean, least, middle, ropes, bodies, strain, springs, lost, balance])
 
-    def integrate(
-        self, state: NetworkState, inputs: list[Array], every: int, rows: Array, fields: Array
-    ) -> int:
-        """Take the steps, the first of every ``every`` recorded; why they end."""
-        from cabledrive.simulation.network.kernels import integrate_network
-
-        return int(integrate_network(self.plan, state, self.work, inputs[0], every, rows))
-
-    def why(self, code: int, state: NetworkState, before: NetworkState, inputs: tuple[Array, ...]) -> str:
+    def why(self, code: int, state: State, before: State, inputs: tuple[Array, ...]) -> str:
         """Why steps ended early, in one line."""
         if code != SLACK:
             return f"diverged at t = {state.counts[STEPS] * self.grid.step:.6g} s: lower the input"
-        step, piece, tension = state.events[min(int(state.counts[EVENTS]), MOST_EVENTS) - 1]
+        step, piece, _, tension = state.events[min(int(state.counts[EVENTS]), MOST_EVENTS) - 1]
         return (
             f"span {self.mesh.pieces[int(piece)]} goes slack at t = {step * self.grid.step:.6g} s "
             f"({tension:.3g} N): raise pretension, lower the input or allow slack"
         )
-
-    def inputs(self, first: int, steps: int) -> tuple[Array]:
-        """Torques at the times of some steps, shape (steps, motors) [N m]."""
-        time = np.arange(first, first + steps, dtype=np.float64) * self.grid.step
-        columns = [signal.at(time) for signal in self.torques]
-        return (np.stack(columns, axis=1) if columns else np.zeros((steps, 0)),)
-
-    def first_state(self) -> NetworkState:
-        """State before the first step: velocities half a step before the start."""
-        node, body = forces_of(self.mesh, self.laws, self.x, self.q, self.inputs(0, 1)[0][0])
-        half = 0.5 * self.grid.step
-        mass = np.repeat(
-            self.mesh.density * self.mesh.spacing, self.mesh.nodes[:, 1] - self.mesh.nodes[:, 0] + 1
-        )
-        x_t = self.x_t - half * node / mass
-        q_t = self.q_t - half * np.linalg.solve(self.mesh.mass, body - self.mesh.damping @ self.q_t)
-        put_ends(self.mesh, q_t, x_t)
-        return new_network_state(self.plan, self.x, x_t, self.q, q_t)
-
-
-def forces_of(
-    mesh: NetworkMesh, laws: list[CableLaw], x: Array, q: Array, torque: Array
-) -> tuple[Array, Array]:
-    """Forces of one rope on its nodes, zero at ends, shape (3, nodes), and on the coordinates, shape (n,)."""
-    node, body = np.zeros_like(x), mesh.motor.T @ torque - mesh.stiffness @ q
-    for k, ((first, last), law) in enumerate(zip(mesh.nodes, laws, strict=True)):
-        p = np.stack(law.excess_components(*(np.diff(x[:, first : last + 1], axis=1) / mesh.spacing[k])))
-        node[:, first + 1 : last] = np.diff(p, axis=1)
-        body += mesh.ropes[k] * (p[:, 0] @ mesh.ends[k, 0] - p[:, -1] @ mesh.ends[k, 1])
-    return node, body
-
-
-def put_ends(mesh: NetworkMesh, q: Array, x: Array) -> None:
-    """Ends of all pieces where the coordinates put them, into x."""
-    for k, nodes in enumerate(mesh.nodes):
-        x[:, nodes] = np.stack([mesh.ends[k, side] @ q for side in range(2)], axis=1)
 
 
 def network_case(
@@ -265,19 +213,27 @@ def network_case(
         check_resolved(signal, grid.step)
     x, q = placed(mesh, start.places, "places", start.plucks)
     x_t, q_t = placed(mesh, start.speeds, "speeds", ())
+    channels = routed_channels(mesh.names, mesh.driven, mesh.pieces)
     return NetworkCase(
-        network=network,
+        machine=drive,
         scheme=scheme,
         recording=recording,
-        mesh=mesh,
-        laws=laws,
         grid=grid,
-        plan=network_plan(network, wraps, mesh, laws, step=grid.step, stop_when_slack=scheme.slack == "stop"),
+        channels=channels,
+        width=len(channels),
+        nodes=mesh.size,
+        law_name=taut_law(laws[0]).name,
         torques=torques,
+        holding=np.zeros(len(torques)),
+        plan=network_plan(network, wraps, mesh, laws, step=grid.step, stop_when_slack=scheme.slack == "stop"),
+        method=METHODS["verlet"],
+        laws=laws,
         x=x,
         x_t=x_t,
         q=q,
         q_t=q_t,
+        network=network,
+        mesh=mesh,
     )
 
 

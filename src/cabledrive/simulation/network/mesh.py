@@ -11,13 +11,28 @@ from math import exp
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.network import Network
 from cabledrive.mechanics.network.assembly import coulomb_of, dampers_of, rotor_turn
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.span_table import follows
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation.plan import (
+    ALONG_PIECES,
+    COMPLIANCE,
+    DRAG,
+    KEEP_T,
+    KICK_T,
+    KICK_U,
+    MASS,
+    OWN,
+    UNDAMPED,
+    Plan,
+    kernel_number,
+    rows_of_ends,
+    rubbing,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +93,6 @@ class NetworkMesh:
     tension: Array  # (pieces,): mean at rest, of one rope [N]
     rigidity: Array  # (pieces,): EA of one rope [N]
     ropes: Array  # (pieces,)
-    inverse_spacing: Array  # (nodes - 1,) [1/m]; 0 between pieces
     ends: Array  # (pieces, 2, 3, n): rows u, v, w of start and end
     mass: Array  # (n, n): of the coordinates, with the half cells at the ends
     stiffness: Array  # (n, n): springs and turning bodies
@@ -116,9 +130,6 @@ def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkM
     spacing, density = length / count, np.array([rope.density for rope in ropes]) / (1.0 + tension / rigidity)
     last = np.cumsum(count + 1) - 1
     nodes = np.stack([last - count, last], axis=1)
-    inverse = np.zeros(last[-1])
-    for (a, b), h in zip(nodes, spacing, strict=True):
-        inverse[a:b] = 1.0 / h
     ends = _ends(network, wraps)
     n = ends.shape[-1]
     lines = np.array([network.ropes[3 * k] for k in range(len(length))], dtype=np.float64)
@@ -141,7 +152,6 @@ def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkM
         tension=tension,
         rigidity=rigidity,
         ropes=lines,
-        inverse_spacing=inverse,
         ends=ends,
         mass=mass,
         stiffness=_padded(springs, n),
@@ -202,26 +212,35 @@ def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> tuple[Arr
     return rows, np.array(bound), np.array(beside, dtype=np.int64).reshape(-1, 2), rest
 
 
-def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array]:
+def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array, Array]:
     """Constant parts of the damping tensions; ``step`` [s].
 
-    Returns 1 / beta of a segment of each piece (pieces,) [m/s/N], 0 where no rope is damped; pivots of the
-    elimination, damping tension per speed of the start and of the end (3, nodes - 1) [-], [N s/m]; what they
-    do to the coordinates, as dampers (n, n).
+    Returns pivots of the elimination, damping tension per speed of the start and of the end (3, nodes - 1)
+    [-], [N s/m]; what they do to the coordinates, as dampers (n, n); tables of the segments and the nodes.
     """
     from scipy.linalg import solveh_banded
 
-    table = np.zeros((3, mesh.size - 1))
+    table, segment, node = (
+        np.zeros((3, mesh.size - 1)),
+        np.zeros((3, mesh.size - 1)),
+        np.zeros((9, mesh.size)),
+    )
     table[0] = 1.0
-    matrix, compliance = np.zeros_like(mesh.mass), np.zeros(len(mesh.length))
+    matrix = np.zeros_like(mesh.mass)
     for k, (first, last) in enumerate(mesh.nodes):
+        h, size, inner = float(mesh.spacing[k]), last - first, slice(first + 1, last)
+        mass, damped = float(mesh.density[k] * h), 0.5 * step * float(mesh.transverse_damping[k])
+        segment[:2, first:last] = [[h], [1.0 / h]]
+        node[[KICK_U, KICK_T, KEEP_T, MASS], inner] = [
+            [step / mass], [step / mass / (1.0 + damped)], [(1.0 - damped) / (1.0 + damped)], [mass]
+        ]  # fmt: skip
+        node[DRAG, inner] = mesh.transverse_damping[k] * mass * mesh.ropes[k]
         damping = float(mesh.axial_damping[k]) * (1.0 + float(mesh.tension[k] / mesh.rigidity[k]))
         if damping == 0.0:
             continue
-        h, size = float(mesh.spacing[k]), last - first
-        compliance[k] = h / damping
-        half = 0.5 * step / float(mesh.density[k] * h)
-        diagonal = np.full(size, compliance[k] + 2.0 * half)
+        segment[COMPLIANCE, first:last] = h / damping
+        half = 0.5 * step / mass
+        diagonal = np.full(size, h / damping + 2.0 * half)
         diagonal[0] -= half  # the ends are no nodes of the piece's own
         diagonal[-1] -= half
         sides = np.zeros((size, 2))
@@ -234,4 +253,64 @@ def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array]:
         a, b = mesh.ends[k, 0, 0], mesh.ends[k, 1, 0]
         first_row, last_row = (table[1, i] * a + table[2, i] * b for i in (first, last - 1))
         matrix += mesh.ropes[k] * (np.outer(b, last_row) - np.outer(a, first_row))
-    return compliance, table, matrix
+    return table, matrix, segment, node
+
+
+def network_plan(
+    network: Network,
+    wraps: list[Wrap],
+    mesh: NetworkMesh,
+    laws: list[CableLaw],
+    *,
+    step: float,
+    stop_when_slack: bool,
+) -> Plan:
+    """Numbers of one run; ``laws``: of each piece; ``step``: time step [s]."""
+    damper, dampers, segment, node = axial_dampers(mesh, step)
+    damping = mesh.damping + dampers
+    matrix = mesh.mass / step + 0.5 * damping
+    inverse = np.linalg.inv(matrix).astype(np.float64)
+    rub, bound, wrap, rest = rubbing_of(network, wraps, mesh.tension)
+    middle = mesh.nodes.sum(axis=1) / 2.0
+    probe = np.stack([middle // 1.0, middle % 1.0], axis=1)
+    none = np.zeros(0, dtype=np.int64)
+    if (law := kernel_number(laws[0])) == OWN:
+        raise InputRefused(
+            'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
+        )
+    return Plan(
+        law=law,
+        tension_only=laws[0].tension_only,
+        stop_when_slack=stop_when_slack,
+        step=step,
+        axial=ALONG_PIECES if mesh.axial_damping.any() else UNDAMPED,
+        uniform=False,
+        nodes=mesh.nodes,
+        piece=np.array(
+            [
+                (law.pretension, law.axial_rigidity, law.slack_strain, ropes)
+                for law, ropes in zip(laws, mesh.ropes, strict=True)
+            ]
+        ),
+        segment=segment,
+        node=node,
+        **rows_of_ends(mesh.ends),
+        mass=mesh.mass,
+        stiffness=mesh.stiffness,
+        damping=np.stack([mesh.damping, np.zeros_like(mesh.damping)]),
+        matrix=matrix,
+        inverse=inverse,
+        loss=damping,
+        rest=rest,
+        motor=mesh.motor,
+        **rubbing(inverse, rub, bound),
+        smooth=np.zeros(bound.size),
+        wrap=wrap,
+        damper=damper,
+        probe=probe,
+        force=np.zeros((0, 2), dtype=np.int64),
+        stop=none,
+        beside=none,
+        runs=np.zeros((0, 2), dtype=np.int64),
+        run=np.zeros((0, 0)),
+    )

@@ -10,7 +10,7 @@ from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.netcdf import Content
 from cabledrive.simulation.network.case import NetworkCase
-from cabledrive.simulation.network.plan import EVENTS, MOST_EVENTS, TALLIES
+from cabledrive.simulation.plan import EVENTS, MOST_EVENTS
 from cabledrive.simulation.result import RunResult
 from cabledrive.simulation.run import Outcome
 
@@ -121,7 +121,7 @@ def network_result(case: NetworkCase, outcome: Outcome) -> NetworkResult:
     mesh, names, state, rows = case.mesh, case.mesh.names, outcome.state, outcome.rows
     columns = {channel.name: k for k, channel in enumerate(case.channels)}
     energies = rows[:1, columns["rope_energy"] : columns["rope_energy"] + 4].sum() if len(rows) else 0.0
-    work = float(np.max(rows[:, -1 - TALLIES], initial=0.0))
+    work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
     extremes = np.where(np.isfinite(state.extremes), state.extremes, 0.0)
     reach = np.abs(extremes).max(axis=0)
     # Turning a pulley passes rope on and leaves the geometry as it is: only bodies count.
@@ -136,10 +136,10 @@ def network_result(case: NetworkCase, outcome: Outcome) -> NetworkResult:
         energy_handled=max(float(energies), 0.0) + work,
         energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length)),
         extremes={name: (float(low), float(high)) for name, low, high in zip(names, *extremes, strict=True)},
-        midpoint_peaks=dict(zip(mesh.pieces, state.peaks.tolist(), strict=True)),
+        midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
         slack_events=tuple(
             {"time": float(step * case.grid.step), "span": mesh.pieces[int(piece)], "tension": float(tension)}
-            for step, piece, tension in noted
+            for step, piece, _, tension in noted
         ),
         largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
         assumptions=_ASSUMPTIONS + left_out(case.network.drive),

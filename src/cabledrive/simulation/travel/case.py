@@ -14,13 +14,8 @@ from cabledrive.mechanics.network import Network, network_of
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
-from cabledrive.simulation.channels import Channel
-from cabledrive.simulation.methods import TimeGrid
-from cabledrive.simulation.network.case import slides
 from cabledrive.simulation.plan import SLACK
 from cabledrive.simulation.prepared import PreparedRun
-from cabledrive.simulation.signals import Signal
-from cabledrive.simulation.start import Recording, Scheme
 from cabledrive.simulation.travel.plan import (
     NO_SPAN,
     OFF_THE_PULLEY,
@@ -32,41 +27,6 @@ from cabledrive.simulation.travel.plan import (
     new_travel_workspace,
 )
 from cabledrive.trajectories import smooth_rise
-
-
-def travel_channels(
-    names: tuple[str, ...], motors: tuple[str, ...], spans: tuple[str, ...]
-) -> tuple[Channel, ...]:
-    """Columns of a record, in order."""
-    units = ["m" if slides(name) else "rad" for name in names]
-    both = list(zip(names, units, strict=True))
-    found = [Channel(name, unit, f"place of {name} from the pose of the file") for name, unit in both]
-    found += [Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}") for name, unit in both]
-    found += [Channel(f"torque on {name}", "N m", f"torque of the motor of {name}") for name in motors]
-    found += [
-        Channel(f"mean tension, {one}", "N", f"tension of {one} with its damping, mean along it")
-        for one in spans
-    ]
-    found += [
-        Channel(f"least tension, {one}", "N", f"least tension of {one} with its damping") for one in spans
-    ]
-    found += [Channel(f"free length, {one}", "m", f"free length of {one}") for one in spans]
-    return (
-        *found,
-        Channel("rope_energy", "J", "kinetic energy of the ropes in their spans"),
-        Channel("body_energy", "J", "kinetic energy of bodies, pulleys and motors, of drums with their rope"),
-        Channel("strain_energy", "J", "elastic energy of the ropes in their spans"),
-        Channel("spring_energy", "J", "energy of springs, weights and loads above that at rest"),
-        Channel("torque_work", "J", "work of the torques since the start"),
-        Channel("weight_work", "J", "work of the ropes' weight since the start"),
-        Channel("axial_loss", "J", "energy lost to axial damping of the ropes since the start"),
-        Channel("viscous_loss", "J", "energy lost to bearings, bodies and joints since the start"),
-        Channel("coulomb_loss", "J", "energy lost to Coulomb friction since the start"),
-        Channel("creep_loss", "J", "energy lost where rope creeps on pulleys, since the start"),
-        Channel("wound_energy", "J", "energy that rope took onto rims and drums since the start"),
-        Channel("balance", "J", "energies plus losses minus works: constant if the budget closes"),
-    )
-
 
 POSES = 25
 _SMALL = 1e-7
@@ -166,52 +126,18 @@ class PlannedMove:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TravelCase(PreparedRun):
-    """A run that has not begun."""
+    """A run that has not begun; torques: beyond what holds the machine at rest, which is ``holding``."""
 
     network: Network
-    scheme: Scheme
-    recording: Recording
-    grid: TimeGrid
     plan: TravelPlan
     names: tuple[str, ...]  # of the coordinates
     motors: tuple[str, ...]  # pulleys of the motors
+    spans: tuple[str, ...]
     move: PlannedMove | None  # None: the torques are given
     way: Way | None
-    torques: tuple[Signal, ...]  # of each motor beyond what holds the machine at rest
-    holding: Array  # (motors,): what holds it [N m]
     x: Array  # places of the cells at rest [m]
     length: Array  # unstretched lengths of the spans at rest [m]
     q_t: Array  # (n,): speeds at t = 0
-
-    @cached_property
-    def spans(self) -> tuple[str, ...]:
-        """Names of the spans."""
-        return tuple(span.name for span in self.network.drive.free_spans)
-
-    @cached_property
-    def channels(self) -> tuple[Channel, ...]:
-        """Columns of a record."""
-        return travel_channels(self.names, self.motors, self.spans)
-
-    @property
-    def width(self) -> int:
-        """Numbers per record."""
-        return len(self.channels)
-
-    @property
-    def machine(self) -> RoutedDrive:
-        """The drive of the run."""
-        return self.network.drive
-
-    @property
-    def nodes(self) -> int:
-        """Cells of all spans."""
-        return int(self.plan.cells[-1])
-
-    @property
-    def law_name(self) -> str:
-        """Name of the cable law."""
-        return "exact"
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -250,12 +176,11 @@ class TravelCase(PreparedRun):
         }
         return words.get(code, f"diverged {when}: lower the input, or give a smaller step")
 
-    def inputs(self, first: int, steps: int) -> tuple[Array]:
+    def inputs(self, first: int, steps: int) -> tuple[Array, ...]:
         """Torques of the motors at the times of some steps [N m], or their speeds over them [rad/s]."""
-        number = np.arange(first, first + steps + 1, dtype=np.float64)
-        time = number * self.grid.step
         if self.move is None or self.way is None:
-            return (np.stack([signal.at(time[:-1]) for signal in self.torques], axis=1) + self.holding,)
+            return super().inputs(first, steps)
+        time = np.arange(first, first + steps + 1, dtype=np.float64) * self.grid.step
         # The state lies half a step behind its speeds: turns at the times of the steps, speeds between them.
         part = smooth_rise(np.minimum(time / self.move.rise, 1.0), ORDER)[0]
         turns = np.stack([self.way.turns(part, int(rotor)) for rotor in self.plan.rotor], axis=1)

@@ -2,7 +2,7 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.network.coordinates import rub
+from cabledrive.simulation.coordinates import rub
 from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.plan import TravelPlan, TravelState, TravelWorkspace
@@ -233,7 +233,7 @@ def turn_coordinates(plan: TravelPlan, state: TravelState, work: TravelWorkspace
         new[i] = total
     for m in range(given.size if plan.prescribed else 0):
         new[plan.rotor[m]] = given[m]
-    rub(plan, work)
+    rub(plan, state.q_t, plan.rub_mobility, plan.rub_own, work)
     for m in range(given.size):
         own, torque = plan.rotor[m], given[m]
         if plan.prescribed:

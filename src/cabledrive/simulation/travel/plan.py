@@ -49,6 +49,7 @@ class TravelPlan(NamedTuple):
     rest: Array  # (n,): weights, loads and preloads [N]
     rotor: Integers  # (motors,): coordinate of each rotor
     rub: Array  # (frictions, n): what rubs, per speed of q
+    smooth: Array  # (frictions,): zeros
     bound: Array  # (frictions,): Coulomb friction [N], [N m]
     wrap: Integers  # (frictions, 2): -1, as no wrap slips
     inverse: Array  # (n, n): of M / step + C / 2 without prescribed rotors; filled at each step

@@ -12,7 +12,7 @@ from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.methods import check_resolved, time_grid
-from cabledrive.simulation.network.case import NetworkStart, motor_torques
+from cabledrive.simulation.network.case import NetworkStart, motor_torques, routed_channels
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Recording, Scheme
@@ -62,14 +62,22 @@ def travel_case(
     plan, x, length, holding = _plan(
         network, counts, shortest, rotors, step=grid.step, prescribed=way is not None
     )
+    spans = tuple(span.name for span in network.drive.free_spans)
+    channels = routed_channels(network.motion.names, names, spans, travels=True)
     return TravelCase(
-        network=network,
+        machine=network.drive,
         scheme=scheme,
         recording=recording,
         grid=grid,
+        channels=channels,
+        width=len(channels),
+        nodes=cells,
+        law_name="exact",
+        network=network,
         plan=plan,
         names=network.motion.names,
         motors=names,
+        spans=spans,
         move=move,
         way=way,
         torques=torques,
@@ -194,6 +202,7 @@ def _plan(
         rest=np.zeros(n),
         rotor=rotors,
         rub=rub,
+        smooth=np.zeros(frictions),
         bound=bound,
         wrap=wrap,
         inverse=np.zeros((n, n)),

@@ -1,0 +1,233 @@
+r"""Compiled motion of the coordinates over one step, with implicit friction.
+
+They obey
+
+.. math:: \Bigl(\frac{M}{\Delta t} + \frac{C}{2}\Bigr) \dot q_+ + R^T\lambda
+          = f + \Bigl(\frac{M}{\Delta t} - \frac{C}{2}\Bigr) \dot q_-, \qquad
+          f = \sum B_a^T p_a - B_b^T p_b - K q + f_\text{motor}
+
+with friction :math:`\lambda \in c\,\mathrm{Sgn}(R\dot q_+)`, or
+:math:`c \tanh(R(\dot q_- + \dot q_+)/2s)`, by projected Gauss-Seidel.
+"""
+
+from math import tanh
+from typing import Any
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.simulation import plan as at
+from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TORQUE_WORK, VISCOUS_LOSS
+from cabledrive.simulation.observe import add_to
+from cabledrive.simulation.plan import Plan, State, Workspace
+
+MOST_SWEEPS = 200
+
+
+@njit_in_place
+@for_kernels
+def end_pulls(plan: Plan, p: Array, work: Workspace) -> None:
+    """Components beside both ends of all pieces."""
+    for piece in range(plan.nodes.shape[0]):
+        for axis in range(3):
+            work.pull[piece, 0, axis] = p[axis, plan.nodes[piece, 0]]
+            work.pull[piece, 1, axis] = p[axis, plan.nodes[piece, 1] - 1]
+
+
+@njit_in_place
+@for_kernels
+def add_pulls(plan: Plan, work: Workspace, force: Array) -> None:
+    """Add what the ends of all pieces do to the coordinates."""
+    for piece in range(plan.nodes.shape[0]):
+        for side in range(2):
+            sign = plan.piece[piece, at.ROPES] if side == 0 else -plan.piece[piece, at.ROPES]
+            for axis in range(3):
+                row = 6 * piece + 3 * side + axis
+                pull = sign * work.pull[piece, side, axis]
+                for entry in range(plan.row_start[row], plan.row_start[row + 1]):
+                    force[plan.row_column[entry]] += plan.row_value[entry] * pull
+
+
+@njit_in_place
+@for_kernels
+def gather(plan: Plan, q: Array, torque: Array, work: Workspace) -> None:
+    """Forces on the coordinates: springs, weights, motors and the ends of all pieces."""
+    force, n = work.force, q.size
+    for i in range(n):
+        total = plan.rest[i]
+        for k in range(n):
+            total -= plan.stiffness[i, k] * q[k]
+        force[i] = total
+    for m in range(torque.size):
+        for i in range(n):
+            force[i] += plan.motor[m, i] * torque[m]
+    add_pulls(plan, work, force)
+
+
+@njit_strict
+@for_kernels
+def turn(plan: Plan, q_t: Array, inverse: Array, mobility: Array, own: Array, work: Workspace) -> None:
+    """New speeds of the coordinates from the forces, Eq. (N.9); what sticks stands still."""
+    right, new, n = work.right, work.new, q_t.size
+    for i in range(n):
+        total = work.force[i]
+        for k in range(n):
+            total -= plan.loss[i, k] * q_t[k]
+        right[i] = total
+    for i in range(n):  # added to the old speeds: with M times them rounding would grow step by step
+        total = q_t[i]
+        for k in range(n):
+            total += inverse[i, k] * right[k]
+        new[i] = total
+    rub(plan, q_t, mobility, own, work)
+    for k in range(plan.bound.size):
+        if plan.stick[k] >= 0 and plan.smooth[k] == 0.0 and abs(work.friction[k]) < work.bound[k]:
+            new[plan.stick[k]] = 0.0
+
+
+@njit_strict
+@for_kernels
+def rub(plan: Any, q_t: Array, mobility: Array, own: Array, work: Any) -> None:
+    """Friction of everything that rubs, and what it leaves of the speeds; of a prescribed one its bound."""
+    new, count, n = work.new, plan.bound.size, work.new.size
+    for k in range(count):
+        work.friction[k] = 0.0
+        work.bound[k] = plan.bound[k]
+        before, behind = plan.wrap[k, 0], plan.wrap[k, 1]
+        if before >= 0:  # Euler and Eytelwein: friction per tension of the slacker side
+            entering = plan.piece[before, at.PRETENSION] + work.pull[before, 1, 0]
+            leaving = plan.piece[behind, at.PRETENSION] + work.pull[behind, 0, 0]
+            work.bound[k] *= max(min(entering, leaving), 0.0)
+    for _ in range(MOST_SWEEPS if count > 0 else 0):
+        change, size = 0.0, 0.0
+        for k in range(count):
+            speed, slow, old = 0.0, 0.0, work.friction[k]
+            for i in range(n):
+                speed += plan.rub[k, i] * new[i]
+                slow += plan.rub[k, i] * q_t[i]
+            if own[k] == 0.0:
+                if speed != 0.0:
+                    work.friction[k] = work.bound[k] if speed > 0.0 else -work.bound[k]
+                continue
+            if plan.smooth[k] > 0.0:
+                free = speed / own[k] + old
+                held = free - smoothed(1.0 / own[k], free, work.bound[k], plan.smooth[k], slow) / own[k]
+            else:
+                held = min(max(old + speed / own[k], -work.bound[k]), work.bound[k])
+            if held != old:
+                work.friction[k] = held
+                for i in range(n):
+                    new[i] -= mobility[i, k] * (held - old)
+            change = max(change, abs(held - old))
+            size = max(size, abs(held))
+        if change <= 1e-15 * size or count == 1:
+            break
+
+
+@njit_strict
+@for_kernels
+def smoothed(inertia: float, rest: float, coulomb: float, smooth: float, old: float) -> float:
+    """New speed under tanh friction at the mean speed: Newton on a monotone function, kept in its bracket."""
+    total = rest + inertia * old  # 2 inertia mean + coulomb tanh(mean / smooth) = total
+    low, high = (total - coulomb) / (2.0 * inertia), (total + coulomb) / (2.0 * inertia)
+    mean = min(max(old, low), high)
+    for _ in range(60):
+        push = tanh(mean / smooth)
+        excess, width = 2.0 * inertia * mean + coulomb * push - total, high - low
+        low, high = (low, mean) if excess > 0.0 else (mean, high)
+        better = mean - excess / (2.0 * inertia + coulomb * (1.0 - push * push) / smooth)
+        if not low < better < high or 2.0 * (high - low) > width > smooth:  # from side to side of the bend
+            better = 0.5 * (low + high)
+        if abs(better - mean) <= 1e-15 * abs(better):
+            break
+        mean = better
+    return 2.0 * mean - old
+
+
+@njit_in_place
+@for_kernels
+def invert(plan: Plan, work: Workspace) -> None:
+    """Inverse of ``work.matrix`` without what is fixed, and what friction does with it."""
+    a, n = work.inverse, work.new.size
+    for i in range(n):
+        for j in range(n):
+            moves = plan.inverse[i, i] > 0.0 and plan.inverse[j, j] > 0.0
+            a[i, j] = work.matrix[i, j] if moves else 0.0
+    for k in range(n):
+        if a[k, k] == 0.0:
+            continue
+        pivot = 1.0 / a[k, k]
+        for i in range(n):
+            if i != k:
+                share = a[i, k] * pivot
+                for j in range(n):
+                    a[i, j] -= share * a[k, j]
+                a[i, k] = -share
+        for j in range(n):
+            a[k, j] *= pivot
+        a[k, k] = pivot
+    for k in range(plan.bound.size):
+        work.own[k] = 0.0
+        for i in range(n):
+            total = 0.0
+            for j in range(n):
+                total += a[i, j] * plan.rub[k, j]
+            work.mobility[i, k] = total
+            work.own[k] += plan.rub[k, i] * total
+
+
+@njit_in_place
+@for_kernels
+def place_ends(plan: Plan, q: Array, q_t: Array, x: Array, x_t: Array) -> None:
+    """Ends of all pieces where the coordinates put them."""
+    for piece in range(plan.nodes.shape[0]):
+        for side in range(2):
+            node = plan.nodes[piece, side]
+            for axis in range(3):
+                row = 6 * piece + 3 * side + axis
+                place, speed = 0.0, 0.0
+                for entry in range(plan.row_start[row], plan.row_start[row + 1]):
+                    place += plan.row_value[entry] * q[plan.row_column[entry]]
+                    speed += plan.row_value[entry] * q_t[plan.row_column[entry]]
+                x[axis, node] = place
+                x_t[axis, node] = speed
+
+
+@njit_in_place
+@for_kernels
+def end_speed(plan: Plan, piece: int, side: int, q_t: Array) -> float:
+    """Speed of an end of a piece along it."""
+    row, speed = 6 * piece + 3 * side, 0.0
+    for entry in range(plan.row_start[row], plan.row_start[row + 1]):
+        speed += plan.row_value[entry] * q_t[plan.row_column[entry]]
+    return speed
+
+
+@njit_in_place
+@for_kernels
+def advance(plan: Plan, state: State, torque: Array, work: Workspace) -> None:
+    """Speeds and places of the coordinates after the step, with works and losses over it."""
+    q, q_t, new, right, n = state.q, state.q_t, work.new, work.right, state.q.size
+    worked, viscous, joint, coulomb = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        right[i] = 0.5 * (q_t[i] + new[i])
+    for i in range(n):
+        for m in range(torque.size):
+            worked += plan.motor[m, i] * torque[m] * right[i]
+        lost, twisted = 0.0, 0.0
+        for k in range(n):
+            lost += plan.damping[0, i, k] * right[k]
+            twisted += plan.damping[1, i, k] * right[k]
+        viscous += lost * right[i]
+        joint += twisted * right[i]
+        for k in range(plan.bound.size):
+            coulomb += work.friction[k] * plan.rub[k, i] * right[i]
+    add_to(state.tallies, int(TORQUE_WORK), plan.step * worked)
+    if viscous != 0.0:
+        add_to(state.tallies, int(VISCOUS_LOSS), plan.step * viscous)
+    if joint != 0.0:
+        add_to(state.tallies, int(JOINT_LOSS), plan.step * joint)
+    if coulomb != 0.0:
+        add_to(state.tallies, int(COULOMB_LOSS), plan.step * coulomb)
+    for i in range(n):
+        q_t[i] = new[i]
+        q[i] += plan.step * new[i]
