@@ -13,7 +13,7 @@ from cabledrive.modal import modes as natural_modes
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes
-from cabledrive.studies.varied_drive import varied
+from cabledrive.studies.frequency_curves import varied
 from reproduction.expanded_equations import lateral_frequency
 from reproduction.oracles import (
     DENSITY,

@@ -7,7 +7,7 @@ import numpy as np
 from cabledrive.control.transporter import frozen_poles
 from cabledrive.parameters import Motor
 from cabledrive.reduction.transporter import frozen_frequencies, transporter_of
-from cabledrive.rig.carriage.transporter import (
+from cabledrive.rig.carriage import (
     MARGIN,
     CarriageMove,
     force_limit,

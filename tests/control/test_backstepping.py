@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from cabledrive.control.backstepping import (
-    backstepping_gains,
+    PRINTED_HZ,
     backstepping_numbers,
-    chain_numbers,
     chain_parameters,
     chain_reference,
     chain_scales,
@@ -31,8 +30,7 @@ from control_chains import INTERVAL, model, state_of
 from oracles.printed_backstepping import Gains, corrected_backstepping
 
 CHAIN = model(3)
-GAINS = backstepping_gains()
-LAW = backstepping_numbers(CHAIN, GAINS, INTERVAL)
+LAW = backstepping_numbers(CHAIN, PRINTED_HZ, 1e-6, INTERVAL)
 
 
 def command(states, y, estimate):
@@ -46,9 +44,8 @@ def test_compiled_law_is_the_corrected_law(measured):
     """u and tau of (6.90) and (6.95), mended, at random states and estimates."""
     rng = np.random.default_rng(0)
     parameters, widths, beta = unmatched_parameters(CHAIN)
-    k = Gains(
-        GAINS.k1, GAINS.k21, GAINS.k22, 0.0, GAINS.k32, GAINS.k33, 0.0, GAINS.k42, GAINS.k43, GAINS.k44, 0.0
-    )
+    rate = 2.0 * np.pi * PRINTED_HZ
+    k = Gains(rate, 1.0, rate, 0.0, 1.0, rate, 0.0, 0.0, 1.0, rate, 0.0)
     off = []
     for _ in range(20):
         states, y = rng.normal(size=4), rng.normal(size=5)
@@ -68,7 +65,7 @@ def test_compiled_law_is_the_corrected_law(measured):
 
 
 SIX_STATES = model(4)
-LAW_OF_SIX = chain_numbers(SIX_STATES, 25.0, 1e-12, INTERVAL)
+LAW_OF_SIX = backstepping_numbers(SIX_STATES, 25.0, 1e-12, INTERVAL)
 NOMINAL, WIDTHS = chain_parameters(SIX_STATES)
 S1, S2 = chain_scales(SIX_STATES)
 UNIT = np.array([1.0, 10.0, S1 * 0.01, S1 * 0.3, S2 * 1e-3, S2 * 0.05])
@@ -186,7 +183,7 @@ def test_condition_holds_without_adaptation_and_fails_with_it():
     states = joint_motion(flat_output(SIX_STATES), flat_reference(flat_output(SIX_STATES), wanted, INTERVAL))[
         0
     ]
-    still = chain_numbers(SIX_STATES, 25.0, 0.0, INTERVAL)
+    still = backstepping_numbers(SIX_STATES, 25.0, 0.0, INTERVAL)
     margins = [stability_margin(law, NOMINAL, states[900], reference[900]) for law in (still, LAW_OF_SIX)]
     assert margins[0] == pytest.approx(2 * np.pi * 25.0, rel=0.02)
     assert margins[1] < 0.0, f"observed {margins}"

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from cabledrive.control.backstepping import (
-    backstepping_gains,
-    chain_numbers,
+    backstepping_numbers,
     chain_parameters,
     unmatched_parameters,
 )
@@ -21,12 +20,9 @@ ROWS = [
         lambda: Bounds(nominal=np.ones(4), low=np.array([2.0, 0, 0, 0]), high=np.full(4, 3.0)),
         ["bounds 2 to 3"],
     ),
-    (lambda: backstepping_gains(bandwidth=-1.0), ["bandwidth", "-1"]),
-    (lambda: backstepping_gains(bandwidth=float("nan")), ["bandwidth", "nan"]),
-    (lambda: backstepping_gains(adaptation=-1.0), ["adaptation", "-1"]),
-    (lambda: chain_numbers(model(4), -1.0, 0.0, INTERVAL), ["bandwidth", "-1"]),
-    (lambda: chain_numbers(model(4), float("nan"), 0.0, INTERVAL), ["bandwidth", "nan"]),
-    (lambda: chain_numbers(model(4), 25.0, -1.0, INTERVAL), ["adaptation", "-1"]),
+    (lambda: backstepping_numbers(model(4), -1.0, 0.0, INTERVAL), ["bandwidth", "-1"]),
+    (lambda: backstepping_numbers(model(4), float("nan"), 0.0, INTERVAL), ["bandwidth", "nan"]),
+    (lambda: backstepping_numbers(model(4), 25.0, -1.0, INTERVAL), ["adaptation", "-1"]),
     (lambda: unmatched_parameters(model(4)), ["Model 3"]),
     (lambda: chain_parameters(model(3)), ["Model 4"]),
 ]

@@ -223,7 +223,7 @@ BELT = ChainModel(
 def all_records(shared_data):
     data = io.loadmat(shared_data(FILE_COUPLED), squeeze_me=True)
     return [
-        Record(input=data[f"u{k}"].astype(float), output=data[f"z{k}"][:, None], interval=0.02, last=TRAINING)
+        Record(input=data[f"u{k}"].astype(float), output=data[f"z{k}"][:, None], interval=0.02)
         for k in (1, 2, 3)
     ]
 
@@ -235,7 +235,7 @@ def records(all_records):
 
 @pytest.fixture(scope="module")
 def belt(records):
-    return fit_output_error(records, BELT, START)
+    return fit_output_error([record.begun(TRAINING) for record in records], BELT, START)
 
 
 def test_the_belt_model_predicts_the_last_hundred_samples(records, belt, measured):
@@ -266,7 +266,7 @@ def test_the_third_record_is_not_predicted_and_the_residual_shows_that_the_model
     error = rms_of(third.output, belt.simulated(third))
     measured(f"third record: RMSE {error:.2f} ticks/s of a mean of {third.output.mean():.2f} ticks/s")
     assert error > 0.3, error
-    doubts = dict(belt.doubts(all_records[:2]))
+    doubts = dict(belt.doubts([record.begun(TRAINING) for record in all_records[:2]]))
     assert "residual-not-white" in doubts, doubts
 
 

@@ -15,9 +15,9 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
-from cabledrive.rig.disturbed_plants import Disturbances, disturbed_plant, load_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.plant_samples import Disturbances, disturbed_plant, load_disturbances
 from cabledrive.rig.tracking import log_text
 from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track

@@ -21,7 +21,8 @@ from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_nu
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.laws.indirect import learnt_bounds
 from cabledrive.rig.laws.load_learning import TURNING, load_blocks, load_learning
-from cabledrive.rig.plant_samples import Spreads, sampled_chain
+from cabledrive.rig.plant_samples import sampled_chain
+from cabledrive.rig.setting import Spreads
 from cabledrive.rig.tuning import design
 from dissertation_runs import track
 

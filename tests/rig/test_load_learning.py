@@ -12,9 +12,9 @@ from cabledrive.control.numbers import GAIN
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run
-from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.load_learning import CHANGING, KINDS, NAME
+from cabledrive.rig.laws.load_learning import CHANGING, KINDS, LOAD_LEARNING
+from cabledrive.rig.plant_samples import Disturbances, disturbed_loop
 from cabledrive.rig.ranked import COMPARED, scored
 from cabledrive.rig.tuning import law_as_tuned
 from command import answer
@@ -30,7 +30,7 @@ TRIPLED = Disturbances(load_factor=(3.0, 3.0), load_time=(0.7, 0.95))
 
 def over_plants(name, draws, seed, ranges=RANGES, words="a tenth of the uncertainty"):
     """Scores of a law at the bandwidth and with the filter that the comparison chose."""
-    hertz = 50.0 if name == NAME else HERTZ
+    hertz = 50.0 if name == LOAD_LEARNING else HERTZ
     spec = DesignSpec(DRIVE, TWO, options=COMPARED, bandwidth=hertz)
     law = law_as_tuned(name, hertz, "its own" if name in KINDS else words, spec)
     return law, scored(law, spec, ranges, seed, range(draws))
@@ -40,11 +40,11 @@ def test_friction_of_the_load_is_learnt_and_the_error_falls_below_that_of_lqi(me
     """0.015 N m at the load, two pulses: friction within a quarter; later pulses within 0.045 deg."""
     said = {
         name: track(DRIVE, controller=name, bandwidth=HERTZ, plant_drive=RUBBING, motion=TWO, seed=3)
-        for name in ("lqi", NAME)
+        for name in ("lqi", LOAD_LEARNING)
     }
-    learning = said[NAME]
+    learning = said[LOAD_LEARNING]
     friction = float(learning.estimates[-1, 0])
-    later, other = (said[name].summary["later_pulses_error_deg"] for name in (NAME, "lqi"))
+    later, other = (said[name].summary["later_pulses_error_deg"] for name in (LOAD_LEARNING, "lqi"))
     measured(f"{1e3 * friction:.1f} mN m, later {later:.4f} deg, lqi {other:.4f}")
     assert friction == pytest.approx(0.015, rel=0.25)
     assert later < 0.045, f"observed {later:.4f} deg"
@@ -56,7 +56,7 @@ def test_friction_of_the_load_is_learnt_and_the_error_falls_below_that_of_lqi(me
 @pytest.mark.verify
 def test_over_200_plants_learning_beats_lqi_at_equal_torque(measured):
     """After the first pulse at most a third of LQI's 99 % error; first pulse included, at most 0.75 of it."""
-    (_, ours), (_, theirs) = (over_plants(name, 200, 22) for name in (NAME, "lqi"))
+    (_, ours), (_, theirs) = (over_plants(name, 200, 22) for name in (LOAD_LEARNING, "lqi"))
     mine, other = at_99(ours), at_99(theirs)
     later = at_99(ours, "later")
     torque = float(np.median(ours.torques) / np.median(theirs.torques))
@@ -101,7 +101,7 @@ def test_no_law_with_this_feedback_can_do_much_better_in_the_first_motion(measur
 
     Before, the encoders cannot distinguish a load that sticks from one that does not.
     """
-    law, ours = over_plants(NAME, 60, 11)
+    law, ours = over_plants(LOAD_LEARNING, 60, 11)
     mine = at_99(ours)
     half, one = (
         float(np.quantile([told_from(law.loop, draw, counts) for draw in range(60)], 0.99))
@@ -130,7 +130,7 @@ def at_99(scores, kind="peaks"):
 
 def test_without_friction_at_the_load_it_is_no_worse_than_the_best_fixed_law(measured):
     """Each as it is tuned, first pulse included, drawn plants: within a twentieth, at no more torque."""
-    tuned = ((NAME, ""), ("lqg", "by uncertainty"), ("lqi", "a tenth of the uncertainty"))
+    tuned = ((LOAD_LEARNING, ""), ("lqg", "by uncertainty"), ("lqi", "a tenth of the uncertainty"))
     ours, *fixed = (over_plants(name, 40, 11, Disturbances(), words)[1] for name, words in tuned)
     best = min(fixed, key=at_99)
     torque = np.median(ours.torques) / np.median(best.torques)
@@ -153,7 +153,7 @@ def test_with_every_disturbance_learning_has_a_third_of_the_error_of_lqi(measure
         softening=(0.0, 0.02),
         warming=(0.0, 0.05),
     )
-    (_, ours), (_, theirs) = (over_plants(name, 60, 11, ranges) for name in (NAME, "lqi"))
+    (_, ours), (_, theirs) = (over_plants(name, 60, 11, ranges) for name in (LOAD_LEARNING, "lqi"))
     measured(f"{at_99(ours, 'later'):.4f} and {at_99(theirs, 'later'):.4f} deg")
     assert at_99(ours, "later") < at_99(theirs, "later") / 2.5
     assert not any(ours.failed)

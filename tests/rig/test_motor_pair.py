@@ -10,9 +10,8 @@ from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_kernels import LEAST
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.disturbed_plants import loop_with_loads
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.plant_samples import sampled_loops
+from cabledrive.rig.plant_samples import loop_with_loads, sampled_loops
 from cabledrive.rig.tuning import design
 from oracles.motor_pair import MotorPair
 from oracles.motor_pair import run as run_by_scipy

@@ -13,14 +13,14 @@ import cabledrive as cd
 from cabledrive.reduction.transporter import transporter_of
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions, track
-from cabledrive.rig.carriage.transporter import CarriageMove, move_carriage
+from cabledrive.rig.carriage import CarriageMove, move_carriage
 from cabledrive.rig.closed_loop.loop import close_loop
-from cabledrive.rig.disturbed_plants import Disturbances, disturbances_of, disturbed_loop
 from cabledrive.rig.front_door import track_two_motors
 from cabledrive.rig.laws.controller_file import controller_numbers
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.load_learning import NAME as LEARNING
-from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
+from cabledrive.rig.laws.load_learning import LOAD_LEARNING as LEARNING
+from cabledrive.rig.laws.load_learning import SCHEDULED
+from cabledrive.rig.plant_samples import Disturbances, disturbances_of, disturbed_loop
 from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
 from cabledrive.rig.tuning import design
 from hanging_loads import scaled_transporter

@@ -13,12 +13,12 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, Payload, RigOptions, track
 from cabledrive.rig.bounds import Segment, switched_tube
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
-from cabledrive.rig.disturbed_plants import Disturbances
 from cabledrive.rig.laws.baselines import feedforward_table
 from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.laws.load_learning import SCHEDULED, announced, schedule_of, told_otherwise
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.laws.scheduled import NAME, announced, schedule_of, told_otherwise
 from cabledrive.rig.margins import margins_of
+from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.ranked import COMPARED, scored
 from cabledrive.rig.setting import parse_payload, parse_payload_range
 from cabledrive.rig.tuning import law_as_tuned
@@ -51,7 +51,7 @@ def at_99(scores):
 
 def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured):
     """With the same settled filter on the same heavy plant, to rounding: feedforward and feedback."""
-    loop = loop_of(NAME)
+    loop = loop_of(SCHEDULED)
     load = loop.controller.schedule.loads[2]
     other = loop_of("lqi", heavier(load))
     plant = with_plant(loop, other.chain)
@@ -69,7 +69,7 @@ def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured
 def test_the_columns_of_the_reference_give_the_exact_inverse_of_any_load(load):
     spec = DesignSpec(DRIVE, TWO, bandwidth=HERTZ)
     chain = replace(with_load(spec.model(4), load), coulomb=(0.0,) * 3)
-    table = CONTROLLERS[NAME](spec).reference
+    table = CONTROLLERS[SCHEDULED](spec).reference
     wanted = feedforward_table(spec, chain, spec.wanted(6))
     found = table[:, :7] + (load - 1.0) * table[:, 7:14]
     np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
@@ -77,7 +77,7 @@ def test_the_columns_of_the_reference_give_the_exact_inverse_of_any_load(load):
 
 def test_between_the_points_the_disk_margin_is_that_of_lqi_designed_there(measured):
     """At the middle of every cell, announced rightly: at least 0.95 of that of a design for that load."""
-    loop = loop_of(NAME)
+    loop = loop_of(SCHEDULED)
     schedule, worst = schedule_of(0.5, 3.0), np.inf
     ends = 1.0 / np.array(schedule.loads)
     for load in 1.0 / (0.5 * (ends[1:] + ends[:-1])):
@@ -91,7 +91,7 @@ def test_between_the_points_the_disk_margin_is_that_of_lqi_designed_there(measur
 @pytest.mark.kernel
 def test_what_the_integral_holds_does_not_jump_where_another_load_is_announced():
     """Gains of the integral differ by more than a tenth; without an error the torque stays what it was."""
-    loop = loop_of(NAME)
+    loop = loop_of(SCHEDULED)
     law = loop.controller.law
     gains = [law_at(law, load).rows[0, 0] for load in (1.0, 2.5)]
     assert abs(gains[1] / gains[0] - 1.0) > 0.1
@@ -107,7 +107,7 @@ def test_what_the_integral_holds_does_not_jump_where_another_load_is_announced()
 
 @pytest.mark.kernel
 def test_between_two_points_the_step_is_that_of_the_law_and_the_filter_frozen_there():
-    loop = loop_of(NAME)
+    loop = loop_of(SCHEDULED)
     rng, load = np.random.default_rng(2), 1.83
     frozen = replace(loop, observer=filter_at(loop.observer, load))
     one, other = (loop_at_rest(each).controller for each in (loop, frozen))
@@ -129,11 +129,11 @@ def test_between_two_points_the_step_is_that_of_the_law_and_the_filter_frozen_th
 @pytest.mark.verify
 def test_over_200_plants_an_announced_load_costs_less_than_a_tenth_of_a_degree(measured):
     found = {
-        "right": over_plants(NAME, 200, 11),
-        "tenth off": over_plants(NAME, 200, 11, replace(CHANGES, announced_error=(-0.1, 0.1))),
-        "half off": over_plants(NAME, 200, 11, replace(CHANGES, announced_error=(-0.5, 0.5))),
-        "0.2 s late": over_plants(NAME, 200, 11, replace(CHANGES, announced_late=(0.0, 0.2))),
-        "0.2 s early": over_plants(NAME, 200, 11, replace(CHANGES, announced_late=(-0.2, 0.0))),
+        "right": over_plants(SCHEDULED, 200, 11),
+        "tenth off": over_plants(SCHEDULED, 200, 11, replace(CHANGES, announced_error=(-0.1, 0.1))),
+        "half off": over_plants(SCHEDULED, 200, 11, replace(CHANGES, announced_error=(-0.5, 0.5))),
+        "0.2 s late": over_plants(SCHEDULED, 200, 11, replace(CHANGES, announced_late=(0.0, 0.2))),
+        "0.2 s early": over_plants(SCHEDULED, 200, 11, replace(CHANGES, announced_late=(-0.2, 0.0))),
     }
     for words, scores in found.items():
         measured(
@@ -155,7 +155,7 @@ def test_announcements_are_in_force_from_their_time_on_in_any_order():
 def test_the_changing_load_of_a_run_is_that_of_a_heavier_drive():
     """From the first instant on, the disturbed plant and the exact one of a heavier drive: 0.01 deg apart."""
     motion = Motion(order=11, payload=(Payload(factor=1.5),))
-    kind = {"controller": NAME, "bandwidth": 20.0, "motion": motion, "seed": 4}
+    kind = {"controller": SCHEDULED, "bandwidth": 20.0, "motion": motion, "seed": 4}
     changed = track(DRIVE, options=RigOptions(load_change=(0.0, 1.5)), **kind)
     exact = track(DRIVE, plant_drive=heavier(1.5), **kind)
     assert changed.summary["circumstances"]["load_change"] == {"start": 0.0, "factor": 1.5}
@@ -170,7 +170,7 @@ ONE = Motion(order=11, dwell=0.3)
 def test_the_tube_is_reached_by_the_worst_torque_of_the_switched_loop(at, measured):
     """Another recursion, of errors and a memory in torque, driven by the sign of each response."""
     spec = DesignSpec(DRIVE, ONE, bandwidth=35.0)
-    made = CONTROLLERS[NAME](spec)
+    made = CONTROLLERS[SCHEDULED](spec)
     loads, ends = (1.0, 2.6, 0.7), (0, 170, 290, 400)
     parts = [
         Segment(made.law, made.believed, load, spec.interval, (ends[i], ends[i + 1]))
@@ -211,7 +211,7 @@ def test_the_bound_is_never_left_without_a_named_assumption(count, measured):
         plant = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertias!r}"])
         found = track(
             DRIVE,
-            controller=NAME,
+            controller=SCHEDULED,
             bandwidth=float(rng.uniform(10.0, 35.0)),
             motion=replace(ONE, payload=(told,), angle=float(rng.uniform(5.0, 45.0))),
             options=RigOptions(

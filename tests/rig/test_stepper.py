@@ -8,8 +8,8 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.disturbed_plants import Disturbances
 from cabledrive.rig.laws.registry import OPEN_LOOPS
+from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.ranked import offered
 from command import answer, refusal
 

@@ -15,7 +15,7 @@ from cabledrive.rig.bounds import check_learning
 from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.load_learning import CHANGING, NAME
+from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import DEGREE, Disturbance
 from cabledrive.trajectories import move_limits, shortest_rise
@@ -130,7 +130,7 @@ def checked(name, plant, hertz=35.0, motion=TWO):
     return loop, done, check_learning(loop, done.log)
 
 
-@pytest.mark.parametrize("name", [NAME, CHANGING])
+@pytest.mark.parametrize("name", [LOAD_LEARNING, CHANGING])
 def test_parts_of_the_error_add_up_to_it_and_the_bound_holds_them(name, measured):
     """Friction and more inertia at the load: what the recursion says of the error is the error."""
     plant = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"])
@@ -149,7 +149,7 @@ def learning_spec(generator):
     """What an adversary asks of a law that learns."""
     drive, choices = adversarial_spec(generator)
     options = replace(choices["options"], ideal_sensors=False, observer="kalman")
-    law = {"controller": str(generator.choice([NAME, CHANGING])), "options": options}
+    law = {"controller": str(generator.choice([LOAD_LEARNING, CHANGING])), "options": options}
     return drive, choices | law | {"bandwidth": float(np.exp(generator.uniform(1.6, 3.9)))}
 
 

@@ -1,7 +1,7 @@
 """The transporter: its model against certified modes, its plant against the model, its laws compared.
 
 Compiled modules under test: cabledrive.control.load_schedule,
-cabledrive.rig.carriage.transporter_kernels.
+cabledrive.rig.carriage.
 """
 
 from dataclasses import replace
@@ -27,9 +27,12 @@ from cabledrive.reduction.transporter import (
     strand_stiffness,
     transporter_of,
 )
-from cabledrive.rig.carriage.transporter import CarriageMove, move_carriage, one_count, plant_of
-from cabledrive.rig.carriage.transporter_kernels import (
+from cabledrive.rig.carriage import (
     CarriageLoop,
+    CarriageMove,
+    move_carriage,
+    one_count,
+    plant_of,
     run_transporter,
     transporter_advance,
     transporter_rates,

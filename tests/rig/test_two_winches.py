@@ -88,7 +88,7 @@ def test_small_motions_have_the_certified_frequencies(motor):
         assert off < 0.01, (frequency, exact)
 
 
-@pytest.mark.kernel("cabledrive.rig.two_motors.plant_kernels")
+@pytest.mark.kernel("cabledrive.rig.two_motors.run")
 @pytest.mark.kernel("cabledrive.reduction.two_motors_kernels")
 def test_the_rig_moves_as_scipy_integrates_the_winches():
     """Friction and noise left out; masses 12 % off what the law believes."""

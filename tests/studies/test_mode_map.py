@@ -13,9 +13,9 @@ from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
+from cabledrive.studies.frequency_curves import varied_together
 from cabledrive.studies.mode_map import map_modes
 from cabledrive.studies.route_snapshot import Snapshot, tracked
-from cabledrive.studies.varied_drive import varied_together
 from oracles.route_fem import frequencies_of_route
 
 BED = {"head.x": [0.06, 0.21, 0.36], "beam.y": [0.05, 0.33]}

@@ -8,9 +8,8 @@ import pytest
 from cabledrive.parameters import load_drive
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.disturbed_plants import Disturbances
-from cabledrive.rig.laws.load_learning import KINDS
-from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
+from cabledrive.rig.laws.load_learning import KINDS, SCHEDULED
+from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.ranked import Scores, offered, rank
 from cabledrive.studies.study import controller_stage as law_settings
 from cabledrive.studies.study import run_study

@@ -12,7 +12,8 @@ from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import run_indirect
 from cabledrive.rig.margins import expected_bound
-from cabledrive.rig.plant_samples import Spreads, sampled_loops
+from cabledrive.rig.plant_samples import sampled_loops
+from cabledrive.rig.setting import Spreads
 from cabledrive.rig.tuning import design
 from dissertation_runs import track
 

@@ -32,7 +32,7 @@ from cabledrive.identification.spectrum_peaks import spectrum_peaks
 from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.parameters.drive_file import packaged_text
 from cabledrive.rig.bench.experiment import load_excitation
-from cabledrive.rig.disturbed_plants import load_disturbances
+from cabledrive.rig.plant_samples import load_disturbances
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.study import load_goals
 from drive_mutations import FILES

@@ -8,7 +8,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
 from cabledrive.studies.excitation_orders import Campbell, Zone
-from cabledrive.studies.varied_drive import quantity_of
+from cabledrive.studies.frequency_curves import quantity_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,8 +15,7 @@ from cabledrive.report.machine.data import figures_table
 from cabledrive.report.machine.tables import own_pair, pairs_table
 from cabledrive.report.typesetting import quantity
 from cabledrive.studies.pair_thresholds import SUM
-from cabledrive.studies.resonance import ResonanceSummary
-from cabledrive.studies.resonance_remedies import Remedy, sensitivity
+from cabledrive.studies.resonance import Remedy, ResonanceSummary, sensitivity
 from cabledrive.studies.steady_motion import SteadyBranch
 
 LISTED = 6

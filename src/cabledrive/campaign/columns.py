@@ -12,7 +12,7 @@ from cabledrive.modal.batch import LoopBatch
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.varied_drive import value_of
+from cabledrive.studies.frequency_curves import value_of
 
 POSITIVE = {
     "cable.youngs_modulus",

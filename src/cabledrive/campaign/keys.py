@@ -7,7 +7,7 @@ from typing import Any
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.varied_drive import unit_in_file
+from cabledrive.studies.frequency_curves import unit_in_file
 
 DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"
 MOTION_UNITS = {"angle": "rad", "rise": "s", "dwell": "s", "pulses": "count", "order": "count"}

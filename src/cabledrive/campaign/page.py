@@ -20,7 +20,7 @@ from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.parameters.toml_values import toml_of
 from cabledrive.report.blocks import Block, Chapter, Figure, Paragraph, Table, table
 from cabledrive.report.page import page_of
-from cabledrive.studies.varied_drive import varied_together
+from cabledrive.studies.frequency_curves import varied_together
 
 MOST_POINTS = 4000
 """Drawn; of more rows a sample at random, those that are not done first."""

@@ -12,7 +12,7 @@ from cabledrive.campaign.computation import FLAG, TEXT, Found, Output, Row
 from cabledrive.campaign.keys import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, settings_of
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.studies.varied_drive import varied_together
+from cabledrive.studies.frequency_curves import varied_together
 
 DONE, DEFECT, REFUSED, FAILED, NOT_YET = 0, 1, 2, 3, -1
 """Status of a row, as the exit status of a command; a defect of the package ends its row alone."""

@@ -25,7 +25,6 @@ must be positive definite for every choice of signs. As printed it adds errors o
 are taken by complex steps, exact to round-off.
 """
 
-from dataclasses import dataclass
 from itertools import product
 from math import isfinite, pi
 from typing import Any
@@ -62,55 +61,6 @@ _LOAD_ACCELERATION = 2.0  # rad/s^2
 _MOTOR_TORQUE = 0.01  # N m
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BacksteppingGains:
-    """Gains of (6.71), (6.76), (6.82) and (6.90), robust ones included and constant.
-
-    The source prints a bandwidth of 10.5 Hz and no gain. Here each step has the bandwidth, and the cross
-    gains make the error dynamics (6.103) nearly triangular: k21 = k32 = k43 = 1, k42 = 0.
-    """
-
-    k1: float  # [rad/s]
-    k21: float  # [1/s^2]
-    k22: float  # [rad/s]
-    k32: float  # [1/s^2]
-    k33: float  # [rad/s]
-    k42: float  # [1/s^3]
-    k43: float  # [1/s^2]
-    k44: float  # [rad/s]
-    adaptation: float  # gamma of Gamma = gamma W_p^2, (6.36); 0: estimates stay
-
-    @property
-    def matrix(self) -> Array:
-        """The gains by step and error, shape (4, 4)."""
-        return np.array(
-            [
-                [self.k1, 0.0, 0.0, 0.0],
-                [self.k21, self.k22, 0.0, 0.0],
-                [0.0, self.k32, self.k33, 0.0],
-                [0.0, self.k42, self.k43, self.k44],
-            ]
-        )
-
-
-def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e-6) -> BacksteppingGains:
-    """Equal bandwidth [Hz] in every step, default that of the source; ``adaptation``: gamma.
-
-    Refused: a bandwidth that is not positive, a negative adaptation.
-    """
-    hertz = PRINTED_HZ if bandwidth is None else bandwidth
-    if not isfinite(hertz) or hertz <= 0.0:
-        raise InputRefused(
-            f"bandwidth = {hertz:.6g} Hz must be finite and above 0: the errors grow otherwise"
-        )
-    if not isfinite(adaptation) or adaptation < 0.0:
-        raise InputRefused(f"adaptation = {adaptation:.6g} must not be negative: give 0 to switch it off")
-    k = 2.0 * pi * hertz
-    return BacksteppingGains(
-        k1=k, k21=1.0, k22=k, k32=1.0, k33=k, k42=0.0, k43=1.0, k44=k, adaptation=adaptation
-    )
-
-
 def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
     """The seven parameters of (6.69), their half widths, and beta_n [1/s^2], of two inertias, Model 3.
 
@@ -135,18 +85,6 @@ def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
     widths = np.array([_SHARES.get(i, 0.0) for i in range(1, 8)]) * parameters
     widths[1], widths[5] = _LOAD_ACCELERATION, _MOTOR_TORQUE * scale
     return parameters, widths, beta
-
-
-def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval: float) -> LawNumbers:
-    """Freeze the backstepping law of Model 3. ``interval``: sample time [s]."""
-    parameters, widths, beta = unmatched_parameters(chain)
-    learning = learning_table(
-        parameters, parameters - widths, parameters + widths, gains.adaptation * (2.0 * widths) ** 2
-    )
-    scalars = np.array([interval, 0.0, SMOOTH, 0.0, 0.0, 1.0, beta])
-    return LawNumbers(
-        kind=BACKSTEPPING, matrix=gains.matrix, rows=np.array([[beta]]), learning=learning, scalars=scalars
-    )
 
 
 REFERENCE_SLOPE = 50.0
@@ -252,10 +190,14 @@ def _signals(chain: LumpedChain, wanted: Array, cabled: Array, jointed: Array, b
     return np.vstack((wanted, w1, w2, w3, speed))
 
 
-def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, interval: float) -> LawNumbers:
-    """Freeze the law of six states; ``bandwidth`` [Hz]; ``adaptation``: gamma of (6.36), 0: none.
+def backstepping_numbers(
+    chain: LumpedChain, bandwidth: float, adaptation: float, interval: float
+) -> LawNumbers:
+    """Freeze the law of four states, Model 3, or six, Model 4; ``adaptation``: gamma of (6.36), 0: none.
 
-    Refused: a bandwidth that is not positive, a negative adaptation.
+    ``bandwidth`` [Hz]: of every step; the source prints 10.5 Hz, no gain. Cross gains are 1, the last one 0,
+    so that the error dynamics (6.103) are nearly triangular. Refused: a bandwidth that is not positive, a
+    negative adaptation.
     """
     if not isfinite(bandwidth) or bandwidth <= 0.0:
         raise InputRefused(
@@ -263,16 +205,22 @@ def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, inter
         )
     if not isfinite(adaptation) or adaptation < 0.0:
         raise InputRefused(f"adaptation = {adaptation:.6g} must not be negative: give 0 to switch it off")
-    parameters, widths = chain_parameters(chain)
+    if chain.size == 2:
+        parameters, widths, beta = unmatched_parameters(chain)
+        scales: tuple[float, ...] = (beta,)
+        more = (SMOOTH, 0.0, 0.0, 1.0, beta)
+    else:
+        (parameters, widths), scales = chain_parameters(chain), chain_scales(chain)
+        more = (REFERENCE_SLOPE, 1.0, 0.0, 1.0, 0.0)
     learning = learning_table(
         parameters, parameters - widths, parameters + widths, adaptation * (2.0 * widths) ** 2
     )
     return LawNumbers(
         kind=BACKSTEPPING,
-        matrix=equal_bandwidth(3, 2.0 * pi * bandwidth),
-        rows=np.array([chain_scales(chain)]),
+        matrix=equal_bandwidth(chain.size, 2.0 * pi * bandwidth),
+        rows=np.array([scales]),
         learning=learning,
-        scalars=np.array([interval, 0.0, REFERENCE_SLOPE, 1.0, 0.0, 1.0, 0.0]),
+        scalars=np.array([interval, 0.0, *more]),
     )
 
 

@@ -10,7 +10,7 @@ searched in the logarithm, and have the intervals of their logarithm,
 
 .. math:: [\hat p\,e^{-t s/\hat p},\; \hat p\,e^{+t s/\hat p}],
 
-which never reach below zero; others are symmetric. What is not fitted of a record is for `fit_of`.
+which never reach below zero; others are symmetric.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -62,7 +62,7 @@ class ChainFit:
     errors: dict[str, float]
     covariance: Array  # (p, p): in the order of ``values``
     freedom: int  # degrees of freedom of intervals
-    residual: float  # root mean square over the samples that were fitted
+    residual: float  # root mean square
 
     def simulated(self, record: Record) -> Array:
         """Outputs of the model under the input of a record, shape (samples, channels)."""
@@ -121,7 +121,7 @@ class ChainFit:
         """
         largest, chance = 0.0, 1.0
         for record in records:
-            off = (self.simulated(record) - record.output)[: record.last]
+            off = self.simulated(record) - record.output
             for residual in (off - off.mean(axis=0)).T:
                 n, power = residual.size, float(residual @ residual)
                 if power <= 0.0 or n < 4 * (first_lag + LAGS):
@@ -159,7 +159,7 @@ def _searched(
         try:
             return compared(at)[0]
         except NotComputed:
-            return np.full(sum(r.compared_size for r in records), far)
+            return np.full(sum(r.output.size for r in records), far)
 
     compared(place)
     return optimize.least_squares(
@@ -177,7 +177,7 @@ def fit_output_error(
     """
     if not records:
         raise InputRefused("no record given: name at least one")
-    size = float(np.sqrt(np.mean(np.concatenate([r.output[: r.last].ravel() ** 2 for r in records]))))
+    size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() ** 2 for r in records]))))
     found = _searched(records, model, start, FAR * size, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
     if found.status == 0:
         raise NotComputed(

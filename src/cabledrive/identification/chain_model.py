@@ -28,7 +28,6 @@ class Record:
     input: Array  # (samples,): in any unit, in which all parameters then are
     output: Array  # (samples, channels)
     interval: float  # [s]
-    last: int | None = None  # samples before it are fitted; the rest is for validation
 
     def __post_init__(self) -> None:
         if self.output.ndim != 2 or self.output.shape[0] != self.input.size:
@@ -36,15 +35,9 @@ class Record:
                 f"output of shape {self.output.shape} beside {self.input.size} inputs: give one row per input"
             )
 
-    @property
-    def compared_size(self) -> int:
-        """Number of values that are compared."""
-        return self.output[: self.last].size
-
     def begun(self, samples: int) -> "Record":
-        """The first samples that are fitted."""
-        last = min(samples, self.input.size if self.last is None else self.last)
-        return Record(input=self.input[:last], output=self.output[:last], interval=self.interval, last=last)
+        """The first samples."""
+        return Record(input=self.input[:samples], output=self.output[:samples], interval=self.interval)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,9 +85,8 @@ class ChainModel:
         ``place``, shape (p,): where the search is: logarithms of what is positive.
         """
         outputs, sensitivities = self._moved(self.values_at(place), record, sensitive=True)
-        off = (outputs - record.output)[: record.last]
-        slopes = sensitivities[: record.last] * self.slopes(place)
-        return off.ravel(), slopes.reshape(-1, len(self.free))
+        slopes = sensitivities * self.slopes(place)
+        return (outputs - record.output).ravel(), slopes.reshape(-1, len(self.free))
 
     def search_bounds(self, start: Mapping[str, float]) -> tuple[Array, Array, Array]:
         """Where the search begins, and its bounds, each (p,).
@@ -167,20 +159,8 @@ class ChainModel:
         channels = list(self.measured)
         speeds, slopes = run.speeds[:, channels], run.speed_sensitivities[:, channels].copy()
         quantities = [s.quantity for s in self.free] if sensitive else []
-        output, slopes = self._shown(speeds, slopes, record.interval, known, quantities)
-        return output[:: self.substeps], slopes[:: self.substeps]
-
-    def _shown(
-        self,
-        output: Array,
-        slopes: Array,
-        interval: float,
-        known: Mapping[tuple[str, int], float],
-        quantities: list[str],
-    ) -> tuple[Array, Array]:
-        """What the sensors show of speeds, and its derivatives by the parameters' ``quantities``."""
+        output, step = speeds, record.interval / self.substeps
         lag, threshold = known.get(("lag", 0), 0.0), known.get(("threshold", 0), 0.0)
-        step = interval / self.substeps
         if self.rectified:
             slopes = slopes * np.sign(output)[:, :, None]
             output = np.abs(output)
@@ -194,7 +174,7 @@ class ChainModel:
                 slopes[:, :, k] -= 1.0
             above = output > threshold
             output, slopes = np.where(above, output - threshold, 0.0), slopes * above[:, :, None]
-        return output, slopes
+        return output[:: self.substeps], slopes[:: self.substeps]
 
     def _acting(self, values: Array) -> Array:
         """The input at every step of the integration, late by the delay."""

@@ -165,7 +165,7 @@ def shaper(
         findings=(),
         notes=tuple(notes),
     )
-    return replace(found, findings=(*findings, *(Finding(*one) for one in _doubts_of(found))))
+    return replace(found, findings=(*findings, *_doubts_of(found)))
 
 
 def _check(
@@ -200,57 +200,34 @@ def _axis(spectra: Sequence[PrinterSpectrum], given: str | None) -> tuple[str | 
     return None, [Finding("axis-unknown", words)]
 
 
-def _doubts_of(found: PrinterShaper) -> Iterator[tuple[str, str]]:
-    """What a user must act on: code and sentence of each finding."""
+def _doubts_of(found: PrinterShaper) -> Iterator[Finding]:
+    """What a user must act on."""
     best = found.recommended
     for spectrum in found.spectra:
         if spectrum.duration is not None and spectrum.duration < SHORTEST_TEST:
-            yield (
-                "test-broken-off",
-                (
-                    f"{spectrum.source}: {spectrum.duration:.3g} s of samples are no whole test, which takes "
-                    f"{SHORTEST_TEST:g} s or more: record it to its end"
-                ),
-            )
+            words = f"{spectrum.source}: {spectrum.duration:.3g} s of samples are no whole test, which takes "
+            yield Finding("test-broken-off", f"{words}{SHORTEST_TEST:g} s or more: record it to its end")
         largest = float(spectrum.frequency[np.argmax(spectrum.measured)])
         if largest < LOWEST_PEAK:
-            yield (
-                "test-broken-off",
-                (
-                    f"{spectrum.source}: the largest vibration is at {largest:.3g} Hz, where a test only "
-                    "begins: record it to its end, or look for a frame that rocks"
-                ),
-            )
+            words = f"{spectrum.source}: the largest vibration is at {largest:.3g} Hz, where a test only "
+            words += "begins: record it to its end, or look for a frame that rocks"
+            yield Finding("test-broken-off", words)
     for peak in found.peaks:
         if peak.frequency > HIGHEST_FREQUENCY:
-            yield (
-                "peak-above-shapers",
-                (
-                    f"{peak.source}: the peak at {peak.frequency:.1f} Hz is above {HIGHEST_FREQUENCY:g} Hz, "
-                    "the highest frequency of a shaper in the firmware"
-                ),
-            )
+            words = f"{peak.source}: the peak at {peak.frequency:.1f} Hz is above {HIGHEST_FREQUENCY:g} Hz, "
+            yield Finding("peak-above-shapers", f"{words}the highest frequency of a shaper in the firmware")
     if not found.peaks:
-        yield "no-peak", "no peak stands out of the spectrum: check that the axis was excited"
+        yield Finding("no-peak", "no peak stands out of the spectrum: check that the axis was excited")
     for peak in found.peaks:
         kept = found.kept(peak)
         if kept * peak.height > TOO_MUCH:
-            yield (
-                "peak-remains",
-                (
-                    f"{peak.source}: the peak at {peak.frequency:.1f} Hz ({100 * peak.height:.0f} % of the "
-                    f"largest) keeps {100 * kept:.0f} % of it behind {best.type} {best.frequency:.1f} Hz"
-                ),
-            )
+            words = f"{peak.source}: the peak at {peak.frequency:.1f} Hz ({100 * peak.height:.0f} % of the "
+            words += f"largest) keeps {100 * kept:.0f} % of it behind {best.type} {best.frequency:.1f} Hz"
+            yield Finding("peak-remains", words)
     worst = max(best.vibration, found.measured_vibration or 0.0)
     if worst > TOO_MUCH:
-        yield (
-            "much-remains",
-            (
-                f"the recommended shaper leaves {100 * worst:.0f} % of the vibration: look for loose belts, "
-                "worn bearings or a soft frame first"
-            ),
-        )
+        words = f"the recommended shaper leaves {100 * worst:.0f} % of the vibration: look for loose belts, "
+        yield Finding("much-remains", f"{words}worn bearings or a soft frame first")
 
 
 _BELT = re.compile(r"(?:^|[_-])belts?[_-](?:.*[_-])?([ab])$|(?:^|[_-])belt([ab])(?=[_-]|$)", re.IGNORECASE)

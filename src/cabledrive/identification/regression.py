@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from cabledrive.parameters import InputRefused
@@ -74,6 +75,17 @@ def factor(regressors: Array, left: Array, names: tuple[str, ...], segments: int
     last = triangle(whole[length * (segments - 1) :])
     triangles = np.concatenate([triangle(head), last[None]])
     return Factors(names=names, triangles=triangles, rows=rows)
+
+
+def by_label(regressors: Array, left: Array, labels: NDArray[np.intp]) -> Factors:
+    """Rows (rows, p) as one triangle per label (rows,), of however few rows."""
+    whole = np.column_stack([regressors, left])
+    triangles = np.zeros((np.unique(labels).size, whole.shape[1], whole.shape[1]))
+    for place, label in zip(triangles, np.unique(labels), strict=True):
+        own = triangle(whole[labels == label])
+        place[: len(own)] = own
+    names = tuple(map(str, range(regressors.shape[1])))
+    return Factors(names=names, triangles=triangles, rows=len(whole))
 
 
 def joined(parts: list[Factors]) -> Factors:

@@ -189,7 +189,7 @@ def identify_by_simulation(
         residual={
             "rms": fit.residual,
             "relative": fit.residual / size,
-            "rows": sum(record.compared_size for record in records),
+            "rows": sum(record.output.size for record in records),
         },
         condition_number=_condition(fit),
         method={

@@ -25,6 +25,7 @@ from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import Fit, by_label, only, solve
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 
@@ -65,7 +66,7 @@ def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSp
     levels = np.array(sorted(set(map(float, tensions))))
     free = _fit(rows, [levels == tension for tension in tensions])
     split = _fit(rows, [np.array([1.0, tension]) for tension in tensions])
-    constant, slope = split.estimate(0, "N m"), split.estimate(1, "m")
+    constant, slope = _estimate(split, 0, "N m"), _estimate(split, 1, "m")
     mean, reason = float(np.mean(tensions)), ""
     half, whole = 0.5 * (slope.high - slope.low) * mean, abs(constant.value + slope.value * mean)
     if levels[-1] - levels[0] < ALIKE * levels[-1]:
@@ -79,14 +80,14 @@ def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSp
         findings = [f"friction of wraps and of bearings not told apart: {reason}"]
         constant, slope = (Estimate.unknown(unit, "the logs do not tell it") for unit in ("N m", "m"))
     else:
-        findings = _findings(free, levels, constant, slope)
+        findings = _findings(free[0], levels, constant, slope)
     return FrictionSplit(
         reason=reason,
         constant=constant,
         per_tension=slope,
-        total=tuple(free.estimate(k, "N m") for k in range(levels.size)),
+        total=tuple(_estimate(free, k, "N m") for k in range(levels.size)),
         tensions=tuple(map(float, tensions)),
-        strokes=free.strokes,
+        strokes=sum(len(set(own.stroke)) for own in rows),
         findings=tuple(findings),
     )
 
@@ -125,25 +126,8 @@ def _rows(log: Log) -> _Rows:
     return _Rows(torque[keep], sign[keep], motion[keep], rates[keep], stroke)
 
 
-@dataclass(frozen=True, eq=False)
-class _Fit:
-    """Least squares with the errors of strokes: values and covariance of the frictions alone."""
-
-    value: Array
-    covariance: Array
-    doubt: Array
-    strokes: int
-    freedom: int
-
-    def estimate(self, k: int, unit: str) -> Estimate:
-        """One friction with its 95 % interval."""
-        error = float(np.sqrt(self.covariance[k, k]))
-        half = float(stats.t.ppf(0.975, self.freedom)) * error + float(self.doubt[k])
-        return Estimate.of(self.value[k], unit, error, half)
-
-
-def _fit(rows: Sequence[_Rows], frictions: Sequence[Array]) -> _Fit:
-    """Inertia and viscous friction of all logs, an offset of each, and the frictions that come first.
+def _fit(rows: Sequence[_Rows], frictions: Sequence[Array]) -> tuple[Fit, Array]:
+    """Frictions first, inertia and viscous friction of all logs, an offset of each; what lag and spring move.
 
     ``frictions``: of each log, by what the direction makes each of them, shape (frictions,).
     """
@@ -155,35 +139,28 @@ def _fit(rows: Sequence[_Rows], frictions: Sequence[Array]) -> _Fit:
         strokes.append(own.stroke + number)
         number += int(own.stroke.max()) + 1
     matrix, torque = np.vstack(blocks), np.concatenate([own.torque for own in rows])
-    value, scores = _solved(matrix, torque, np.concatenate(strokes))
-    rigid, _ = _solved(matrix[:, :-2], torque, np.concatenate(strokes))
-    count, freedom = len(frictions[0]), max(len(scores) - matrix.shape[1], 1)
-    covariance = len(scores) / freedom * (scores.T @ scores)[:count, :count]
-    doubt = np.abs(value[:count] - rigid[:count])
-    return _Fit(value[:count], covariance, doubt, len(scores), freedom)
+    whole = by_label(matrix, torque, np.concatenate(strokes))
+    fit, rigid = solve(whole), solve(only(whole, whole.names[:-2]))
+    return fit, np.abs(fit.values[: len(frictions[0])] - rigid.values[: len(frictions[0])])
 
 
-def _solved(matrix: Array, torque: Array, stroke: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Least squares, and the part of each stroke in its error, shape (strokes, p)."""
-    scale = np.linalg.norm(matrix, axis=0)
-    scale[scale == 0.0] = 1.0
-    inverse = np.linalg.pinv(matrix / scale) / scale[:, None]
-    value = inverse @ torque
-    names, place = np.unique(stroke, return_inverse=True)
-    scores = np.zeros((names.size, matrix.shape[1]))
-    np.add.at(scores, place, (inverse * (torque - matrix @ value)).T)
-    return value, scores
+def _estimate(found: tuple[Fit, Array], k: int, unit: str) -> Estimate:
+    """One friction with its 95 % interval."""
+    fit, doubt = found
+    error = float(np.sqrt(fit.covariance[k, k]))
+    return Estimate.of(fit.values[k], unit, error, float(fit.half_width()[k] + doubt[k]))
 
 
-def _findings(free: _Fit, levels: Array, constant: Estimate, slope: Estimate) -> list[str]:
+def _findings(free: Fit, levels: Array, constant: Estimate, slope: Estimate) -> list[str]:
     """Where the friction does not grow as that of wraps does, and what two tensions cannot show."""
     found = []
     if levels.size == 2:
         found.append("two tensions: that friction grows in proportion to them is assumed, not checked")
     else:
         away = np.linalg.svd(np.column_stack([np.ones(levels.size), levels]))[0][:, 2:].T
-        gap = away @ free.value
-        size = float(gap @ np.linalg.solve(away @ free.covariance @ away.T, gap)) / gap.size
+        gap, count = away @ free.values[: levels.size], levels.size
+        covariance = away @ free.covariance[:count, :count] @ away.T
+        size = float(gap @ np.linalg.solve(covariance, gap)) / gap.size
         if stats.f.sf(size, gap.size, free.freedom) < LEVEL:
             found.append("friction does not lie on a line over the tension: it is not that of wraps alone")
     if slope.high < 0.0 or constant.high < 0.0:

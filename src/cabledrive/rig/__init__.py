@@ -1,6 +1,6 @@
 """The drive as a laboratory sees it: sampled, counted, delayed, limited, with friction that sticks."""
 
-from cabledrive.rig.carriage.transporter import CarriageMove, CarriageRun, move_carriage
+from cabledrive.rig.carriage import CarriageMove, CarriageRun, move_carriage
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.front_door import track
 from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, Payload, RigOptions

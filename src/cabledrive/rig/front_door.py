@@ -16,14 +16,13 @@ from cabledrive.reduction.two_motors import is_winched, winched_machine
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.disturbed_plants import loop_with_loads
 from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import needed_order
+from cabledrive.rig.plant_samples import loop_with_loads
 from cabledrive.rig.ranked import BEST, best_controller, best_words
-from cabledrive.rig.repetition import repeat_motion
 from cabledrive.rig.run_limits import check_run
 from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Disturbance, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking, summarize
@@ -34,6 +33,7 @@ from cabledrive.rig.trial import (
     judged_apart,
     over_draws,
     plant_number,
+    repeat_motion,
 )
 from cabledrive.rig.tuning import design
 from cabledrive.rig.two_motors.plan import design_tensions, plan_motion, way_of

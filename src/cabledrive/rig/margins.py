@@ -44,8 +44,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_plant import linear_rates, linear_step
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.plant_samples import Spreads, corners, varied
-from cabledrive.rig.setting import DEGREE
+from cabledrive.rig.plant_samples import corners, varied
+from cabledrive.rig.setting import DEGREE, Spreads
 
 GRID = 800
 LOWEST_HZ = 0.05

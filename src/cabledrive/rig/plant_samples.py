@@ -1,18 +1,26 @@
-"""Many plants at random within what is known of a drive, each run with encoder phases of its own."""
+"""Many plants at random within what is known of a drive, plain or disturbed, and a load that changes."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import product
+from math import ceil, inf, pi
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from cabledrive.control.darc import printed_bounds
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.toml_values import quantity_of, read_toml
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.chain_plant import drawn_pair
+from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
+from cabledrive.rig.closed_loop.chain_plant import chain_numbers, drawn_pair
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
-from cabledrive.rig.setting import DEGREE
+from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
+from cabledrive.rig.setting import DEGREE, Payload, Spreads
 
 CONFIDENCE = 0.95
 
@@ -24,20 +32,6 @@ def share_low(inside: int, runs: int) -> float:
     if inside == 0:
         return 0.0
     return float(beta.ppf(1.0 - CONFIDENCE, inside, runs - inside + 1))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Spreads:
-    """Relative half widths of what the bounds of p2 to p5 do not say."""
-
-    cable_stiffness: float = 0.05
-    load_inertia: float = 0.05
-    cable_damping: float = 0.2
-    joint_damping: float = 0.2
-    joint_stiffness: float = 0.1
-    drive_inertia: float = 0.05
-    # largest Coulomb friction of the load over that of the motor; uniform from zero
-    load_coulomb: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,3 +139,222 @@ def draw_words(found: PlantSamples, name: str = "peak") -> dict[str, object]:
         "worst_torque": float(found.scores[:, SUMMARY.index("peak_torque")].max()),
         "failed": found.failed,
     }
+
+
+def loop_with_loads(loop: Loop) -> Loop:
+    """A loop whose plant's load changes as its options say."""
+    motion, options = loop.motion, loop.options
+    if motion.payload and loop.controller.schedule is None:
+        raise InputRefused(
+            f"payload = {motion.payload[0].factor:.4g} is announced, and {loop.controller.name} takes no "
+            f"announcement: take {SCHEDULED}, or leave payload out"
+        )
+    end = (len(loop.controller.reference) - 1) * loop.rig.interval
+    for one in motion.payload:
+        if one.start > end:
+            raise InputRefused(
+                f"payload from {one.start:.4g} s on: the run ends at {end:.4g} s: name a time in it"
+            )
+    if options.load_change is None:
+        return loop
+    if options.load_change[0] > end:
+        raise InputRefused(
+            f"load_change at {options.load_change[0]:.4g} s: the run ends at {end:.4g} s: name a time in it"
+        )
+    if loop.cable is not None or loop.own_plant is not None:
+        raise InputRefused("load_change is of a lumped chain: leave the plant or --load-change out")
+    time, factor = options.load_change
+    return replace(loop, plant=loop.plant._replace(load_time=time, load_factor=factor), disturbed=True)
+
+
+Range = tuple[float, float]
+NONE: Range = (0.0, 0.0)
+
+
+def within(unit: str, least: float, most: float) -> dict[str, Any]:
+    """SI unit of a range, and the least and the largest value that it may hold."""
+    return {"unit": unit, "ends": (least, most)}
+
+
+FRICTION_SHARE = 0.5
+"""Largest Coulomb friction of the load, over that of the motor, where nothing else is stated."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Disturbances:
+    """Ranges from which each plant of a comparison draws, all at the first shaft."""
+
+    # load_coulomb, load_viscous: friction of the load beside that of the drive
+    load_coulomb: Range = field(default=NONE, metadata=within("N m", 0.0, inf))
+    load_viscous: Range = field(default=NONE, metadata=within("N m s/rad", 0.0, inf))
+    # friction at standstill over Coulomb friction
+    stribeck_excess: Range = field(default=NONE, metadata=within("1", 0.0, 10.0))
+    # at which a third of it is left
+    stribeck_speed: Range = field(default=(0.3, 0.3), metadata=within("rad/s", 1e-3, inf))
+    # of the motor's gearhead, from end to end
+    backlash: Range = field(default=NONE, metadata=within("rad", 0.0, 0.5))
+    # cogging_periods, ripple_periods: per turn of the motor's shaft; torque_ripple: share of the torque
+    cogging: Range = field(default=NONE, metadata=within("N m", 0.0, inf))
+    cogging_periods: Range = field(default=(24.0, 24.0), metadata=within("1", 1.0, 10_000.0))
+    torque_ripple: Range = field(default=NONE, metadata=within("1", 0.0, 1.0))
+    ripple_periods: Range = field(default=(6.0, 48.0), metadata=within("1", 1.0, 10_000.0))
+    # error of the load's encoder, once per turn
+    encoder_eccentricity: Range = field(default=NONE, metadata=within("rad", 0.0, 0.5))
+    # on top of the drive's own, unknown to the filter
+    added_delay: Range = field(default=NONE, metadata=within("s", 0.0, inf))
+    # standard deviation of the sample times
+    jitter: Range = field(default=NONE, metadata=within("s", 0.0, inf))
+    # load_factor, load_time: factor of the load's inertia from a time on
+    load_factor: Range = field(default=(1.0, 1.0), metadata=within("1", 0.05, 20.0))
+    load_time: Range = field(default=NONE, metadata=within("s", 0.0, inf))
+    # announced_error, announced_late: of the load that is announced to a law scheduled by it: error as a
+    # share of the true one, and by how much later than the change it comes, negative: earlier
+    announced_error: Range = field(default=NONE, metadata=within("1", -0.9, 9.0))
+    announced_late: Range = field(default=NONE, metadata=within("s", -inf, inf))
+    # share of the cable's stiffness that is lost in a second
+    softening: Range = field(default=NONE, metadata=within("1/s", 0.0, 1.0))
+    # share of all Coulomb friction that is lost in a second
+    warming: Range = field(default=NONE, metadata=within("1/s", 0.0, 1.0))
+    # shock_torque, shock_time, shock_duration: torque on the load, its start and duration
+    shock_torque: Range = field(default=NONE, metadata=within("N m", -inf, inf))
+    shock_time: Range = field(default=NONE, metadata=within("s", 0.0, inf))
+    shock_duration: Range = field(default=(0.01, 0.01), metadata=within("s", 0.0, inf))
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            unit, (least, most) = one.metadata["unit"], one.metadata["ends"]
+            low, high = getattr(self, one.name)
+            words = "" if unit == "1" else f" {unit}"
+            if not least <= low <= high <= most:
+                raise InputRefused(
+                    f"{one.name} = {low:.4g} to {high:.4g}{words}: give smallest and largest, from "
+                    f"{least:.4g} to {most:.4g}{words}"
+                )
+
+    @property
+    def announced(self) -> Range:
+        """Least and largest load that is announced, as factors; the drive's own is among them."""
+        (low, high), (less, more) = self.load_factor, self.announced_error
+        return min(1.0, low * (1.0 + less)), max(1.0, high * (1.0 + more))
+
+    @property
+    def changes_load(self) -> bool:
+        """Whether the load's inertia may be another than that of the drive."""
+        return self.load_factor != (1.0, 1.0)
+
+
+def standard_disturbances(drive: Drive) -> Disturbances:
+    """Coulomb friction of the load up to half that of the motor, where no file says otherwise."""
+    own = drive.motor.coulomb_friction if drive.motor else 0.0
+    return Disturbances(load_coulomb=(0.0, FRICTION_SHARE * own))
+
+
+def load_disturbances(path: str | Path) -> Disturbances:
+    """Read disturbances; a key that the file leaves out does not disturb."""
+    return read_toml(path, 'write TOML such as load_coulomb = ["0 N m", "0.02 N m"]', disturbances_of)
+
+
+def disturbances_of(content: Mapping[str, Any]) -> Disturbances:
+    """Disturbances from a table of TOML: a quantity, or [smallest, largest]."""
+    found: dict[str, Range] = {}
+    units = {one.name: one.metadata["unit"] for one in fields(Disturbances)}
+    for key, value in content.items():
+        if key not in units:
+            raise InputRefused(f"{key}: unknown key{nearest(key, units)}")
+        ends = value if isinstance(value, list) else [value, value]
+        if len(ends) != 2:
+            raise InputRefused(f"{key}: {len(ends)} values are no range: write [smallest, largest]")
+        low, high = (quantity_of(key, end, units[key]) for end in ends)
+        found[key] = (low, high)
+    return Disturbances(**found)
+
+
+ANNOUNCED = ("announced_error", "announced_late")
+"""Drawn last, and for laws that are told the load alone: every law meets the same plants."""
+STEP = 20e-6
+"""Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
+
+
+def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.Generator) -> Loop:
+    """The same law and filter on one plant at random with its disturbances."""
+    options = loop.options
+    if loop.cable is not None or loop.own_plant is not None:
+        raise InputRefused("disturbed plants are lumped chains: leave the plant out")
+    chain = sampled_chain(loop.chain, generator)
+    names = [one.name for one in fields(disturbances) if one.name not in ANNOUNCED]
+    drawn = {name: generator.uniform(*getattr(disturbances, name)) for name in names}
+    chain = replace(
+        chain,
+        coulomb=(*chain.coulomb[:-1], chain.coulomb[-1] + drawn["load_coulomb"]),
+        viscous=(*chain.viscous[:-1], chain.viscous[-1] + drawn["load_viscous"]),
+    )
+    phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
+    turned = generator.uniform(0.0, 2.0 * pi, 3)
+    jitter = generator.normal(0.0, 1.0, len(loop.target) + 1)
+    late = loop.rig.late_part + drawn["added_delay"]
+    interval = loop.rig.interval
+    if late >= interval:
+        raise InputRefused(
+            f"added_delay = {drawn['added_delay']:.4g} s reaches the next sample, {interval:.4g} s: keep it "
+            "and the drive's own part of a sample below, or raise sensors.delay by whole samples"
+        )
+    random = options.encoder_phase == "random" and not options.ideal_sensors
+    rig = loop.rig._replace(
+        phases=phases if random else loop.rig.phases,
+        late_part=late,
+        forces=loop.rig.forces + shock(drawn, loop.rig.forces.shape[0], interval),
+    )
+    if drawn["jitter"] > 0.0:
+        rig = rig._replace(jitter=np.clip(drawn["jitter"] * jitter, -0.4 * interval, 0.4 * interval))
+    made = loop.controller
+    if disturbances.changes_load and made.schedule is not None:
+        drawn |= {name: generator.uniform(*getattr(disturbances, name)) for name in ANNOUNCED}
+        start = max(drawn["load_time"] + drawn["announced_late"], 0.0)
+        payload = Payload(factor=drawn["load_factor"] * (1.0 + drawn["announced_error"]), start=start)
+        made = told_otherwise(made, announced((payload,), interval, len(loop.target)))
+    plant = disturbed_plant(loop, chain, drawn, turned)
+    return replace(loop, chain=chain, rig=rig, controller=made, plant=plant, disturbed=True)
+
+
+def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:
+    """Torque of a shock on motor and load, shape (samples, 2) [N m]; it lasts at least a sample."""
+    forces = np.zeros((samples, 2))
+    first = round(drawn["shock_time"] / interval)
+    forces[first : first + max(1, round(drawn["shock_duration"] / interval)), 1] = drawn["shock_torque"]
+    return forces
+
+
+def disturbed_plant(
+    loop: Loop, chain: LumpedChain, drawn: dict[str, float], turned: np.ndarray
+) -> ChainPlant:
+    """A plant from its chain and what was drawn; ``turned``, shape (3,): phases of its ripples [rad]."""
+    flexible = "motor" in chain.names and "drive" in chain.names
+    if drawn["backlash"] > 0.0 and not flexible:
+        raise InputRefused(
+            "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
+        )
+    interval = loop.rig.interval
+    return chain_numbers(
+        chain,
+        interval,
+        current_rate=loop.plant.current_rate,
+        substeps=ceil(interval / STEP),
+        play=max(drawn["backlash"], loop.backlash),
+        slack=loop.slack * loop.chain.stiffness[-1] / chain.stiffness[-1] if chain.size > 1 else inf,
+        twist_limit=loop.plant.twist_limit,
+        phases=turned,
+        excess=drawn["stribeck_excess"],
+        fading=drawn["stribeck_speed"],
+        cogging_lines=drawn["cogging_periods"],
+        ripple=drawn["torque_ripple"],
+        ripple_lines=drawn["ripple_periods"],
+        eccentricity=drawn["encoder_eccentricity"] * loop.gear,
+        turning=1.0 / loop.gear,
+        cogging=drawn["cogging"],
+        softening=drawn["softening"],
+        warming=drawn["warming"],
+        load_factor=drawn["load_factor"],
+        load_time=drawn["load_time"],
+        field=loop.plant.field,
+        field_periods=loop.plant.field_periods,
+    )

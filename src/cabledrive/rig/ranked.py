@@ -12,14 +12,12 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
-from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop, standard_disturbances
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
 from cabledrive.rig.laws.indirect import NAME as INDIRECT
 from cabledrive.rig.laws.indirect import run_indirect
-from cabledrive.rig.laws.load_learning import CHANGING
-from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
+from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING, SCHEDULED
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, main_laws
-from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
+from cabledrive.rig.plant_samples import Disturbances, disturbed_loop, standard_disturbances
 from cabledrive.rig.setting import DEGREE, RigOptions
 from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, law_at, ripple_limit, tuned
 

@@ -185,6 +185,20 @@ class RigOptions:
             raise InputRefused(f"jitter = {self.jitter:.4g} s must not be negative: give a time in seconds")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spreads:
+    """Relative half widths of what the bounds of p2 to p5 do not say."""
+
+    cable_stiffness: float = 0.05
+    load_inertia: float = 0.05
+    cable_damping: float = 0.2
+    joint_damping: float = 0.2
+    joint_stiffness: float = 0.1
+    drive_inertia: float = 0.05
+    # largest Coulomb friction of the load over that of the motor; uniform from zero
+    load_coulomb: float = 0.0
+
+
 def sample_interval(drive: Drive) -> float:
     """Sample time of a drive [s]."""
     if drive.sensors is None or drive.sensors.sample_rate is None:

@@ -22,13 +22,13 @@ from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.disturbances import torque_limit
-from cabledrive.rig.disturbed_plants import Disturbances, disturbed_loop, standard_disturbances
 from cabledrive.rig.laws.baselines import BASELINES
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.eigenvalues import check_least_bandwidth, tuning_by_uncertainty
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS, NO_FILTER, OPEN_LOOPS, check_sample_rate, known_name
 from cabledrive.rig.margins import Margins, margins_of
+from cabledrive.rig.plant_samples import Disturbances, disturbed_loop, standard_disturbances
 from cabledrive.rig.setting import RigOptions
 
 SETTINGS_HZ = (

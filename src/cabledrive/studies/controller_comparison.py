@@ -18,10 +18,9 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.disturbances import torque_limit
-from cabledrive.rig.disturbed_plants import Disturbances, load_disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
-from cabledrive.rig.plant_samples import share_low
+from cabledrive.rig.plant_samples import Disturbances, load_disturbances, share_low, standard_disturbances
 from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
 from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.run_limits import check_run

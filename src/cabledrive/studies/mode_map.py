@@ -14,7 +14,7 @@ from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.varied_drive import quantity_of, stamped, varied_together
+from cabledrive.studies.frequency_curves import quantity_of, stamped, varied_together
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,7 +21,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.varied_drive import varied_together
+from cabledrive.studies.frequency_curves import varied_together
 
 POINTS = 201
 """Points of a span at which its motion is looked at."""

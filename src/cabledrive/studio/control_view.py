@@ -14,8 +14,8 @@ from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import instants
 from cabledrive.report.figures.study_runs import spectrum
 from cabledrive.rig import Tracking, track
-from cabledrive.rig.disturbed_plants import Disturbances
 from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, SHAPED
+from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.ranked import offered
 from cabledrive.rig.setting import Motion, RigOptions, parse_disturbance, parse_encoder_dropout
 from cabledrive.studio import guard as pages

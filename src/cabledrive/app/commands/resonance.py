@@ -87,9 +87,8 @@ def command(
     )
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.planned_motion import read_motion
-    from cabledrive.studies.resonance import resonance
+    from cabledrive.studies.resonance import remedies, resonance
     from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, NO_EXCITATION, OF_A_MOTION, RESONANT
-    from cabledrive.studies.resonance_remedies import remedies
     from cabledrive.studies.steady_motion import steady_branches
 
     if motion_file is None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping import chain_generator, chain_numbers, chain_reference
+from cabledrive.control.backstepping import backstepping_numbers, chain_generator, chain_reference
 from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.linear_laws import (
@@ -223,7 +223,7 @@ def backstepping_6(spec: DesignSpec) -> Controller:
     chain = spec.model(4)
     hertz = SIX_HZ if spec.bandwidth is None else spec.bandwidth
     adaptation = ADAPTATION if spec.adapt else 0.0
-    law = chain_numbers(chain, hertz, adaptation, spec.interval)
+    law = backstepping_numbers(chain, hertz, adaptation, spec.interval)
     gains = gain_names(law.matrix, law.rows[0])
     return Controller(
         name="backstepping-6",

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping import PRINTED_HZ, backstepping_gains, backstepping_numbers
+from cabledrive.control.backstepping import PRINTED_HZ, backstepping_numbers
+from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.darc import Bounds, darc_gains, darc_numbers, printed_bounds
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_filter, with_load
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
@@ -301,16 +302,16 @@ def backstepping(spec: DesignSpec) -> Controller:
     """Backstepping with unmatched uncertainty on Model 3."""
     chain = spec.model(3)
     hertz = PRINTED_HZ if spec.bandwidth is None else spec.bandwidth
-    gains = backstepping_gains(hertz, adaptation=1e-6 if spec.adapt else 0.0)
-    law = backstepping_numbers(chain, gains, spec.interval)
-    names = ("k1", "k21", "k22", "k32", "k33", "k42", "k43", "k44", "adaptation")
+    adaptation = 1e-6 if spec.adapt else 0.0
+    law = backstepping_numbers(chain, hertz, adaptation, spec.interval)
+    gains = gain_names(law.matrix, law.rows[0])
     return Controller(
         name="backstepping",
         law=law,
         reference=np.ascontiguousarray(spec.wanted(4).T),
         shafts=law_shafts(3, spec.feedback),
         start=law.learning[0],
-        gains={"bandwidth_hz": hertz} | {name: getattr(gains, name) for name in names},
+        gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
         model=3,
         damped=False,
         filter_model=own_filter(3, spec.feedback),

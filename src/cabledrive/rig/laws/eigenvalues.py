@@ -23,7 +23,7 @@ from cabledrive.rig.laws.controllers import (
     own_filter,
     place,
 )
-from cabledrive.rig.plant_samples import Spreads
+from cabledrive.rig.setting import Spreads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,9 +18,8 @@ from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table, inverse_of
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers, place
-from cabledrive.rig.laws.load_learning import KINDS, load_learning
+from cabledrive.rig.laws.load_learning import KINDS, announced, load_learning, told_otherwise
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.laws.scheduled import announced, told_otherwise
 
 
 def own_law(given: Any, spec: DesignSpec) -> Controller:

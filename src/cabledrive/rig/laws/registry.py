@@ -20,10 +20,7 @@ from cabledrive.rig.laws.baselines import NAME as MRAC
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, darc
 from cabledrive.rig.laws.eigenvalues import damped_law
 from cabledrive.rig.laws.indirect import NAME, indirect
-from cabledrive.rig.laws.load_learning import CHANGING, load_learning
-from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
-from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
-from cabledrive.rig.laws.scheduled import scheduled
+from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING, SCHEDULED, load_learning, scheduled
 from cabledrive.rig.setting import DISSERTATION_ORDER
 from cabledrive.trajectories.input_shaping import input_shaper
 

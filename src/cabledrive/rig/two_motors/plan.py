@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from math import isfinite, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cabledrive.control.tension_position import TensionGains, first_state, step
+from cabledrive.control.tension_position import TensionGains
 from cabledrive.parameters import InputRefused, Sensors
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
@@ -19,7 +18,6 @@ from cabledrive.parameters.route import posed
 from cabledrive.reduction.two_motors import TwoMotorMachine
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
 from cabledrive.rig.setting import BodyMotion
-from cabledrive.rig.two_motors.plant_kernels import Body, move, pull_of
 from cabledrive.trajectories import Trajectory, pulse
 
 DELAY_SHARE = 0.17
@@ -256,49 +254,3 @@ def held_tensions(preferred: Array, along: Array, force: Array) -> Array:
     """Tensions nearest to the preferred ones that put a force on the body, shape (samples, 2)."""
     missing = force - np.einsum("kim,i->km", along, preferred)
     return preferred + np.einsum("kim,km->ki", np.linalg.pinv(along.transpose(0, 2, 1)), missing)
-
-
-DIFFERENCE = 1e-6
-_SLOW, _AT_ONE = 0.2, 1e-12
-
-
-def loop_poles(
-    machine: TwoMotors, gains: TensionGains, place: Array, substeps: int
-) -> NDArray[np.complex128]:
-    """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s]."""
-    still = machine._replace(turning_coulomb=np.zeros(2), coulomb=np.zeros_like(machine.coulomb))
-    believed = gains._replace(machine=still)
-    along, length, free = lines_along(still, place[None])
-    tension = held_tensions(gains.preferred, along, still.force[None])[0]
-    angle = (still.unwound - length[0] + tension * free[0] / still.rigidity) / still.drum
-    state = first_state(gains, tension)
-    m = place.size
-    state[:m], state[3 * m + 4 : 3 * m + 6] = place, angle
-    reference = np.concatenate([place, np.zeros(2 * m + 2)])
-    rest = np.concatenate([place, np.zeros(m), angle, np.zeros(2), state[: 3 * m + 6]])
-    size = np.ones(rest.size)
-    size[5 * m + 4 : 5 * m + 8] = tension.max()
-
-    def following(x: Array) -> Array:
-        """The loop one sample later."""
-        q, v, turned, turn = (part.copy() for part in np.split(x[: 2 * m + 4], [m, 2 * m, 2 * m + 2]))
-        body, own = Body(q, v, turned, turn, np.zeros((2, m)), np.zeros(2)), state.copy()
-        own[: 3 * m + 6] = x[2 * m + 4 :]
-        pull_of(still, body)
-        own, torque = step(believed, own, np.concatenate([body.angle, body.tension]), reference)
-        for _ in range(substeps):
-            move(still, body, gains.interval / substeps, torque, np.zeros(m))
-        return np.concatenate([q, v, turned, turn, own[: 3 * m + 6]])
-
-    columns = [
-        (following(rest + h) - following(rest - h)) / (2.0 * DIFFERENCE) for h in DIFFERENCE * np.diag(size)
-    ]
-    values = np.linalg.eigvals(size[:, None] ** -1 * np.array(columns).T)
-    return np.asarray(np.log(values[np.abs(values) > _SLOW]) / gains.interval)
-
-
-def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, substeps: int) -> float:
-    """Least damping ratio of all poles over some places, shape (places, m); negative: unstable."""
-    poles = np.concatenate([loop_poles(machine, gains, place, substeps) for place in places])
-    poles = poles[np.abs(poles) > _AT_ONE]
-    return float((-poles.real / np.abs(poles)).min())

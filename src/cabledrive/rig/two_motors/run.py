@@ -1,23 +1,147 @@
-"""Run the law of two motors on a machine, and what is left of a run."""
+"""A body between two motors in closed loop, compiled; runs of one plant and of many."""
 
 from dataclasses import dataclass
 from math import ceil, exp, pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cabledrive.control.tension_position import first_state, place_answers, place_bound
+from cabledrive.control.tension_position import (
+    TensionGains,
+    first_state,
+    place_answers,
+    place_bound,
+    step,
+    step_in_place,
+)
+from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
-from cabledrive.reduction.two_motors import TwoMotorMachine
-from cabledrive.reduction.two_motors_kernels import TwoMotors
+from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 from cabledrive.rig.disturbances import stepped_in
 from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.setting import Disturbance
-from cabledrive.rig.two_motors.plan import Setup, lines_along
-from cabledrive.rig.two_motors.plant_kernels import COLUMNS, RigNumbers, close_loop
+from cabledrive.rig.two_motors.plan import Setup, held_tensions, lines_along
+
+# Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,
+# reshaped, wanted tensions.
+COLUMNS = 9
+
+
+class RigNumbers(NamedTuple):
+    """Sampling and sensors."""
+
+    interval: float  # sample time [s]
+    substeps: int  # internal steps per sample
+    late: int  # delay from sampling to torque, in internal steps
+    lag: float  # part of the distance to the commanded torque that remains after an internal step
+    counts: Array  # (2,): one count of each drum's encoder [rad]; 0: exact
+    phases: Array  # (2,): where in its count each starts
+    noise: Array  # (samples, 2): of the load cells [N]
+
+
+class Body(NamedTuple):
+    """What moves, and scratch: places and speeds, shape (m,), angles and speeds of the drums, shape (2,)."""
+
+    q: Array
+    v: Array
+    angle: Array
+    turn: Array
+    along: Array  # (2, m): directions of the lines
+    tension: Array  # (2,): of the lines [N]
+
+
+@njit
+def close_loop(
+    machine: TwoMotors,
+    gains: TensionGains,
+    state: Array,
+    rig: RigNumbers,
+    table: tuple[Array, Array],
+    record: Array,
+    least: Array,
+) -> int:
+    """Run all samples of a table, (samples, 3 m + 2), under a force, (samples, m) [N]; returns how many ran.
+
+    ``record``, shape (samples, m + 9), takes what happens; ``least``, shape (2,): the least tension between
+    samples as well [N]. A number that is not finite ends it.
+    """
+    reference, force = table
+    m = machine.mass.size
+    q, angle, tension, torque = np.zeros(m), np.zeros(2), np.zeros(2), np.zeros(2)
+    body = Body(q, np.zeros(m), angle, np.zeros(2), np.zeros((2, m)), tension)
+    command, held, measurement = np.zeros(2), np.zeros(2), np.zeros(4)
+    state, space, work = state.copy(), np.zeros((2, m)), np.zeros(3 * m + 22)
+    pull_of(machine, body)
+    for i in range(2):  # at rest the motors hold the lines
+        torque[i] = machine.drum[i] * tension[i]
+        command[i] = held[i] = torque[i]
+    for k in range(len(reference)):
+        for i in range(2):
+            measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
+            measurement[2 + i], held[i] = tension[i] + rig.noise[k, i], command[i]
+        step_in_place(gains, state, measurement, reference[k], command, space, work)
+        for j in range(m):
+            record[k, j] = q[j]
+            if not abs(q[j]) < 1e6:
+                return k
+        for i in range(2):
+            record[k, m + i], record[k, m + 2 + i] = tension[i], command[i]
+            record[k, m + 4 + i], record[k, m + 7 + i] = angle[i], state[3 * m + 7 + i]
+        record[k, m + 6] = state[3 * m + 6]
+        for s in range(rig.substeps):
+            for i in range(2):
+                wanted = command[i] if s >= rig.late else held[i]
+                torque[i] = wanted + rig.lag * (torque[i] - wanted)
+            move(machine, body, rig.interval / rig.substeps, torque, force[k])
+            for i in range(2):
+                least[i] = min(least[i], tension[i])
+    return len(reference)
+
+
+@njit
+def counted(value: float, count: float, phase: float) -> float:
+    """Reading of an encoder, rounded to nearest from where it was switched on."""
+    return value if count == 0.0 else (np.rint(value / count + phase) - np.rint(phase)) * count
+
+
+@njit
+def pull_of(machine: TwoMotors, body: Body) -> None:
+    """Write directions and tensions of both lines."""
+    for i in range(2):
+        length, free, _ = line_at(machine, i, body.q, body.along[i])
+        speed = machine.drum[i] * body.turn[i]
+        for j in range(body.q.size):
+            speed += body.along[i, j] * body.v[j]
+        stretch = length + machine.drum[i] * body.angle[i] - machine.unwound[i]
+        body.tension[i] = pulled(stretch, speed, machine.rigidity[i] / free, machine.loss[i] / free)
+
+
+@njit
+def move(m: TwoMotors, body: Body, h: float, torque: Array, force: Array) -> None:
+    """One internal step: speeds by the forces, friction set-valued, then places (symplectic)."""
+    pull_of(m, body)
+    along, tension, v, turn = body.along, body.tension, body.v, body.turn
+    for j in range(v.size):
+        total = m.force[j] + force[j] - along[0, j] * tension[0] - along[1, j] * tension[1]
+        v[j] = rubbed(v[j], total, m.mass[j], m.viscous[j], m.coulomb[j], h)
+        body.q[j] += h * v[j]
+    for i in range(2):
+        total = torque[i] - m.drum[i] * tension[i]
+        turn[i] = rubbed(turn[i], total, m.inertia[i], m.turning_viscous[i], m.turning_coulomb[i], h)
+        body.angle[i] += h * turn[i]
+
+
+@njit
+def rubbed(speed: float, force: float, mass: float, viscous: float, coulomb: float, h: float) -> float:
+    """Speed after a step under a force, with friction that holds what it can hold."""
+    free = mass * speed + h * force
+    held = h * coulomb
+    left = free - held if free > held else (free + held if free < -held else 0.0)
+    return left / (mass + h * viscous)
 
 
 @described
@@ -53,7 +177,7 @@ STEPS_PER_RADIAN = 20.0
 class PlantRun:
     """One plant under the law."""
 
-    # (samples, m + 9): see `cabledrive.rig.two_motors.plant_kernels`; fewer samples where a number was not
+    # (samples, m + 9): see `cabledrive.rig.two_motors.run`; fewer samples where a number was not
     # finite
     record: Array
     least: Array  # (2,): least tension, between samples as well [N]
@@ -69,30 +193,23 @@ def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Gene
     fastest = np.sqrt(np.max(stiffness * (actual.drum**2 / actual.inertia + 1.0 / actual.mass.min())))
     per_second = max(1.0 / INTERNAL_STEP, STEPS_PER_RADIAN * float(fastest))
     substeps = int(max(1, ceil(gains.interval * per_second)))
-    record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
-    state = first_state(gains, setup.machine.tension)
-    rig = rig_numbers(setup.machine, gains.interval, substeps, len(table), rng)
-    ended = close_loop(actual, gains, state, rig, table, force, record, least)
-    return PlantRun(record=record[:ended], least=least, substeps=substeps)
-
-
-def rig_numbers(
-    machine: TwoMotorMachine, interval: float, substeps: int, samples: int, rng: np.random.Generator
-) -> RigNumbers:
-    """Sensors of the file, their phases and noise drawn."""
-    sensors = machine.drive.sensors
+    sensors, motors = setup.machine.drive.sensors, setup.machine.drive.motor
     assert sensors is not None  # the design has read it
-    rates = [motor.current_bandwidth for motor in machine.drive.motor if motor.current_bandwidth is not None]
-    step = interval / substeps
-    return RigNumbers(
-        interval=interval,
+    rates = [motor.current_bandwidth for motor in motors if motor.current_bandwidth is not None]
+    step = gains.interval / substeps
+    rig = RigNumbers(
+        interval=gains.interval,
         substeps=substeps,
         late=round(sensors.delay / step),
         lag=exp(-2.0 * pi * min(rates) * step) if rates else 0.0,
         counts=np.full(2, 2.0 * pi / (sensors.motor_encoder or np.inf)),
         phases=rng.uniform(-0.5, 0.5, 2),
-        noise=rng.normal(0.0, sensors.load_cell_noise or 0.0, (samples, 2)),
+        noise=rng.normal(0.0, sensors.load_cell_noise or 0.0, (len(table), 2)),
     )
+    record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
+    state = first_state(gains, setup.machine.tension)
+    ended = close_loop(actual, gains, state, rig, (table, force), record, least)
+    return PlantRun(record=record[:ended], least=least, substeps=substeps)
 
 
 def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
@@ -204,3 +321,49 @@ def drawn_gusts(setup: Setup, rng: np.random.Generator) -> Array:
         size = setup.design.gust * rng.uniform() / np.linalg.norm(direction)
         force[first:last] = size * direction
     return force
+
+
+DIFFERENCE = 1e-6
+_SLOW, _AT_ONE = 0.2, 1e-12
+
+
+def loop_poles(
+    machine: TwoMotors, gains: TensionGains, place: Array, substeps: int
+) -> NDArray[np.complex128]:
+    """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s]."""
+    still = machine._replace(turning_coulomb=np.zeros(2), coulomb=np.zeros_like(machine.coulomb))
+    believed = gains._replace(machine=still)
+    along, length, free = lines_along(still, place[None])
+    tension = held_tensions(gains.preferred, along, still.force[None])[0]
+    angle = (still.unwound - length[0] + tension * free[0] / still.rigidity) / still.drum
+    state = first_state(gains, tension)
+    m = place.size
+    state[:m], state[3 * m + 4 : 3 * m + 6] = place, angle
+    reference = np.concatenate([place, np.zeros(2 * m + 2)])
+    rest = np.concatenate([place, np.zeros(m), angle, np.zeros(2), state[: 3 * m + 6]])
+    size = np.ones(rest.size)
+    size[5 * m + 4 : 5 * m + 8] = tension.max()
+
+    def following(x: Array) -> Array:
+        """The loop one sample later."""
+        q, v, turned, turn = (part.copy() for part in np.split(x[: 2 * m + 4], [m, 2 * m, 2 * m + 2]))
+        body, own = Body(q, v, turned, turn, np.zeros((2, m)), np.zeros(2)), state.copy()
+        own[: 3 * m + 6] = x[2 * m + 4 :]
+        pull_of(still, body)
+        own, torque = step(believed, own, np.concatenate([body.angle, body.tension]), reference)
+        for _ in range(substeps):
+            move(still, body, gains.interval / substeps, torque, np.zeros(m))
+        return np.concatenate([q, v, turned, turn, own[: 3 * m + 6]])
+
+    columns = [
+        (following(rest + h) - following(rest - h)) / (2.0 * DIFFERENCE) for h in DIFFERENCE * np.diag(size)
+    ]
+    values = np.linalg.eigvals(size[:, None] ** -1 * np.array(columns).T)
+    return np.asarray(np.log(values[np.abs(values) > _SLOW]) / gains.interval)
+
+
+def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, substeps: int) -> float:
+    """Least damping ratio of all poles over some places, shape (places, m); negative: unstable."""
+    poles = np.concatenate([loop_poles(machine, gains, place, substeps) for place in places])
+    poles = poles[np.abs(poles) > _AT_ONE]
+    return float((-poles.real / np.abs(poles)).min())

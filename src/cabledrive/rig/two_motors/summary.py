@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED
 from cabledrive.reduction.two_motors_kernels import TwoMotors
-from cabledrive.rig.two_motors.plan import Setup, least_damping
-from cabledrive.rig.two_motors.run import PlantRun, TwoMotorTracking, bound_of_place, part_used
+from cabledrive.rig.two_motors.plan import Setup
+from cabledrive.rig.two_motors.run import PlantRun, TwoMotorTracking, bound_of_place, least_damping, part_used
 
 NAMES = {
     "mass": "mass of the body",
@@ -26,18 +26,6 @@ ALWAYS = (
     "the loop is sampled, and a drum's friction sticks and slides",
     "the lines turn and change their stiffness on the way: the bound is that of the linear loop",
 )
-
-
-def place_departures(setup: Setup, actual: TwoMotors, reshaped: float) -> list[str]:
-    """In what a run differs from what the bound of the place supposes; ``reshaped``: part of its samples."""
-    found = []
-    for key, words in NAMES.items():
-        ours, theirs = getattr(setup.machine.numbers, key), getattr(actual, key)
-        off = float(np.max(np.abs(theirs - ours) / np.maximum(np.abs(ours), 1e-12), initial=0.0))
-        found += [f"{words} {100.0 * off:.0f} % off"] if off > 1e-9 else []
-    if reshaped > 0.0:
-        found.append(f"wanted tensions were reshaped at {reshaped:.1%} of the samples")
-    return [*found, *ALWAYS]
 
 
 Flags = NDArray[np.bool_]
@@ -136,8 +124,14 @@ def summarize(
     share = float(reshaped.mean()) if len(reshaped) else 0.0
     bound = bound_of_place(setup)
     used, named = part_used(bound, error), list(broken)
-    if not used <= 1.0:
-        named += place_departures(setup, actual, share)
+    if not used <= 1.0:  # in what the run differs from what the bound supposes
+        for key, words in NAMES.items():
+            ours, theirs = getattr(machine.numbers, key), getattr(actual, key)
+            off = float(np.max(np.abs(theirs - ours) / np.maximum(np.abs(ours), 1e-12), initial=0.0))
+            named += [f"{words} {100.0 * off:.0f} % off"] if off > 1e-9 else []
+        if share > 0.0:
+            named.append(f"wanted tensions were reshaped at {share:.1%} of the samples")
+        named += ALWAYS
     summary |= {
         "position_bound_mm": dict(zip(machine.names, (1e3 * bound).tolist(), strict=True)),
         "position_bound_used": used,

@@ -13,8 +13,7 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies, strand_stiffness
-from cabledrive.rig.carriage.transporter import CARRIAGE, FORCE, PAYLOAD, force_limit, run_carriage
-from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
+from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, force_limit, run_carriage
 from cabledrive.rig.setting import sample_interval
 from cabledrive.studies.study.carriage_machine import (
     MARGIN,

@@ -13,10 +13,10 @@ from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.disturbed_plants import Disturbances
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import MAIN_LAWS
+from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import summarize
 from cabledrive.rig.tuning import LEAST_DISK, TUNING_DRAWS, TUNING_SEED, law_at, ripple_limit, tuned

@@ -9,8 +9,7 @@ from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.rig.carriage.transporter import FORCE, TENSIONS
-from cabledrive.rig.carriage.transporter_kernels import CarriageLoop
+from cabledrive.rig.carriage import FORCE, TENSIONS, CarriageLoop
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.setting import Motion

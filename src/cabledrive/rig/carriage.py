@@ -1,12 +1,13 @@
-"""`move_carriage`: a carriage with a hanging mass travels along its span under a law."""
+"""A carriage with a hanging mass in closed loop: its compiled motion, and `move_carriage` under a law."""
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf, isfinite, pi
+from math import cos, isfinite, pi, sin
+from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.control.load_schedule import ScheduledLaw
+from cabledrive.control.load_schedule import ScheduledLaw, scheduled_step
 from cabledrive.control.transporter import (
     OBSERVED,
     STATES,
@@ -16,33 +17,150 @@ from cabledrive.control.transporter import (
     scheduled_law,
     shaped,
 )
+from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.transporter import Transporter, transporter_of
-from cabledrive.rig.carriage.transporter_kernels import CarriageLoop, TransporterPlant, run_transporter
+from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.setting import sample_interval
 from cabledrive.trajectories import Move, Trajectory
 
-CARRIAGE, SWING, PAYLOAD, TENSIONS, FORCE, ESTIMATE = 1, 3, 8, 9, 12, 13
+
+class TransporterPlant(NamedTuple):
+    """Numbers of the plant; displacements from the start, forces at the rim.
+
+    ``lengths``: span, carriage's start, both unstretched [m]; line [m]. ``cable``: EA [N], prestrain, damping
+    time [s]. ``masses``: drive pulley with motor, carriage, load pulley, payload [kg]. ``friction``: motor's
+    viscous [N s/m], Coulomb and constant force [N], rail [N s/m], swing [1/s]. ``gravity`` [m/s^2].
+    """
+
+    lengths: Array
+    cable: Array
+    masses: Array
+    friction: Array
+    gravity: float
+
+
+class CarriageLoop(NamedTuple):
+    """Everything of a run but the plant."""
+
+    law: ScheduledLaw
+    reference: Array  # (samples, 10): of `cabledrive.control.transporter.flat_motion`
+    wind: Array  # (samples,): force on the payload [N]
+    interval: float  # sample time [s]
+    substeps: int  # internal steps of the plant per sample
+    one_count: float  # of the encoders at the rim [m]; 0: they give the displacements themselves
+
+
+@njit
+def strand_tensions(plant: TransporterPlant, x: Array, tensions: Array) -> None:
+    """Tension of the three strands, none of which can push, Eq. (T.2); x: 4 coordinates, 4 rates."""
+    span, start = plant.lengths[0], plant.lengths[1]
+    rigidity, prestrain, time = plant.cable[0], plant.cable[1], plant.cable[2]
+    grown = 1.0 + prestrain
+    natural = (start + x[0] / grown, span - start - x[2] / grown, span + (x[2] - x[0]) / grown)
+    actual = (start * grown + x[1], (span - start) * grown - x[1], span * grown)
+    rate = (x[5] - x[4], x[6] - x[5], x[4] - x[6])
+    for i in range(3):
+        strain = actual[i] / natural[i] - 1.0 + time * rate[i] / natural[i]
+        tensions[i] = max(rigidity * strain, 0.0)
+
+
+@njit
+def transporter_rates(
+    plant: TransporterPlant, x: Array, push: tuple[float, float], stuck: bool, tensions: Array, out: Array
+) -> float:
+    """Rates of the states, Eq. (T.10); returns the force on the motor without its Coulomb friction.
+
+    ``push``: force of the motor and wind on the payload [N]. x[3] is the swing [rad]. A pulley feeds cable at
+    its prestrain: it gives T (1 + e / 2) / (1 + prestrain), the derivative of the energy by what is fed, so
+    that none is lost.
+    """
+    cable, masses, friction = plant.cable, plant.masses, plant.friction
+    strand_tensions(plant, x, tensions)
+    first, second, third = tensions[0], tensions[1], tensions[2]
+    first *= (1.0 + 0.5 * first / cable[0]) / (1.0 + cable[1])
+    second *= (1.0 + 0.5 * second / cable[0]) / (1.0 + cable[1])
+    third *= (1.0 + 0.5 * third / cable[0]) / (1.0 + cable[1])
+    motor = push[0] + friction[2] + first - third - friction[0] * x[4]
+    for i in range(4):
+        out[i] = x[4 + i]
+    slip = 0.0
+    if x[4] != 0.0:
+        slip = 1.0 if x[4] > 0.0 else -1.0
+    elif abs(motor) > friction[1]:
+        slip = 1.0 if motor > 0.0 else -1.0
+    out[4] = 0.0 if stuck else (motor - slip * friction[1]) / masses[0]
+    line, payload, wind = plant.lengths[2], masses[3], push[1]
+    s, c, turn = sin(x[3]), cos(x[3]), x[7]
+    back = plant.gravity * s + friction[4] * line * turn
+    pull = tensions[1] - tensions[0] - friction[3] * x[5] + wind * (1.0 - c * c)
+    pull += payload * (line * turn * turn * s + c * back)
+    out[5] = pull / (masses[1] + payload * (1.0 - c * c))
+    out[6] = (third - second) / masses[2]
+    out[7] = (wind * c / payload - back - c * out[5]) / line
+    return motor
+
+
+@njit
+def transporter_advance(
+    plant: TransporterPlant, x: Array, push: tuple[float, float], step: float, tensions: Array, work: Array
+) -> None:
+    """One internal step of fourth order; a motor that turns in it stops at its end and may stick."""
+    stuck = x[4] == 0.0
+    if stuck:
+        motor = transporter_rates(plant, x, push, True, tensions, work[0])
+        stuck = abs(motor) <= plant.friction[1]
+    before = x[4]
+    weights = (0.0, 0.5, 0.5, 1.0)
+    for stage in range(4):
+        for i in range(8):
+            work[4, i] = x[i] + (weights[stage] * step * work[stage - 1, i] if stage > 0 else 0.0)
+        transporter_rates(plant, work[4], push, stuck, tensions, work[stage])
+    for i in range(8):
+        x[i] += step / 6.0 * (work[0, i] + 2.0 * work[1, i] + 2.0 * work[2, i] + work[3, i])
+    if stuck or before * x[4] < 0.0:
+        x[4] = 0.0
+
+
+@njit
+def run_transporter(loop: CarriageLoop, plant: TransporterPlant, phases: Array, x: Array, log: Array) -> int:
+    """Run all samples, rows as `run_carriage` has them; returns the sample at which the run ended."""
+    reference, count, lengths = loop.reference, loop.one_count, plant.lengths
+    estimate, fresh = np.zeros(loop.law.transition.shape[1]), np.zeros(loop.law.transition.shape[1])
+    readings, tensions, work = np.zeros(2), np.zeros(3), np.zeros((5, 8))
+    for k in range(reference.shape[0]):
+        place = lengths[1] + x[1]
+        if not 0.0 < place < lengths[0]:
+            return k
+        for j in range(2):
+            readings[j] = count * np.rint(x[2 * j] / count + phases[j]) if count > 0.0 else x[2 * j]
+        force = scheduled_step(loop.law, estimate, readings, reference, k, fresh)
+        strand_tensions(plant, x, tensions)
+        for i in range(8):
+            log[k, i] = x[i]
+        log[k, 8] = x[1] + lengths[2] * sin(x[3])
+        for i in range(3):
+            log[k, 9 + i] = tensions[i]
+        log[k, 12] = force
+        for i in range(estimate.size):
+            log[k, 13 + i] = estimate[i]
+        if min(tensions[0], tensions[1], tensions[2]) <= 0.0:
+            return k
+        for _ in range(loop.substeps):
+            transporter_advance(
+                plant, x, (force, loop.wind[k]), loop.interval / loop.substeps, tensions, work
+            )
+    return reference.shape[0]
+
+
+CARRIAGE, PAYLOAD, TENSIONS, FORCE, ESTIMATE = 1, 8, 9, 12, 13
 """Columns of a log; eight states come first, three tensions stand from `TENSIONS` on."""
 
 
-def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array:
-    """Run a plant under the law.
-
-    ``phases``, shape (2,): of the encoders, in counts.
-    Returns shape (samples, 23): 8 states, payload's place, 3 tensions, force of the motor, 10 estimates;
-    fewer samples where a strand went slack or the carriage left its span.
-    """
-    log = np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
-    ended = run_transporter(loop, plant_of(plant), phases, np.zeros(8), log)
-    return log[:ended]
-
-
-def plant_of(transporter: Transporter) -> TransporterPlant:
+def plant_of(t: Transporter) -> TransporterPlant:
     """The transporter as the compiled run takes it."""
-    t = transporter
     return TransporterPlant(
         lengths=np.array([t.span_length, t.start, t.line_length]),
         cable=np.array([t.axial_rigidity, t.pretension / t.axial_rigidity, t.damping_time]),
@@ -52,6 +170,16 @@ def plant_of(transporter: Transporter) -> TransporterPlant:
         ),
         gravity=t.gravity,
     )
+
+
+def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array:
+    """Run a plant under the law; ``phases``, shape (2,): of the encoders, in counts.
+
+    Returns shape (samples, 23): 8 states, payload's place, 3 tensions, force of the motor, 10 estimates;
+    fewer samples where a strand went slack or the carriage left its span.
+    """
+    log = np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
+    return log[: run_transporter(loop, plant_of(plant), phases, np.zeros(8), log)]
 
 
 MARGIN = 0.05
@@ -130,8 +258,7 @@ def one_count(drive: Drive) -> float:
 
 def force_limit(drive: Drive) -> float:
     """Largest force of the motor at the rim [N], infinite where the drive names no torque limit."""
-    limit = drive.motor.torque_limit if drive.motor else None
-    return inf if limit is None else limit / drive.drive_pulley.radius
+    return torque_limit(drive) / drive.drive_pulley.radius
 
 
 LAWS = {
@@ -142,9 +269,7 @@ LAWS = {
     "shaper": ("PD on the motor", "rigid, shaped"),
 }
 """Feedback and feedforward of each law."""
-PD_HZ = 5.0
-ORDER = 13
-POSITIONS = 12
+PD_HZ, ORDER, POSITIONS = 5.0, 13, 12
 
 
 def move_carriage(
@@ -186,9 +311,9 @@ def move_carriage(
     InputRefused
         If there is no such law, or the carriage would leave its span.
     """
-    move = move or CarriageMove()
     if law not in LAWS:
         raise InputRefused(f"law = {law!r} is not known: take one of {', '.join(LAWS)}")
+    move = move or CarriageMove()
     believed = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     end, length = believed.start + move.distance, believed.span_length
     if not MARGIN < min(believed.start, end) <= max(believed.start, end) < length - MARGIN:
@@ -199,17 +324,13 @@ def move_carriage(
     interval, count = sample_interval(drive), one_count(drive)
     wanted, reference = reference_of(believed, law, move, interval)
     made = made_law(believed, law, move, interval, count, force_limit(drive), tuning)
-    wind, why = np.zeros(len(reference)), None
-    strength, begin, stop = move.gust
+    wind, (strength, begin, stop) = np.zeros(len(reference)), move.gust
     wind[round(begin / interval) : round(stop / interval)] = strength
     loop = CarriageLoop(made, reference, wind, interval, substeps, 0.0 if ideal_sensors else count)
     log = run_carriage(loop, plant or believed, np.random.default_rng(seed).uniform(-0.5, 0.5, 2))
     ended = len(log)
-    if ended < len(reference):
-        why = (
-            f"a strand went slack, or the carriage left its span, at t = {ended * interval:.4g} s: raise "
-            "cable.pretension, shorten the way, or take longer"
-        )
+    why = f"a strand went slack, or the carriage left its span, at t = {ended * interval:.4g} s: raise "
+    why += "cable.pretension, shorten the way, or take longer"
     return CarriageRun(
         law=law,
         time=np.asarray(interval * np.arange(ended), dtype=np.float64),
@@ -220,7 +341,7 @@ def move_carriage(
         tensions=log[:, 9:12],
         force=log[:, 12],
         arrival=move.duration,
-        incomplete=why,
+        incomplete=why if ended < len(reference) else None,
     )
 
 
@@ -231,10 +352,9 @@ def reference_of(
     samples = round((move.duration + move.rest) / interval)
     time = np.asarray(interval * np.arange(samples), dtype=np.float64)
     y, middle = way_of(move, move.duration)(time, 6), transporter.start + 0.5 * move.distance
-    feedforward = LAWS[law][1]
-    if feedforward == "flat":
+    if LAWS[law][1] == "flat":
         return y[0], flat_motion(transporter, y, interval)
-    if feedforward == "rigid":
+    if LAWS[law][1] == "rigid":
         return y[0], rigid_motion(transporter, y)
     late = shaped(transporter, y, interval, middle)[1]
     if late >= move.duration:
@@ -275,6 +395,6 @@ def made_law(
     )
     if LAWS[law][0] != "PD on the motor":
         return made
-    row, rate = np.zeros(STATES), 2.0 * pi * PD_HZ  # both poles of the rigid whole at 5 Hz
-    row[0], row[4] = transporter.masses.sum() * rate**2, 2.0 * transporter.masses.sum() * rate
+    row, rate, whole = np.zeros(STATES), 2.0 * pi * PD_HZ, transporter.masses.sum()
+    row[0], row[4] = whole * rate**2, 2.0 * whole * rate  # both poles of the rigid whole at 5 Hz
     return made._replace(feedback=np.tile(row, (POSITIONS, 1)))

@@ -1,1 +1,0 @@
-"""The carriage that carries a hanging mass along its span, in closed loop."""
