@@ -86,11 +86,7 @@ def transporter_rates(
     motor = push[0] + friction[2] + first - third - friction[0] * x[4]
     for i in range(4):
         out[i] = x[4 + i]
-    slip = 0.0
-    if x[4] != 0.0:
-        slip = 1.0 if x[4] > 0.0 else -1.0
-    elif abs(motor) > friction[1]:
-        slip = 1.0 if motor > 0.0 else -1.0
+    slip = np.sign(x[4] if x[4] != 0.0 or abs(motor) <= friction[1] else motor)
     out[4] = 0.0 if stuck else (motor - slip * friction[1]) / masses[0]
     line, payload, wind = plant.lengths[2], masses[3], push[1]
     s, c, turn = sin(x[3]), cos(x[3]), x[7]
