@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -15,11 +16,7 @@ from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
-from cabledrive.reduction.threshold import (
-    coulomb_onset_torque,
-    growth_torque,
-    threshold_torque,
-)
+from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies.pair_thresholds import CoupledPair, coupled_pairs
 from cabledrive.studies.resonance_detuning import (
     BUILD_UP,
@@ -52,7 +49,6 @@ SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""
 
 GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
-
 
 SLACK = "the spans go slack before any torque does this"
 
@@ -246,8 +242,7 @@ REACH = 1.0
 
 FAILED = "tried without success"
 
-_TRIALS = 48
-_HALVINGS = 24
+_TRIALS, _HALVINGS = 48, 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -306,17 +301,15 @@ def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensit
     step = 1e-4 * model.pretension
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
     slope = (above.transverse[mode] - below.transverse[mode]) / (2 * step)
-    load = drive.load_pulley
 
     def relative_slope(name: str) -> float:
         changed = [replace(model, **{name: getattr(model, name) + more}) for more in (0.0, 1e-3)]
         low, high = (float(threshold_torque(one)) for one in changed)
         return (high - low) / (1e-3 * high) if np.isfinite(high) and high > 0.0 else 0.0
 
-    inertia = model.natural * (model.rims[1] / load.radius) ** 2 / (4 * model.modal_mass)
     return Sensitivity(
         detuning_per_pretension=float(slope),
-        detuning_per_inertia=inertia,
+        detuning_per_inertia=model.natural * _damping_per_friction(drive, model) / 4,
         threshold_per_transverse_damping=relative_slope("transverse_damping"),
         threshold_per_friction=relative_slope("modal_damping") * _damping_per_friction(drive, model),
     )
@@ -329,18 +322,15 @@ def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
 
 def _first_safe(trial: Callable[[float], Drive], safe: Callable[[Drive], bool]) -> float | None:
     """Smallest share of the reach at which the drive is safe, refined by halving."""
-    shares = REACH * (np.arange(1, _TRIALS + 1) / _TRIALS) ** 2
-    last = 0.0
-    for share in shares:
-        if safe(trial(float(share))):
-            low, high = last, float(share)
+    shares = [REACH * (i / _TRIALS) ** 2 for i in range(_TRIALS + 1)]
+    for low, high in pairwise(shares):
+        if safe(trial(high)):
             for _ in range(_HALVINGS):
                 if high - low < 1e-3 * high:
                     break
                 middle = 0.5 * (low + high)
                 low, high = (low, middle) if safe(trial(middle)) else (middle, high)
             return high
-        last = float(share)
     return None
 
 
