@@ -14,9 +14,9 @@ from cabledrive.mechanics import rest_state, strings_at_rest
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.datasheet import lowest_static_tension
 from cabledrive.mechanics.mesh import gradients, mesh_of
-from cabledrive.mechanics.sag import catenary_sag
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters import Carriage, NotComputed
+from played_spans import catenary_sag
 
 
 def divided_tensions(drive, segments):

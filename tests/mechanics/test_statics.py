@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import cable_forces, mesh_of
 from cabledrive.mechanics.sag import (
-    catenary_sag,
     irvine_parameter,
     midspan_sag,
     parabola_sag,
@@ -22,6 +21,7 @@ from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
+from played_spans import catenary_sag
 
 DRIVE = load_drive("dissertation-2")
 

@@ -13,7 +13,6 @@ from scipy.linalg import eigh
 
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.mechanics.sag import catenary_sag
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
@@ -35,6 +34,7 @@ from cabledrive.simulation import (
 from cabledrive.simulation.methods import largest_stable_step
 from cabledrive.simulation.signals import check_lasts, signal_of
 from cabledrive.simulation.start import place_at_start
+from played_spans import catenary_sag
 
 DRIVE = load_drive("dissertation-2")
 LENGTH = DRIVE.pulley_distance

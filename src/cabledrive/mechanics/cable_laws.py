@@ -169,30 +169,17 @@ class _Hookean(CableLaw):
         r"""Apparent strain at which the tension vanishes, :math:`-T_0/K` [-]."""
         return -self.pretension / self.stiffness
 
-    def components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Components of the tension [N]."""
-        x, y, z = self._excess(u_x, v_x, w_x)
-        return self.pretension + x, y, z
-
-    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Components above the pretension, free of cancellation at small displacements [N]."""
-        return self._excess(u_x, v_x, w_x)
-
     def strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Apparent strain lambda [-]; the tension is T0 + K lambda."""
-        return self._strain(u_x, v_x, w_x)
-
-    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
-        return self._strain_gradient(u_x, v_x, w_x)
+        return u_x + self._transverse_stretch(u_x, v_x, w_x)
 
     def tension(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Tension T = T0 + K lambda [N]; negative where the cable would have to push."""
-        return self.pretension + self.stiffness * self._strain(u_x, v_x, w_x)
+        return self.pretension + self.stiffness * self.strain(u_x, v_x, w_x)
 
     def is_slack(self, u_x: Array, v_x: Array, w_x: Array) -> NDArray[np.bool_]:
         """Where the cable would have to push."""
-        return np.asarray(self._strain(u_x, v_x, w_x) < self.slack_strain)
+        return np.asarray(self.strain(u_x, v_x, w_x) < self.slack_strain)
 
     def energy_density(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         r"""Elastic energy per pretensioned metre, above the straight pretensioned cable [J/m].
@@ -203,30 +190,14 @@ class _Hookean(CableLaw):
         potential answers with that of the truncation nearest to it.
         """
         slopes = self._transverse_stretch(u_x, v_x, w_x)
-        return self.pretension * slopes + 0.5 * self.stiffness * self._strain(u_x, v_x, w_x) ** 2
-
-    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
-        return self._stiffness_matrix(u_x, v_x, w_x)
+        return self.pretension * slopes + 0.5 * self.stiffness * self.strain(u_x, v_x, w_x) ** 2
 
     def largest_stiffness(self) -> float:
         """K [N]."""
         return self.stiffness
 
-    def _strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        return u_x + self._transverse_stretch(u_x, v_x, w_x)
-
     @abstractmethod
     def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array: ...
-
-    @abstractmethod
-    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components: ...
-
-    @abstractmethod
-    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components: ...
-
-    @abstractmethod
-    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -243,20 +214,23 @@ class ExactLaw(_Hookean):
         slopes = v_x**2 + w_x**2  # lambda - u' = slopes / (1 + lambda + 1 + u')
         return slopes / (np.sqrt((1.0 + u_x) ** 2 + slopes) + 1.0 + u_x)
 
-    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
         stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)
         return (1.0 + u_x) / stretch, v_x / stretch, w_x / stretch
 
-    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components above the pretension, free of cancellation at small displacements [N]."""
         z = u_x * (2.0 + u_x) + v_x**2 + w_x**2  # (1 + lambda)^2 - 1
         gain = self.axial_rigidity * z / (1.0 + z + np.sqrt(1.0 + z))  # T / (1 + lambda) - T0
         across = self.pretension + gain
         return self.pretension * u_x + gain * (1.0 + u_x), across * v_x, across * w_x
 
-    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        t = np.stack(self._strain_gradient(u_x, v_x, w_x), axis=-1)  # unit vector along the cable
+    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
+        t = np.stack(self.strain_gradient(u_x, v_x, w_x), axis=-1)  # unit vector along the cable
         along = t[..., :, None] * t[..., None, :]
-        strain = self._strain(u_x, v_x, w_x)[..., None, None]
+        strain = self.strain(u_x, v_x, w_x)[..., None, None]
         across = (self.pretension + self.stiffness * strain) / (1.0 + strain)
         return self.stiffness * along + across * (np.eye(3) - along)
 
@@ -279,19 +253,22 @@ class WeakLaw(_Hookean):
     def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         return 0.5 * (v_x**2 + w_x**2)
 
-    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
         return np.ones_like(u_x), v_x, w_x
 
-    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        strain = self._strain(u_x, v_x, w_x)
+    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components above the pretension, free of cancellation at small displacements [N]."""
+        strain = self.strain(u_x, v_x, w_x)
         gain = self.axial_rigidity * strain / (1.0 + strain)  # T / (1 + lambda) - T0
         across = self.pretension + gain
         return self.pretension * u_x + gain * (1.0 + u_x), across * v_x, across * w_x
 
-    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        strain = self._strain(u_x, v_x, w_x)[..., None, None]
+    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
+        strain = self.strain(u_x, v_x, w_x)[..., None, None]
         direction = np.stack((1.0 + u_x, v_x, w_x), axis=-1)
-        gradient = np.stack(self._strain_gradient(u_x, v_x, w_x), axis=-1)
+        gradient = np.stack(self.strain_gradient(u_x, v_x, w_x), axis=-1)
         turning = direction[..., :, None] * gradient[..., None, :]
         across = (self.pretension + self.stiffness * strain) / (1.0 + strain)
         return across * np.eye(3) + self.axial_rigidity / (1.0 + strain) ** 2 * turning
@@ -310,18 +287,21 @@ class ConsistentWeakLaw(_Hookean):
     def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         return 0.5 * (v_x**2 + w_x**2)
 
-    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
         return np.ones_like(u_x), v_x, w_x
 
-    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        excess = self.stiffness * self._strain(u_x, v_x, w_x)
+    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components above the pretension, free of cancellation at small displacements [N]."""
+        excess = self.stiffness * self.strain(u_x, v_x, w_x)
         tension = self.pretension + excess
         return excess, tension * v_x, tension * w_x
 
-    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        gradient = np.stack(self._strain_gradient(u_x, v_x, w_x), axis=-1)
+    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
+        gradient = np.stack(self.strain_gradient(u_x, v_x, w_x), axis=-1)
         along = gradient[..., :, None] * gradient[..., None, :]
-        tension = self.pretension + self.stiffness * self._strain(u_x, v_x, w_x)[..., None, None]
+        tension = self.pretension + self.stiffness * self.strain(u_x, v_x, w_x)[..., None, None]
         return self.stiffness * along + tension * np.diag([0.0, 1.0, 1.0])
 
 
@@ -339,16 +319,20 @@ class LinearLaw(_Hookean):
     def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         return 0.5 * (v_x**2 + w_x**2)  # in the energy only, where it makes T0 v' and T0 w'
 
-    def _strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+    def strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Apparent strain [-]."""
         return u_x + 0.0 * (v_x + w_x)
 
-    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
         return np.ones_like(u_x), np.zeros_like(v_x), np.zeros_like(w_x)
 
-    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components above the pretension, free of cancellation at small displacements [N]."""
         return self.stiffness * u_x, self.pretension * v_x, self.pretension * w_x
 
-    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
         matrix = np.diag([self.stiffness, self.pretension, self.pretension])
         return np.broadcast_to(matrix, (*np.shape(u_x), 3, 3))
 

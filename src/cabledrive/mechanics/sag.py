@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import acosh, asinh, cosh, hypot
+from math import acosh, cosh
 
 import numpy as np
 
@@ -42,36 +42,6 @@ def parabola_sag(drive: Drive) -> Sag:
     highest = cable.pretension + (stiffness * weight**2 / 24.0) ** (1.0 / 3.0)
     tension = _root(_excess, cable.pretension, highest)
     return Sag(midpoint=weight * length / (8.0 * tension), horizontal_tension=tension)
-
-
-def catenary_sag(drive: Drive) -> Sag:
-    r"""Sag of the elastic catenary, exact for a cable of Hooke's law.
-
-    With the weight :math:`P = \rho_0 g L` of the span and unstretched length :math:`L`, the tension H solves
-
-    .. math:: L_e = \frac{H L}{EA} + \frac{2 H L}{P}\,\mathrm{arsinh}\frac{P}{2H}, \qquad
-              d = \frac{H L}{P}\Big(\sqrt{1 + \big(\tfrac{P}{2H}\big)^2} - 1\Big) + \frac{P L}{8\,EA}
-
-    ``drive``: level, without carriages on the span.
-
-    References
-    ----------
-    .. [1] H. M. Irvine, *Cable Structures*, MIT Press, 1981, section 2.3.
-    """
-    cable, length = drive.cable, drive.span_length
-    weight = cable.mass_per_length * drive.layout.gravity * length
-    rigidity = cable.axial_rigidity
-    if weight == 0.0:
-        return Sag(midpoint=0.0, horizontal_tension=cable.pretension)
-
-    def _too_long(tension: float) -> float:
-        arc = 2.0 * tension * length / weight * asinh(weight / (2.0 * tension))
-        return tension * length / rigidity + arc - drive.pulley_distance
-
-    tension = _root(_too_long, 1e-9 * weight, rigidity + weight)
-    half = weight / (2.0 * tension)
-    dip = tension * length / weight * half**2 / (hypot(1.0, half) + 1.0)
-    return Sag(midpoint=dip + weight * length / (8.0 * rigidity), horizontal_tension=tension)
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

@@ -258,30 +258,6 @@ def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
     return np.block([[both.real, -apart.imag], [both.imag, apart.real]])
 
 
-def hopf_torque_force(c: AveragedCoefficients) -> float | None:
-    r"""Size of the force f at which one span's steady state gives way to permanent beats, Eq. (A.28).
-
-    With :math:`b = 2\alpha kX` and :math:`H = c^2 + 4\delta^2`
-
-    .. math:: b = \frac{\Gamma cH[H + 4\Gamma(\Gamma + c)]}
-                       {4(\Gamma + c)^2[-(8\delta_1\delta + 4\delta^2 + c(c + 2\Gamma))]}
-
-    ``c``: its cubic and static terms are left out.
-    Returns [m/s]; None where there are no permanent beats.
-    """
-    gamma, damping, delta = float(c.transverse_damping), float(c.damping), float(c.detuning)
-    detuning, pump = float(c.transverse_detuning[0]), float(c.pump[0])
-    opposed = -(8 * detuning * delta + 4 * delta**2 + damping * (damping + 2 * gamma))
-    if opposed <= 0.0:
-        return None
-    size = damping**2 + 4 * delta**2
-    b = gamma * damping * size * (size + 4 * gamma * (gamma + damping))
-    b /= 4 * (gamma + damping) ** 2 * opposed
-    first = 0.5 * b + 0.25 * damping * gamma - delta * detuning
-    second = 0.5 * (damping * detuning + delta * gamma)
-    return float(np.hypot(first, second) / abs(pump))
-
-
 PASSES = 12
 
 
