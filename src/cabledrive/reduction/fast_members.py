@@ -1,9 +1,8 @@
 """Thousands of runs of the fast model at once, over threads: one result with labelled dimensions."""
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import pi, prod
 from os import cpu_count
@@ -39,19 +38,9 @@ UNITS = {
     **{"torque_amplitude": "N m", "torque_frequency": "Hz", "pluck_upper": "m", "pluck_lower": "m"},
 }
 """What may be varied; where it is not given, the drive's own value, and no torque and no pluck."""
+OF_THE_DRIVE = (*OF_THE_CABLE, *OF_THE_LOAD)
 MOST_NUMBERS = 500_000_000
 _SMALL = 1e-6  # m, height of the pluck from which all are scaled
-
-
-@dataclass(frozen=True, slots=True)
-class _Sharing:
-    """Members of one drive: the model they share, sines per height of pluck, their numbers and settings."""
-
-    model: UniformTensionModel
-    sines: Array  # (2, m)
-    offset: float
-    numbers: list[int]
-    settings: list[dict[str, float]]
 
 
 def fast_ensemble(
@@ -105,21 +94,43 @@ def fast_ensemble(
     """
     scheme = scheme or FastScheme()
     values, members = _members(axes, common or {}, duration * rate)
-    groups = _grouped(drive, members, pluck_shape, scheme.sines)
-    steps, stride, step = max(grid_of(g.model, duration, scheme, Recording(rate=rate)) for g in groups)
+    keys = [tuple(member.get(name) for name in OF_THE_DRIVE) for member in members]
+    drives = {key: _varied(drive, member) for key, member in zip(keys, members, strict=True)}
+    models = {key: uniform_tension_model(own, scheme.sines) for key, own in drives.items()}
+    grids = (grid_of(model, duration, scheme, Recording(rate=rate)) for model in models.values())
+    steps, _, step = max(grids)
     stride = max(1, int(1.0 / (rate * step)))
-    waves = _waves(groups, members, steps, step)
+    waves = _waves(list(models.values()), members, steps, step)
+    plucks = tuple(Pluck(height=_SMALL, span=span, shape=pluck_shape) for span in SPANS)
+    middle = np.sin(0.5 * pi * np.arange(1, scheme.sines + 1))
+    numbers = {key: coefficients(model, step) for key, model in models.items()}
+    plucked = {
+        key: start_amplitudes(drives[key], model, Start(plucks=plucks))[2][0] / _SMALL
+        for key, model in models.items()
+    }
     motion = np.full((4, len(members), steps // stride + 1), np.nan)
-    least = np.empty((2, len(members)))
-    stopped = np.full(len(members), "", dtype=object)
+    least, stopped = np.empty((2, len(members))), np.full(len(members), "", dtype=object)
 
-    def run(group: _Sharing) -> None:
-        motion[:, group.numbers], least[:, group.numbers], stopped[group.numbers] = _run(
-            group, waves, step, stride
-        )
+    def run(key: tuple[float | None, ...], numbered: list[int]) -> None:
+        """The members of one drive: angles and midpoints, least tensions, why the model does not hold."""
+        model, motor = models[key], drives[key].motor
+        rest, arms = np.zeros(model.natural.size), model.rims / model.radii
+        for i in numbered:
+            member = members[i]
+            heights = np.array([[member["pluck_upper"]], [member["pluck_lower"]]])
+            start = (heights * plucked[key])[None]
+            torque = member["torque_amplitude"] * waves[member["torque_frequency"]]
+            torque = torque + (motor.offset_torque if motor else 0.0)
+            state = rest.copy(), rest.copy(), start, np.zeros_like(start)
+            one = integrate(model, numbers[key], state, torque, stride)
+            least[:, i], stopped[i] = one.peaks[:, 0], _reason(model, one.peaks)
+            if not stopped[i]:
+                motion[:2, i] = (one.along[:, 0] @ arms).T
+                motion[2:, i] = (one.across[:, 0, 0] @ middle).T
 
+    parts = {key: [i for i, own in enumerate(keys) if own == key] for key in models}
     with ThreadPoolExecutor(max_workers=threads or cpu_count() or 1) as pool:
-        list(pool.map(run, groups))
+        list(pool.map(run, parts, parts.values()))
     times = np.arange(motion.shape[2], dtype=np.float64) * (stride * step)
     return _labelled(values, times, motion, least, stopped)
 
@@ -152,23 +163,8 @@ def _varied(drive: Drive, member: Mapping[str, float]) -> Drive:
     return replace(drive, cable=replace(drive.cable, **cable), pulley=pulleys)
 
 
-def _grouped(drive: Drive, members: list[dict[str, float]], shape: str, sines: int) -> list[_Sharing]:
-    same = defaultdict(list)
-    for number, member in enumerate(members):
-        same[tuple(member.get(name) for name in list(UNITS)[:5])].append(number)
-    groups = []
-    for numbers in same.values():
-        own = _varied(drive, members[numbers[0]])
-        model = uniform_tension_model(own, sines)
-        plucks = tuple(Pluck(height=_SMALL, span=span, shape=shape) for span in SPANS)
-        plucked = start_amplitudes(own, model, Start(plucks=plucks))[2][0] / _SMALL
-        offset = own.motor.offset_torque if own.motor else 0.0
-        groups.append(_Sharing(model, plucked, offset, numbers, [members[n] for n in numbers]))
-    return groups
-
-
 def _waves(
-    groups: list[_Sharing], members: list[dict[str, float]], steps: int, step: float
+    models: list[UniformTensionModel], members: list[dict[str, float]], steps: int, step: float
 ) -> dict[float, Array]:
     """Torque of amplitude 1 for each frequency, refused where a model has no modes."""
     times = np.arange(steps + 1, dtype=np.float64) * step
@@ -176,50 +172,22 @@ def _waves(
         f: np.sin(2 * pi * f * times) if f else np.ones_like(times)
         for f in {member["torque_frequency"] for member in members}
     }
-    lowest = min((group.model for group in groups), key=lambda model: model.span_resonance)
+    lowest = min(models, key=lambda model: model.span_resonance)
     for wave in waves.values():
         check_band(lowest, wave, step)
     return waves
 
 
-def _run(
-    group: _Sharing, waves: dict[float, Array], step: float, stride: int
-) -> tuple[Array, Array, NDArray[np.object_]]:
-    """Motion, least tensions and reasons of the members of one drive."""
-    model, numbers = group.model, coefficients(group.model, step)
-    records = (next(iter(waves.values())).size - 1) // stride + 1
-    along = np.empty((len(group.settings), records, model.natural.size))
-    across = np.empty((len(group.settings), records, 2, model.transverse.size))
-    peaks = np.empty((len(group.settings), 2, 2))
-    rest = np.zeros(model.natural.size)
-    for i, member in enumerate(group.settings):
-        heights = np.array([[member["pluck_upper"]], [member["pluck_lower"]]])
-        start = (heights * group.sines)[None]
-        torque = member["torque_amplitude"] * waves[member["torque_frequency"]] + group.offset
-        one = integrate(
-            model, numbers, (rest.copy(), rest.copy(), start, np.zeros_like(start)), torque, stride
-        )
-        along[i], across[i], peaks[i] = one.along[:, 0], one.across[:, 0, 0], one.peaks
-    reasons = np.full(len(peaks), "", dtype=object)
-    held = peaks[:, :, 0] >= 0.0
-    held &= model.wave_numbers[0] * peaks[:, :, 1] <= STEEPEST
-    for i in np.flatnonzero(~held.all(axis=1)).tolist():
-        reasons[i] = _reason(model, peaks[i])
-    middle = np.sin(0.5 * pi * np.arange(1, model.transverse.size + 1))
-    angles = np.moveaxis(along @ (model.rims / model.radii), -1, 0)
-    motion = np.concatenate((angles, np.moveaxis(across @ middle, -1, 0)))
-    motion[:, reasons != ""] = np.nan
-    return motion, peaks[:, :, 0].T, reasons
-
-
 def _reason(model: UniformTensionModel, peak: Array) -> str:
-    """Why the model does not hold for a member."""
+    """Why the model does not hold for a member; empty where it does."""
     if not np.all(np.isfinite(peak)):
         return "diverged: lower the torque or the plucks"
     for span, tension in zip(SPANS, peak[:, 0], strict=True):
         if tension < 0.0:
             return f"the {span} span goes slack"
     slope = float(model.wave_numbers[0] * peak[:, 1].max())
+    if slope <= STEEPEST:
+        return ""
     return f"slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
 
 
