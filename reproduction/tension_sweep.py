@@ -63,7 +63,7 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
 
 
 def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
-    """Amplitude along the sweep by Hill's equation, from the floor at the edge of the instability region.
+    """Amplitude by Hill's equation, Eq. (A.32), from the floor at the edge of the instability region.
 
     Returns ``detuning`` [rad/s], through the instability region, or until it is far above the level, and
     ``amplitude`` [m], shapes (n,).

@@ -141,8 +141,17 @@ def docstrings() -> Iterator[Breach]:
         for node in tree_of(path).body:
             if (module, getattr(node, "name", "")) not in public or node.name.startswith("_"):
                 continue
+            inherited = set()  # what a base class tells holds for what overrides it
+            if isinstance(node, ast.ClassDef):
+                inherited = {
+                    name for base in getattr(modules()[module], node.name).__mro__[1:] for name in vars(base)
+                }
             for part in node.body if isinstance(node, ast.ClassDef) else [node]:
-                if isinstance(part, ast.FunctionDef) and not part.name.startswith("_"):
+                if (
+                    isinstance(part, ast.FunctionDef)
+                    and not part.name.startswith("_")
+                    and part.name not in inherited
+                ):
                     yield from ((path, part.lineno, f"{part.name}: {gap}") for gap in docstring_gaps(part))
 
 

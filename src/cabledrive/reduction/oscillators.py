@@ -175,7 +175,7 @@ def integrate_oscillators(c, steps, state, top, first, last):
 
 @njit_part
 def first_order_rates(c, i, z, drift, passive, rates):
-    """Rates of slow amplitudes of one lane, Eq. (A.14), with shares of the drift and of what decays."""
+    """Rates of slow amplitudes of one lane to first order, with shares of the drift and of what decays."""
     total = (-0.5 * c.damping[i] + 1j * c.detuning[i]) * z[0] - c.force[i]
     for j in range(z.size - 1):
         own = z[1 + j]
