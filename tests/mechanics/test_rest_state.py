@@ -16,7 +16,7 @@ from cabledrive.mechanics.datasheet import lowest_static_tension
 from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters import Carriage, NotComputed
-from played_spans import catenary_sag
+from oracles.catenary import catenary_sag
 
 
 def divided_tensions(drive, segments):

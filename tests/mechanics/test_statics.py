@@ -21,7 +21,7 @@ from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from played_spans import catenary_sag
+from oracles.catenary import catenary_sag
 
 DRIVE = load_drive("dissertation-2")
 

@@ -34,7 +34,7 @@ from cabledrive.simulation import (
 from cabledrive.simulation.methods import largest_stable_step
 from cabledrive.simulation.signals import check_lasts, signal_of
 from cabledrive.simulation.start import place_at_start
-from played_spans import catenary_sag
+from oracles.catenary import catenary_sag
 
 DRIVE = load_drive("dissertation-2")
 LENGTH = DRIVE.pulley_distance

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.mechanics.chain import LabelledChain
-from cabledrive.mechanics.holding import DRIVE_PULLEY, MOTOR
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.rest import rest_state
-from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
 
@@ -67,59 +65,32 @@ def static_strain(drive: Drive, mesh: Mesh, shafts: Sequence[str]) -> Array:
     What nothing holds accelerates as a rigid body: its inertia, the cable's too, balances the force.
     A "motor" that is joined rigidly is the drive pulley.
     """
-    found = np.zeros((len(shafts), mesh.spacing.size))
-    for chain in longitudinal_chains(drive):
-        for row, shaft in enumerate(shafts):
-            name = DRIVE_PULLEY if shaft == MOTOR and MOTOR not in chain.joints else shaft
-            if name in chain.joints:
-                found[row] += _of_chain(drive, mesh, chain, chain.joints.index(name))
-    return found
-
-
-def _of_chain(drive: Drive, mesh: Mesh, chain: LabelledChain, pushed: int) -> Array:
-    """Strain per force at one joint of a chain."""
-    parts = chain.chain
-    joints, size, rigidity = parts.masses.size, len(chain.joints), drive.cable.axial_rigidity
-    stiffness, mass = np.zeros((size, size)), np.array(parts.all_masses, dtype=np.float64)
-    ends = [(i, (i + 1) % joints) for i in range(parts.lengths.size)]
-    springs = [(*pair, rigidity / length) for pair, length in zip(ends, parts.lengths, strict=True)]
-    springs += [(p.joint, joints + n, p.stiffness) for n, p in enumerate(parts.pendants)]
-    for one, other, k in springs:
-        turned = np.zeros(size)
-        turned[other] += 1.0
-        turned[one] -= 1.0
-        stiffness += k * np.outer(turned, turned)
-    if parts.grounds is not None:
-        stiffness[:joints, :joints] += np.diag(parts.grounds)
-    for n, pendant in enumerate(parts.pendants):
-        stiffness[joints + n, joints + n] += pendant.ground
-    density = drive.cable.mass_per_length
-    for (one, other), length in zip(ends, parts.lengths, strict=True):  # each half of a stretch at its end
-        mass[one] += 0.5 * density * length
-        mass[other] += 0.5 * density * length
-    force = np.zeros(size)
-    force[pushed] = 1.0
-    speeding = 1.0 / mass.sum() if parts.rigid_body_modes else 0.0
-    held = [0] * parts.fixed[0] + [joints - 1] * parts.fixed[1]
-    free = np.setdiff1d(np.arange(size), held)
-    moved = np.zeros(size)
-    if free.size:
-        balanced = (force - speeding * mass)[free]
-        moved[free] = np.linalg.lstsq(stiffness[np.ix_(free, free)], balanced, rcond=None)[0]
-    return _along(drive, mesh, chain, [(moved[b] - moved[a]) for a, b in ends], speeding * density / rigidity)
-
-
-def _along(drive: Drive, mesh: Mesh, chain: LabelledChain, longer: Sequence[float], rise: float) -> Array:
-    """Strain of each segment: the mean of its stretch, and the rise along it by acceleration."""
-    factor = 1.0 + drive.cable.prestrain
-    found = np.zeros(mesh.spacing.size)
-    for stretch, elongation in zip(chain.stretches, longer, strict=True):
-        span, length = mesh.spans.index(stretch.span), stretch.end - stretch.start
-        middle = 0.5 * (mesh.position[span, 1:] + mesh.position[span, :-1]) / factor
-        inside = (middle >= stretch.start) & (middle < stretch.end)
-        place = middle[inside] - 0.5 * (stretch.start + stretch.end)
-        found[span * mesh.segments + np.flatnonzero(inside)] = (elongation / length + rise * place) / factor
-    return found
+    nodes, segments = mesh.nodes - mesh.closed, mesh.spacing.size
+    size, square = nodes + (mesh.joint is not None), drive.drive_pulley.radius**2
+    stretch = np.zeros((segments, size))
+    own = np.arange(segments)
+    stretch[own, own], stretch[own, (own + 1) % nodes] = -1.0, 1.0
+    rigidity = drive.cable.axial_rigidity * (1.0 + drive.cable.prestrain)
+    stiffness = (stretch.T * (rigidity / mesh.spacing)) @ stretch
+    mass = np.append(mesh.axial_mass[:nodes], [shaft.rim_mass for shaft in mesh.shafts[2:]])
+    places = [*mesh.rims, nodes]
+    for place, shaft in zip(places, mesh.shafts, strict=False):
+        stiffness[place, place] += shaft.holding_stiffness / square
+    if mesh.joint is not None:
+        ends = np.ix_([0, nodes], [0, nodes])
+        stiffness[ends] += mesh.joint.stiffness / square * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    held = [place for place, shaft in zip(places, mesh.shafts, strict=False) if shaft.fixed]
+    force = np.zeros((size, len(shafts)))
+    for column, name in enumerate(shafts):
+        force[
+            {DRIVE_PULLEY: 0, LOAD_PULLEY: mesh.segments, MOTOR: size - 1 if mesh.joint else 0}[name], column
+        ] = 1.0
+    if not held and not any(shaft.holding_stiffness for shaft in mesh.shafts):
+        force -= np.outer(mass, force.sum(axis=0)) / mass.sum()
+        stiffness += rigidity / mesh.spacing[0] * np.outer(mass, mass) / mass.sum() ** 2
+    moved, free = np.zeros_like(force), np.setdiff1d(np.arange(size), held)
+    moved[free] = np.linalg.solve(stiffness[np.ix_(free, free)], force[free])
+    return np.asarray((stretch @ moved).T / mesh.spacing)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

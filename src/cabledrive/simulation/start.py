@@ -177,7 +177,7 @@ def _shaped(mesh: Mesh, pluck: Pluck) -> Array:
     held = ~mesh.sways[nodes]
     if pluck.plane == "u":
         held[1:-1] = False  # a guided carriage moves along its rail
-    shape = pluck.height * _shape(pluck, x, x[held])
+    shape = pluck.height * profile_of(pluck, x, x[held])
     moved = np.flatnonzero(held & (np.abs(shape) > 1e-9 * np.max(np.abs(shape))))
     if moved.size:
         raise InputRefused(
@@ -189,7 +189,7 @@ def _shaped(mesh: Mesh, pluck: Pluck) -> Array:
     return total
 
 
-def _shape(pluck: Pluck, x: Array, held: Array) -> Array:
+def profile_of(pluck: Pluck, x: Array, held: Array) -> Array:
     """Profile of a pluck; a named shape reaches between the held points on both sides of its place."""
     if isinstance(pluck.shape, str):
         place = pluck.place * x[-1]
@@ -200,7 +200,7 @@ def _shape(pluck: Pluck, x: Array, held: Array) -> Array:
                 f"pluck: its place, x = {place:.6g} m, is held by a guided carriage: pluck beside it"
             )
         inside = (x > first) & (x < last)
-        return np.where(inside, named_shape(pluck.shape, x, first, place, last), 0.0)
+        return np.where(inside, _named(pluck.shape, x, first, place, last), 0.0)
     values = pluck.shape(x) if callable(pluck.shape) else pluck.shape
     profile = np.asarray(values, dtype=np.float64)
     if profile.ndim != 1 or profile.size < 3 or not np.isfinite(profile).all():
@@ -212,7 +212,7 @@ def _shape(pluck: Pluck, x: Array, held: Array) -> Array:
     return np.interp(x / x[-1], np.linspace(0.0, 1.0, profile.size), profile)
 
 
-def named_shape(name: str, x: Array, first: float, place: float, last: float) -> Array:
+def _named(name: str, x: Array, first: float, place: float, last: float) -> Array:
     """Profile of height one between two held points; ``place``: corner of a triangle."""
     if name == "triangle":
         return np.minimum((x - first) / (place - first), (last - x) / (last - place))

@@ -34,7 +34,7 @@ from cabledrive.simulation.plan import (
 )
 from cabledrive.simulation.prepared import RopeRun
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
-from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, named_shape
+from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, profile_of
 
 
 @described
@@ -77,16 +77,10 @@ def _shape(pluck: Pluck, x: Array) -> Array:
     """Profile of a pluck along one piece, zero at its ends."""
     if not abs(pluck.height) < x[-1]:
         raise InputRefused(f"pluck: {pluck.height:.6g} m is longer than its span of {x[-1]:.6g} m: lower it")
-    if isinstance(pluck.shape, str):
-        return pluck.height * named_shape(pluck.shape, x, 0.0, pluck.place * x[-1], x[-1])
-    values = pluck.shape(x) if callable(pluck.shape) else pluck.shape
-    profile = np.asarray(values, dtype=np.float64)
-    if not callable(pluck.shape):
-        profile = np.interp(x / x[-1], np.linspace(0.0, 1.0, profile.size), profile)
-    profile = pluck.height * profile
+    profile = pluck.height * profile_of(pluck, x, x[[0, -1]])
     if profile.shape != x.shape or not np.isfinite(profile).all() or abs(profile[[0, -1]]).max() > 1e-12:
         raise InputRefused("pluck: the profile must be finite, and zero at both ends of its span")
-    return np.asarray(profile)
+    return profile
 
 
 def routed_channels(
