@@ -13,7 +13,6 @@ from cabledrive.mechanics.mesh import cable_forces, mesh_of
 from cabledrive.mechanics.sag import (
     irvine_parameter,
     midspan_sag,
-    parabola_sag,
     squared_shear,
     tension_with_sag,
 )
@@ -21,7 +20,7 @@ from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from oracles.catenary import catenary_sag
+from oracles.catenary import catenary_sag, parabola_sag
 
 DRIVE = load_drive("dissertation-2")
 

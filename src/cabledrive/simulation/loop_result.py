@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import LAWS, taut_law
 from cabledrive.mechanics.mesh import Mesh, strain_energy, weight_energy
-from cabledrive.mechanics.sag import parabola_sag
 from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
@@ -71,18 +69,9 @@ def energy_handled(rows: Array, energy_at_rest: float) -> float:
 
 
 def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
-    r"""Energy of the drive at rest under gravity, relative to the straight pretensioned cable.
-
-    Without carriages, that of the parabola: with :math:`q = \int \tfrac12 w'^2 dx = L_e (P/H)^2/24`,
-    :math:`E = T_0 q + \tfrac{K}{2 L_e} q^2 - 2 H q` for each span.
-
-    Returns energy [J], zero or negative.
-    """
+    """Energy [J] of the drive at rest under gravity, relative to the straight pretensioned cable."""
     if not drive.layout.gravity:
         return 0.0
-    spring = rotor_stiffness(mesh)
-    if not drive.carriage and not spring and type(taut_law(law)) in LAWS.values():
-        return len(mesh.spans) * _parabola_energy(drive, mesh, law)
     try:
         rest = equilibrium(mesh, law).displacement
     except (
@@ -90,16 +79,8 @@ def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
         NotComputed,
     ):  # gravity turns the pulleys: there is no rest, so count from held ones
         rest = equilibrium(mesh, law, hold="both").displacement
-    held = 0.5 * spring * float(rest[0, 0]) ** 2
+    held = 0.5 * rotor_stiffness(mesh) * float(rest[0, 0]) ** 2
     return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest) + held
-
-
-def _parabola_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
-    tension = parabola_sag(drive).horizontal_tension
-    length = drive.pulley_distance
-    stretch = length * (float(np.abs(mesh.weight_w).max()) / mesh.spacing[0] * length / tension) ** 2 / 24.0
-    stored = law.pretension * stretch + 0.5 * law.stiffness / length * stretch**2
-    return stored - 2.0 * tension * stretch
 
 
 @described
