@@ -11,7 +11,7 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Row, Wave
 from cabledrive.modal.rows import MASS, SPRING, Table, counted, lanes_at
-from cabledrive.modal.search import searched
+from cabledrive.modal.search import ENCLOSURE, searched
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArr
         top[short] *= 1.5
         count[short] = counted(table, lanes_at(top[short], short)) - rigid[short]
     omegas = np.full((n, wanted), np.nan)
-    _, singles = searched(
+    found = searched(
         table,
         np.zeros(n),
         top,
@@ -74,9 +74,10 @@ def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArr
         times.max(axis=1),
         wanted=wanted,
     )
-    for own in singles:  # multiple ones, and those that round-off clouds, are left to the search of one chain
-        first = own.number - rigid[own.machine] < wanted
-        omegas[own.machine[first], (own.number - rigid[own.machine])[first]] = own.omega[first]
+    for own in found:  # multiple ones, and those that round-off clouds, are left to the search of one chain
+        number = own.number - rigid[own.machine]
+        if own.multiplicity == 1 and own.enclosure == ENCLOSURE and number < wanted:
+            omegas[own.machine, number] = own.omega
     return omegas, np.isfinite(omegas).all(axis=1)
 
 

@@ -52,27 +52,18 @@ SLOWEST = 1e-30
 LARGEST_SHAPES = 20_000_000
 """Numbers of the shapes that are refined together: some hundred megabytes; larger clusters stay unproven."""
 MOST_CUTS = 128
+_ONE: Integers = np.zeros(1, dtype=np.intp)
 
 
 class Solved(NamedTuple):
     """One natural frequency of one machine; shapes, shape (size, multiplicity), of unit modal mass."""
 
     machine: int
+    number: int  # of the first of its modes, among those of its machine from 0
     omega: float
     multiplicity: int
     enclosure: float | None
     placed: float
-    shapes: NDArray[Any]
-
-
-class _Singles(NamedTuple):
-    """Simple modes of many machines, each with its number among those of its own."""
-
-    machine: Integers
-    omega: Array
-    enclosure: Array
-    placed: Array
-    number: Integers
     shapes: NDArray[Any]
 
 
@@ -99,8 +90,8 @@ def searched(
     longest: Any,
     *,
     wanted: int | None = None,
-) -> tuple[list[Solved], list[_Singles]]:
-    """All modes between two frequencies: the multiple ones and those not proven at once, and the simple ones.
+) -> list[Solved]:
+    """All modes between two frequencies, in any order.
 
     ``low``, ``top``: of each machine [rad/s]; ``below``, ``above``: counts there; ``longest``: longest travel
     time of a wave [s]; ``wanted``: stop after so many, a multiple mode whole.
@@ -112,7 +103,6 @@ def searched(
     machine, least = np.arange(low.size), SLOWEST / np.maximum(longest, SLOWEST)
     queue = _Brackets(low, top, start, end, machine, np.full(low.size, np.inf))
     found: list[Solved] = []
-    singles: list[_Singles] = []
     unproven: dict[tuple[int, int], list[Solved]] = {}
     while queue.low.size:
         modes = queue.above - queue.below
@@ -129,8 +119,6 @@ def searched(
             ready[:] = False
         for m in np.unique(modes[ready]):
             own = queue.take(ready & (modes == m))
-            if m == 1:
-                own = _singles(t, own, singles)
             stay = np.ones(own.low.size, dtype=bool)
             for i, solutions in enumerate(_refined_and_proven(t, own, int(m))):
                 key = (int(own.machine[i]), int(own.below[i]))
@@ -152,39 +140,12 @@ def searched(
             limit = np.maximum((narrower.high - narrower.low) / 16.0, NARROWEST * narrower.high)
             again.append(narrower._replace(limit=np.maximum(limit, least[narrower.machine])))
         queue = _Brackets(*(np.concatenate(own) for own in zip(*again, strict=True)))
-    return found, singles
+    return found
 
 
 def modes_between(t: Table, low: float, top: float, below: int, above: int, longest: float) -> list[Solved]:
     """All modes of one machine between two frequencies, ascending; parameters as of `searched`."""
-    found, singles = searched(t, low, top, below, above, longest)
-    for many in singles:
-        for lane in range(many.omega.size):
-            one = many.shapes[:, lane]
-            each = (int(many.machine[lane]), float(many.omega[lane]), 1, float(many.enclosure[lane]))
-            found.append(Solved(*each, float(many.placed[lane]), one))
-    return sorted(found, key=lambda own: (own.machine, own.omega))
-
-
-def _singles(t: Table, own: _Brackets, singles: list["_Singles"]) -> _Brackets:
-    """Simple modes that are refined and proven to 1e-12 at once; returns the brackets of the others."""
-    stay = np.ones(own.low.size, dtype=bool)
-    lanes = max(1, TOGETHER // t.first.size)
-    for first in range(0, own.low.size, lanes):
-        part = own.take(slice(first, first + lanes))
-        good, omegas, shapes = refined(t, part, 1)
-        omega = omegas[good, 0]
-        sides = np.concatenate((omega * (1.0 - ENCLOSURE), omega * (1.0 + ENCLOSURE)))
-        under, over = np.split(counted(t, lanes_at(sides, np.tile(part.machine[good], 2))), 2)
-        proven = (under <= part.below[good]) & (over >= part.below[good] + 1)
-        chosen = np.flatnonzero(good)[proven]
-        width, middle = np.full(chosen.size, ENCLOSURE), 0.5 * (part.low + part.high)[chosen]
-        number = part.below[chosen]
-        singles.append(
-            _Singles(part.machine[chosen], omega[proven], width, middle, number, shapes[:, chosen])
-        )
-        stay[first + chosen] = False
-    return own.take(stay)
+    return sorted(searched(t, low, top, below, above, longest), key=lambda own: own.omega)
 
 
 def _split(t: Table, own: _Brackets) -> _Brackets:
@@ -227,6 +188,9 @@ def _proven(
     """Group what is closer than round-off can part, and prove each group by counts at both sides."""
     groups: list[tuple[int, Integers]] = []
     for lane in np.flatnonzero(good).tolist():
+        if omegas.shape[1] == 1:
+            groups.append((lane, _ONE))
+            continue
         cuts = np.flatnonzero(np.diff(omegas[lane]) > MULTIPLE * omegas[lane, :-1]) + 1
         for part in np.split(np.arange(omegas.shape[1]), cuts):
             groups.append((lane, part))
@@ -247,19 +211,13 @@ def _proven(
         under, over = np.split(both, 2)
         fine = (under <= own.below[here] + i[left]) & (over >= own.below[here] + j[left] + 1)
         proof[left[fine]] = width
-    middle = 0.5 * (own.low + own.high)
-    for (number, part), width in zip(groups, proof, strict=True):
-        values = omegas[number, part]
-        out[number].append(
-            Solved(
-                int(own.machine[number]),
-                float(values[0] if part.size == 1 else values.mean()),
-                part.size,
-                float(width) or None,
-                float(middle[number]),
-                shapes[:, number, part],
-            )
-        )
+    machine, below, middle = (x.tolist() for x in (own.machine, own.below, 0.5 * (own.low + own.high)))
+    for (number, part), width in zip(groups, proof.tolist(), strict=True):
+        first, size = int(part[0]), part.size
+        omega = float(omegas[number, first] if size == 1 else omegas[number, part].mean())
+        shape = shapes[:, number, first : first + size]
+        one = machine[number], below[number] + first, omega, size, width or None, middle[number]
+        out[number].append(Solved(*one, shape))
     return out
 
 
