@@ -5,13 +5,10 @@ a microphone hears the speed of a point of each.
 """
 
 from dataclasses import dataclass, replace
-from math import asinh, hypot
 
 import numpy as np
-from scipy.optimize import brentq
 
 from cabledrive.identification.logs.log import log_of
-from cabledrive.mechanics.sag import Sag
 from cabledrive.parameters import load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 
@@ -95,20 +92,3 @@ def held(found, one):
     looser, tauter = sorted((one.upper, one.lower))
     exact = {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
     return sum(f.tension.low <= exact[name] <= f.tension.high for name, f in found.spans.items())
-
-
-def catenary_sag(drive):
-    """Sag of the elastic catenary of a level span, Irvine, *Cable Structures*, 1981, section 2.3."""
-    length, rigidity = drive.span_length, drive.cable.axial_rigidity
-    weight = drive.cable.mass_per_length * drive.layout.gravity * length
-    if weight == 0.0:
-        return Sag(midpoint=0.0, horizontal_tension=drive.cable.pretension)
-
-    def too_long(tension):
-        arc = 2.0 * tension * length / weight * asinh(weight / (2.0 * tension))
-        return tension * length / rigidity + arc - drive.pulley_distance
-
-    tension = brentq(too_long, 1e-9 * weight, rigidity + weight, xtol=1e-14 * rigidity, rtol=1e-15)
-    half = weight / (2.0 * tension)
-    dip = tension * length / weight * half**2 / (hypot(1.0, half) + 1.0)
-    return Sag(midpoint=dip + weight * length / (8.0 * rigidity), horizontal_tension=tension)
