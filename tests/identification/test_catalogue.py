@@ -143,16 +143,30 @@ def test_periodic_moves_whose_instant_the_regression_misses_blame_no_sound_axis(
 
 
 @pytest.mark.parametrize(
-    ("excitation", "rate"), [("multisine", 1e-4), ("servo-periodic", -2e-4), ("steps", 1e-4)]
+    ("excitation", "rate"),
+    [
+        ("multisine", 1e-4),
+        ("servo-periodic", -2e-4),
+        ("steps", 1e-4),
+        ("chirp", 1e-4),
+        ("chirp", -2e-4),
+        ("servo-smooth", 1e-4),
+        ("servo", -3e-4),
+        ("multisine", -3e-4),
+    ],
 )
 def test_clocks_that_drift_apart_are_no_dead_time(excitation, rate, measured):
-    """The torque of a sound axis by a clock of its own: named, corrected, and the axis as without it."""
+    """The torque of a sound axis by a clock of its own: named, corrected, and the axis as without it.
+
+    Of 24 drifting chirps 3 are blamed for a misfit besides, of 12 that do not drift 1.
+    """
     truth = next(t for t in TRUTHS if t.name.startswith(f"sound/{excitation}/held/"))
     one = made(truth, 77)
     torque = CubicSpline(one.time, one.torque)((1.0 + rate) * one.time)
     found = identify(log_from(replace(one, torque=torque)))
     measured(str(found.findings[0]))
-    assert found.codes == ("clock-drift",)
+    assert found.codes[:1] == ("clock-drift",)
+    assert set(found.codes[1:]) <= ({"model-misfit"} if excitation == "chirp" else set())
     assert float(found.findings[0].split("by ")[1].split()[0]) == pytest.approx(1e6 * rate, rel=0.05)
     for name, value in one.values.items():
         assert found.parameters[name].low < value < found.parameters[name].high, name

@@ -68,7 +68,7 @@ def answer(logs: Sequence[Log], request: Request) -> Identification:
     timing = given_timing(request.torque, axis.interval) if known else timing_of(axis)
     drift = 0.0
     for _ in range(DRIFT_ROUNDS):
-        rate = 0.0 if known or timing.customary else clock_drift(axis)
+        rate = 0.0 if known or (timing.determined and timing.customary) else clock_drift(axis)
         if rate == 0.0:
             break
         drift += rate

@@ -47,7 +47,7 @@ CONVENTIONS = {
 }
 """Time by which the torque acts later than it is logged [intervals], and the convention in words."""
 TIMINGS = ("found", *CONVENTIONS)
-DRIFT_PARTS, DRIFT_SURE = 4, 8.0
+DRIFT_PARTS, DRIFT_SURE = 8, 12.0
 """Parts of a log whose instants are compared, and standard errors from which they drift."""
 
 
@@ -235,27 +235,39 @@ def _factors(parts: list[Rows], moved: list[tuple[Array, Array]]) -> Factors:
 def clock_drift(axis: Axis) -> float:
     """Rate at which the torque's instant moves along every log, as by two clocks, beyond chance; else 0.
 
-    The slope of a line through the instants of `DRIFT_PARTS` parts of a log.
+    The slope of a line through the instants of `DRIFT_PARTS` parts of a log that share their parameters: a
+    part of a chirp alone would not tell its instant from its friction.
     """
-    rates = []
-    for log in axis.logs:
-        edges = log.time[np.linspace(0, len(log) - 1, DRIFT_PARTS + 1).astype(int)]
-        try:
-            parts = [axis_of([log.part(a, b)], axis.options) for a, b in pairwise(edges.tolist())]
-            found = [timing_of(part, sensor=False) for part in parts]
-        except InputRefused:
+    lagging = replace(axis, equation=replace(axis.equation, lag=True))
+    rates = [_rate_of(rows, log) for rows, log in zip(lagging.rows(), axis.logs, strict=True)]
+    return float(np.mean(rates)) if all(rates) else 0.0
+
+
+def _rate_of(rows: Rows, log: Log) -> float:
+    """The slope of a line through the instants of the parts of a log, 0 where it may be chance [-]."""
+    place = np.arange(rows.left.size)
+    time = (place - place.mean()) * log.interval
+    inside = (place * DRIFT_PARTS // place.size)[:, None] == np.arange(DRIFT_PARTS)
+    middle, line = time @ inside / inside.sum(axis=0), np.zeros(2)
+    for _ in range(ROUNDS):
+        samples = place - np.polyval(line, time) / log.interval
+        left = ndimage.map_coordinates(rows.left, [samples], order=3, mode="nearest")
+        columns = [rows.regressors[:, :-1], difference(left, log.interval)[:, None] * inside]
+        names = (*rows.names[:-1], *(f"instant {k}" for k in range(DRIFT_PARTS)))
+        fit = solve(suited_segments(stacked(names, [(np.column_stack(columns), left)])))
+        steps, errors = fit.values[-DRIFT_PARTS:], np.sqrt(np.diag(fit.covariance)[-DRIFT_PARTS:])
+        if fit.unidentifiable.size or not (errors.min() > 0.0 and errors.max() < FARTHEST * log.interval):
             return 0.0
-        if not all(one.determined for one in found):
-            return 0.0
-        shifts, errors = np.array([(one.shift, one.error) for one in found]).T
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        line, square = np.polyfit(middle, shifts, 1, w=1.0 / errors, cov="unscaled")
-        left = (shifts - np.polyval(line, middle)) / errors
-        error = float(np.sqrt(square[0, 0] * max(1.0, float(left @ left) / (DRIFT_PARTS - 2))))
-        if abs(line[0]) < DRIFT_SURE * error or abs(line[0]) * log.report.duration < log.interval:
-            return 0.0
-        rates.append(float(line[0]))
-    return float(np.mean(rates))
+        step, square = np.polyfit(middle, steps, 1, w=1.0 / errors, cov="unscaled")
+        line = line + step
+        if abs(step[0]) * log.report.duration < SETTLED * log.interval:
+            break
+    else:
+        return 0.0
+    left_over = (steps - np.polyval(step, middle)) / errors
+    error = float(np.sqrt(square[0, 0] * max(1.0, float(left_over @ left_over) / (DRIFT_PARTS - 2))))
+    sure = abs(line[0]) >= DRIFT_SURE * error and abs(line[0]) * log.report.duration >= log.interval
+    return float(line[0]) if sure else 0.0
 
 
 def with_clock(log: Log, torque: str, rate: float) -> Log:
