@@ -14,13 +14,12 @@ every interval.
 """
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from cabledrive.identification.axis.axis import Axis, Rows, axis_of, stacked
+from cabledrive.identification.axis.axis import Axis, Rows, stacked
 from cabledrive.identification.filters import difference
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, solve, suited_segments
