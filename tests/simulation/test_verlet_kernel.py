@@ -179,6 +179,7 @@ def test_shafts_stick_and_slip_as_the_readable_ones(seed, smooth):
     inverse[free] = np.linalg.inv(matrix[free])
     plan = setting("motor")[0]._replace(
         inverse=inverse,
+        moves=1.0 * turns,
         loss=matrix,
         **rubbing(inverse, np.eye(3)[rubs], coulomb[rubs]),
         smooth=np.full(rubs.size, smooth),

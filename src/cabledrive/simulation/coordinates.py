@@ -145,15 +145,14 @@ def smoothed(inertia: float, rest: float, coulomb: float, smooth: float, old: fl
 
 @njit_in_place
 @for_kernels
-def invert(plan: Plan, work: Workspace) -> None:
-    """Inverse of ``work.matrix`` without what is fixed, and what friction does with it."""
-    a, n = work.inverse, work.new.size
+def invert(matrix: Array, plan: Any, inverse: Array, mobility: Array, own: Array) -> None:
+    """Inverse of a matrix without what is fixed or prescribed, and what friction does with it."""
+    a, n = inverse, matrix.shape[0]
     for i in range(n):
         for j in range(n):
-            moves = plan.inverse[i, i] > 0.0 and plan.inverse[j, j] > 0.0
-            a[i, j] = work.matrix[i, j] if moves else 0.0
+            a[i, j] = matrix[i, j] * plan.moves[i] * plan.moves[j]
     for k in range(n):
-        if a[k, k] == 0.0:
+        if plan.moves[k] == 0.0:
             continue
         pivot = 1.0 / a[k, k]
         for i in range(n):
@@ -166,13 +165,13 @@ def invert(plan: Plan, work: Workspace) -> None:
             a[k, j] *= pivot
         a[k, k] = pivot
     for k in range(plan.bound.size):
-        work.own[k] = 0.0
+        own[k] = 0.0
         for i in range(n):
             total = 0.0
             for j in range(n):
                 total += a[i, j] * plan.rub[k, j]
-            work.mobility[i, k] = total
-            work.own[k] += plan.rub[k, i] * total
+            mobility[i, k] = total
+            own[k] += plan.rub[k, i] * total
 
 
 @njit_in_place

@@ -158,7 +158,7 @@ def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Works
                         column, part = plan.row_column[place], answer * plan.row_value[place]
                         work.force[own] += 2.0 * part * q_t[column]
                         work.matrix[own, column] -= part
-    invert(plan, work)
+    invert(work.matrix, plan, work.inverse, work.mobility, work.own)
     turn(plan, q_t, work.inverse, work.mobility, work.own, work)
     loss = 0.0
     for piece in range(plan.nodes.shape[0]):

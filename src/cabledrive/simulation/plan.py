@@ -137,6 +137,7 @@ class Plan(NamedTuple):
     mass: Array  # (n, n): of q, the half cells at the ends of pieces included
     stiffness: Array  # (n, n): springs, joints and turning bodies
     damping: Array  # (2, n, n): of bearings and bodies, and of a motor joint of two pulleys
+    moves: Array  # (n,): 0 of what is fixed, else 1
     matrix: Array  # (n, n): M / step + C / 2, which acts on the new speeds
     inverse: Array  # (n, n): its inverse, 0 for what is fixed
     loss: Array  # (n, n): C, with that of dampers along pieces
@@ -322,6 +323,7 @@ def _shafts(mesh: Mesh, step: float, smoothing_speed: float) -> dict[str, Any]:
         "mass": mass,
         "stiffness": stiffness * joint + np.diag(numbers[3]),
         "damping": damping,
+        "moves": 1.0 * turns,
         "matrix": matrix,
         "inverse": inverse,
         "loss": damping.sum(axis=0),

@@ -264,7 +264,7 @@ def half_step_before(
             on_q[i] -= bound * np.tanh(q_t[i] / smooth)
         else:
             on_q[i] -= np.clip(on_q[i], -bound, bound) if q_t[i] == 0.0 else bound * np.sign(q_t[i])
-    free = np.diag(plan.inverse) > 0.0
+    free = plan.moves > 0.0
     speeds = np.where(free, q_t, 0.0)
     speeds[free] -= 0.5 * plan.step * np.linalg.solve(plan.mass[np.ix_(free, free)], on_q[free])
     before = x_t - 0.5 * gain

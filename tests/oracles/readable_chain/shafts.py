@@ -21,7 +21,7 @@ def solve_shafts_reference(plan: Plan, matrix: Array, right: Array, old: Array) 
     Each shaft sticks or slips one way or the other: all cases are tried until one fits. A smoothed friction
     :math:`f_i = c_i \tanh\frac{v_i + v_i^{old}}{2 s_i}` is found by Newton's method.
     """
-    free = np.flatnonzero(np.diag(plan.inverse) > 0.0)
+    free = np.flatnonzero(plan.moves > 0.0)
     new, friction = np.zeros(3), np.zeros(3)
     inner = matrix[np.ix_(free, free)]
     coulomb, smooth = (values[free] for values in friction_of(plan))

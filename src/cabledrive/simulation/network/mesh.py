@@ -298,6 +298,7 @@ def network_plan(
         mass=mesh.mass,
         stiffness=mesh.stiffness,
         damping=np.stack([mesh.damping, np.zeros_like(mesh.damping)]),
+        moves=np.ones(len(matrix)),
         matrix=matrix,
         inverse=inverse,
         loss=damping,

@@ -2,7 +2,7 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
-from cabledrive.simulation.coordinates import rub
+from cabledrive.simulation.coordinates import invert, rub
 from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.plan import TravelPlan, TravelState, TravelWorkspace
@@ -137,43 +137,7 @@ def fill_inverse(plan: TravelPlan, wound: Array, work: TravelWorkspace) -> None:
     for i in range(n):
         for k in range(n):
             matrix[i, k] = mass[i, k] / plan.step + 0.5 * plan.damping[i, k]
-    invert(plan, work)
-    for k in range(plan.bound.size):
-        plan.rub_own[k] = 0.0
-        for i in range(n):
-            total = 0.0
-            for m in range(n):
-                total += plan.inverse[i, m] * plan.rub[k, m]
-            plan.rub_mobility[i, k] = total
-            plan.rub_own[k] += plan.rub[k, i] * total
-
-
-@njit_in_place
-@for_kernels
-def invert(plan: TravelPlan, work: TravelWorkspace) -> None:
-    """Inverse of a positive definite matrix by elimination, zero in the rows of prescribed rotors."""
-    n, table = plan.mass.shape[0], work.elimination
-    for i in range(n):
-        for k in range(n):
-            table[i, k] = work.matrix[1, i, k]
-            table[i, n + k] = 1.0 if i == k else 0.0
-    for m in range(plan.rotor.size if plan.prescribed else 0):
-        own = plan.rotor[m]
-        for k in range(n):
-            table[own, k], table[k, own] = 0.0, 0.0
-        table[own, own], table[own, n + own] = 1.0, 0.0
-    for i in range(n):
-        pivot = table[i, i]
-        for k in range(2 * n):
-            table[i, k] /= pivot
-        for row in range(n):
-            if row != i:
-                factor = table[row, i]
-                for k in range(2 * n):
-                    table[row, k] -= factor * table[i, k]
-    for i in range(n):
-        for k in range(n):
-            plan.inverse[i, k] = table[i, n + k]
+    invert(matrix, plan, plan.inverse, plan.rub_mobility, plan.rub_own)
 
 
 @njit_in_place

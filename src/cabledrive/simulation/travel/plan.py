@@ -46,6 +46,7 @@ class TravelPlan(NamedTuple):
     mass: Array  # (n, n): of q, with no rope wound on drums since the start
     stiffness: Array  # (n, n): springs
     damping: Array  # (n, n)
+    moves: Array  # (n,): 0 of prescribed rotors, else 1
     rest: Array  # (n,): weights, loads and preloads [N]
     rotor: Integers  # (motors,): coordinate of each rotor
     rub: Array  # (frictions, n): what rubs, per speed of q
@@ -90,7 +91,6 @@ class TravelWorkspace(NamedTuple):
     across: Array  # (spans, 2, n): motion of the centres across it
     speed: Array  # (spans, 2): of those rows [m/s]
     matrix: Array  # (2, n, n): M, and M / step + C / 2
-    elimination: Array  # (n, 2 n)
     force: Array  # (n,)
     carried: Array  # (n,): force of the rope that turns round pulleys, its own momentum
     fallen: Array  # (n,): force of the ropes' weight across their spans
@@ -120,7 +120,6 @@ def new_travel_workspace(plan: TravelPlan) -> TravelWorkspace:
         across=np.zeros((spans, 2, n)),
         speed=np.zeros((spans, 2)),
         matrix=np.zeros((2, n, n)),
-        elimination=np.zeros((n, 2 * n)),
         force=np.zeros(n),
         carried=np.zeros(n),
         fallen=np.zeros(n),

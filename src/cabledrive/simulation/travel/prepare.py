@@ -181,6 +181,7 @@ def _plan(
         step=step,
         winds=bool(np.any(beyond == at.DRUM)),
         prescribed=prescribed,
+        moves=np.where(np.isin(np.arange(n), rotors), 1.0 - prescribed, 1.0),
         cells=np.concatenate(([0], np.cumsum(counts))).astype(np.int64),
         piece=np.array(
             [
