@@ -93,7 +93,7 @@ def test_steps_that_meet_slack_do_not_depend_on_how_many_are_taken_at_once():
         for every in (1, 120)
     )
     assert fine.slack_events
-    assert fine.slack_events[0]["time"] % (120 * step) > step
+    assert fine.slack_events[0].time % (120 * step) > step
     bodies = (one.name for one in PRINTER.pulley if one.inertia > 0.0)
     for name in (*bodies, "coulomb_loss"):
         np.testing.assert_allclose(fine.channel(name)[::120], coarse.channel(name), rtol=1e-12, err_msg=name)
@@ -241,7 +241,7 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
 def test_a_span_that_goes_slack_stops_the_run_and_says_where():
     found = cd.simulate(PRINTER, 0.05, torque=2.0, scheme=Scheme(segments=6))
     assert "goes slack" in found.stopped
-    assert found.slack_events[0]["span"] in found.spans
+    assert found.slack_events[0].span in found.spans
     on = cd.simulate(PRINTER, 0.01, torque=2.0, scheme=Scheme(segments=6, slack="tension-only"))
     assert on.stopped is None
     assert len(on.slack_events) > 0

@@ -128,7 +128,7 @@ def fast_result(
         position=np.tile([0.0, 0.5 * model.span, model.span], (2, 1)),
         steps=steps,
         step=step,
-        cfl=step * max(model.natural.max(), model.transverse.max()) / pi,
+        largest_step=pi / max(model.natural.max(), model.transverse.max()),
         energy_handled=float(handled),
         slack_events=events,
         extremes=_extremes(rows),

@@ -2,8 +2,9 @@
 
 from cabledrive.simulation.case import CarriageForce
 from cabledrive.simulation.error_estimate import ErrorEstimate
-from cabledrive.simulation.loop_result import SimulationResult, SlackEvent
+from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.one_run import simulate
+from cabledrive.simulation.result import SlackEvent
 from cabledrive.simulation.run import SimulationInterrupted
 from cabledrive.simulation.signals import (
     Constant,

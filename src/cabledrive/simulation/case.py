@@ -99,7 +99,7 @@ class Case(RopeRun):
     def why(self, code: int, state: State, before: State, inputs: tuple[Array, ...]) -> str:
         """Why steps ended early, in one line; ``before``: the state before these steps."""
         if code == at.SLACK:
-            return self._slack_line(state)
+            return self.slack_line(state)
         if code == at.TOO_STIFF:
             return self._too_stiff_line(state)
         # Again step by step up to the first energy that is not finite.
@@ -119,14 +119,9 @@ class Case(RopeRun):
             f"{place}: lower cfl or the input"
         )
 
-    def _slack_line(self, state: State) -> str:
-        """One line about the span that went slack last."""
-        step, span, segment, tension = state.events[min(int(state.counts[1]), len(state.events)) - 1]
-        place = self.mesh.position[int(span), int(segment) : int(segment) + 2].mean()
-        return (
-            f"the {self.mesh.spans[int(span)]} span goes slack at t = {step * self.grid.step:.6g} s, "
-            f"x = {place:.4g} m ({tension:.3g} N): raise cable.pretension, lower the input or allow slack"
-        )
+    def place(self, piece: int, segment: int) -> tuple[str, float]:
+        """Span, and distance of the middle of a segment from its start [m]."""
+        return self.mesh.spans[piece], float(self.mesh.position[piece, segment : segment + 2].mean())
 
     def _too_stiff_line(self, state: State) -> str:
         """One line about the segment that is too stiff for the step."""

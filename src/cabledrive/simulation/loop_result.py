@@ -21,7 +21,6 @@ from cabledrive.simulation.channels import (
     probe_columns,
 )
 from cabledrive.simulation.netcdf import Content, Variable
-from cabledrive.simulation.plan import EVENTS, MOST_EVENTS, State
 from cabledrive.simulation.result import RunResult
 from cabledrive.simulation.run import Outcome
 from cabledrive.simulation.start import PLANES
@@ -30,33 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from cabledrive.simulation.error_estimate import ErrorEstimate
-
-
-@described
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SlackEvent:
-    """A span that went slack."""
-
-    time: float = meaning("when [s]")
-    span: str = meaning('one of "upper", "lower"')
-    position: float = meaning(
-        "where first, as the distance from the span's start along the pretensioned cable [m]"
-    )
-    tension: float = meaning("what the taut law gives there at that step [N], just below zero")
-
-
-def slack_events(case: Case, state: State) -> tuple[SlackEvent, ...]:
-    """Where and when spans went slack up to the end of a run, in order, the first thousand times."""
-    noted = state.events[: min(int(state.counts[EVENTS]), MOST_EVENTS)]
-    return tuple(
-        SlackEvent(
-            time=float(step * case.grid.step),
-            span=case.mesh.spans[int(span)],
-            position=float(case.mesh.position[int(span), int(segment) : int(segment) + 2].mean()),
-            tension=float(tension),
-        )
-        for step, span, segment, tension in noted
-    )
 
 
 def energy_handled(rows: Array, energy_at_rest: float) -> float:
@@ -100,8 +72,6 @@ class SimulationResult(RunResult):
         "(field records, 3, nodes): displacements u, v, w of all nodes, round the loop from the drive rim [m]"
     )
     position: Array = meaning("(spans, n + 1): distance of the nodes of each span from its start [m]")
-    cfl: float = meaning("step over the largest stable one [-]")
-    slack_events: tuple[SlackEvent, ...] = meaning("where and when spans went slack")
     extremes: dict[str, float] = meaning(
         "over all steps, recorded or not: least and largest angle of each shaft [rad], largest |v| "
         "and |w| of each midpoint [m]"
@@ -191,24 +161,16 @@ class SimulationResult(RunResult):
         """
         return result_figure(self)
 
-    def _card(self) -> list[tuple[str, str]]:
+    def _own_rows(self) -> list[tuple[str, str]]:
         method, found = self.provenance["method"], self.summary()
-        budget = found["energy_budget_error"]
-        rows = [
+        return [
             ("cable law", f"{method['model']}, {method['name']}"),
-            ("steps", f"{self.steps} of {self.step:.4g} s, {100.0 * self.cfl:.0f} % of the stable one"),
             ("load angle, peak to peak", f"{found['load_angle']['peak_to_peak']:.6g} rad"),
             *(
                 (f"{span} midpoint, peak |w|", f"{found[f'{span}_midpoint']['peak']:.6g} m")
                 for span in self.spans
             ),
-            ("energy budget error", "no record" if budget is None else f"{budget:.2e}"),
-            ("slack events", str(len(self.slack_events))),
         ]
-        flags = {"stopped": self.stopped, "interpreted": self.interpreted}
-        rows += [(name, words) for name, words in flags.items() if words]
-        title = f"{self.provenance['drive']}, {self.steps * self.step:.6g} s, {len(self.rows)} records"
-        return [("SimulationResult", title), *rows]
 
     def summary(self) -> dict[str, Any]:
         """As of `RunResult`.
@@ -220,8 +182,6 @@ class SimulationResult(RunResult):
         extremes = self.extremes
         return {
             **super().summary(),
-            "cfl": self.cfl,
-            "slack_events": [asdict(event) for event in self.slack_events],
             "load_angle": {"peak_to_peak": extremes["load_angle_max"] - extremes["load_angle_min"]},
             "drive_angle": {"peak_to_peak": extremes["drive_angle_max"] - extremes["drive_angle_min"]},
             **{f"{span}_midpoint": {"peak": extremes[f"{span}_w_peak"]} for span in self.spans},
@@ -250,9 +210,8 @@ def result_of(case: Case, outcome: Outcome) -> SimulationResult:
         fields=fields,
         spans=case.mesh.spans,
         position=case.mesh.position,
-        cfl=case.grid.cfl,
         energy_handled=energy_handled(rows, rest_energy(case.machine, case.mesh, case.law)),
-        slack_events=slack_events(case, outcome.state),
+        slack_events=case.slack_events(outcome.state),
         extremes=_extremes(case, outcome),
         provenance=case.provenance(
             {

@@ -24,12 +24,14 @@ from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.plan import (
     COMPLIANCE,
     DONE,
+    EVENTS,
     FALL_U,
     FALL_W,
     INVERSE_SPACING,
     KEEP_T,
     KICK_T,
     KICK_U,
+    MOST_EVENTS,
     NOT_FINITE,
     ROPES,
     UNDAMPED,
@@ -40,6 +42,7 @@ from cabledrive.simulation.plan import (
     new_state,
     new_workspace,
 )
+from cabledrive.simulation.result import SlackEvent
 from cabledrive.simulation.signals import Signal
 from cabledrive.simulation.start import Recording, Scheme
 
@@ -210,6 +213,27 @@ class RopeRun(PreparedRun):
         with np.errstate(all="ignore"):  # of a run that diverged
             rows[:] = self.columns(found)
         return code
+
+    @abstractmethod
+    def place(self, piece: int, segment: int) -> tuple[str, float]:
+        """Name of a piece's span, and distance of the middle of a segment from its start [m]."""
+
+    def slack_events(self, state: State) -> tuple[SlackEvent, ...]:
+        """Where and when spans went slack up to a state, in order, the first thousand times."""
+        noted = state.events[: min(int(state.counts[EVENTS]), MOST_EVENTS)]
+        places = [self.place(int(piece), int(segment)) for _, piece, segment, _ in noted]
+        return tuple(
+            SlackEvent(time=float(step * self.grid.step), span=span, position=x, tension=float(tension))
+            for (step, _, _, tension), (span, x) in zip(noted, places, strict=True)
+        )
+
+    def slack_line(self, state: State) -> str:
+        """One line about the span that went slack last."""
+        event = self.slack_events(state)[-1]
+        return (
+            f"the {event.span} span goes slack at t = {event.time:.6g} s, x = {event.position:.4g} m "
+            f"({event.tension:.3g} N): raise the pretension, lower the input or allow slack"
+        )
 
     @abstractmethod
     def columns(self, found: Array) -> Array:

@@ -1,6 +1,6 @@
 """What comes out of a run of any machine, and what it says about its own error."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,19 @@ NOTHING = 1e-13
 
 
 @described
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlackEvent:
+    """A span that went slack."""
+
+    time: float = meaning("when [s]")
+    span: str = meaning('one of "upper", "lower"; of a machine with routes the name of the span')
+    position: float = meaning(
+        "where first, as the distance from the span's start along the pretensioned cable [m]"
+    )
+    tension: float = meaning("what the taut law gives there at that step [N], just below zero")
+
+
+@described
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class RunResult(ResultCard):
     """A run of any machine, with its audit."""
@@ -34,6 +47,8 @@ class RunResult(ResultCard):
     )
     steps: int = meaning("steps taken")
     step: float = meaning("time step [s]")
+    largest_step: float = meaning("largest stable time step [s]")
+    slack_events: tuple[SlackEvent, ...] = meaning("where and when spans went slack", ())
     energy_handled: float = meaning(
         "largest energy the run had to do with [J]: initial energy above rest, plus work done on the drive"
     )
@@ -68,6 +83,11 @@ class RunResult(ResultCard):
         if name not in names:
             raise InputRefused(f'channel "{name[:60]}" is none of {len(names)}: see .channels')
         return np.asarray(self.rows[:, names.index(name)])
+
+    @property
+    def cfl(self) -> float:
+        """Step over the largest stable one [-]."""
+        return self.step / self.largest_step
 
     @cached_property
     def budget_error(self) -> Array:
@@ -130,4 +150,20 @@ class RunResult(ResultCard):
             "step": self.step,
             "stopped": self.stopped,
             "wall_time": self.wall_time,
+            "cfl": self.cfl,
+            "slack_events": [asdict(event) for event in self.slack_events],
         }
+
+    def _card(self) -> list[tuple[str, str]]:
+        budget = f"{self.energy_budget_error:.2e}" if len(self.rows) else "no record"
+        steps = f"{self.steps} of {self.step:.4g} s, {100.0 * self.cfl:.0f} % of the stable one"
+        rows = [("steps", steps), *self._own_rows(), ("energy budget error", budget)]
+        rows += [("slack events", str(len(self.slack_events)))]
+        flags = {"stopped": self.stopped, "interpreted": self.interpreted}
+        rows += [(name, words) for name, words in flags.items() if words]
+        title = f"{self.provenance['drive']}, {self.steps * self.step:.6g} s, {len(self.rows)} records"
+        return [(type(self).__name__, title), *rows]
+
+    def _own_rows(self) -> list[tuple[str, str]]:
+        """Rows of the card that only this kind of machine has."""
+        return []

@@ -82,6 +82,8 @@ class Outcome(NamedTuple):
             "rows": self.rows,
             "steps": int(self.state.counts[0]),
             "step": case.grid.step,
+            "largest_step": case.grid.largest_step,
+            "channels": case.channels,
             "stopped": self.stopped,
             "wall_time": self.wall_time,
         }

@@ -26,8 +26,6 @@ from cabledrive.simulation.channels import (
 from cabledrive.simulation.methods import METHODS, check_resolved, time_grid
 from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan, wraps_of
 from cabledrive.simulation.plan import (
-    EVENTS,
-    MOST_EVENTS,
     SLACK,
     STEPS,
     State,
@@ -167,15 +165,15 @@ class NetworkCase(RopeRun):
         ropes, strain = (own.sum(axis=1, keepdims=True) for own in (ropes, strain))
         return np.hstack([places, torque, mean, least, middle, ropes, bodies, strain, springs, lost, balance])
 
+    def place(self, piece: int, segment: int) -> tuple[str, float]:
+        """Piece, and distance of the middle of a segment from its start [m]."""
+        return self.mesh.pieces[piece], float((segment + 0.5) * self.mesh.spacing[piece])
+
     def why(self, code: int, state: State, before: State, inputs: tuple[Array, ...]) -> str:
         """Why steps ended early, in one line."""
-        if code != SLACK:
-            return f"diverged at t = {state.counts[STEPS] * self.grid.step:.6g} s: lower the input"
-        step, piece, _, tension = state.events[min(int(state.counts[EVENTS]), MOST_EVENTS) - 1]
-        return (
-            f"span {self.mesh.pieces[int(piece)]} goes slack at t = {step * self.grid.step:.6g} s "
-            f"({tension:.3g} N): raise pretension, lower the input or allow slack"
-        )
+        if code == SLACK:
+            return self.slack_line(state)
+        return f"diverged at t = {state.counts[STEPS] * self.grid.step:.6g} s: lower the input"
 
 
 def network_case(

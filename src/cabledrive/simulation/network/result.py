@@ -10,7 +10,6 @@ from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.netcdf import Content
 from cabledrive.simulation.network.case import NetworkCase
-from cabledrive.simulation.plan import EVENTS, MOST_EVENTS
 from cabledrive.simulation.result import RunResult
 from cabledrive.simulation.run import Outcome
 
@@ -23,15 +22,11 @@ LARGE_MOTION = 0.02
 class NetworkResult(RunResult):
     """A run of a machine with routes, with its audit."""
 
-    largest_step: float = meaning("largest stable time step [s]")
     extremes: dict[str, tuple[float, float]] = meaning(
         "least and largest place of each coordinate over all steps"
     )
     midpoint_peaks: dict[str, float] = meaning(
         "largest displacement across at the middle of each span over all steps [m]"
-    )
-    slack_events: tuple[dict[str, Any], ...] = meaning(
-        "time [s], span and tension [N] where a span went slack"
     )
     largest_motion: float = meaning(
         "largest motion of a span's end relative to its length; directions and lengths stay those at rest"
@@ -64,18 +59,6 @@ class NetworkResult(RunResult):
             )
         return tuple(found)
 
-    def _card(self) -> list[tuple[str, str]]:
-        rows = [
-            (
-                "steps",
-                f"{self.steps} of {self.step:.4g} s, {100 * self.step / self.largest_step:.0f} % of stable",
-            ),
-            ("energy budget error", f"{self.energy_budget_error:.2e}"),
-            ("slack events", str(len(self.slack_events))),
-        ]
-        rows += [("stopped", self.stopped)] if self.stopped else []
-        return [("NetworkResult", f"{self.provenance['drive']}, {self.steps * self.step:.6g} s"), *rows]
-
     def summary(self) -> dict[str, Any]:
         """As of `RunResult`.
 
@@ -85,8 +68,6 @@ class NetworkResult(RunResult):
         """
         return {
             **super().summary(),
-            "cfl": self.step / self.largest_step,
-            "slack_events": list(self.slack_events),
             "coordinates": {
                 name: {"least": low, "largest": high, "peak_to_peak": high - low}
                 for name, (low, high) in self.extremes.items()
@@ -127,20 +108,14 @@ def network_result(case: NetworkCase, outcome: Outcome) -> NetworkResult:
     # Turning a pulley passes rope on and leaves the geometry as it is: only bodies count.
     bodies = [n for n, name in enumerate(names) if "." in name and not name.startswith("slip at ")]
     along = np.einsum("kaxn,n->kax", np.abs(mesh.ends[:, :, [0, 2]][..., bodies]), reach[bodies])
-    noted = state.events[: min(int(state.counts[EVENTS]), MOST_EVENTS)]
     return NetworkResult(
         **outcome.common(case),
-        channels=case.channels,
         spans=mesh.pieces,
-        largest_step=case.grid.largest_step,
         energy_handled=max(float(energies), 0.0) + work,
         energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length)),
         extremes={name: (float(low), float(high)) for name, low, high in zip(names, *extremes, strict=True)},
         midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
-        slack_events=tuple(
-            {"time": float(step * case.grid.step), "span": mesh.pieces[int(piece)], "tension": float(tension)}
-            for step, piece, _, tension in noted
-        ),
+        slack_events=case.slack_events(state),
         largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
         assumptions=_ASSUMPTIONS + left_out(case.network.drive),
         doubts=tuple(unheld_words(case.network.motion, case.network.statics)),

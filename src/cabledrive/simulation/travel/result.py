@@ -30,16 +30,13 @@ def travel_result(case: TravelCase, outcome: Outcome) -> NetworkResult:
     extremes = np.where(np.isfinite(state.extremes), state.extremes, 0.0)
     return NetworkResult(
         **outcome.common(case),
-        channels=case.channels,
         spans=case.spans,
-        largest_step=case.grid.largest_step,
         energy_handled=max(float(np.max(moving, initial=0.0)), float(np.max(work, initial=0.0))),
         energy_at_rest=float(rows[0, columns["strain_energy"]]) if len(rows) else 0.0,
         extremes={
             name: (float(low), float(high)) for name, low, high in zip(case.names, *extremes, strict=True)
         },
         midpoint_peaks={},
-        slack_events=(),
         largest_motion=0.0,
         assumptions=_assumptions(case),
         wraps=_wraps(case, state),
