@@ -41,6 +41,15 @@ class ErrorEstimate:
     upper_midpoint: Estimate = meaning("of w at the midpoint of the upper span [m]")
 
 
+def check_halves(scheme: Scheme) -> None:
+    """Refuse a run that has too few segments to be halved twice."""
+    if scheme.segments // 4 < FEWEST_SEGMENTS:
+        raise InputRefused(
+            f"segments = {scheme.segments}: an error estimate halves them twice and needs "
+            f"{4 * FEWEST_SEGMENTS}: use more"
+        )
+
+
 def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Scheme) -> ErrorEstimate:
     r"""Estimate the discretisation error of a run by Richardson's extrapolation.
 
@@ -51,13 +60,7 @@ def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Sc
 
     ``rows``, shape (records, columns): records of the run; ``prepare``: gives the same run with another
     scheme; ``scheme``: the run's own.
-    Raises `InputRefused` if the run has too few segments to be halved twice.
     """
-    if scheme.segments // 4 < FEWEST_SEGMENTS:
-        raise InputRefused(
-            f"segments = {scheme.segments}: an error estimate halves them twice and needs "
-            f"{4 * FEWEST_SEGMENTS}: use more"
-        )
     counts = (scheme.segments, scheme.segments // 2, scheme.segments // 4)
     coarser = (prepare(replace(scheme, segments=n, step=None)) for n in counts[1:])
     runs = [rows, *(integrate_run(case, Records(case)).rows for case in coarser)]

@@ -8,18 +8,15 @@ from typing import Any, cast
 
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.files import one_process
+from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.simulation.case import CarriageForce, case_of
-from cabledrive.simulation.error_estimate import error_estimate_of
-from cabledrive.simulation.keeping import RESULT, part_of
+from cabledrive.simulation.error_estimate import check_halves, error_estimate_of
 from cabledrive.simulation.loop_result import SimulationResult, result_of
-from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.network.case import NetworkStart, network_case
 from cabledrive.simulation.network.result import network_result
-from cabledrive.simulation.run import keep_run
+from cabledrive.simulation.run import Outcome, keep_run
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Recording, Scheme, Start
 from cabledrive.simulation.travel.case import PlannedMove
@@ -130,20 +127,14 @@ def simulate(
         case_of, drive, duration, torque=torque, forces=forces, start=start, recording=recording
     )
     loop = prepare(scheme=scheme)
-    result = keep_run(loop, partial(result_of, loop), **keeping)
-    if error_estimate and result.stopped is None:
-        try:
-            estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)
-        except KeyboardInterrupt:
-            if output is None:
-                raise
-            raise KeyboardInterrupt(f"{output} is written, its error was not estimated") from None
-        result = replace(result, error_estimate=estimate)
-        if (path := result.path) is not None:
-            with one_process(part_of(path)):
-                try:
-                    write_netcdf(result.content, path, part_of(path) / RESULT, force=True)
-                except OSError as error:
-                    why = f"cannot be written again ({error.strerror or error})"
-                    raise NotComputed(f"{path}: {why}: it lacks the estimate of its error") from error
-    return result
+    if error_estimate:
+        check_halves(scheme)
+
+    def finished(outcome: Outcome) -> SimulationResult:
+        result = result_of(loop, outcome)
+        if not error_estimate or result.stopped is not None:
+            return result
+        estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)
+        return replace(result, error_estimate=estimate)
+
+    return keep_run(loop, finished, **keeping)
