@@ -74,7 +74,7 @@ def test_a_machine_as_the_sheet_has_it_gives_no_finding(seed, tmp_path, measured
     ("changes", "words"),
     [
         ({"eccentric": 2e-3}, "load angle"),
-        ({"cogging": 0.4 * FRICTION, "cogging_lines": 12.0}, "times the power"),
+        ({"ripple": 0.3, "ripple_lines": 24.0}, "times the power"),
         ({"hardening": 30.0}, "times the power"),
         ({"km": 48.0}, "joint: 4"),
         ({"c1": 1.6 * FRICTION}, "Coulomb friction: 0.06"),
@@ -85,6 +85,25 @@ def test_what_the_sheet_lacks_is_a_finding(changes, words, tmp_path, measured):
     found = known(SHEET.but(**changes), tmp_path)
     measured(f"{changes}: {found.findings}")
     assert any(words in finding.words for finding in found.findings), found.findings
+
+
+@pytest.mark.parametrize(("name", "lines", "share"), [("dissertation-3", 9, 0.2), ("turntable", 12, 0.4)])
+def test_cogging_is_identified_and_spoils_no_other_number(name, lines, share, tmp_path, measured):
+    """Left in, it made four times the motor's inertia on the turntable, and the verdict unknown."""
+    drive, path = drive_of(name) if name == "turntable" else DRIVE, tmp_path / "log.csv"
+    truth = truth_of(drive)
+    truth = truth.but(cogging=share * truth["c1"], cogging_lines=float(lines))
+    path.write_text(log_text(truth, 12.0, 0.6, seed=5))
+    found = know(drive, [usable_log(read_log(path, ColumnMap()))], SPREADS)
+    size, near = found.quantities["ripple_torque"], found.quantities["near_inertia"]
+    measured(
+        f"{size.value:.5f} N m for {truth['cogging']:.5f}, {found.quantities['ripple_order'].value:g} lines"
+    )
+    assert found.findings == ()
+    assert found.quantities["ripple_order"].value == lines
+    assert size.value == pytest.approx(truth["cogging"], rel=0.1)
+    assert size.low <= truth["cogging"] <= size.high
+    assert near.low <= truth["j1"] + truth["j2"] <= near.high
 
 
 def test_friction_of_the_load_and_backlash_are_identified(tmp_path, measured):

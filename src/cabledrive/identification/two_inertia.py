@@ -310,6 +310,7 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
         findings=tuple(findings),
         notes=(
             f"the motion is {1e3 * lag:.3g} ms later than the {readable(channels.input)}: taken out",
+            *(() if sides[0].cogging is None else (sides[0].cogging.words,)),
             *channels.notes,
         ),
         check_reason="shares explained, filters of other bandwidths",

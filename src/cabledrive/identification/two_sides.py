@@ -15,6 +15,9 @@ neighbouring bandwidths beyond chance: of two estimates, one of which uses what 
 variance of the difference is the difference of the variances (Hausman, Econometrica 46, 1978). The bandwidth
 with the narrowest interval is taken. Noise of the angles, which makes coefficients of accelerations too
 small, is taken out of the normal equations by its level, that of the upper half of a channel's spectrum.
+
+A torque that repeats with the motor's angle, of cogging or a tooth, is looked for in what the sum leaves, by
+whole periods per turn, solved beside the parameters and taken off the torque of every log.
 """
 
 from collections.abc import Callable, Sequence
@@ -46,6 +49,34 @@ UNMODELLED = {SUM: 7e-4, LOAD: 2e-4}
 """Share of an equation's left side that may hide in one parameter: reversals within a filter's memory."""
 NOISE_ALONE = 0.2
 """Share of the weakest direction's power that must be more than noise."""
+MOST_PERIODS, BINS = 240, 1024
+"""Periods per turn up to which a torque that repeats with the angle is looked for; parts of a turn."""
+REPEATS, REPEATS_SURE = 0.8, 8.0
+"""Share of the residual's power below which it has to fall by it, and its least size over its error."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cogging:
+    """A torque that repeats with the motor's angle: ``periods`` per turn, its parts and its error [N m]."""
+
+    periods: int
+    cosine: float
+    sine: float
+    error: float
+
+    @property
+    def size(self) -> float:
+        """Amplitude [N m]."""
+        return float(np.hypot(self.cosine, self.sine))
+
+    @property
+    def words(self) -> str:
+        """What was taken out."""
+        return f"a torque that repeats {self.periods} times per turn of the motor is taken out"
+
+    def at(self, angle: Array) -> Array:
+        """What it takes to hold it, at angles [rad]."""
+        return self.cosine * np.cos(self.periods * angle) + self.sine * np.sin(self.periods * angle)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,7 +85,8 @@ class TwoSides:
 
     ``rates``: whether ``motor`` and ``load`` are speeds; ``pulley``: angle of the first pulley where a joint
     lies between it and the motor; ``share``: of the motor in the inertia before the spring; ``twisted``:
-    whether the angles show the spring's twist; ``slow``: speed below which its sign is not trusted.
+    whether the angles show the spring's twist; ``slow``: speed below which its sign is not trusted;
+    ``cogging``: what of the torque repeats with the motor's angle.
     """
 
     source: str
@@ -68,6 +100,7 @@ class TwoSides:
     twisted: bool = True
     saturated: NDArray[np.bool_] | None = None
     slow: float = SLOW
+    cogging: Cogging | None = None
 
     def later(self, lag: float) -> "TwoSides":
         """With the torque of the instants at which the angles were read, so late behind it [s].
@@ -136,6 +169,42 @@ class Solution:
         return float(self.fit.values[place]), float(self.halves[place])
 
 
+def cogging_of(sides: Sequence[TwoSides], load: Solution | None) -> Cogging | None:
+    """The torque that repeats with the motor's angle, if what the sum of torques leaves is mostly that."""
+    if any(one.rates for one in sides):
+        return None
+    found = [_repeating(sides, load, band) for band in _bands(sides)]
+    best = min((one for one in found if one is not None), key=lambda one: one[0], default=None)
+    return None if best is None else best[1]
+
+
+def _repeating(sides: Sequence[TwoSides], load: Solution | None, band: float) -> tuple[float, Cogging] | None:
+    """The strongest repeating torque at a bandwidth [Hz], after the share of the residual that it leaves."""
+    try:
+        kept = [(one, *_sum_columns(one, band, load)) for one in sides]
+        rows = [(one, c, _kept(one, quick, band, len(c))) for one, quick, c, _ in kept]
+    except InputRefused:
+        return None
+    plain = solve(suited_segments(joined([_factored(c[keep], SUM) for _, c, keep in rows])))
+    turn = np.zeros(BINS)
+    for one, c, keep in rows:
+        left = (c[:, -1] - c[:, :-1] @ plain.values)[keep]
+        place = np.floor(one.motor[keep] * (BINS / (2.0 * pi))).astype(int) % BINS
+        turn += np.bincount(place, left, BINS)
+    n = int(np.argmax(np.abs(np.fft.rfft(turn))[1 : MOST_PERIODS + 1])) + 1
+    parts = []
+    for one, c, keep in rows:
+        waves = [zero_phase(wave(n * one.motor), one.interval, band) for wave in (np.cos, np.sin)]
+        both = np.column_stack([c[:, :-1], *waves, c[:, -1]])
+        parts.append(_factored(both[keep], (*SUM, "cosine", "sine")))
+    fit = solve(suited_segments(joined(parts)))
+    cosine, sine = fit.values[-2:].tolist()
+    error = float(np.sqrt(np.linalg.eigvalsh(fit.covariance[-2:, -2:])[-1]))
+    made = Cogging(periods=n, cosine=cosine, sine=sine, error=error)
+    share = (fit.residual / plain.residual) ** 2 if plain.residual > 0.0 else 1.0
+    return (share, made) if share < REPEATS and made.size > REPEATS_SURE * error else None
+
+
 def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
     """Solve the load's own equation; None where no twist is measured or the load hardly moves."""
     if not all(one.twisted for one in sides):
@@ -149,11 +218,12 @@ def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
 def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solution, list[TwoSides], float]:
     """Solve the sum of torques, with the friction of the load that its own equation gave.
 
-    Returns the solution; the sides with their torque at the instants of the angles, for which it is; by how
-    much the angles are later than the torque as logged [s].
+    Returns the solution; the sides with their torque at the instants of the angles and their cogging, for
+    which it is; by how much the angles are later than the torque as logged [s].
     Raises `InputRefused` if too few samples can be used.
     """
-    sides, lag = list(sides), 0.0
+    cogging, lag = cogging_of(sides, load), 0.0
+    sides = [replace(one, cogging=cogging) for one in sides]
     for _ in range(2):  # the rate of the torque stands for its delay where that is small
         found = _narrowest(lambda one, band: _sum_rows(one, band, load), sides, SUM[:2])
         rest = found.of("lag")[0]
@@ -173,7 +243,7 @@ def _narrowest(
     """The solution at the bandwidth that bounds these parameters best."""
     found: list[Solution] = []
     refused = InputRefused(f"{sides[0].source}: noise alone is left of the motion: move the machine more")
-    for band in (band for band in BANDS if band <= max(0.1 / max(s.interval for s in sides), BANDS[0])):
+    for band in _bands(sides):
         try:
             one = _solved([rows(side, band) for side in sides], band)
         except InputRefused as refusal:
@@ -190,6 +260,11 @@ def _narrowest(
     places = [found[0].fit.names.index(name) for name in names]
     usual = np.median([np.abs(one.fit.values[places]) for one in found], axis=0)
     return min(found, key=lambda one: float(np.sum(one.halves[places] / np.maximum(usual, 1e-300))))
+
+
+def _bands(sides: Sequence[TwoSides]) -> list[float]:
+    """Bandwidths that the sample rates allow [Hz]."""
+    return [band for band in BANDS if band <= max(0.1 / max(one.interval for one in sides), BANDS[0])]
 
 
 def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
@@ -220,6 +295,12 @@ def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
 
 
 def _sum_rows(one: TwoSides, band: float, load: Solution | None) -> Rows:
+    quick, columns, noise = _sum_columns(one, band, load)
+    return _rows(one, quick, band, columns, SUM, noise)
+
+
+def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tuple[Array, ...], Array, Array]:
+    """Speeds by which rows are chosen; regressors and torque, (samples, 7); what noise adds, (7, 7)."""
     h = one.interval
     viscous, coulomb = (load.of("viscous")[0], load.of("coulomb")[0]) if load is not None else (0.0, 0.0)
     speed, rate = one.speed_and_rate(one.motor, band)
@@ -231,13 +312,14 @@ def _sum_rows(one: TwoSides, band: float, load: Solution | None) -> Rows:
     quick = one.quick(one.motor, band), one.quick(one.load, band)
     sign, own = (zero_phase(np.sign(q), h, band) for q in quick)
     behind = turned_rate + viscous * (turned - speed) + coulomb * (own - sign)
-    left = zero_phase(one.torque, h, band)
-    columns = [rate, behind, speed, sign, -np.ones(left.size), difference(left, h), left]
+    acting = zero_phase(one.torque, h, band)
+    left = acting if one.cogging is None else acting - zero_phase(one.cogging.at(one.motor), h, band)
+    columns = [rate, behind, speed, sign, -np.ones(left.size), difference(acting, h), left]
     noise = np.zeros((7, 7))
     rank = 1 if one.rates else 2
     noise[0, 0], noise[1, 1] = moved[rank], one.noise(one.load, band)[rank]
     noise[2, 2] = moved[rank - 1]
-    return _rows(one, quick, band, np.column_stack(columns), SUM, noise)
+    return quick, np.column_stack(columns), noise
 
 
 def _load_rows(one: TwoSides, band: float) -> Rows:
@@ -258,18 +340,37 @@ def _load_rows(one: TwoSides, band: float) -> Rows:
 def _rows(
     one: TwoSides, quick: tuple[Array, ...], band: float, columns: Array, names: tuple[str, ...], noise: Array
 ) -> Rows:
-    """Rows away from the ends, from standstill and from saturation, thinned to what the filter leaves."""
+    keep = _kept(one, quick, band, len(columns))
+    samples = int(keep.sum()) * _step(one, band)
+    return Rows(
+        factors=_factored(columns[keep], names),
+        noise=noise,
+        seconds=samples * one.interval,
+        share=samples / len(columns),
+    )
+
+
+def _factored(columns: Array, names: tuple[str, ...]) -> Factors:
+    """Regressors with their left side last, in segments."""
+    return factor(columns[:, :-1], columns[:, -1], names, max(12, min(SEGMENTS, len(columns) // 20)))
+
+
+def _step(one: TwoSides, band: float) -> int:
+    """Samples from row to row, as many as the filter leaves alike."""
+    return max(1, int(0.02 / (band * one.interval)))
+
+
+def _kept(one: TwoSides, quick: tuple[Array, ...], band: float, count: int) -> NDArray[np.bool_]:
+    """Rows away from the ends, from standstill and from saturation, thinned; refused if they are few."""
     h = one.interval
     reach = np.ones(max(3, int(0.5 / (band * h))))
     keep = np.convolve(np.min(np.abs(quick), axis=0) < one.slow, reach, "same") <= 0.5
     if one.saturated is not None:
         keep &= np.convolve(one.saturated, reach, "same") <= 0.5
-    step, edge = max(1, int(0.02 / (band * h))), int(2.0 / (band * h))
-    keep &= np.arange(len(columns)) % step == 0
-    keep[:edge] = keep[max(len(columns) - edge, 0) :] = False
-    count = int(keep.sum())
-    if count < FEWEST_ROWS:
+    edge = int(2.0 / (band * h))
+    keep &= np.arange(count) % _step(one, band) == 0
+    keep[:edge] = keep[max(count - edge, 0) :] = False
+    if (kept := int(keep.sum())) < FEWEST_ROWS:
         why = "little rotation, or saturated torque"
-        raise InputRefused(f"{one.source}: {count} samples can be used ({why}): record again, move it more")
-    factors = factor(columns[keep, :-1], columns[keep, -1], names, max(12, min(SEGMENTS, count // 20)))
-    return Rows(factors=factors, noise=noise, seconds=count * step * h, share=count * step / len(columns))
+        raise InputRefused(f"{one.source}: {kept} samples can be used ({why}): record again, move it more")
+    return np.asarray(keep)

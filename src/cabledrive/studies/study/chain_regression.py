@@ -23,6 +23,7 @@ from cabledrive.identification.regression import (
 )
 from cabledrive.identification.two_sides import (
     SIGN_BANDS,
+    Cogging,
     Solution,
     TwoSides,
     load_equation,
@@ -171,6 +172,7 @@ class RegressionResult:
     # its torque from the sample at which it is logged. It is taken out before anything else is solved
     lag: float
     kept: float  # share of the samples that could be used
+    cogging: Cogging | None  # what of the torque repeats with the motor's angle, taken out as well
 
 
 def whole_drive(log: Log) -> bool:
@@ -238,12 +240,15 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         residual_torque=float(middle.residual),
         lag=lag,
         kept=solution.kept,
+        cogging=sides[0].cogging,
     )
 
 
-def with_torque_at(log: Log, lag: float) -> Log:
-    """A log whose torque is that of the instants at which its angles were read; ``lag`` [s]."""
-    torque = np.interp(log.time - lag, log.time, log.channel("torque"))
+def explained(log: Log, result: RegressionResult) -> Log:
+    """A log whose torque is that of the instants at which its angles were read, less what cogging takes."""
+    torque = np.interp(log.time - result.lag, log.time, log.channel("torque"))
+    if result.cogging is not None:
+        torque -= result.cogging.at(log.channel("angle"))
     return replace(log, channels={**log.channels, "torque": torque})
 
 

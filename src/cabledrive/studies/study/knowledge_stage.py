@@ -9,19 +9,26 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.disturbances import control_delay, current_rate
-from cabledrive.studies.study.chain_regression import identify_chain, whole_drive, with_torque_at
+from cabledrive.studies.study.chain_regression import explained, identify_chain, whole_drive
 from cabledrive.studies.study.log_replay import LogFinding, Replay, coarser_encoders, encoder_findings, replay
 from cabledrive.studies.study.machine import (
     FRICTIONS,
     GOAL,
     LOAD_FRICTIONS,
     LOG,
+    UNITS,
     WORDS,
     Quantity,
     by_datasheet,
     drive_with,
 )
-from cabledrive.studies.study.sampled_plants import Correlation, among, of_an_axis, sampled_plant
+from cabledrive.studies.study.sampled_plants import (
+    TWO_SIDED_95,
+    Correlation,
+    among,
+    of_an_axis,
+    sampled_plant,
+)
 
 UNLISTED = (*LOAD_FRICTIONS, "backlash")
 """What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""
@@ -128,10 +135,20 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         "eccentricity": SEEN * fresh["eccentricity"].high,
     }
     fresh |= {name: replace(fresh[name], high=min(most, fresh[name].high)) for name, most in limits.items()}
+    repeats = ""
+    if (cogging := result.cogging) is not None:  # the other ripple that the log leaves is its uncertainty
+        half = TWO_SIDED_95 * cogging.error + fresh["ripple_torque"].high
+        one = replace(fresh["ripple_torque"], value=cogging.size, source=LOG)
+        fresh["ripple_torque"] = replace(one, low=max(cogging.size - half, 0.0), high=cogging.size + half)
+        order = float(cogging.periods)
+        fresh["ripple_order"] = replace(
+            one, name="ripple_order", unit=UNITS["ripple_order"], value=order, low=order, high=order
+        )
+        repeats = f"; {cogging.words}"
     machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
     correlations = among(result.correlations, fresh)
     likely = [drive_with(drive, sampled_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
-    replays = tuple(replay(with_torque_at(log, result.lag), machine, likely=likely) for log in logs)
+    replays = tuple(replay(explained(log, result), machine, likely=likely) for log in logs)
     late, beyond = _late(result.lag, drive, max(log.interval for log in logs))
     findings = _against_the_datasheet(fresh, known) + late
     return Knowledge(
@@ -147,7 +164,7 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         replays=replays,
         residual=result.residual,
         method="sum of torques, equation of the load and twist of the joint; "
-        f"{100 * result.kept:.0f} % of the samples could be used",
+        f"{100 * result.kept:.0f} % of the samples could be used{repeats}",
         correlations=correlations,
         late=beyond,
     )
@@ -240,14 +257,14 @@ def with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
 
 def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity]) -> tuple[LogFinding, ...]:
     found = []
-    for name, quantity in fresh.items():
-        sheet = known[name]
+    for name, sheet in known.items():
+        quantity = fresh[name]
         if quantity.source == LOG and (quantity.low > sheet.high or quantity.high < sheet.low):
             words = (
                 f"{WORDS[name]}: {quantity.value:.4g} {quantity.unit} from the log, outside the data-sheet "
                 f"interval {sheet.low:.4g} to {sheet.high:.4g} {quantity.unit}"
             )
-            guess, value, unit = name in FRICTIONS, quantity.value, quantity.unit
+            guess, value, unit = name in (*FRICTIONS, "ripple_torque"), quantity.value, quantity.unit
             words += "; it replaces the data-sheet value" if guess else ""
             limit = sheet.high if quantity.low > sheet.high else sheet.low
             found.append(

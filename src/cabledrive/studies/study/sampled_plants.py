@@ -230,6 +230,7 @@ def sampled_plant(
     values = sampled_values(quantities, generator, correlations)
     phases = generator.uniform(-0.5, 0.5, encoders)
     if "ripple_torque" in values:
-        values["ripple_order"] = float(generator.uniform(*RIPPLE_ORDERS))
+        order = float(generator.uniform(*RIPPLE_ORDERS))
+        values.setdefault("ripple_order", order)
         values["ripple_phase"] = float(generator.uniform(0.0, 2.0 * np.pi))
     return values, phases
