@@ -11,11 +11,16 @@ import numpy as np
 
 from cabledrive.identification.camera.clip import levels_of, spots_of
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass, zero_phase
-from cabledrive.identification.frequency_response import response_by_segments
 from cabledrive.identification.log_response import compensated_torque
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.one_log import IdentifyOptions, identify
+from cabledrive.identification.signals import (
+    causal_filter,
+    difference,
+    ideal_low_pass,
+    response_by_segments,
+    zero_phase,
+)
 from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import load_drive
 from cabledrive.parameters.arrays import Array, Complex

@@ -1,9 +1,9 @@
-"""What cabledrive.identification.axis.kernels adds to the observer of a rigid axis."""
+"""What cabledrive.identification.axis.equation adds to the observer of a rigid axis."""
 
 import numpy as np
 import pytest
 
-from cabledrive.identification.axis.kernels import SPARE, answers, loosen, observe, one_sample, shadow
+from cabledrive.identification.axis.equation import SPARE, answers, loosen, observe, one_sample, shadow
 
 pytestmark = pytest.mark.kernel
 H = 1e-3

@@ -7,8 +7,8 @@ import pytest
 
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.axis.check import INNOVATIONS
+from cabledrive.identification.axis.equation import observe, shadow
 from cabledrive.identification.axis.faults import evidence_by_innovations
-from cabledrive.identification.axis.kernels import observe, shadow
 from cabledrive.identification.axis.observer import observer_gains
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
@@ -45,7 +45,7 @@ def sticking_torque(size=3000):
 
 @pytest.mark.kernel
 def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
-    """cabledrive.identification.axis.kernels: no innovation without noise, to round-off."""
+    """cabledrive.identification.axis.equation: no innovation without noise, to round-off."""
     torque = sticking_torque()
     angle, out = free_motion(torque), np.empty((5, torque.size))
     observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), STEP, out)

@@ -7,11 +7,6 @@ import pytest
 from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
 
 from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
-from cabledrive.identification.filters import difference
-from cabledrive.identification.frequency_response import (
-    FrequencyResponse,
-    response_by_segments,
-)
 from cabledrive.identification.planning import (
     AxisGuess,
     Instruments,
@@ -30,6 +25,11 @@ from cabledrive.identification.response_models import (
     fit_amplifier,
     fit_response,
     identify_amplifier,
+)
+from cabledrive.identification.signals import (
+    FrequencyResponse,
+    difference,
+    response_by_segments,
 )
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response

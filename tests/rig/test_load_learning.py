@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cabledrive.control.iterative_learning import lifted, repetition_learning, torque_along
+from cabledrive.control.load_torque import lifted, repetition_learning, torque_along
 from cabledrive.control.numbers import GAIN
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, track

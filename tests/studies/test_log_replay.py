@@ -17,7 +17,7 @@ from cabledrive.studies.study.controller_stage import law_of
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know, known_drive, usable_log
 from cabledrive.studies.study.log_replay import TUNING, innovations
-from cabledrive.studies.study.results_file import results_of
+from cabledrive.studies.study.pipeline import results_of
 from cabledrive.studies.study.sampled_plants import joined_loop
 from study_drives import drive_of, log_with
 from true_plants import errors, log_text, truth_of

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.regression import Fit
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import model_quality
@@ -21,8 +21,7 @@ from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
-from cabledrive.studies.study.pipeline import StudyResult
-from cabledrive.studies.study.results_file import results_of
+from cabledrive.studies.study.pipeline import StudyResult, results_of
 from cabledrive.studies.study.sampled_plants import (
     joined_loop,
     make_law,

@@ -87,7 +87,7 @@ STUDY = {
 
 def _study(row: Row) -> Mapping[str, Any]:
     from cabledrive.studies.study import Goals, run_study
-    from cabledrive.studies.study.results_file import results_of
+    from cabledrive.studies.study.pipeline import results_of
 
     given: dict[str, Any] = dict(row.goals) | {"seed": row.seed}
     if row.options.get("quick", True):
@@ -114,7 +114,7 @@ KINDS = {
         outputs=lambda options: declared(STUDY),
         default=("verdict", "headline", "chosen_controller", "reached_error_deg", "confidence"),
         one=_study,
-        modules=("cabledrive.studies.study.results_file",),
+        modules=("cabledrive.studies.study.pipeline",),
         options={"quick": FLAG},
         long=True,
     ),

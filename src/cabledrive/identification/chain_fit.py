@@ -21,8 +21,8 @@ import numpy as np
 from scipy import optimize, stats
 
 from cabledrive.identification.chain_model import ChainModel, Record
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.regression import factor, joined, solve, suited_segments
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
 from cabledrive.identification.logs.column_map import Column, ColumnMap, recognise
 from cabledrive.identification.logs.log import Log, Table
 from cabledrive.identification.logs.reading import open_log, open_table, read_log
+from cabledrive.identification.signals import FrequencyResponse, difference, response_by_segments, zero_phase
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.fields import LARGEST

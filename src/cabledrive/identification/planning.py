@@ -19,8 +19,8 @@ import numpy as np
 from scipy import signal
 
 from cabledrive.identification.axis.equation import AxisEquation
-from cabledrive.identification.filters import butterworth, difference
 from cabledrive.identification.response_models import PARAMETERS, chain_for
+from cabledrive.identification.signals import butterworth, difference
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.reduction.autoparametric import autoparametric_model

@@ -25,9 +25,9 @@ import numpy as np
 from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Estimate
-from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import FEWEST_SEGMENTS, factor, solve
+from cabledrive.identification.signals import FrequencyResponse, response_by_segments
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response

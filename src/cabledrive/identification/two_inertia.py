@@ -15,9 +15,9 @@ import numpy as np
 from cabledrive.identification.chain_fit import ChainFit, excited_to, fit_from_many_starts, fit_of, starts_for
 from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
 from cabledrive.identification.estimates import Estimate, Finding, Identification
-from cabledrive.identification.filters import difference
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import readable, unidentifiable_parameters
+from cabledrive.identification.signals import difference
 from cabledrive.identification.two_sides import LOAD, SUM, Solution, TwoSides, load_equation, sum_equation
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array

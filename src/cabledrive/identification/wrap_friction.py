@@ -23,9 +23,9 @@ from scipy import stats
 
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.estimates import Estimate, Identification
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Fit, by_label, only, solve
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 

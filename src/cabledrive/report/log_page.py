@@ -10,9 +10,9 @@ import numpy as np
 from cabledrive.identification.axis.against import RegressorCurves, regressor_curves
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.frequency_response import response_by_segments
 from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.signals import response_by_segments
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.report.blocks import (

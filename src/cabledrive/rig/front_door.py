@@ -23,8 +23,7 @@ from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
 from cabledrive.rig.ranked import BEST, best_controller, best_words
-from cabledrive.rig.run_limits import check_run
-from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Disturbance, Motion, RigOptions
+from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Disturbance, Motion, RigOptions, check_run
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.rig.trial import (
     check_clock,

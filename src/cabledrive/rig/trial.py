@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.iterative_learning import (
+from cabledrive.control.load_torque import (
     RepetitionLearning,
     lifted,
     repetition_learning,

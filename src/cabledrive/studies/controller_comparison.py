@@ -23,8 +23,7 @@ from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import Disturbances, load_disturbances, share_low, standard_disturbances
 from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
 from cabledrive.rig.run_facts import motion_words
-from cabledrive.rig.run_limits import check_run
-from cabledrive.rig.setting import DEGREE, Motion
+from cabledrive.rig.setting import DEGREE, Motion, check_run
 from cabledrive.rig.trial import check_motion
 from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
 from cabledrive.studies.study.stage_cache import Made, StageCache

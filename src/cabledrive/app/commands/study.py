@@ -105,8 +105,7 @@ def _without_chain(drive: RoutedDrive, why: str, logs: int, folder: Path, asked:
     """Modes, internal resonance and margins of a machine, with its page."""
     from cabledrive.parameters.drive_file import drive_text
     from cabledrive.report.writing import report_html
-    from cabledrive.studies.study.pipeline import study_without_chain
-    from cabledrive.studies.study.results_file import DRIVE, REPORT, finish
+    from cabledrive.studies.study.pipeline import DRIVE, REPORT, finish, study_without_chain
 
     results = study_without_chain(drive, why, logs)
     note("report")
@@ -127,7 +126,7 @@ def _studied(
 ) -> dict[str, Any]:
     from cabledrive.report.study_page import study_html
     from cabledrive.studies.study import run_study
-    from cabledrive.studies.study.results_file import write_files
+    from cabledrive.studies.study.pipeline import write_files
     from cabledrive.studies.study.stage_cache import sweep
 
     sweep(folder)

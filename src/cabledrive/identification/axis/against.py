@@ -11,8 +11,8 @@ from cabledrive.identification.axis.equation import direction_of
 from cabledrive.identification.axis.observer import observed
 from cabledrive.identification.axis.simulated import case_of
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from cabledrive.identification.axis.equation import LAG, AxisEquation, FrictionModel, settling
 from cabledrive.identification.estimates import Estimate, Finding, Identification, unit_of
-from cabledrive.identification.filters import chosen_bandwidth
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import (
     Factors,
@@ -25,6 +24,7 @@ from cabledrive.identification.regression import (
     weak_parameters,
     weak_words,
 )
+from cabledrive.identification.signals import chosen_bandwidth
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 

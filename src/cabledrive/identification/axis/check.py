@@ -20,8 +20,8 @@ from cabledrive.identification.axis.observer import Prediction, period_of
 from cabledrive.identification.axis.simulated import refined
 from cabledrive.identification.axis.timing import TorqueTiming
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array, Complex
 

@@ -21,7 +21,7 @@ import numpy as np
 from scipy import signal, stats
 
 from cabledrive.identification.axis.axis import BASE, Axis, values_of
-from cabledrive.identification.axis.kernels import loosen
+from cabledrive.identification.axis.equation import loosen
 from cabledrive.identification.axis.observer import (
     HELD_DOUBT,
     HOLD,

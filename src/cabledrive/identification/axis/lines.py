@@ -30,8 +30,8 @@ from cabledrive.identification.axis.faults import (
 )
 from cabledrive.identification.axis.simulated import Case, case_of, refined, weighed_cases
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.regression import MOST_SEGMENTS, Factors, only, solve, suited_segments
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 

@@ -20,10 +20,8 @@ from scipy import fft, signal
 from scipy.linalg import solve_discrete_lyapunov, solve_toeplitz
 
 from cabledrive.identification.axis.axis import BASE, Axis
-from cabledrive.identification.axis.equation import settling
-from cabledrive.identification.axis.kernels import answers, observe, shadow
+from cabledrive.identification.axis.equation import answers, observe, settling, shadow
 from cabledrive.identification.axis.timing import spectral_lines
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.regression import (
     FEWEST_SEGMENTS,
     MOST_SEGMENTS,
@@ -35,6 +33,7 @@ from cabledrive.identification.regression import (
     solve,
     suited_segments,
 )
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 

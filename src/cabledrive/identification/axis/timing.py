@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from cabledrive.identification.axis.axis import Axis, Rows, stacked
-from cabledrive.identification.filters import difference
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, solve, suited_segments
+from cabledrive.identification.signals import difference
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 

@@ -16,9 +16,9 @@ from math import hypot, pi, sqrt
 import numpy as np
 from scipy import stats
 
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.time_check import quantum_of
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from cabledrive.identification.frequency_response import FrequencyResponse
+from cabledrive.identification.signals import FrequencyResponse
 from cabledrive.modal import Modes
 from cabledrive.parameters.arrays import Array
 from cabledrive.report.picture import (

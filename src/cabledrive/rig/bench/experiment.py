@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.planning import (
     WEAK,
@@ -26,6 +25,7 @@ from cabledrive.identification.planning import (
     sum_of_sines,
 )
 from cabledrive.identification.response_models import PARAMETERS
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
@@ -35,7 +35,7 @@ from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_o
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.bench.virtual_rig import VirtualRig, rig_of, run_rig
-from cabledrive.rig.run_limits import check_excitation
+from cabledrive.rig.setting import check_excitation
 
 CHANNEL = "load_cell_force"
 SPEED_BANDWIDTH = 40.0

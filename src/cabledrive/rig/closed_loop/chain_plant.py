@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.flank_torque import FlankLaw, first_memory
 from cabledrive.control.numbers import KALMAN
+from cabledrive.control.observer_kernels import FlankLaw, first_memory
 from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space

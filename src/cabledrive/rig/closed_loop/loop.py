@@ -5,8 +5,8 @@ from math import inf
 
 import numpy as np
 
-from cabledrive.control.flank_torque import FlankLaw
 from cabledrive.control.numbers import ObserverNumbers
+from cabledrive.control.observer_kernels import FlankLaw
 from cabledrive.control.observers import Sampling
 from cabledrive.control.own_controller import is_compiled
 from cabledrive.mechanics.compiled import why_plain

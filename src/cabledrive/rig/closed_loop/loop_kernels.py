@@ -16,8 +16,8 @@ from cabledrive.control.controller_kernels import (
     path_row,
     target_step,
 )
-from cabledrive.control.flank_torque import COMMANDS, FlankLaw, preload_step
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
+from cabledrive.control.observer_kernels import COMMANDS, FlankLaw, preload_step
 from cabledrive.control.reference import ReferenceNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.rig.closed_loop.chain_kernels import (

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import (
     Factors,
@@ -21,6 +20,7 @@ from cabledrive.identification.regression import (
     unidentifiable_words,
     weak_words,
 )
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.identification.two_sides import (
     SIGN_BANDS,
     Cogging,

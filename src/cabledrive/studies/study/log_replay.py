@@ -20,8 +20,8 @@ from scipy import signal, stats
 from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
-from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.signals import zero_phase
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
