@@ -15,7 +15,6 @@ from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions, track
 from cabledrive.rig.carriage import CarriageMove, move_carriage
 from cabledrive.rig.closed_loop.loop import close_loop
-from cabledrive.rig.front_door import track_two_motors
 from cabledrive.rig.laws.controller_file import controller_numbers
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import LOAD_LEARNING as LEARNING
@@ -98,14 +97,15 @@ RUNS = [
       {"gust": 3.0, "least_tension": 3.0, "motion": BodyMotion()}.items()),
 ]  # fmt: skip
 WINCHES = [
+    row(lambda: track(CAMERA, motion=BodyMotion(moves={"camera.z": 1.0})), "coordinate", "camera.z"),
+    row(lambda: track(CAMERA, bandwidth=9.0), "bandwidth", "9"),
+    row(lambda: track(CAMERA, motion=BodyMotion(moves={"camera.y": 4.9})), "move"),
     row(
-        lambda: track_two_motors(CAMERA, motion=BodyMotion(moves={"camera.z": 1.0})), "coordinate", "camera.z"
-    ),
-    row(lambda: track_two_motors(CAMERA, bandwidth=9.0), "bandwidth", "9"),
-    row(lambda: track_two_motors(CAMERA, motion=BodyMotion(moves={"camera.y": 4.9})), "move"),
-    row(
-        lambda: track_two_motors(
-            CAMERA, disturbances=(Disturbance(on="camera.x", torque=1.0, start=900.0, end=901.0),)
+        lambda: track(
+            CAMERA,
+            options=RigOptions(
+                disturbances=(Disturbance(on="camera.x", torque=1.0, start=900.0, end=901.0),)
+            ),
         ),
         *("start earlier", "900"),
     ),

@@ -10,8 +10,7 @@ import cabledrive as cd
 from cabledrive.control.tension_position import first_state, step
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
-from cabledrive.rig import BodyMotion, Disturbance, RigOptions
-from cabledrive.rig.front_door import track_two_motors
+from cabledrive.rig import BodyMotion, Disturbance, RigOptions, track
 from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.two_motors.plan import design_tensions, plan_motion
 from cabledrive.rig.two_motors.run import (
@@ -219,7 +218,7 @@ def test_the_bound_of_the_position_is_never_left_without_a_named_assumption(coun
 
 def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
     """The lines would have to push: -2059 N asked for."""
-    found = track_two_motors(CAMERA, motion=BodyMotion(moves={"camera.y": -3.0}, rise=0.9))
+    found = track(CAMERA, motion=BodyMotion(moves={"camera.y": -3.0}, rise=0.9))
     said = found.summary
     assert said["motion"]["used"] > 2.0
     assert said["reshaped_fraction"] > 0.1
@@ -228,7 +227,7 @@ def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
     assert said["within_bound"] is None
     assert "longer rise" in said["broken_assumptions"][0]
     assert said["peak_error_mm"] > 100.0
-    gentle = track_two_motors(CAMERA, motion=BodyMotion(moves={"camera.y": -3.0})).summary
+    gentle = track(CAMERA, motion=BodyMotion(moves={"camera.y": -3.0})).summary
     assert gentle["motion"]["used"] <= 0.81
     assert gentle["reshaped_fraction"] < 0.01
     assert gentle["peak_error_mm"] < 10.0

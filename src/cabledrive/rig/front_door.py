@@ -23,7 +23,7 @@ from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
 from cabledrive.rig.ranked import BEST, best_controller, best_words
-from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Disturbance, Motion, RigOptions, check_run
+from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions, check_run
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.rig.trial import (
     check_clock,
@@ -150,23 +150,22 @@ def track(
     InputRefused
         If a name is unknown, data are missing, or the motion exceeds what the drive can do.
     """
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if isinstance(drive, RoutedDrive) and axis is None and is_winched(drive):
         others = (plant, gains, adapt, feedforward, repeat)
         _refuse_pulses(controller, motion, options or RigOptions(), dict(zip(PULSES, others, strict=True)))
         if isinstance(plant_drive, Drive):
             raise InputRefused("plant_drive has no winches: give the same machine with other figures")
         assert not isinstance(motion, Motion)
-        return track_two_motors(
-            drive,
-            motion=motion,
-            least_tension=least_tension,
-            gust=gust,
-            bandwidth=bandwidth,
-            disturbances=() if options is None else options.disturbances,
-            plant_drive=plant_drive,
-            seed=seed,
-            draws=draws,
-        )
+        machine, motion = winched_machine(drive), motion or BodyMotion()
+        tensions = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
+        setup = plan_motion(machine, tensions, way_of(machine, motion.moves), motion)
+        numbers = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
+        force, rng = forces_of(setup, options.disturbances if options else ()), np.random.default_rng(seed)
+        ended = run_plant(setup, numbers, force, rng)
+        drawn = run_samples(setup, draws, rng) if draws else None
+        return summarize_winches(setup, numbers, ended, force, seed=seed, drawn=drawn)
     for name, value in (("least_tension", least_tension), ("gust", gust)):
         if value is not None:
             raise InputRefused(f"{name} is for a body between two winches: this drive has none: leave it out")
@@ -182,8 +181,6 @@ def track(
     actual = plant_drive or drive
     if isinstance(actual, AxisDrive) and not options.forbid_slack:
         raise InputRefused("a lumped chain of routes ends where a span goes slack: leave --tension-only out")
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if gains not in GAINS:
         raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
     file = read_controller(controller) if is_controller_path(controller) else None
@@ -295,28 +292,3 @@ def _refuse_pulses(
             raise InputRefused(
                 f"{name} is for pulses of a load pulley: two winches move a body: leave it out"
             )
-
-
-def track_two_motors(
-    drive: RoutedDrive,
-    *,
-    motion: BodyMotion | None = None,
-    least_tension: float | None = None,
-    gust: float | None = None,
-    bandwidth: float | None = None,
-    disturbances: tuple[Disturbance, ...] = (),
-    plant_drive: RoutedDrive | None = None,
-    seed: int = 0,
-    draws: int = 0,
-) -> TwoMotorTracking:
-    """Move a body that two motors hold between them and keep both lines tight; arguments as of `track`."""
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
-    machine, motion = winched_machine(drive), motion or BodyMotion()
-    design = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
-    setup = plan_motion(machine, design, way_of(machine, motion.moves), motion)
-    actual = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
-    force, rng = forces_of(setup, disturbances), np.random.default_rng(seed)
-    done = run_plant(setup, actual, force, rng)
-    drawn = run_samples(setup, draws, rng) if draws else None
-    return summarize_winches(setup, actual, done, force, seed=seed, drawn=drawn)

@@ -241,7 +241,7 @@ def _laws(
             law, blocks = Made(tuned_again, (replace(tuning, seconds=0.0), *asked[:2])), []
             for first in range(0, draws, BLOCK):
                 last, stage = min(first + BLOCK, draws), f"runs-{name}-{first:05d}"
-                blocks.append(cache.staged(stage, runs_of, law, *asked, seed, first, last))
+                blocks.append(cache.staged(stage, runs_of, law, *asked, seed, (first, last)))
                 progress(f"{name}: {last} of {draws} plants", (last - first) / draws)
             scores = reduce(Scores.joined, blocks)
         yield ComparedLaw(tuning=tuning, scores=scores, learns=asked[1].pulses > 1 and name in LEARNS)
@@ -258,14 +258,10 @@ def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbance
         why = f"{name}: no bandwidth keeps a disk margin of {LEAST_DISK:g} and a torque ripple of "
         reason = f"{why}{ripple_limit(spec):.3g} N m"
         return TuningRecord(name=name, seconds=found.seconds, reason=reason)
-    limits: dict[str, Any] = {key: getattr(found.margins, key) for key in ("disk", "gain", "phase", "ripple")}
-    limits = {key: value if np.isfinite(value) else None for key, value in limits.items()}
+    limits = {key: float(getattr(found.margins, key)) for key in ("disk", "gain", "phase", "ripple")}
+    kept: dict[str, Any] = {key: value if np.isfinite(value) else None for key, value in limits.items()}
     return TuningRecord(
-        name=name,
-        bandwidth=found.bandwidth,
-        filter=found.filter,
-        seconds=found.seconds,
-        **limits,
+        name=name, bandwidth=found.bandwidth, filter=found.filter, seconds=found.seconds, **kept
     )
 
 
@@ -277,17 +273,10 @@ def tuned_again(record: TuningRecord, drive: Drive, motion: Motion) -> TunedLaw:
 
 
 def runs_of(
-    law: TunedLaw,
-    drive: Drive,
-    motion: Motion,
-    disturbances: Disturbances,
-    seed: int,
-    first: int,
-    last: int,
+    law: TunedLaw, drive: Drive, motion: Motion, asked: Disturbances, seed: int, block: tuple[int, int]
 ) -> Scores:
-    """A tuned law on the plants of some draws."""
-    spec = DesignSpec(drive, motion, options=COMPARED)
-    return scored(law, spec, disturbances, seed, range(first, last))
+    """A tuned law on the plants of a block of draws, its first and the one after its last."""
+    return scored(law, DesignSpec(drive, motion, options=COMPARED), asked, seed, range(*block))
 
 
 def _summary(
