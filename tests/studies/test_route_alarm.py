@@ -17,10 +17,9 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.sagging_model import BAND, longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import static_state, static_strain
 from cabledrive.reduction.threshold import mode_thresholds
-from cabledrive.studies.alarm import alarm
+from cabledrive.studies.alarm import Runs, alarm, growth_along, route_alarm
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, coupled_pairs
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
-from cabledrive.studies.route_alarm import Runs, growth_along, route_alarm
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.route_path import RoutePath
 from cabledrive.studies.route_snapshot import Snapshot

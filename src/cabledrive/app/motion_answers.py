@@ -15,12 +15,11 @@ from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.data import figures_table
 from cabledrive.report.machine.tables import margins_tables, pairs_table
 from cabledrive.report.typesetting import quantity
-from cabledrive.studies.alarm import AlarmResult
+from cabledrive.studies.alarm import AlarmResult, route_alarm
 from cabledrive.studies.motion_margins import TEETH, MotionMargins, PulleyMargin, motion_margins
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION
-from cabledrive.studies.route_alarm import route_alarm
 from cabledrive.studies.route_pairs import RoutePair, RouteResonance, route_resonance
 from cabledrive.studies.route_path import Passage
 

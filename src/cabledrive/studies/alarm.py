@@ -5,34 +5,38 @@ planes of every free stretch, is integrated along the motion by Eq. (A.36): from
 excitation through sag, and with a floor below which no mode falls, which shows parametric excitation of one
 mode (1:2) and of two (sum type). Small changes of the transverse frequencies and of the torque say how sure
 the verdict is.
+
+With routes the longitudinal modes of the machine follow the motors' torque; their tension excites the
+transverse modes of all spans, at 1:2 and by sum type, Eq. (N.11), while bodies move and the modes change with
+them. Not included, and said in the result: back-action of the strings on the tension, excitation through sag,
+dry friction.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 
+from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
+from cabledrive.studies.route_path import Passage, RoutePath, passages_of, path_of
 
 SAFE, DANGEROUS, UNKNOWN = "safe", "dangerous", "unknown"
 NONE, DIRECT, PARAMETRIC = "none", "direct", "parametric"
-
 DETUNING = 0.002
 """Relative change of the transverse frequencies against which a verdict must hold."""
-
 MORE_TORQUE = 1.05
 """Factor on the torque against which a verdict must hold."""
-
 MORE_FLOOR = 1.5
 """Factor on the floor against which a verdict must hold: the phase that grows is not known."""
-
 MARGIN = 1.15
 """Factor on the displacement: what the model may be wrong by."""
-
 STEEPEST = 0.12
 """Largest slope of the sag for which the model's expansion about the straight span holds."""
 
@@ -91,80 +95,107 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
         raise NotComputed(
             "the vibration along the planned motion diverges: plan a smaller or a slower motion"
         )
-    tension = min(driven.tension, grown.tension)
-    slack = tension < 0.0
-    doubts = _doubts(prepared, slack)
-    verdict = verdict_of(largest, changed, limit, doubts)
     model = prepared.models[0]
     rows = [
-        (r, j, (part.span, part.ends, plane, number), float(omega))
+        (r, j, (part.span, part.ends, plane, number))
         for r, (part, plane) in enumerate(zip(model.stretches, model.planes, strict=True))
-        for j, (number, omega) in enumerate(zip(part.numbers, part.omega, strict=True))
+        for j, number in enumerate(part.numbers)
     ]
+    omega = np.array([model.stretches[r].omega[j] for r, j, _ in rows])
     place = tuple(np.array([row[:2] for row in rows]).T)
     runs = prepared.response(parametric=False), driven, grown
-    amplitude = np.array([run.amplitude[place] for run in runs])
-    time = np.array([run.time[place] for run in runs])
-    modes = mode_alarms([(*words, omega) for _, _, words, omega in rows], amplitude, time, floor)
+    amplitude, time = (np.array([getattr(run, of)[place] for run in runs]) for of in ("amplitude", "time"))
     return AlarmResult(
-        verdict=verdict,
-        floor=floor,
-        limit=limit,
-        largest_transverse=largest,
-        changed=changed,
-        modes=modes,
-        lowest_tension=tension if np.isfinite(tension) else None,
-        slack=slack,
-        reasons=(size_words(largest, limit) + change_words(verdict, changed, limit), *doubts),
+        **_answer(
+            (largest, changed, min(driven.tension, grown.tension)),
+            (floor, limit),
+            mode_alarms([row[2] for row in rows], omega, amplitude, time, floor),
+            _doubts(prepared),
+            "the {} span",
+        ),
         assumptions=_assumptions(drive, motion),
-        remedy=remedy_of(verdict, modes, "the {} span"),
     )
 
 
-def mode_alarms(
-    modes: Sequence[tuple[str, tuple[float, float], str, int, float]],
-    amplitude: Array,
-    time: Array,
-    floor: float,
-) -> tuple[ModeAlarm, ...]:
-    """What happens to each mode, the largest first.
+def _answer(
+    found: tuple[float, float, float],
+    allowed: tuple[float, float],
+    modes: tuple[ModeAlarm, ...],
+    doubts: Sequence[str],
+    place: str,
+    more: str = "",
+) -> dict[str, Any]:
+    """Verdict, reasons and remedy with what they follow from.
 
-    ``modes``: span, its ends, plane, number, frequency [rad/s]; ``amplitude``, ``time``, shape (3, modes):
-    without parametric excitation, by the motion alone, from the floor [m], [s].
+    ``found``: largest displacement, its estimate under changes [m], lowest tension [N]; ``allowed``: floor
+    and limit [m]; ``place``: how a span is named, such as "the {} span"; ``more``: said of the displacement.
+    """
+    (largest, changed, tension), (floor, limit) = found, allowed
+    if tension < 0.0:
+        doubts = ["a span goes slack along the motion; the model is not valid from there on", *doubts]
+    verdict = DANGEROUS if largest > limit else UNKNOWN if changed > limit or doubts else SAFE
+    if not more and verdict == UNKNOWN and changed > limit:
+        more = (
+            f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
+            f"{MORE_TORQUE - 1.0:.0%} takes it to an estimated {1e3 * changed:.4g} mm"
+        )
+    size = f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
+    return {
+        "verdict": verdict,
+        "floor": floor,
+        "limit": limit,
+        "largest_transverse": largest,
+        "changed": changed,
+        "modes": modes,
+        "lowest_tension": tension if np.isfinite(tension) else None,
+        "slack": tension < 0.0,
+        "reasons": (size + more, *doubts),
+        "remedy": remedy_of(verdict, modes, place),
+    }
+
+
+Mode = tuple[str, tuple[float, float], str, int]
+"""Span, its ends [m], plane and number of a transverse mode."""
+
+
+def mode_alarms(
+    modes: Sequence[Mode], omega: Array, amplitude: Array, time: Array, floor: float
+) -> tuple[ModeAlarm, ...]:
+    """What happens to each mode of frequency ``omega`` [rad/s], the largest first.
+
+    ``amplitude``, ``time``, shape (3, modes): without parametric excitation, by the motion alone, from the
+    ``floor`` [m], [s].
     """
     found = []
-    for mode, (shaken, driven, grown), times in zip(modes, amplitude.T, time.T, strict=True):
-        span, ends, plane, number, omega = mode
-        largest = float(max(driven, grown))
+    for k, (span, ends, plane, number) in enumerate(modes):
+        shaken, driven, grown = (float(own) for own in amplitude[:, k])
+        largest = max(driven, grown)
+        own = PARAMETRIC if largest > 2.0 * floor else NONE
         found.append(
             ModeAlarm(
                 span=span,
                 section=ends,
                 plane=plane,
                 number=number,
-                frequency_hz=omega / (2.0 * pi),
-                driven=float(driven),
+                frequency_hz=float(omega[k]) / (2.0 * pi),
+                driven=driven,
                 largest=largest,
-                time=float(times[1 if driven >= grown else 2]),
-                excitation=excitation_of(largest, float(shaken), floor),
+                time=float(time[1 if driven >= grown else 2, k]),
+                excitation=DIRECT if shaken > floor and shaken > 0.5 * largest else own,
             )
         )
     return tuple(sorted(found, key=lambda mode: -mode.largest))
 
 
-def _doubts(prepared: PreparedMotion, slack: bool) -> list[str]:
-    """Where the model's own range ends."""
+def _doubts(prepared: PreparedMotion) -> list[str]:
+    """Where the model's own range ends besides."""
     found = []
-    if slack:
-        found.append("a span goes slack along the motion; the model is not valid from there on")
     steepest = max(state.steepest for state in prepared.states)
     if steepest > STEEPEST:
         found.append(f"the slope of the sag is {steepest:.3g} at rest; the model is valid up to {STEEPEST:g}")
     if not prepared.complete:
-        found.append(
-            f"the motion can excite more than {MOST_MODES} transverse modes of a stretch; the others are "
-            "neglected"
-        )
+        more = f"more than {MOST_MODES} transverse modes of a stretch"
+        found.append(f"the motion can excite {more}; the others are neglected")
     return found
 
 
@@ -172,33 +203,6 @@ def check_amplitudes(floor: float, limit: float) -> None:
     """Refuse a floor and a limit [m] that leave no room for growth."""
     if not 0.0 < floor < limit:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
-
-
-def verdict_of(largest: float, changed: float, limit: float, doubts: list[str]) -> str:
-    """Verdict from the largest displacement, its estimate under changes and the limit [m]."""
-    return DANGEROUS if largest > limit else UNKNOWN if changed > limit or doubts else SAFE
-
-
-def excitation_of(largest: float, shaken: float, floor: float) -> str:
-    """What made a mode as large as it became; ``shaken``: amplitude without parametric excitation [m]."""
-    if shaken > floor and shaken > 0.5 * largest:
-        return DIRECT
-    return PARAMETRIC if largest > 2.0 * floor else NONE
-
-
-def size_words(largest: float, limit: float) -> str:
-    """The largest displacement beside its limit [m]."""
-    return f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
-
-
-def change_words(verdict: str, changed: float, limit: float) -> str:
-    """What a change of frequencies and torque makes of it [m], where that decides; else nothing."""
-    if verdict != UNKNOWN or changed <= limit:
-        return ""
-    return (
-        f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
-        f"{MORE_TORQUE - 1.0:.0%} takes it to an estimated {1e3 * changed:.4g} mm"
-    )
 
 
 def _assumptions(drive: Drive, motion: PlannedMotion) -> tuple[str, ...]:
@@ -223,4 +227,173 @@ def remedy_of(verdict: str, modes: Sequence[ModeAlarm], place: str) -> str:
     return (
         f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension: "
         f"{where} is excited parametrically"
+    )
+
+
+SAME_POSE = 2e-3
+"""Way to the next pose within which the modes are taken as they are: less than 0.02 % of a frequency each
+10 % between poses."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Runs:
+    """How b runs differ, each of shape (b,)."""
+
+    floor: Array  # displacement below which no mode falls [m]
+    phase: Array  # of what is there at the start [rad]
+    detuned: Array  # relative change of the transverse frequencies
+    torque: Array  # factor on the torque
+    parametric: Array  # factor on the coupling: 0 or 1
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Growth:
+    """What b runs left."""
+
+    displacement: Array  # (b,): largest displacement of any span from its chord [m]
+    # amplitude, time: (a, b): largest displacement by each mode [m], and when [s]
+    amplitude: Array
+    time: Array
+    ended: float | None  # when a run reached the largest displacement that is followed [s]
+
+
+def growth_along(path: RoutePath, runs: Runs, most: float) -> Growth:
+    r"""Integrate :math:`\ddot a + \Gamma\dot a + \omega^2 a + \sum_q g^q Q_q a = \theta M` in every run.
+
+    Kicks of the coupling about exact rotations; ``most``: displacement at which it ends [m].
+    """
+    h = float(path.time[1] - path.time[0])
+    names = ("across", "across_loss", "across_turn", "coupling", "shape")
+    middle = 0.5 * (path.here[1:] + path.here[:-1])
+    last, driven = middle[0], path.swing
+    omega, loss, turn, coupling, shape = (path.at(name, middle[:1])[0] for name in names)
+    peak = np.abs(shape).max(axis=0, initial=0.0)[:, None]
+    size = np.divide(runs.floor, peak, out=np.zeros((omega.size, runs.floor.size)), where=peak > 0.0)
+    w = omega[:, None] * (1.0 + runs.detuned)
+    a, v = size * np.cos(runs.phase), -size * w * np.sin(runs.phase)
+    amplitude, when = np.zeros_like(a), np.zeros_like(a)
+    displacement, ended = np.zeros(runs.floor.size), None
+    kick = 0.5 * h * runs.torque * runs.parametric
+    for i in range(middle.size):
+        if i == 0 or abs(middle[i] - last) > SAME_POSE:
+            last = middle[i]
+            omega, loss, turn, coupling, shape = (path.at(name, middle[i : i + 1])[0] for name in names)
+            peak, w = np.abs(shape).max(axis=0, initial=0.0)[:, None], omega[:, None] * (1.0 + runs.detuned)
+            cosine, sine, decay = np.cos(w * h), np.sin(w * h), np.exp(-0.5 * h * loss)[:, None]
+        pull = np.tensordot(driven[i], coupling, axes=1)
+        rest = (turn @ path.pushed[i])[:, None] * runs.torque / w**2
+        v = (v - kick * (pull @ a)) * decay
+        d = a - rest
+        a, v = rest + d * cosine + v / w * sine, v * cosine - d * w * sine
+        v = v * decay - kick * (pull @ a)
+        swing = np.sqrt((a - rest) ** 2 + (v / w) ** 2) * peak
+        low = (swing < runs.floor) & (swing > 0.0)
+        if low.any():
+            scale = np.where(low, runs.floor / np.where(swing > 0.0, swing, 1.0), 1.0)
+            a, v = rest + (a - rest) * scale, v * scale
+        now = np.abs(a) * peak
+        larger = now > amplitude
+        amplitude[larger], when[larger] = now[larger], path.time[i + 1]
+        displacement = np.maximum(displacement, np.abs(shape @ a).max(axis=0, initial=0.0))
+        if displacement.max() > most:
+            ended = float(path.time[i + 1])
+            break
+    return Growth(displacement=displacement, amplitude=amplitude, time=when, ended=ended)
+
+
+MOST = 100.0
+"""Largest displacement that is followed, over the limit."""
+SAG_SHARE = 0.1
+"""Sag over the limit beyond which it could excite a span directly."""
+ASSUMPTIONS = (
+    "transverse motion small: its back-action on the tension, which bounds large amplitudes, is not included",
+    "not checked: excitation through sag, dry friction of shafts and rails, running cables",
+)
+DRIVEN, DIRECTLY, GROWN = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RouteAlarm(AlarmResult):
+    """The verdict on a motion of a machine with routes."""
+
+    # pairs that come near 1:2 or sum resonance along the motion, the largest amplitude first
+    passages: tuple[Passage, ...]
+    poses: int  # at which modes were computed
+
+
+def route_alarm(
+    drive: RoutedDrive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
+) -> RouteAlarm:
+    """Whether a motion makes a span vibrate beyond a ``limit`` [m] from a ``floor`` [m] of every mode."""
+    check_amplitudes(floor, limit)
+    path = path_of(drive, motion)
+    found = growth_along(path, _runs(floor), MOST * limit)
+    largest = float(found.displacement[[DRIVEN, GROWN]].max())
+    changed = MARGIN * max(largest, float(found.displacement[GROWN:].max()))
+    rise = np.einsum("ipq,iq->ip", path.at("strain", path.here), path.along)
+    lengths = {span.name: span.length for span in drive.free_spans}
+    rows = [(span, (0.0, lengths[span]), plane, n) for span, plane, n in path.snapshots[0].keys]
+    omega = path.at("across", path.here[:1])[0]
+    runs, more = [DIRECTLY, DRIVEN, GROWN], ""
+    if found.ended is not None:
+        more = f"; followed until {found.ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
+    return RouteAlarm(
+        **_answer(
+            (largest, changed, float((path.at("tension", path.here) + rise).min())),
+            (floor, limit),
+            mode_alarms(rows, omega, found.amplitude.T[runs], found.time.T[runs], floor),
+            _doubts_of_routes(drive, motion, path, limit),
+            "{}",
+            more,
+        ),
+        assumptions=_assumptions_of_routes(path, motion),
+        passages=passages_of(path),
+        poses=len(path.snapshots),
+    )
+
+
+def _runs(floor: float) -> Runs:
+    """From rest, the same without coupling, from the floor, and three with everything a little otherwise."""
+    return Runs(
+        floor=floor * np.array([0.0, 0.0, 1.0, MORE_FLOOR, MORE_FLOOR, MORE_FLOOR]),
+        phase=pi * np.array([0.0, 0.0, 0.5, 0.25, 0.75, 0.5]),
+        detuned=DETUNING * np.array([0.0, 0.0, 0.0, -1.0, 0.0, 1.0]),
+        torque=np.array([1.0, 1.0, 1.0, MORE_TORQUE, MORE_TORQUE, MORE_TORQUE]),
+        parametric=np.array([1.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
+    )
+
+
+def _doubts_of_routes(drive: RoutedDrive, motion: PlannedMotion, path: RoutePath, limit: float) -> list[str]:
+    """Where the model's own range ends besides."""
+    found = []
+    sag, where = 0.0, ""  # the largest at midspan in the poses of the motion [m]
+    for pose in path.poses:
+        machine = posed(drive, pose) if pose else drive
+        rest = statics_of(machine)
+        for number, span in enumerate(machine.free_spans):
+            across = abs(float(rest.line_load[number] @ np.array(span.across)))
+            own = across * span.length**2 / (8.0 * float(rest.mean[number]))
+            sag, where = max((sag, where), (own, span.name))
+    if sag > SAG_SHARE * limit:
+        found.append(f"{where} sags by {1e3 * sag:.3g} mm, and excitation through sag is not computed")
+    if not all(one.certified for one in path.snapshots):
+        found.append("the list of modes is not certified in every pose")
+    if path.ambiguous:
+        found.append(f"modes change too much between poses to be followed: {'; '.join(path.ambiguous[:3])}")
+    rubs = any(part.coulomb_friction for parts in (drive.motor, drive.pulley, drive.body) for part in parts)
+    if not motion.places and len(path.snapshots) > 1 and rubs:
+        found.append(
+            "the places of bodies follow from the torque without the file's friction: give them as columns"
+        )
+    return found
+
+
+def _assumptions_of_routes(path: RoutePath, motion: PlannedMotion) -> tuple[str, ...]:
+    if len(path.snapshots) == 1:
+        return ("bodies stay where the file has them", *ASSUMPTIONS)
+    how = "given" if motion.places else "by the torque on the rigid machine without friction"
+    return (
+        f"modes in {len(path.snapshots)} poses, followed by their shapes and interpolated; "
+        f"places of bodies {how}",
+        *ASSUMPTIONS,
     )

@@ -16,11 +16,10 @@ from cabledrive.reduction.quality import ModelQuality, model_quality, with_measu
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.ranked import one_count
 from cabledrive.rig.setting import DEGREE, Motion
-from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm
+from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm, route_alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance
 from cabledrive.studies.resonance_detuning import UNKNOWN
-from cabledrive.studies.route_alarm import route_alarm
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study.machine import values_of
 
