@@ -38,10 +38,11 @@ from cabledrive.control.backstepping_recursion import (
     equal_bandwidth,
     signal_count,
 )
-from cabledrive.control.darc import printed_bounds
+from cabledrive.control.darc import darc_step, printed_bounds
 from cabledrive.control.numbers import (
     BACKSTEPPING,
     BY_REFERENCE,
+    DARC,
     GAIN,
     NOMINAL,
     SLOPE,
@@ -247,9 +248,12 @@ def scaled_states(law: LawNumbers, states: Array) -> Array:
     return x
 
 
-def backstepping_row(law: LawNumbers, size: int) -> list[float]:
-    """Command per angle and speed of 4 or 6 states, estimates fixed, without Coulomb friction and offset."""
+def fixed_row(law: LawNumbers, size: int) -> list[float]:
+    """Command per angle and speed of a law that adapts, estimates fixed, no Coulomb friction and offset."""
     estimate = law.learning[NOMINAL].copy()
+    if law.kind == DARC:
+        estimate[2:] = 0.0
+        return [darc_step(law, estimate, unit, np.zeros(size + 3)).command for unit in np.eye(size)]
     estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
     signals = np.zeros(signal_count(size // 2, bool(law.scalars[BY_REFERENCE])))
 

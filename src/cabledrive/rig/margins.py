@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
-from cabledrive.control.backstepping import backstepping_row
-from cabledrive.control.darc import darc_step
+from cabledrive.control.backstepping import fixed_row
 from cabledrive.control.load_schedule import filter_at, law_at
 from cabledrive.control.numbers import (
     BACKSTEPPING,
@@ -214,14 +213,8 @@ def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
     if law.kind in (LINEAR, LEARNING, REFERENCE_MODEL):
         k = law.matrix.shape[0]
         return law.rows[0, k : k + states], law.rows[0, :k], law.matrix
-    nothing = np.zeros((0, states + 1))
-    if law.kind == DARC:  # estimates as they start, no Coulomb friction
-        frozen = law.learning[NOMINAL].copy()
-        frozen[2:] = 0.0
-        rows = [darc_step(law, frozen, unit, np.zeros(states + 3)).command for unit in np.eye(states)]
-        return np.array(rows), np.zeros(0), nothing
-    if law.kind == BACKSTEPPING:
-        return np.asarray(backstepping_row(law, states)), np.zeros(0), nothing
+    if law.kind in (DARC, BACKSTEPPING):
+        return np.array(fixed_row(law, states)), np.zeros(0), np.zeros((0, states + 1))
     raise InputRefused("margins are computed for packaged laws, whose equations are known")
 
 

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping import backstepping_row
-from cabledrive.control.darc import darc_step
-from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR, NOMINAL
+from cabledrive.control.backstepping import fixed_row
+from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR
 from cabledrive.control.observers import KalmanTuning
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
@@ -61,12 +60,8 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     places = [place(chain, shaft) for shaft in controller.shafts]
     chosen = [*places, *(n + i for i in places)]
     count = len(chosen)
-    if law.kind == DARC:
-        frozen = law.learning[NOMINAL].copy()
-        frozen[2:] = 0.0
-        rows = [darc_step(law, frozen, unit, np.zeros(count + 3)).command for unit in np.eye(count)]
-    elif law.kind == BACKSTEPPING:
-        rows = backstepping_row(law, count)
+    if law.kind in (DARC, BACKSTEPPING):
+        rows = fixed_row(law, count)
     elif law.kind == LINEAR and law.matrix.shape[0] == 0:
         rows = list(law.rows[0])
     else:
