@@ -10,7 +10,7 @@ from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 from scipy import signal
 from scipy.stats import binom
 
-from cabledrive.identification import filters
+from cabledrive.identification import signals
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.axis.check import moved_back
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
@@ -428,7 +428,7 @@ T = DT * np.arange(6000)
 def test_the_causal_filter_has_the_response_of_4_1(frequency):
     """Gain and phase of (4.1) at zeta = 1, and s, s^2 times that, once the start has died away."""
     w, wf = 2 * np.pi * frequency, 2 * np.pi * 20.0
-    found = filters.causal_filter(np.cos(w * T), DT, 20.0)
+    found = signals.causal_filter(np.cos(w * T), DT, 20.0)
     h = wf**2 / (wf**2 - w**2 + 2j * wf * w)
     inner = T > 1.0
     for k in range(3):
@@ -443,7 +443,7 @@ def test_the_bandwidth_is_where_the_motion_meets_the_rounding_of_the_encoder():
     rng = np.random.default_rng(3)
     lines = [np.sin(2 * np.pi * f * T + rng.uniform(0, 6)) for f in (1, 3, 7.3)]
     angle = quantum * np.floor(0.3 * sum(lines) / quantum)
-    assert 7.3 <= filters.chosen_bandwidth(angle, DT) <= 10.0
+    assert 7.3 <= signals.chosen_bandwidth(angle, DT) <= 10.0
 
 
 # --- Least squares by segments: one QR's estimate, errors that survive colour, unidentifiable directions
