@@ -19,8 +19,6 @@ from contextlib import redirect_stdout, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from cabledrive.app.run_limits import check_excitation
-
 from cabledrive.app.failures import status_of
 from cabledrive.app.main import main
 from cabledrive.campaign.spec import read_spec
@@ -33,6 +31,7 @@ from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.parameters.drive_file import packaged_text
 from cabledrive.rig.bench.experiment import load_excitation
 from cabledrive.rig.plant_samples import load_disturbances
+from cabledrive.rig.setting import check_excitation
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.study import load_goals
 from drive_mutations import FILES
