@@ -19,32 +19,9 @@ from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TORQUE_WORK, VISCOUS_LOSS
 from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.plan import Plan, State, Workspace
+from cabledrive.simulation.segment_laws import add_pulls
 
 MOST_SWEEPS = 200
-
-
-@njit_in_place
-@for_kernels
-def end_pulls(plan: Plan, p: Array, work: Workspace) -> None:
-    """Components beside both ends of all pieces."""
-    for piece in range(plan.nodes.shape[0]):
-        for axis in range(3):
-            work.pull[piece, 0, axis] = p[axis, plan.nodes[piece, 0]]
-            work.pull[piece, 1, axis] = p[axis, plan.nodes[piece, 1] - 1]
-
-
-@njit_in_place
-@for_kernels
-def add_pulls(plan: Plan, work: Workspace, force: Array) -> None:
-    """Add what the ends of all pieces do to the coordinates."""
-    for piece in range(plan.nodes.shape[0]):
-        for side in range(2):
-            sign = plan.piece[piece, at.ROPES] if side == 0 else -plan.piece[piece, at.ROPES]
-            for axis in range(3):
-                row = 6 * piece + 3 * side + axis
-                pull = sign * work.pull[piece, side, axis]
-                for entry in range(plan.row_start[row], plan.row_start[row + 1]):
-                    force[plan.row_column[entry]] += plan.row_value[entry] * pull
 
 
 @njit_in_place

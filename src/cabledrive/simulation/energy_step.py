@@ -14,11 +14,11 @@ from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
 )
-from cabledrive.simulation.coordinates import add_pulls, end_pulls, gather, place_ends
+from cabledrive.simulation.coordinates import gather, place_ends
 from cabledrive.simulation.node_motion import kick_nodes, turn_and_damp
 from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import Plan, State, Workspace
-from cabledrive.simulation.segment_laws import gradients, transverse_stretch
+from cabledrive.simulation.segment_laws import add_pulls, end_pulls, gradients, transverse_stretch
 
 MOST_TRIALS, SETTLED = 20, 1e-12
 

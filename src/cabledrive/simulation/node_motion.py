@@ -12,9 +12,10 @@ from cabledrive.simulation.channels import (
     FORCE_WORK,
     TRANSVERSE_LOSS,
 )
-from cabledrive.simulation.coordinates import end_pulls, end_speed, gather, invert, turn
+from cabledrive.simulation.coordinates import end_speed, gather, invert, turn
 from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import Plan, State, Workspace
+from cabledrive.simulation.segment_laws import end_pulls
 
 
 @njit_in_place

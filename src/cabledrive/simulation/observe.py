@@ -10,6 +10,7 @@ from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_stric
 from cabledrive.simulation import channels as column
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.plan import Plan, State, Workspace
+from cabledrive.simulation.segment_laws import add_pulls, end_pulls
 
 
 def width_of(plan: Plan) -> int:
@@ -161,14 +162,8 @@ def observe_coordinates(plan: Plan, state: State, work: Workspace, energies: Arr
             correction += 0.5 * plan.mass[i, k] * change
             energies[2] += 0.5 * plan.stiffness[i, k] * work.before_q[0, i] * work.before_q[0, k]
         energies[2] -= plan.rest[i] * work.before_q[0, i]
-    for piece in range(plan.nodes.shape[0]):
-        for side in range(2):
-            segment = plan.nodes[piece, 0] if side == 0 else plan.nodes[piece, 1] - 1
-            sign = plan.piece[piece, at.ROPES] if side == 0 else -plan.piece[piece, at.ROPES]
-            for axis in range(3):
-                row = 6 * piece + 3 * side + axis
-                for entry in range(plan.row_start[row], plan.row_start[row + 1]):
-                    work.right[plan.row_column[entry]] += sign * plan.row_value[entry] * work.p[axis, segment]
+    end_pulls(plan, work.p, work)
+    add_pulls(plan, work, work.right)
     for i in range(n):
         correction -= 0.25 * plan.step * (state.q_t[i] - work.before_q[1, i]) * work.right[i]
     return correction

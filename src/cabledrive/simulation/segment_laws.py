@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.plan import Plan, State
+from cabledrive.simulation.plan import Plan, State, Workspace
 
 C0, C1, C2, C3, C4, C5, C6, C7 = at.SERIES
 
@@ -198,3 +198,27 @@ def note_slack(plan: Plan, state: State) -> None:
                 event[3] = (plan.piece[piece, at.RIGIDITY] + plan.piece[piece, at.PRETENSION]) * least
             state.counts[at.EVENTS] += 1
         state.slack[piece] = 1 if place >= 0 else 0
+
+
+@njit_in_place
+@for_kernels
+def end_pulls(plan: Plan, p: Array, work: Workspace) -> None:
+    """Components beside both ends of all pieces."""
+    for piece in range(plan.nodes.shape[0]):
+        for axis in range(3):
+            work.pull[piece, 0, axis] = p[axis, plan.nodes[piece, 0]]
+            work.pull[piece, 1, axis] = p[axis, plan.nodes[piece, 1] - 1]
+
+
+@njit_in_place
+@for_kernels
+def add_pulls(plan: Plan, work: Workspace, force: Array) -> None:
+    """Add what the ends of all pieces do to the coordinates."""
+    for piece in range(plan.nodes.shape[0]):
+        for side in range(2):
+            sign = plan.piece[piece, at.ROPES] if side == 0 else -plan.piece[piece, at.ROPES]
+            for axis in range(3):
+                row = 6 * piece + 3 * side + axis
+                pull = sign * work.pull[piece, side, axis]
+                for entry in range(plan.row_start[row], plan.row_start[row + 1]):
+                    force[plan.row_column[entry]] += plan.row_value[entry] * pull

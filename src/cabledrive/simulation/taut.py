@@ -16,10 +16,10 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import FORCE_WORK, TRANSVERSE_LOSS
-from cabledrive.simulation.coordinates import advance, end_pulls, gather, place_ends, turn
+from cabledrive.simulation.coordinates import advance, gather, place_ends, turn
 from cabledrive.simulation.observe import add_to, copy_rows, keep_before, keep_extremes, observe
 from cabledrive.simulation.plan import Plan, State, Workspace
-from cabledrive.simulation.segment_laws import rope_of, segment_tensions, strains
+from cabledrive.simulation.segment_laws import end_pulls, rope_of, segment_tensions, strains
 
 BEFORE, AFTER, PLACE = range(3)
 
