@@ -77,9 +77,8 @@ def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
     a, b = sweep.floor * float(np.cos(phase)), -sweep.floor * float(np.sin(phase)) * float(across[0])
     # a leapfrog whose stiffness turns by exactly the frequency of each step, also where it is negative
     squared = across**2 + 4 * nu * mu * np.cos(2 * nu * time)
-    turned = np.where(
-        squared > 0.0, (2 * np.sin(0.5 * h * np.sqrt(np.maximum(squared, 0.0))) / h) ** 2, squared
-    )
+    sharp = 2 * np.sin(0.5 * h * np.sqrt(np.maximum(squared, 0.0))) / h
+    turned = np.where(squared > 0.0, sharp**2, squared)
     loss, edges, sizes = 0.5 * h * sweep.damping, [0], [sweep.floor]
     for n, stiff in enumerate(turned.tolist()):
         b = ((1.0 - loss) * b - h * stiff * a) / (1.0 + loss)
