@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from cabledrive.mechanics import derived_quantities, drive_warnings
 from cabledrive.mechanics.datasheet import no_slip_torque
 from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, span_stiffness
-from cabledrive.mechanics.sag import parabola_sag
 from cabledrive.parameters import Carriage, Layout, load_drive, packaged_drives
 from drive_strategies import drives
+from oracles.catenary import parabola_sag
 
 SHEETS = {name: derived_quantities(load_drive(name)) for name in packaged_drives("loop", "line")}
 FIRST, SECOND, THIRD = (SHEETS[f"dissertation-{n}"] for n in (1, 2, 3))

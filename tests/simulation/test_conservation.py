@@ -22,8 +22,7 @@ from cabledrive.simulation import (
     simulate,
 )
 from cabledrive.simulation.case import case_of
-from cabledrive.simulation.observe import width_of
-from cabledrive.simulation.plan import new_workspace
+from cabledrive.simulation.plan import new_workspace, width_of
 
 LOOP = load_drive("dissertation-2")
 MOTORED = load_drive("dissertation-3")

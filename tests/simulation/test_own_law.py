@@ -25,9 +25,8 @@ from cabledrive.simulation import (
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.kernels import integrate
 from cabledrive.simulation.methods import NAMES, Method, largest_stable_step
-from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.own_law import CompiledLaw, compiled_law
-from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace
+from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace, width_of
 from cabledrive.simulation.plan import SLACK as SLACK_SPAN
 from cabledrive.simulation.segment_laws import law_components
 from oracles.readable_chain.verlet import integrate_reference

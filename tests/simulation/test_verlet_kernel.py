@@ -20,7 +20,6 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.simulation.channels import TALLIES
 from cabledrive.simulation.coordinates import turn
 from cabledrive.simulation.methods import method_named
-from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.plan import (
     EVENTS,
     LARGEST_Z,
@@ -31,6 +30,7 @@ from cabledrive.simulation.plan import (
     new_workspace,
     plan_of,
     rubbing,
+    width_of,
 )
 from cabledrive.simulation.segment_laws import segment_tensions
 from cabledrive.simulation.taut import rows_of, step_taut

@@ -13,12 +13,6 @@ from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import add_pulls, end_pulls
 
 
-def width_of(plan: Plan) -> int:
-    """Numbers of a row."""
-    n, motors = len(plan.mass), len(plan.motor)
-    return 5 * len(plan.nodes) + 3 * len(plan.probe) + 4 + column.TALLIES + 2 * n + motors
-
-
 @njit_strict
 @for_kernels
 def balance_of(plan: Plan) -> int:

@@ -20,7 +20,6 @@ from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import Method, TimeGrid
-from cabledrive.simulation.observe import width_of
 from cabledrive.simulation.plan import (
     COMPLIANCE,
     DONE,
@@ -41,6 +40,7 @@ from cabledrive.simulation.plan import (
     copy_state,
     new_state,
     new_workspace,
+    width_of,
 )
 from cabledrive.simulation.result import SlackEvent
 from cabledrive.simulation.signals import Signal

@@ -29,8 +29,7 @@ from cabledrive.rig.setting import RigOptions
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
 from cabledrive.simulation.kernels import integrate
-from cabledrive.simulation.observe import width_of
-from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace
+from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace, width_of
 
 HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
 
