@@ -4,7 +4,10 @@ The columns are the same for every drive and method; what a drive does not have 
 three columns (u, v, w) for each probe, the first probes being the midpoints of the spans.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from cabledrive.simulation.plan import Plan
 
 
 class Channel(NamedTuple):
@@ -62,3 +65,9 @@ def probe_columns(number: int) -> slice:
     """Columns u, v, w in a row of a probe, counted from 0."""
     start = WIDTH + 3 * number
     return slice(start, start + 3)
+
+
+def width_of(plan: "Plan") -> int:
+    """Numbers of a row of the kernels, see `cabledrive.simulation.observe`."""
+    n, motors = len(plan.mass), len(plan.motor)
+    return 5 * len(plan.nodes) + 3 * len(plan.probe) + 4 + TALLIES + 2 * n + motors

@@ -345,12 +345,6 @@ def _probes(mesh: Mesh, probes: tuple[tuple[str, float], ...]) -> Array:
     return table
 
 
-def width_of(plan: Plan) -> int:
-    """Numbers of a row."""
-    n, motors = len(plan.mass), len(plan.motor)
-    return 5 * len(plan.nodes) + 3 * len(plan.probe) + 4 + TALLIES + 2 * n + motors
-
-
 def new_state(plan: Plan, x: Array, x_t: Array, q: Array, q_t: Array) -> State:
     """State at the start of a run; velocities half a step before it."""
     pieces, n = len(plan.nodes), len(plan.mass)

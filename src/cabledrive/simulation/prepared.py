@@ -18,7 +18,7 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
-from cabledrive.simulation.channels import Channel
+from cabledrive.simulation.channels import Channel, width_of
 from cabledrive.simulation.methods import Method, TimeGrid
 from cabledrive.simulation.plan import (
     COMPLIANCE,
@@ -40,7 +40,6 @@ from cabledrive.simulation.plan import (
     copy_state,
     new_state,
     new_workspace,
-    width_of,
 )
 from cabledrive.simulation.result import SlackEvent
 from cabledrive.simulation.signals import Signal
