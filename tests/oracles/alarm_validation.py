@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
-from cabledrive.simulation.plan import DONE, State, copy_state, new_workspace, width_of
+from cabledrive.simulation.channels import width_of
+from cabledrive.simulation.plan import DONE, State, copy_state, new_workspace
 from cabledrive.studies.planned_motion import PlannedMotion
 
 Array = NDArray[np.float64]

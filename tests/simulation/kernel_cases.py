@@ -8,8 +8,9 @@ from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
+from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import method_named
-from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of, width_of
+from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of
 
 SEGMENTS, STEPS, EVERY = 7, 36, 6
 LOOP = load_drive("dissertation-2")

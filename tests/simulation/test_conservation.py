@@ -22,7 +22,8 @@ from cabledrive.simulation import (
     simulate,
 )
 from cabledrive.simulation.case import case_of
-from cabledrive.simulation.plan import new_workspace, width_of
+from cabledrive.simulation.channels import width_of
+from cabledrive.simulation.plan import new_workspace
 
 LOOP = load_drive("dissertation-2")
 MOTORED = load_drive("dissertation-3")

@@ -23,10 +23,11 @@ from cabledrive.simulation import (
     Start,
 )
 from cabledrive.simulation.case import case_of
+from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.kernels import integrate
 from cabledrive.simulation.methods import NAMES, Method, largest_stable_step
 from cabledrive.simulation.own_law import CompiledLaw, compiled_law
-from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace, width_of
+from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace
 from cabledrive.simulation.plan import SLACK as SLACK_SPAN
 from cabledrive.simulation.segment_laws import law_components
 from oracles.readable_chain.verlet import integrate_reference

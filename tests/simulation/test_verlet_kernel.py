@@ -17,7 +17,7 @@ from kernel_cases import VERLET as integrate
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.simulation.channels import TALLIES
+from cabledrive.simulation.channels import TALLIES, width_of
 from cabledrive.simulation.coordinates import turn
 from cabledrive.simulation.methods import method_named
 from cabledrive.simulation.plan import (
@@ -30,7 +30,6 @@ from cabledrive.simulation.plan import (
     new_workspace,
     plan_of,
     rubbing,
-    width_of,
 )
 from cabledrive.simulation.segment_laws import segment_tensions
 from cabledrive.simulation.taut import rows_of, step_taut

@@ -28,8 +28,9 @@ from cabledrive.rig.disturbances import current_rate
 from cabledrive.rig.setting import RigOptions
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.kernels import integrate
-from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace, width_of
+from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace
 
 HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
 
