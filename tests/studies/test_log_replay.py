@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from cabledrive.control.observers import Sampling, kalman_filter
 from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
+from cabledrive.report.figures.study_runs import intervals_picture
+from cabledrive.report.study.verdict import _quantities, _sheet
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
@@ -103,6 +106,9 @@ def test_cogging_is_identified_and_spoils_no_other_number(name, lines, share, tm
     assert found.quantities["ripple_order"].value == lines
     assert size.value == pytest.approx(truth["cogging"], rel=0.1)
     assert size.low <= truth["cogging"] <= size.high
+    study = SimpleNamespace(drive=drive, goals=Goals(), knowledge=found, carried=False)
+    assert "Periods of the ripple" in str(_quantities(study))  # which no data sheet has
+    assert intervals_picture("intervals", found.quantities, _sheet(study))
     assert near.low <= truth["j1"] + truth["j2"] <= near.high
 
 

@@ -66,7 +66,7 @@ WIDEST = 2.0
 
 def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[str, Quantity]) -> Markup:
     """Every number over its data sheet value, beside what the data sheet leaves open."""
-    shown = [key for key in known if sheet[key].value > 0.0 and key != "offset_torque"]
+    shown = [key for key in known if key in sheet and sheet[key].value > 0.0 and key != "offset_torque"]
 
     def _draw(figure: "Figure") -> None:
         axes = figure.subplots()

@@ -181,7 +181,7 @@ def _quantities(result: StudyResult) -> Table:
     rows = (
         (
             named(name),
-            number(sheet[name].value, 4),
+            number(sheet[name].value, 4) if name in sheet else "none",
             number(q.value, 5),
             number(q.low, 4),
             number(q.high, 4),
