@@ -7,7 +7,7 @@ import pytest
 from scipy import io, optimize, signal
 from scipy.interpolate import CubicSpline
 
-from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
+from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.axis.equation import FrictionModel
 from cabledrive.identification.chain_fit import fit_of, fit_output_error
 from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
@@ -68,7 +68,7 @@ def test_the_authors_asymmetric_friction_gives_every_printed_digit(log):
 
 def test_our_defaults_are_near_the_published_figures(log, measured):
     """With no options: bandwidth, dead zone and segments come from the data."""
-    found = identify_rigid_axis([log])
+    found = axis_of([log], AxisOptions()).regressed()
     deviations = {name: found[name] / value - 1 for name, value in PUBLISHED.items()}
     measured(", ".join(f"{name} {100 * off:+.2f} %" for name, off in deviations.items()))
     assert all(abs(deviations[name]) < BOUNDS[name] for name in BOUNDS), deviations
@@ -79,7 +79,7 @@ def test_our_defaults_are_near_the_published_figures(log, measured):
 
 def test_asymmetric_friction_beside_an_offset_is_not_identifiable_and_the_direction_is_named(log, measured):
     options = AxisOptions(friction=FrictionModel(kind="asymmetric-offset"))
-    found = identify_rigid_axis([log], options)
+    found = axis_of([log], options).regressed()
     measured("; ".join(found.unidentifiable) or "not refused")
     assert not found.identifiable
     words = found.unidentifiable[0]
@@ -93,14 +93,14 @@ def test_asymmetric_friction_beside_an_offset_is_not_identifiable_and_the_direct
 
 
 def test_asymmetric_friction_without_an_offset_is_found(log):
-    found = identify_rigid_axis([log], AxisOptions(friction=FrictionModel(kind="asymmetric")))
+    found = axis_of([log], AxisOptions(friction=FrictionModel(kind="asymmetric"))).regressed()
     assert found["viscous_friction_positive"] == pytest.approx(166.7, rel=0.02)
     assert found["viscous_friction_negative"] == pytest.approx(240.4, rel=0.02)
 
 
 @pytest.mark.parametrize("filter_", ["causal", "ideal"])
 def test_the_other_filters_agree_within_their_bounds(log, filter_):
-    found = identify_rigid_axis([log], AxisOptions(filter=filter_))
+    found = axis_of([log], AxisOptions(filter=filter_)).regressed()
     deviations = {name: found[name] / value - 1 for name, value in PUBLISHED.items()}
     assert all(abs(deviations[name]) < 2 * BOUNDS[name] for name in BOUNDS), deviations
 
@@ -113,7 +113,7 @@ def test_the_identified_model_in_its_loop_follows_the_measured_motion(log, share
     difference, over all samples; the difference of the raw positions beside it.
     """
     data = io.loadmat(shared_data(FILE), squeeze_me=True)
-    found = identify_rigid_axis([log])
+    found = axis_of([log], AxisOptions()).regressed()
     values = np.array([estimate.value for estimate in found.parameters.values()])
     loop = PositionLoop(
         position_gain=float(data["kp"]),
@@ -162,7 +162,7 @@ def test_the_open_loop_needs_a_small_disturbance_to_follow(log, measured):
 
     A constant 2.1 N more, a tenth of the Coulomb friction, bring it to a quarter of a per cent.
     """
-    found = identify_rigid_axis([log])
+    found = axis_of([log], AxisOptions()).regressed()
     values = np.array([estimate.value for estimate in found.parameters.values()])
     record, force = log.channel("position")[:500], log.channel("force")[:500]
     start = (record[0], (record[1] - record[0]) / 1e-3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
 
-from cabledrive.identification.axis.axis import AxisOptions, identify_rigid_axis
+from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.planning import (
     AxisGuess,
     Instruments,
@@ -409,7 +409,7 @@ def spread(test, noise, repeats):
     for seed in range(repeats):
         rig = bench_rig(test, Imperfections(torque_noise=noise))
         log = run_rig(rig, command, np.random.default_rng(seed))
-        one = identify_rigid_axis([log], AxisOptions(bandwidth=20.0, lag=False))
+        one = axis_of([log], AxisOptions(bandwidth=20.0, lag=False)).regressed()
         found.append([one[name] for name in one.parameters])
     guess = AxisGuess(inertia=test.inertia, viscous=test.viscous, coulomb=test.coulomb, offset=test.offset)
     plan = plan_test(TORQUE_PER_VOLT * command, 1e-3, guess, Instruments(torque_noise=noise, bandwidth=20.0))

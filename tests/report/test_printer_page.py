@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 
-from cabledrive.identification.axis.axis import identify_rigid_axis
+from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.printer import belt_of, is_printer_file, printer, spectrogram
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.log_page import write_log_report
@@ -112,7 +112,7 @@ def log():
 
 @pytest.fixture(scope="module")
 def found(log):
-    return identify_rigid_axis([log])
+    return axis_of([log], AxisOptions()).regressed()
 
 
 def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):

@@ -39,11 +39,6 @@ class Finding(str):
         return {"code": self.code, "message": str(self)}
 
 
-def code_of(finding: str) -> str:
-    """Code of a finding; "finding" where it is a plain sentence."""
-    return finding.code if isinstance(finding, Finding) else "finding"
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
     """One parameter."""
@@ -87,8 +82,7 @@ class Identification:
     method: Mapping[str, Any]  # how it was done, with every choice that was made from the data
     covariance: Array  # (p, p): of the parameters in their order
     freedom: int  # degrees of freedom of the intervals
-    # faults and doubts that a reader must act on, each a `Finding` with its code
-    findings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()  # faults and doubts that a reader must act on
     reports: tuple[DataReport, ...] = field(default_factory=tuple)  # of each log
     notes: tuple[str, ...] = ()  # conventions that were found in the log, as that of the torque's instant
     checked: bool = False  # whether the model was tested against the log
@@ -102,7 +96,7 @@ class Identification:
     @property
     def codes(self) -> tuple[str, ...]:
         """Codes of the findings."""
-        return tuple(code_of(finding) for finding in self.findings)
+        return tuple(finding.code for finding in self.findings)
 
     @property
     def values(self) -> Array:
@@ -116,21 +110,31 @@ class Identification:
         """The same with one more finding."""
         return replace(self, findings=(*self.findings, Finding(code, words)))
 
+    def without(self, code: str) -> "Identification":
+        """The same without the findings of a code."""
+        return replace(self, findings=tuple(one for one in self.findings if one.code != code))
+
     def noting(self, *notes: str, **method: object) -> "Identification":
         """The same with more notes, and more on how it was made."""
         return replace(self, notes=(*self.notes, *notes), method=dict(self.method) | method)
 
     def widened(self, extra: Array) -> "Identification":
         """The same with more covariance, shape (p, p): what the method misses on logs of its own making."""
-        covariance = self.covariance + extra
+        return self.refitted(self.values, self.covariance + extra, self.freedom, {})
+
+    def refitted(
+        self, values: Array, covariance: Array, freedom: int, method: Mapping[str, Any]
+    ) -> "Identification":
+        """The same with other values and covariance, and more on the method, whose own error is in them."""
         errors = np.sqrt(np.diag(covariance))
-        halves = float(stats.t.ppf(0.975, self.freedom)) * errors
+        rows = zip(values, errors, float(stats.t.ppf(0.975, freedom)) * errors, strict=True)
         parameters = {
-            name: Estimate.of(one.value, one.unit, error, half)
-            for (name, one), error, half in zip(self.parameters.items(), errors, halves, strict=True)
+            name: Estimate.of(value, one.unit, error, half)
+            for (name, one), (value, error, half) in zip(self.parameters.items(), rows, strict=True)
         }
         words = f"{self.method['standard_errors']}, with the method's own error on logs of its own making"
-        return replace(self, parameters=parameters, covariance=covariance).noting(standard_errors=words)
+        found = replace(self, parameters=parameters, covariance=covariance, freedom=freedom)
+        return found.noting(**method, standard_errors=words)
 
     def without_intervals(self, reason: str) -> "Identification":
         """The same where the model is refused: its values stay, its intervals do not."""
@@ -149,7 +153,7 @@ class Identification:
             "unidentifiable": list(self.unidentifiable),
             "residual": dict(self.residual),
             "condition_number": _finite(self.condition_number),
-            "findings": [{"code": code_of(one), "message": str(one)} for one in self.findings],
+            "findings": [finding.as_dict() for finding in self.findings],
             "notes": list(self.notes),
             "checked": self.checked,
             "check_reason": self.check_reason,

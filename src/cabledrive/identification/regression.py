@@ -52,9 +52,9 @@ class Fit:
     scale: float
     rows: int
 
-    def half_width(self, level: float = 0.95) -> Array:
-        """Half of each interval, shape (p,)."""
-        return float(stats.t.ppf(0.5 + level / 2, self.freedom)) * np.sqrt(np.diag(self.covariance))
+    def half_width(self) -> Array:
+        """Half of each 95 % interval, shape (p,)."""
+        return float(stats.t.ppf(0.975, self.freedom)) * np.sqrt(np.diag(self.covariance))
 
 
 def triangle(rows: Array) -> Array:
@@ -103,9 +103,10 @@ def merged(factors: Factors, group: int) -> Factors:
     return Factors(names=factors.names, triangles=np.array(triangles), rows=factors.rows)
 
 
-def only(factors: Factors, names: tuple[str, ...]) -> Factors:
-    """The regression with fewer regressors."""
-    places = [*(factors.names.index(name) for name in names), len(factors.names)]
+def only(factors: Factors, names: tuple[str, ...], left: str = "") -> Factors:
+    """The regression with fewer regressors; ``left``: the one that is to be explained instead."""
+    last = factors.names.index(left) if left else len(factors.names)
+    places = [*(factors.names.index(name) for name in names), last]
     triangles = triangle(factors.triangles[:, :, places])
     return Factors(names=names, triangles=triangles, rows=factors.rows)
 
@@ -113,8 +114,7 @@ def only(factors: Factors, names: tuple[str, ...]) -> Factors:
 def solve(factors: Factors) -> Fit:
     """Least squares by QR, with robust covariance and the directions that the log leaves open, Eq. (4.7)."""
     p = len(factors.names)
-    stacked = factors.triangles.reshape(-1, p + 1)
-    r = triangle(stacked)
+    r = triangle(factors.triangles.reshape(-1, p + 1))
     upper, right = r[:p, :p], r[:p, p]
     size = np.linalg.norm(upper, axis=0)
     size[size == 0.0] = 1.0
@@ -122,11 +122,8 @@ def solve(factors: Factors) -> Fit:
     sound = s > RANK_TOLERANCE * s[0]
     inverse = (vt[sound].T / s[sound]) @ u[:, sound].T / size[:, None]
     values = inverse @ right
-    left_norm = float(np.linalg.norm(r[:, p]))
     residual = float(np.linalg.norm(np.append(right - upper @ values, r[p:, p])))
-    condition = float(np.linalg.cond(upper)) if sound.all() else float("inf")
-    left, ends = factors.triangles[:, :, :p], factors.triangles[:, :, p]
-    moved = np.einsum("bij,bi->bj", left, ends - left @ values) @ inverse @ inverse.T
+    moved = scores(factors, values) @ inverse @ inverse.T
     count = factors.triangles.shape[0]
     freedom = max(1, count - p)
     return Fit(
@@ -134,12 +131,18 @@ def solve(factors: Factors) -> Fit:
         values=values,
         covariance=count / freedom * moved.T @ moved,
         freedom=freedom,
-        condition=condition,
+        condition=float(np.linalg.cond(upper)) if sound.all() else float("inf"),
         unidentifiable=vt[~sound] / size,
         residual=residual / np.sqrt(factors.rows),
-        scale=left_norm / np.sqrt(factors.rows),
+        scale=float(np.linalg.norm(r[:, p])) / np.sqrt(factors.rows),
         rows=factors.rows,
     )
+
+
+def scores(factors: Factors, values: Array) -> Array:
+    """Products of the regressors with the residual in each segment, shape (segments, p)."""
+    left, right = factors.triangles[:, :, :-1], factors.triangles[:, :, -1]
+    return np.asarray(np.einsum("bij,bi->bj", left, right - left @ values))
 
 
 def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
@@ -151,20 +154,14 @@ def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
     group = max(1, -(-factors.triangles.shape[0] // MOST_SEGMENTS))
     while True:
         joint = merged(factors, group)
-        if joint.triangles.shape[0] // 2 < FEWEST_SEGMENTS or _correlation(joint, each) < 0.2:
+        if joint.triangles.shape[0] // 2 < FEWEST_SEGMENTS:
+            return joint
+        parts = scores(joint, solve(joint).values)
+        power = (parts**2).sum(axis=0)
+        power[power == 0.0] = 1.0
+        if (np.max if each else np.mean)((parts[1:] * parts[:-1]).sum(axis=0) / power) < 0.2:
             return joint
         group *= 2
-
-
-def _correlation(factors: Factors, each: bool) -> float:
-    """Correlation of scores of neighbouring segments: largest or mean of the parameters'."""
-    p = len(factors.names)
-    fit = solve(factors)
-    upper, right = factors.triangles[:, :, :p], factors.triangles[:, :, p]
-    scores = np.einsum("bij,bi->bj", upper, right - upper @ fit.values)
-    power = (scores**2).sum(axis=0)
-    power[power == 0.0] = 1.0
-    return float((np.max if each else np.mean)((scores[1:] * scores[:-1]).sum(axis=0) / power))
 
 
 NOTICED = 0.05
@@ -175,25 +172,19 @@ WEAK_SHARE = 0.1
 """Share of the measured torque that a parameter's uncertainty may make before it counts as undetermined."""
 
 
-def unidentifiable_words(fit: Fit) -> tuple[str, ...]:
-    """Name each direction about which the log has no information."""
-    return tuple(_direction_words(fit.names, direction) for direction in fit.unidentifiable)
-
-
 def unidentifiable_parameters(fit: Fit) -> set[str]:
     """Parameters that no number is given for, because an unidentifiable direction moves them."""
     return {fit.names[k] for direction in fit.unidentifiable for k in _members(direction)}
 
 
-def weak_parameters(fit: Fit, sizes: Array, level: float = 0.95) -> tuple[str, ...]:
+def weak_parameters(fit: Fit, sizes: Array) -> set[str]:
     """Parameters whose interval is wider than their value, and whose uncertainty matters for the torque.
 
-    ``sizes``, (p,): root mean square of each regressor. A small parameter that the log bounds well (friction
-    that is not there) is not among them.
+    ``sizes``, (p,): root mean square of each regressor; friction that is not there is bounded well.
     """
-    half = fit.half_width(level)
+    half = fit.half_width()
     weak = (half > np.abs(fit.values)) & (half * sizes > WEAK_SHARE * fit.scale)
-    return tuple(name for name, is_weak in zip(fit.names, weak, strict=True) if is_weak)
+    return {name for name, is_weak in zip(fit.names, weak, strict=True) if is_weak}
 
 
 def weak_words(name: str) -> str:
@@ -214,14 +205,17 @@ def _members(direction: Array) -> list[int]:
     return [int(k) for k in np.argsort(-share) if share[k] > NOTICED]
 
 
-def _direction_words(names: tuple[str, ...], direction: Array) -> str:
-    members = sorted(_members(direction))
-    if len(members) == 1:
-        return f"{readable(names[members[0]])} is not identifiable: the log does not excite it"
-    lead = direction[members[-1]]
-    moves = [f"{'+' if direction[k] / lead > 0 else '-'} {readable(names[k])}" for k in members]
-    listed = ", ".join(readable(names[k]) for k in members)
-    return (
-        f"{listed} are not identifiable separately: a joint change ({' '.join(moves)}) has no effect on "
-        "the log"
-    )
+def unidentifiable_words(fit: Fit) -> tuple[str, ...]:
+    """Name each direction about which the log has no information."""
+    found = []
+    for direction in fit.unidentifiable:
+        members = sorted(_members(direction))
+        names = [readable(fit.names[k]) for k in members]
+        if len(members) == 1:
+            found.append(f"{names[0]} is not identifiable: the log does not excite it")
+            continue
+        signs = ["+" if direction[k] / direction[members[-1]] > 0 else "-" for k in members]
+        moves = " ".join(f"{sign} {name}" for sign, name in zip(signs, names, strict=True))
+        words = f"{', '.join(names)} are not identifiable separately: a joint change ({moves})"
+        found.append(f"{words} has no effect on the log")
+    return tuple(found)

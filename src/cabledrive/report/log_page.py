@@ -2,18 +2,20 @@
 
 import hashlib
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.axis.against import RegressorCurves, regressor_curves
+from cabledrive.identification.axis.against import regressor_curves
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import response_by_segments
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.report.blocks import (
     Block,
@@ -25,7 +27,6 @@ from cabledrive.report.blocks import (
     Plot,
     Section,
     Series,
-    Text,
     table,
     time_plot,
 )
@@ -105,22 +106,8 @@ def _figures(log: Log, found: Identification, options: AxisOptions) -> tuple[Sec
     torque, position = channels_of(log, options)
     linear = log.units[torque] == "N"
     blocks: list[Block] = []
-    try:
-        curves = regressor_curves(log, found, options, slope=options.friction.slope)
-    except InputRefused:
-        curves = None
-    if curves is not None:
-        blocks.append(
-            regressors_plot(
-                "log-regressors",
-                curves,
-                linear=linear,
-                alt="Acceleration, speed and friction regressor over time, filtered and unfiltered; below, "
-                "the measured torque and the modelling error.",
-                caption=f"As Figs. 4.7 to 4.16. Filtered: causal, 20 Hz. The modelling error is "
-                f"{number(100 * curves.error_share, 3)} % of the torque over the whole log.",
-            )
-        )
+    with suppress(InputRefused):
+        blocks.append(_regressors_plot(log, torque, regressor_curves(log, found, options)))
     window = min(LONGEST_WINDOW, log.report.duration / 6.0)
     if window * log.sample_rate >= 32:
         blocks.append(_response(log, found, (torque, position), window, linear))
@@ -150,10 +137,11 @@ def _response(
     )
 
 
-def regressors_plot(
-    name: str, curves: RegressorCurves, *, linear: bool = False, alt: str, caption: Text
-) -> Plot:
+def _regressors_plot(log: Log, torque: str, curves: tuple[Array, Array, Array]) -> Plot:
     """Acceleration, speed and friction regressor, filtered and not; torque and modelling error."""
+    unfiltered, filtered, error = curves
+    linear, measured = log.units[torque] == "N", log.channel(torque)
+    share = float(np.sqrt(np.mean(error**2) / np.mean(measured**2)))
     length = "m" if linear else "rad"
     rows = (("Acceleration", f"{length}/s^2"), ("Speed", f"{length}/s"), ("Friction regressor", "1"))
     panels = [
@@ -161,15 +149,23 @@ def regressors_plot(
             title=title,
             unit=unit,
             series=(
-                Series(name="unfiltered", values=curves.unfiltered[k], colour="quiet"),
-                Series(name="filtered", values=curves.filtered[k]),
+                Series(name="unfiltered", values=unfiltered[k], colour="quiet"),
+                Series(name="filtered", values=filtered[k]),
             ),
         )
         for k, (title, unit) in enumerate(rows)
     ]
     pushed = (
-        Series(name="measured", values=curves.torque, colour="quiet"),
-        Series(name="modelling error", values=curves.error, colour="orange"),
+        Series(name="measured", values=measured, colour="quiet"),
+        Series(name="modelling error", values=error, colour="orange"),
     )
-    panels.append(Panel(title="Force" if linear else "Torque", unit="N" if linear else "N m", series=pushed))
-    return time_plot(name, curves.time, panels, alt=alt, caption=caption)
+    panels.append(Panel(title="Force" if linear else "Torque", unit=log.units[torque], series=pushed))
+    return time_plot(
+        "log-regressors",
+        log.time,
+        panels,
+        alt="Acceleration, speed and friction regressor over time, filtered and unfiltered; below, "
+        "the measured torque and the modelling error.",
+        caption="As Figs. 4.7 to 4.16. Filtered: causal, 20 Hz. The modelling error is "
+        f"{number(100 * share, 3)} % of the torque over the whole log.",
+    )

@@ -16,6 +16,7 @@ from cabledrive.identification.axis.check import (
 from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
+from cabledrive.identification.axis.simulated import NAME as SIMULATION
 from cabledrive.identification.axis.simulated import NOT_FOLLOWED, refined, with_own_error
 from cabledrive.identification.axis.timing import (
     TorqueTiming,
@@ -26,7 +27,7 @@ from cabledrive.identification.axis.timing import (
     timing_of,
     with_clock,
 )
-from cabledrive.identification.estimates import Finding, Identification, code_of
+from cabledrive.identification.estimates import Finding, Identification
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import NotComputed
 
@@ -43,6 +44,10 @@ FAR, MOST = 4.0, 1e-3
 """Of the size that all but a thousandth of the samples keep within; share of the samples beyond it."""
 SLOWEST = 0.1
 """Interval from which the unit of the time is doubted [s]."""
+LOST = (
+    "a rigid axis with constant friction does not reproduce the log: another model is needed, or a "
+    "disturbance acts"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,9 +67,9 @@ def answer(logs: Sequence[Log], request: Request) -> Identification:
     logs.
     """
     known, torque = request.torque != "found", channels_of(logs[0], request.axis)[0]
-    cleaned = [_without_outliers(log, torque) for log in logs]
-    findings = [finding for _, finding in cleaned if finding is not None]
-    axis = axis_of([log for log, _ in cleaned], replace(request.axis, lag=not known))
+    findings: list[Finding] = []
+    cleaned = [_without_outliers(log, torque, findings) for log in logs]
+    axis = axis_of(cleaned, replace(request.axis, lag=not known))
     timing = given_timing(request.torque, axis.interval) if known else timing_of(axis)
     drift = 0.0
     for _ in range(DRIFT_ROUNDS):
@@ -83,35 +88,39 @@ def answer(logs: Sequence[Log], request: Request) -> Identification:
     plain = timing.moved(axis).regressed()
     found = replace(plain, findings=(*findings, *_doubts_of(axis), *plain.findings))
     found = _by_methods(axis, found, request, timing)
-    if (
-        len(logs) > 1
-        and request.check
-        and request.method == "auto"
-        and request.axis.friction.kind == "coulomb"
-    ):
+    auto = request.method == "auto"
+    if len(logs) > 1 and request.check and auto and request.axis.friction.kind == "coulomb":
         each = [answer([log], replace(request, check=False)) for log in axis.logs]
         found = _compared(found, [one for one in each if not one.refused])
     if REFUSING & set(found.codes):
-        if request.method == "auto" and found.method["name"] == PREDICTION and plain.identifiable:
-            found = _averaged(found, plain)
+        if auto and found.method["name"] == PREDICTION and plain.identifiable:
+            # what least depends on what the model misses
+            found = replace(
+                plain,
+                findings=found.findings,
+                notes=(*found.notes, "the model does not fit: the values are those of inverse dynamics"),
+                method={**found.method, **plain.method},
+                checked=found.checked,
+                check_reason=found.check_reason,
+            )
         found = found.without_intervals("the model does not fit the log")
     return replace(found, reports=tuple(log.report for log in logs))
 
 
-def _without_outliers(log: Log, torque: str) -> tuple[Log, Finding | None]:
-    """A log with single samples far out of range replaced by straight lines, and what was found."""
+def _without_outliers(log: Log, torque: str, findings: list[Finding]) -> Log:
+    """A log with single samples far out of range replaced by straight lines; adds what was found."""
     values, places = log.channel(torque), np.arange(len(log))
     size = np.abs(values - np.median(values))
     far = size > FAR * float(np.quantile(size, 1.0 - MOST))
     if not 0 < far.sum() <= max(1, MOST * values.size):
-        return log, None
+        return log
     words = (
         f"{log.source}: {far.sum()} samples of {torque} lie far outside the others (up to "
         f"{values[size.argmax()]:.4g} {log.units[torque]}, the first at {log.time[far.argmax()]:.6g} s) and "
         "were replaced by straight lines: check the channel"
     )
-    mended = np.interp(places, places[~far], values[~far])
-    return replace(log, channels={**log.channels, torque: mended}), Finding("outliers", words)
+    findings.append(Finding("outliers", words))
+    return log.having(torque, np.interp(places, places[~far], values[~far]))
 
 
 def _doubts_of(axis: Axis) -> list[Finding]:
@@ -148,7 +157,7 @@ def _by_methods(axis: Axis, found: Identification, request: Request, timing: Tor
     if not sound or kind not in ("coulomb", "tanh"):
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
-        found = _not_followed(found, lost)
+        found = found.saying(NOT_FOLLOWED, LOST) if lost else found
         if request.check and kind == "coulomb":
             return checked_by_innovations(moved, found)
         why = f"not made: no check for friction {kind}" if request.check else "not requested"
@@ -157,23 +166,27 @@ def _by_methods(axis: Axis, found: Identification, request: Request, timing: Tor
     if lines and predicted is not None:
         lines = not _inside_a_loop(axis, predicted)
     alone = lines and all(map(noise_between_lines, moved.torques))
-    simulated, missed = (
-        _simulated(moved, found, method) if method == "output-error" or lines else (None, None)
-    )
-    if simulated is not None and (method == "output-error" or (alone and method != "inverse-dynamics")):
-        chosen = simulated
-    elif predicted is not None:
-        told = {key: value for key, value in found.method.items() if key.startswith("torque_")}
-        chosen = replace(by_prediction, findings=found.findings, notes=found.notes).noting(**told)
-    elif simulated is not None and method != "inverse-dynamics":
+    simulated, missed = None, ""
+    if method == "output-error" or lines:
+        try:
+            simulated = refined(moved, found)
+        except NotComputed as failure:
+            if method == "output-error":
+                raise
+            missed = str(failure)
+    if method == "inverse-dynamics" or (simulated is None and predicted is None):
+        chosen = with_own_error(moved, found)
+    elif simulated is not None and (method == "output-error" or alone or predicted is None):
         chosen = simulated
     else:
-        chosen = with_own_error(moved, found)
-    if missed is not None and alone:
-        chosen = replace(chosen, findings=(*chosen.findings, missed))
+        told = {key: value for key, value in found.method.items() if key.startswith("torque_")}
+        chosen = replace(by_prediction, findings=found.findings, notes=found.notes).noting(**told)
+    if missed and alone:
+        chosen = chosen.saying(NOT_FOLLOWED, missed)
     if simulated is not None and predicted is not None and method == "auto":
         chosen = _contradicted(chosen, simulated, by_prediction)
-    chosen = _not_followed(chosen, lost and not alone)
+    if lost and not alone:
+        chosen = chosen.saying(NOT_FOLLOWED, LOST)
     if not request.check:
         return replace(chosen, check_reason="not requested")
     if NOT_FOLLOWED in chosen.codes:
@@ -189,13 +202,13 @@ def _predicted(
     axis: Axis, found: Identification, method: str, timing: TorqueTiming
 ) -> tuple[Predicted | None, Identification, bool]:
     """Prediction error and its answer where it is possible; whether its observer lost the log."""
-    forced, kind = method == "prediction-error", axis.options.friction.kind
+    forced, none = method == "prediction-error", (None, found, False)
     if next(iter(found.parameters.values())).high < 0.0:  # a negative inertia: swapped or reversed columns
-        return None, found, False
-    if kind != "coulomb" or method in ("inverse-dynamics", "output-error"):
+        return none
+    if axis.options.friction.kind != "coulomb" or method in ("inverse-dynamics", "output-error"):
         if forced:
             raise NotComputed("prediction error needs the model rigid-axis-coulomb")
-        return None, found, False
+        return none
     try:
         if axis.saturated:
             raise NotComputed("the torque saturates")
@@ -204,24 +217,6 @@ def _predicted(
         if forced:
             raise
         return None, found, isinstance(failure, NotReproduced)
-
-
-def _simulated(
-    moved: Axis, found: Identification, method: str
-) -> tuple[Identification | None, Finding | None]:
-    """Output error where the model follows the log by itself, else why it does not."""
-    try:
-        simulated = refined(moved, found)
-    except NotComputed as error:
-        if method == "output-error":
-            raise
-        return None, Finding(NOT_FOLLOWED, str(error))
-    if NOT_FOLLOWED not in simulated.codes:
-        return simulated, None
-    words = str(simulated.findings[-1])
-    if method == "output-error":
-        raise NotComputed(words)
-    return None, Finding(NOT_FOLLOWED, words)
 
 
 def _inside_a_loop(axis: Axis, predicted: Predicted) -> bool:
@@ -241,29 +236,6 @@ def _timed(found: Identification, timing: TorqueTiming) -> Identification:
     if timing.customary or not timing.determined:
         return found.noting(timing.words)
     return found.noting(torque_delay=-timing.shift).saying("torque-timing", timing.words)
-
-
-def _not_followed(found: Identification, lost: bool) -> Identification:
-    """A finding where an observer with the axis's own figures loses the log."""
-    words = (
-        "a rigid axis with constant friction does not reproduce the log: another model is needed, or a "
-        "disturbance acts"
-    )
-    return found.saying(NOT_FOLLOWED, words) if lost else found
-
-
-def _averaged(found: Identification, plain: Identification) -> Identification:
-    """Values of a refused model by inverse dynamics, which least depends on what the model misses."""
-    kept = {key: value for key, value in found.method.items() if key not in plain.method}
-    return replace(
-        found,
-        parameters=plain.parameters,
-        residual=plain.residual,
-        condition_number=plain.condition_number,
-        method=dict(plain.method) | kept,
-        covariance=plain.covariance,
-        freedom=plain.freedom,
-    ).noting("the model does not fit: the values are those of inverse dynamics")
 
 
 def _apart(one: Identification, other: Identification) -> list[tuple[str, float, float]]:
@@ -286,7 +258,7 @@ def _contradicted(
         words = "; ".join(f"{n} {a:.4g} by output error, {b:.4g} by prediction error" for n, a, b in names)
         words = f"two methods contradict each other on this log: {words}"
         chosen = chosen.saying("methods-contradict", words)
-    if chosen.method["name"] != simulated.method["name"]:
+    if chosen.method["name"] != SIMULATION:
         return chosen
     off = simulated.values - predicted.values
     return chosen.widened(AGREED**2 * np.outer(off, off))
@@ -306,19 +278,12 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     """With what the observers that follow the logs best have to add to the torque."""
     tracks, values = predicted.observed.tracks, predicted.values
     runs = [run_of(track, values, best_bandwidth(track, values)) for track in tracks]
-    left = unexplained(runs)
-    chosen = chosen.noting(unexplained_torque=left.share)
-    wave = position_wave(runs) if turns else None
-    if wave is not None and wave.words and wave.share > _share_by_lines(chosen):
-        others = tuple(one for one in chosen.findings if code_of(one) != MISFIT)
-        return replace(chosen, findings=others).saying(MISFIT, f"the model does not fit: {wave.words}")
-    if not left.words or MISFIT in chosen.codes:
-        return chosen
-    return chosen.saying("unexplained-torque", left.words)
-
-
-def _share_by_lines(found: Identification) -> float:
-    """Largest share of the residual that a fault beyond chance explains, with its family; 0 without one."""
-    tried = found.method.get("suspicions", {}).values() if MISFIT in found.codes else ()
-    shares = [one.get("family_share", 0.0) for one in tried if one["significance"] > one["critical"]]
-    return max(shares, default=0.0)
+    share, words = unexplained(runs)
+    chosen = chosen.noting(unexplained_torque=share)
+    if turns:
+        tried = chosen.method.get("suspicions", {}).values() if MISFIT in chosen.codes else ()
+        beyond = [one.get("family_share", 0.0) for one in tried if one["significance"] > one["critical"]]
+        explained, wave = position_wave(runs)
+        if wave and explained > max(beyond, default=0.0):
+            return chosen.without(MISFIT).saying(MISFIT, f"the model does not fit: {wave}")
+    return chosen.saying("unexplained-torque", words) if words and MISFIT not in chosen.codes else chosen

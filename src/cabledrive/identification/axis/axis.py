@@ -1,4 +1,7 @@
-"""One rigid axis by inverse dynamics: inertia, viscous and Coulomb friction, offset, with intervals."""
+r"""One rigid axis: inertia, viscous and Coulomb friction, offset, with intervals.
+
+.. math:: J\ddot\theta = \tau - b\dot\theta - c\,S(\dot\theta) + d
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -93,11 +96,8 @@ class Axis:
 
     def having(self, channel: str, values: Iterable[Array]) -> "Axis":
         """The axis with other values in one channel of its logs."""
-        logs = (
-            replace(log, channels={**log.channels, channel: own})
-            for log, own in zip(self.logs, values, strict=True)
-        )
-        return replace(self, logs=tuple(logs))
+        pairs = zip(self.logs, values, strict=True)
+        return replace(self, logs=tuple(log.having(channel, own) for log, own in pairs))
 
     def start(self, log: Log) -> float:
         """Speed at the first sample of a log."""
@@ -129,8 +129,8 @@ class Axis:
         inertia = found[self.equation.inertia]
         if self.equation.friction.kind in ("tanh", "viscous") or inertia <= 0.0:
             return self
-        frictions = [found[name] for name in found if name.startswith("coulomb_friction")]
-        kink = max(0.0, float(np.mean(frictions)) / float(inertia))
+        friction = float(np.mean([found[name] for name in found if name.startswith("coulomb_friction")]))
+        kink = max(0.0, friction / float(inertia))
         return replace(self, equation=replace(self.equation, kink=kink))
 
     def rows(self) -> list[Rows]:
@@ -140,21 +140,19 @@ class Axis:
         return [sharp.rows_of(log) for log in self.logs] if sharp.equation.kink > 0.0 else parts
 
     def regressed(self) -> Identification:
-        """By inverse dynamics."""
+        """By inverse dynamics, Eq. (4.16)."""
         parts = self.rows()
         factors = suited_segments(factors_of(parts))
         sizes = np.sqrt(np.mean(np.vstack([rows.regressors for rows in parts]) ** 2, axis=0))
+        found = self.answer(factors, sizes, 0.5 * self.interval)
         speed = np.concatenate([rows.speed for rows in parts])
         size = np.sqrt(np.mean(speed**2))
-        findings: tuple[Finding, ...] = ()
-        if min((speed > 0.05 * size).mean(), (speed < -0.05 * size).mean()) < 0.01:
-            words = "the axis moves in one direction only: Coulomb friction and offset act alike"
-            findings = (Finding("one-direction", words),)
-        return self.answer(factors, sizes, doubt=0.5 * self.interval, findings=findings)
+        if min((speed > 0.05 * size).mean(), (speed < -0.05 * size).mean()) >= 0.01:
+            return found
+        words = "the axis moves in one direction only: Coulomb friction and offset act alike"
+        return replace(found, findings=(Finding("one-direction", words), *found.findings))
 
-    def answer(
-        self, factors: Factors, sizes: Array, *, doubt: float = 0.0, findings: tuple[Finding, ...] = ()
-    ) -> Identification:
+    def answer(self, factors: Factors, sizes: Array, doubt: float = 0.0) -> Identification:
         """A solved regression: numbers where there are any, words where there are none.
 
         ``sizes``, shape (p,): root mean square of each regressor; ``doubt``: about the instant at which the
@@ -162,17 +160,14 @@ class Axis:
         """
         fit, equation = _without_lag(factors, doubt), self.equation
         none = unidentifiable_parameters(fit)
-        weak = set(weak_parameters(fit, sizes[: len(fit.names)])) - none
+        weak = weak_parameters(fit, sizes[: len(fit.names)]) - none
         words = unidentifiable_words(fit) + tuple(weak_words(name) for name in fit.names if name in weak)
-        errors, halves = np.sqrt(np.diag(fit.covariance)), fit.half_width()
         parameters = {}
-        for k, name in enumerate(fit.names):
-            unit = unit_of(name, equation.linear)
-            parameters[name] = (
-                Estimate.unknown(unit, "not identifiable from the log")
-                if name in none | weak
-                else Estimate.of(fit.values[k], unit, errors[k], halves[k])
-            )
+        errors = np.sqrt(np.diag(fit.covariance))
+        for name, value, error, half in zip(fit.names, fit.values, errors, fit.half_width(), strict=True):
+            one = Estimate.of(value, unit_of(name, equation.linear), error, half)
+            unknown = Estimate.unknown(one.unit, "not identifiable from the log")
+            parameters[name] = unknown if name in none | weak else one
         method: dict[str, Any] = {
             "name": "inverse dynamics, least squares by QR",
             "bandwidth_hz": equation.bandwidth,
@@ -193,7 +188,7 @@ class Axis:
             method=method,
             covariance=fit.covariance,
             freedom=fit.freedom,
-            findings=findings + _implausible(parameters),
+            findings=_implausible(parameters),
             reports=tuple(log.report for log in self.logs),
         )
 
@@ -206,18 +201,16 @@ def axis_of(logs: Sequence[Log], options: AxisOptions) -> Axis:
     if not logs:
         raise InputRefused("no log given: name at least one")
     torque, position = channels_of(logs[0], options)
+    bandwidth, chosen = options.bandwidth, []
     for log in logs:
         for name in (torque, position):
             if np.ptp(log.channel(name)) == 0.0:
                 raise InputRefused(f"{log.source}: {name} is constant: a log must move the axis")
-    bandwidth = options.bandwidth
+        try:
+            chosen.append(chosen_bandwidth(log.channel(position), log.interval) if bandwidth is None else 0.0)
+        except InputRefused as refusal:
+            raise refusal.at(log.source) from None
     if bandwidth is None:
-        chosen = []
-        for log in logs:
-            try:
-                chosen.append(chosen_bandwidth(log.channel(position), log.interval))
-            except InputRefused as refusal:
-                raise refusal.at(log.source) from None
         bandwidth = float(np.clip(max(chosen), *BANDWIDTH_LIMITS))
         bandwidth = min(bandwidth, *(0.2 * log.sample_rate for log in logs))
     longest = max(float(log.time[-1] - log.time[0]) for log in logs)
@@ -235,17 +228,6 @@ def axis_of(logs: Sequence[Log], options: AxisOptions) -> Axis:
         lag=options.lag,
     )
     return Axis(logs=tuple(logs), options=options, torque=torque, position=position, equation=equation)
-
-
-def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None) -> Identification:
-    r"""Identify one rigid axis by inverse dynamics, Eq. (4.16).
-
-    .. math:: J\ddot\theta = \tau - b\dot\theta - c\,S(\dot\theta) + d
-
-    Raises `InputRefused` if a log lacks a channel of torque and angle, or force and position, or stands
-    still.
-    """
-    return axis_of(logs, options or AxisOptions()).regressed()
 
 
 def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
@@ -286,14 +268,11 @@ def _without_lag(factors: Factors, doubt: float) -> Fit:
     if LAG not in factors.names:
         return fit
     count = len(factors.names) - 1
-    kept = factors.names[:count]
-    error = float(np.sqrt(fit.covariance[-1, -1]))
-    plain = solve(only(factors, kept))
-    if not (fit.unidentifiable.size or error > LEAST_DETERMINED * doubt):
-        covariance = fit.covariance[:count, :count]
-        return replace(
-            fit, names=kept, values=fit.values[:count], covariance=covariance, condition=plain.condition
-        )
+    plain = solve(only(factors, factors.names[:count]))
+    if not (fit.unidentifiable.size or np.sqrt(fit.covariance[-1, -1]) > LEAST_DETERMINED * doubt):
+        values, covariance = fit.values[:count], fit.covariance[:count, :count]
+        kept = replace(fit, names=plain.names, values=values, covariance=covariance)
+        return replace(kept, condition=plain.condition)
     whole = triangle(factors.triangles.reshape(-1, count + 2))
     moved = doubt * np.linalg.lstsq(whole[:count, :count], whole[:count, count], rcond=None)[0]
     return replace(plain, covariance=plain.covariance + np.outer(moved, moved))
@@ -302,11 +281,11 @@ def _without_lag(factors: Factors, doubt: float) -> Fit:
 def _implausible(parameters: dict[str, Estimate]) -> tuple[Finding, ...]:
     """Numbers that no machine has: findings about the log, not results."""
     found = []
-    against = any(parameters[name].value < 0.0 for name in ("inertia", "mass") if name in parameters)
+    against = next(iter(parameters.values())).value < 0.0  # the inertia
     for name, estimate in parameters.items():
         if not estimate.reason and estimate.high < 0.0 and not name.startswith("offset"):
             hint = "are torque and angle swapped, or is one sign reversed?"
-            if name not in ("inertia", "mass") and not against:
+            if not against:
                 hint = "the friction model does not fit this axis"
             words = f"is identified as negative ({estimate.value:.4g} {estimate.unit})"
             found.append(Finding("negative", f"{readable(name)} {words}: {hint}"))

@@ -1,7 +1,7 @@
 """Whether the model of an axis holds: the faults that its log shows, in words; what is left unexplained."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy import signal
@@ -12,10 +12,10 @@ from cabledrive.identification.axis.faults import (
     FAULTS,
     Evidence,
     evidence_by_innovations,
-    hidden,
-    material,
+    evidence_by_lines,
+    other_law,
+    verdict_by_lines,
 )
-from cabledrive.identification.axis.lines import evidence_by_lines, other_law, verdict_by_lines
 from cabledrive.identification.axis.observer import Prediction, period_of
 from cabledrive.identification.axis.simulated import refined
 from cabledrive.identification.axis.timing import TorqueTiming
@@ -32,6 +32,11 @@ NOT_MADE = {
     "long": "not made: the log is read in blocks",
     "parameters": "not made: inertia and friction are not identifiable from the log",
 }
+MATERIAL = 0.7
+"""Share of half an interval by which a fault must change a parameter to be stated as a fault."""
+NOTABLE, CLOSE = 0.02, 0.8
+"""Share of the power from which it is stated whatever it changes; share of the best explanation from which on
+another fault cannot be distinguished from it."""
 MISFIT = "model-misfit"
 LINES = "disturbances of known faults added to the refined model"
 INNOVATIONS = "innovations of an observer"
@@ -64,16 +69,22 @@ def checked_by_lines(
     answer = replace(answer, checked=True, check_reason=LINES)
     fault = verdict_by_lines(found, timing.convention is None)
 
-    def left(moved: Axis) -> float:
-        again = evidence_by_lines(moved, refined(moved, moved.regressed()))
-        return next(one.value for one in again if one.fault == DELAY)
+    def again(moved: Axis) -> tuple[Evidence, ...]:
+        return evidence_by_lines(moved, refined(moved, moved.regressed()))
 
-    return answer if fault is None else _blamed(axis, answer, [fault], left)
+    return answer if fault is None else _blamed(axis, answer, [fault], again)
 
 
 def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
     """The answer with what the innovations of an observer show, or why they were not looked at."""
-    reason = NOT_MADE.get(_not_made(axis, answer))
+    inertia, _, coulomb, offset = answer.values[:4]
+    reason = ""
+    if axis.saturated:
+        reason = NOT_MADE["saturated"]
+    elif axis.options.friction.kind != "coulomb":
+        reason = NOT_MADE["smooth"]
+    elif not (inertia > 0.0 and coulomb > 0.0 and np.isfinite(offset)):
+        reason = NOT_MADE["parameters"]  # viscous friction need not be known for it
     try:
         found = () if reason else evidence_by_innovations(axis, answer)
     except NotComputed as failure:
@@ -83,38 +94,20 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
     answer = answer.noting(model_check=INNOVATIONS, suspicions={one.fault: one.as_dict() for one in found})
     answer = replace(answer, checked=True, check_reason=INNOVATIONS)
     half_widths = [0.5 * (one.high - one.low) for one in answer.parameters.values()]
-    faults = material(found, half_widths)
-    if not faults:
-        return _unblamed(axis, answer, found, half_widths)
-
-    def left(moved: Axis) -> float:  # below a sample, which the check leaves free, there is none
-        again = evidence_by_innovations(moved, moved.regressed())
-        return next((one.value for one in again if one.fault == DELAY), 0.0)
-
-    return _blamed(axis, answer, faults, left)
-
-
-def _not_made(axis: Axis, answer: Identification) -> str:
-    """Key of `NOT_MADE` where no check can be made; viscous friction need not be known for it."""
-    if axis.saturated:
-        return "saturated"
-    if axis.options.friction.kind != "coulomb":
-        return "smooth"
-    inertia, _, coulomb, offset = answer.values
-    return "" if inertia > 0.0 and coulomb > 0.0 and np.isfinite(offset) else "parameters"
-
-
-def _unblamed(
-    axis: Axis, answer: Identification, found: Sequence[Evidence], half_widths: Sequence[float]
-) -> Identification:
-    """The answer with notes on faults that change too little, or that a motion that repeats cannot show."""
+    beyond = [e for e in found if e.alarms and (e.moves(half_widths, MATERIAL) or e.gain > NOTABLE)]
+    if faults := [e for e in beyond if e.gain >= CLOSE * beyond[0].gain]:
+        return _blamed(axis, answer, faults, lambda moved: evidence_by_innovations(moved, moved.regressed()))
+    # notes on faults that change too little, or that a motion that repeats cannot show
     small = ", ".join(FAULTS[one.fault][2] for one in found if one.alarms)
     if small:
         words = f"significant, but no parameter changes by as much as its interval: {small}"
         answer = answer.noting(words)
-    repeats = all(period_of(log.channel(axis.torque), log.interval) > 0 for log in axis.logs)
-    unseen = hidden(found, half_widths) if repeats else []
-    if not unseen:
+    unseen = []
+    for one in found:  # would move a parameter by more than its interval's width before it alarms
+        times = one.critical * one.error / max(abs(one.value), 1e-300)
+        if not one.alarms and one.moves(half_widths, 2.0, times):
+            unseen.append(one)
+    if not unseen or not all(period_of(log.channel(axis.torque), log.interval) for log in axis.logs):
         return answer
     names = ", ".join(FAULTS[one.fault][2] for one in unseen)
     words = f"the motion repeats, so this log cannot show a fault that makes the intervals wrong: {names}"
@@ -122,13 +115,16 @@ def _unblamed(
 
 
 def _blamed(
-    axis: Axis, answer: Identification, faults: Sequence[Evidence], left: Callable[[Axis], float]
+    axis: Axis,
+    answer: Identification,
+    faults: Sequence[Evidence],
+    evidence: Callable[[Axis], tuple[Evidence, ...]],
 ) -> Identification:
     """The answer with its faults in a sentence; a delay is measured by moving the torque back."""
     words = FAULTS[faults[0].fault][3].format(value=faults[0].value)
     if faults[0].fault == DELAY:
         try:
-            delay = torque_delay(axis, faults[0].value, left)
+            delay = torque_delay(axis, faults[0].value, evidence)
             words, answer = FAULTS[DELAY][3].format(value=delay), answer.noting(torque_delay=delay)
         except NotComputed as failure:
             words = f"the motion lags the torque, by more than a delay: {failure}"
@@ -137,11 +133,10 @@ def _blamed(
     return answer.saying(MISFIT, f"the model does not fit: {words}{alike}")
 
 
-def torque_delay(axis: Axis, left: float, left_in: Callable[[Axis], float]) -> float:
-    """How late the torque channel is [s]: moved back until no delay is left.
+def torque_delay(axis: Axis, left: float, evidence: Callable[[Axis], tuple[Evidence, ...]]) -> float:
+    """How late the torque channel is [s]: moved back until no delay is left; refused if the lag is no delay.
 
-    ``left``: the delay to first order, while it is short against the fastest line; ``left_in``: the same of
-    an axis whose torque was moved back. Refused if it does not come to an end: the lag is no delay.
+    ``left``: the delay to first order, while it is short against the fastest line.
     """
     interval, samples = axis.logs[0].interval, 0
     for _ in range(DELAY_ROUNDS):
@@ -151,7 +146,9 @@ def torque_delay(axis: Axis, left: float, left_in: Callable[[Axis], float]) -> f
         samples += step
         if abs(samples) > min(len(log) for log in axis.logs) // 4:
             break
-        left = left_in(axis_of([moved_back(log, axis.torque, samples) for log in axis.logs], axis.options))
+        moved = axis_of([moved_back(log, axis.torque, samples) for log in axis.logs], axis.options)
+        # below a sample, which the check of innovations leaves free, there is none
+        left = next((one.value for one in evidence(moved) if one.fault == DELAY), 0.0)
     raise NotComputed(f"moved back by {samples * interval:.3g} s the torque channel still lags")
 
 
@@ -159,23 +156,15 @@ def moved_back(log: Log, channel: str, samples: int) -> Log:
     """A log with one channel earlier by whole samples; what has no partner at either end is left out."""
     size, own, others = len(log) - abs(samples), max(samples, 0), max(-samples, 0)
     kept = log.part(float(log.time[others]), float(log.time[others + size - 1]) + log.interval)
-    return replace(kept, channels={**kept.channels, channel: log.channels[channel][own : own + size]})
+    return kept.having(channel, log.channels[channel][own : own + size])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rest:
-    """What an observer has to add beyond the model, of the log that shows most."""
-
-    share: float  # of the torque, or of the unexplained torque's power
-    words: str = ""  # what it looks like; empty where it is no more than noise
+def unexplained(runs: Sequence[Prediction]) -> tuple[float, str]:
+    """Torque that a rigid axis leaves, of the log with most: its share, and words if it is no noise."""
+    return max(map(_unexplained, runs), key=lambda one: one[0])
 
 
-def unexplained(runs: Sequence[Prediction]) -> Rest:
-    """The torque that a rigid axis with constant friction leaves unexplained."""
-    return max(map(_unexplained, runs), key=lambda one: one.share)
-
-
-def _unexplained(run: Prediction) -> Rest:
+def _unexplained(run: Prediction) -> tuple[float, str]:
     track, hertz = run.track, run.bandwidth / (2.0 * np.pi)
     added = run.added[track.position.size // 20 :]
     length = min(round(LONGEST_SEGMENT / track.interval), added.size)
@@ -188,23 +177,22 @@ def _unexplained(run: Prediction) -> Rest:
     rise = float(power[low].mean() / max(power[high].mean(), 1e-300)) if low.any() and high.any() else 0.0
     rounded = rise < ROUNDED and np.sqrt(np.mean(run.innovation**2)) < COUNTS * track.quantum
     if not ((share > LARGE and not rounded) or (share > SMALL and rise > COLOURED)):
-        return Rest(share=share)
+        return share, ""
     much = f"{100 * share:.2g} % of the torque"
     if share >= 1.0:
         much = f"{share:.2g} times as much torque as was measured"
-    words = (
+    return share, (
         f"{much} is not explained by a rigid axis with constant friction (below {hertz:.2g} "
         "Hz): an unmeasured disturbance, or a fault that is not in the list"
     )
-    return Rest(share=share, words=words)
 
 
-def position_wave(runs: Sequence[Prediction]) -> Rest:
-    """The wave of a revolution that explains most of what a turning axis leaves."""
-    return max(map(_wave, runs), key=lambda one: one.share)
+def position_wave(runs: Sequence[Prediction]) -> tuple[float, str]:
+    """Share of the unexplained torque's power, and words, of the wave of a revolution that explains most."""
+    return max(map(_wave, runs), key=lambda one: one[0])
 
 
-def _wave(run: Prediction) -> Rest:
+def _wave(run: Prediction) -> tuple[float, str]:
     track, values, hertz = run.track, run.values, run.bandwidth / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
@@ -214,7 +202,7 @@ def _wave(run: Prediction) -> Rest:
     slipping = run.direction[part] != 0.0
     left, place = added[edge + late :: EVERY][slipping], angle[part][slipping]
     if left.size < 100 * MOST_WAVES // EVERY or np.ptp(place) < 2.0 * np.pi / 3.0:
-        return Rest(share=0.0)
+        return 0.0, ""
     waves = [_explained(left, np.exp(1j * count * place)) for count in range(1, MOST_WAVES + 1)]
     shares = np.array([share for share, _ in waves])
     best = int(np.argmax(shares))
@@ -226,22 +214,20 @@ def _wave(run: Prediction) -> Rest:
     speed = rate_of(np.exp(1j * angle))
     share, size = _explained(left, (values[0] * rate_of(speed) + values[1] * speed)[part][slipping])
     if np.sqrt(max(share, shares[best]) * np.mean(run.innovation**2)) < RESOLVED * track.quantum:
-        return Rest(share=0.0)
+        return 0.0, ""
     if share > max(EXPLAINED, shares[best]):
-        words = (
+        return share, (
             f"the encoder's angle is wrong by {size:.2g} rad once per revolution: "
             "eccentricity of its disc or a shaft that runs out"
         )
-        return Rest(share=share, words=words)
     if shares[best] < EXPLAINED or shares[best] < ABOVE * float(np.median(shares)):
-        return Rest(share=0.0)
+        return 0.0, ""
     first = best + 1
     counts = [first, *(n for n in range(2 * first, MOST_WAVES + 1, first) if shares[n - 1] > OVERTONE)]
-    words = (
+    return float(shares[best]), (
         f"a torque of the position with {', '.join(map(str, counts))} period(s) per revolution (amplitude "
         f"{waves[best][1]:.2g} N m): cogging, a tooth, or a weight out of balance"
     )
-    return Rest(share=float(shares[best]), words=words)
 
 
 def _explained(left: Array, wave: Complex) -> tuple[float, float]:

@@ -77,9 +77,9 @@ class AxisEquation:
     filter: str = "zero-phase"  # one of `FILTERS`
     friction: FrictionModel = field(default_factory=FrictionModel)
     quantum: float = 0.0  # step of the position [rad or m]; 0: none
-    # friction over inertia [rad/s^2 or m/s^2]: the jump of the acceleration at a turn is twice that. Known
-    # roughly from a first pass; the speed whose sign is taken then keeps its kinks when it is smoothed
-    kink: float = 0.0
+    kink: float = (
+        0.0  # friction over inertia [rad/s^2 or m/s^2], roughly: half the acceleration's jump at a turn
+    )
     lag: bool = False  # whether the rate of the torque is the last column, see `axis.timing`
 
     def __post_init__(self) -> None:
@@ -119,9 +119,8 @@ class AxisEquation:
     def quick_speed(self, position: Array, interval: float) -> Array:
         """Speed whose sign makes the friction: quicker than the regression's, and with its kinks kept.
 
-        At a turn Coulomb friction makes the acceleration jump. Smoothing the kink of the speed would see
-        every turn too late. So the motion that friction alone makes is taken away first, and put back
-        afterwards.
+        A smoothed kink would show every turn too late: the motion that friction alone makes is taken away
+        first, and put back afterwards.
         """
         band = self.sign_band(interval)
         speed = difference(zero_phase(position, interval, band), interval)
@@ -139,7 +138,10 @@ class AxisEquation:
         quick, band = self.quick_speed(position, interval), self.sign_band(interval)
         zone = 0.0
         if self.quantum > 0.0 and not self.friction.kind.startswith("asymmetric"):
-            zone = dead_zone(self.quantum, interval, band)
+            # twice the deviation of the speed that the encoder's rounding makes
+            frequency, response = signal.freqz_sos(butterworth(interval, band), worN=2048, fs=1 / interval)
+            gain = np.abs(response) ** 2 * 2 * pi * frequency
+            zone = DEAD_ZONE_DEVIATIONS * self.quantum / sqrt(12) * float(np.sqrt(np.mean(gain**2)))
         sign = direction_of(quick, zone, int(0.5 / (band * interval)))
         found = {self.inertia: acceleration}
         for name, column in self.friction.columns(quick, sign, self.offset).items():
@@ -149,16 +151,6 @@ class AxisEquation:
                 found[name] = column if np.ptp(column) == 0.0 else self.filtered(column, interval)
         left = self.filtered(torque, interval)
         return found | ({LAG: difference(left, interval)} if self.lag else {}), left, speed
-
-
-def dead_zone(quantum: float, interval: float, cutoff: float) -> float:
-    """Speed [rad/s] below which its sign is not known: twice the deviation that the encoder's rounding makes.
-
-    ``quantum``: step of the encoder [rad]; ``cutoff``: bandwidth of the speed [Hz].
-    """
-    frequency, response = signal.freqz_sos(butterworth(interval, cutoff), worN=2048, fs=1 / interval)
-    gain = np.abs(response) ** 2 * 2 * pi * frequency
-    return DEAD_ZONE_DEVIATIONS * quantum / sqrt(12) * float(np.sqrt(np.mean(gain**2)))
 
 
 def direction_of(speed: Array, zone: float, shortest: int = 1) -> Array:
@@ -259,9 +251,8 @@ def answers(p: Array, gains: Array, torques: Array, side: Array, jump: Array, h:
 def loosen(net: Array, speed: Array, gap: float, h: float, contact: int, added: Array) -> None:
     """Torque that backlash adds: all that accelerates an axis while its load is loose, then its return.
 
-    The load coasts while it is loose, takes the speed of the motor where the play ends, and is left again
-    where the motor is accelerated away from it. What the motor alone got is taken back over ``contact``
-    samples.
+    The load coasts until the play ends and is left again where the motor is accelerated away from it; what
+    the motor alone got is taken back over ``contact`` samples.
     """
     added[:] = 0.0
     apart, load, side, last, surplus = 0.0, 0.0, 0.0, 1.0, 0.0

@@ -40,11 +40,10 @@ from cabledrive.parameters.arrays import Array
 NUISANCE = (*BASE, "lag")
 HOLD = "hold"
 HELD, HELD_DOUBT = 8 / 48, 4 / 48
-"""Second difference taken off the torque: half-way between the 4/48 of point samples and the 12/48 of means
-over the interval of a torque that is held from sample to sample; the doubt is the distance to both."""
+"""Second difference taken off the torque, half-way between point samples and means of a held torque, and the
+distance to both."""
 CORNER, CORNER_DOUBT = 6 / 48, 2 / 48
-"""The same of means over the interval of a smooth torque: 4/48 for its point samples, 8/48 where the command
-stands from sample to sample."""
+"""The same between point samples and means of a smooth torque."""
 ORDER = 30
 """Of the autoregression."""
 SLOWEST, FASTEST, TRIED = 2.0, 200.0, 14
@@ -112,12 +111,6 @@ class Prediction:
         answers(self.values, self.gains, columns, self.direction, self.jump, self.track.interval, out)
         return out
 
-    def base_torques(self) -> dict[str, Array]:
-        """What an error of the parameters would add, and of the instant at which the torque was measured."""
-        columns = (-self.acceleration, -self.speed, -self.direction, np.ones_like(self.speed))
-        lag = np.gradient(self.track.torque, self.track.interval)
-        return dict(zip(NUISANCE, (*columns, lag), strict=True))
-
     def regression(self, torques: Mapping[str, Array], segments: int) -> Factors:
         """Whitened innovations against what each disturbance would add, by segments of time."""
         rows, size = np.vstack([self.answered(torques), self.innovation]), self.innovation.size
@@ -162,7 +155,9 @@ class Observed:
         parts = []
         for run in self.runs(values):
             most = min(MOST_SEGMENTS // len(self.tracks), run.track.position.size // SEGMENT)
-            torques = run.base_torques() | (faults(run) if faults else {})
+            lag = np.gradient(run.track.torque, run.track.interval)
+            columns = (-run.acceleration, -run.speed, -run.direction, np.ones_like(run.speed), lag)
+            torques = dict(zip(NUISANCE, columns, strict=True)) | (faults(run) if faults else {})
             if hold > 0.0:
                 torques[HOLD] = hold * np.diff(run.track.torque, 2, prepend=0.0, append=0.0)
             parts.append(run.regression(torques, max(FEWEST_SEGMENTS, most)))
@@ -182,12 +177,10 @@ class Observed:
         for k in range(TWINS):
             made = []
             for track, angle, torque, rough, noisy in cases:
-                q = track.quantum
-                seen = (
-                    q * np.floor(angle / q + k / TWINS)
-                    if q > 0
-                    else angle + rough * rng.normal(size=angle.size)
-                )
+                if (q := track.quantum) > 0:
+                    seen = q * np.floor(angle / q + k / TWINS)
+                else:
+                    seen = angle + rough * rng.normal(size=angle.size)
                 white = noisy * rng.normal(size=angle.size + 1)
                 made.append(replace(track, position=seen, torque=torque + 0.5 * (white[1:] + white[:-1])))
             yield replace(self, tracks=tuple(made))
@@ -223,9 +216,8 @@ def observed(axis: Axis, values: Array, share: float, hold: float = HELD) -> Obs
 def between_samples(values: Array, share: float = CORNER) -> Array:
     r"""Corners of a polygon that runs through the band of a signal without loss.
 
-    A polygon through point samples loses :math:`(\omega T)^2/12` of every sine, a mean over the interval
-    :math:`(\omega T)^2/24` more, and where a command stands from sample to sample the mean that much again:
-    its corners are moved out by a share of the second difference. What a channel holds is seldom known.
+    One through point samples loses :math:`(\omega T)^2/12` of every sine, through means over the interval
+    :math:`(\omega T)^2/24` more, and that again where a command stands from sample to sample.
     """
     moved = values.copy()
     moved[1:-1] -= share * np.diff(values, 2)
@@ -235,9 +227,7 @@ def between_samples(values: Array, share: float = CORNER) -> Array:
 def held(torque: Array, share: float = HELD) -> Array:
     """Mean torque from each sample to the next."""
     corners = between_samples(torque, share)
-    mean = corners.copy()
-    mean[:-1] = 0.5 * (corners[1:] + corners[:-1])
-    return mean
+    return np.append(0.5 * (corners[1:] + corners[:-1]), corners[-1])
 
 
 def run_of(track: Track, values: Array, bandwidth: float) -> Prediction:
@@ -306,18 +296,13 @@ def _beside(track: Track, values: Array) -> tuple[Array, Array]:
 
 def _noises(run: Prediction) -> tuple[float, float]:
     """Deviations of the noise of angle and torque, from the power that innovations usually have."""
-    track = run.track
+    track, h = run.track, run.track.interval
     power = float(np.median([part.mean() for part in np.array_split(run.innovation**2, MOST_SEGMENTS)]))
-    by_angle, by_torque = innovation_powers(run.values[0], run.bandwidth, track.interval)
+    # of the innovation for white noise of power 1 in the angle, and in the torque
+    forward = np.array([[1.0, h], [0.0, 1.0]])
+    corrected = forward @ (np.eye(2) - np.outer(run.gains, [1.0, 0.0]))
+    noise = forward @ run.gains, np.array([0.5 * h**2, h]) / run.values[0]
+    angle, by_torque = (float(solve_discrete_lyapunov(corrected, np.outer(b, b))[0, 0]) for b in noise)
+    by_angle = 1.0 + angle
     rough = track.quantum**2 / 12.0 if track.quantum > 0.0 else 0.5 * power / by_angle
     return float(np.sqrt(rough)), float(np.sqrt(max(power - by_angle * rough, 0.0) / by_torque))
-
-
-def innovation_powers(inertia: float, bandwidth: float, interval: float) -> tuple[float, float]:
-    """Power of the innovation for white noise of power 1 in the angle, and in the torque."""
-    gains = observer_gains(bandwidth, interval)
-    forward = np.array([[1.0, interval], [0.0, 1.0]])
-    corrected = forward @ (np.eye(2) - np.outer(gains, [1.0, 0.0]))
-    noise = forward @ gains, np.array([0.5 * interval**2, interval]) / inertia
-    angle, torque = (solve_discrete_lyapunov(corrected, np.outer(b, b))[0, 0] for b in noise)
-    return 1.0 + float(angle), float(torque)

@@ -25,12 +25,13 @@ from cabledrive.identification.axis.observer import (
 )
 from cabledrive.identification.axis.simulated import unseen
 from cabledrive.identification.axis.timing import CONVENTIONS, FARTHEST, NEAR, SETTLED, TorqueTiming
-from cabledrive.identification.estimates import Identification, code_of
+from cabledrive.identification.estimates import Identification
 from cabledrive.identification.regression import Fit, triangle
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 
 NAME = "prediction error, observer with set-valued friction, started from inverse dynamics"
+COUNT = len(BASE)
 SEED = 4017
 """Of the noise in logs of a sound axis: the same log gives the same result."""
 SLOWEST = 0.15
@@ -52,24 +53,6 @@ class Predicted:
     values: Array  # (4,), as `BASE`
     fit: Fit
     runs: list[Prediction]
-
-    def answer(self, found: Identification, extra: Array) -> Identification:
-        """What the regression found, with these parameters; ``extra``, (4, 4): more covariance."""
-        count = len(BASE)
-        parameters = {
-            name: replace(estimate, value=float(value), reason="")
-            for (name, estimate), value in zip(found.parameters.items(), self.values, strict=True)
-        }
-        return replace(
-            found,
-            parameters=parameters,
-            method=dict(found.method) | {"name": NAME, "freedom": self.fit.freedom},
-            covariance=self.fit.covariance[:count, :count],
-            freedom=self.fit.freedom,
-            identifiable=True,
-            unidentifiable=(),
-            findings=tuple(one for one in found.findings if code_of(one) != "negative"),
-        ).widened(extra)
 
 
 def predict(axis: Axis, found: Identification, timing: TorqueTiming) -> tuple[Predicted, Identification]:
@@ -100,15 +83,17 @@ def _refined(axis: Axis, found: Identification, timing: TorqueTiming) -> tuple[P
             other = _under(axis, found, replace(best.timing, law=law))
         if other is not None and whitened_power(other.runs) < whitened_power(best.runs):
             best, other = other, best
-    count, doubts = len(BASE), _doubts(best, lag)
+    doubts = _doubts(best, lag)
     if other is not None:
         doubts.append(other.values - best.values)
     fits = [twin.fit(best.values, lag) for twin in best.observed.twins(best.values, SEED)]
-    extra = unseen([fit.values[:count] for fit in fits], [fit.covariance[:count, :count] for fit in fits])
+    own = best.fit.covariance[:COUNT, :COUNT]
+    extra = unseen([fit.values[:COUNT] for fit in fits], [fit.covariance[:COUNT, :COUNT] for fit in fits])
     extra += sum(np.outer(doubt, doubt) for doubt in doubts)
-    repeated = best.observed.repetition(best.values)
-    extra += (repeated - 1.0) * best.fit.covariance[:count, :count]
-    return best, best.answer(found, extra)
+    extra += (best.observed.repetition(best.values) - 1.0) * own
+    freedom = best.fit.freedom
+    sound = replace(found.without("negative"), identifiable=True, unidentifiable=())
+    return best, sound.refitted(best.values, own + extra, freedom, {"name": NAME, "freedom": freedom})
 
 
 def _under(axis: Axis, found: Identification, timing: TorqueTiming) -> Predicted:
@@ -135,30 +120,27 @@ def _settled(seen: Observed, values: Array, lag: bool) -> tuple[Array, Fit]:
     """Parameters that leave the smallest innovations, and the last fit of what is left."""
     for number in range(PASSES):
         fit = seen.fit(values, lag)
-        step, limit = fit.values[: len(BASE)], 0.5 * np.abs(values[[0, 2]])
+        step, limit = fit.values[:COUNT], 0.5 * np.abs(values[[0, 2]])
         step[[0, 2]] = np.clip(step[[0, 2]], -limit, limit)
         values = values + (1.0 if number <= FULL_STEPS else DAMPING) * step
         if not np.all(np.isfinite(values)) or values[0] <= 0.0 or values[2] < 0.0:
             break
-        if np.all(np.abs(step) <= CONVERGED * np.sqrt(np.diag(fit.covariance))[: len(BASE)]):
+        if np.all(np.abs(step) <= CONVERGED * np.sqrt(np.diag(fit.covariance))[:COUNT]):
             return values, fit
     raise NotReproduced
 
 
 def _doubts(best: Predicted, lag: bool) -> list[Array]:
-    """What would change in the parameters, each (4,).
-
-    By how the torque runs between its samples; by a quicker observer, which believes more of the encoder's
-    rounding; by the instant of the convention that the torque's agrees with.
-    """
-    count, every = len(BASE), len(NUISANCE)
+    """What would change in the parameters, each (4,): the torque between samples, rounding, its instant."""
+    every = len(NUISANCE)
     factors = best.observed.factors(best.values, hold=best.timing.hold[1])
     whole = triangle(factors.triangles.reshape(-1, every + 2))
-    doubts = [np.asarray(np.linalg.lstsq(whole[:every, :every], whole[:every, every], rcond=None)[0][:count])]
+    doubts = [np.asarray(np.linalg.lstsq(whole[:every, :every], whole[:every, every], rcond=None)[0][:COUNT])]
+    # a quicker observer believes more of the encoder's rounding
     quicker = tuple(SLOWER / SLOWEST * width for width in best.observed.bandwidths)
-    doubts.append(replace(best.observed, bandwidths=quicker).fit(best.values, lag).values[:count])
+    doubts.append(replace(best.observed, bandwidths=quicker).fit(best.values, lag).values[:COUNT])
     convention = best.timing.convention
     if lag and convention is not None:
-        along = best.fit.covariance[:count, -1] / best.fit.covariance[-1, -1]
+        along = best.fit.covariance[:COUNT, -1] / best.fit.covariance[-1, -1]
         doubts.append(np.asarray(best.timing.off(convention) * along))
     return doubts

@@ -27,7 +27,7 @@ import numpy as np
 from scipy import signal
 from scipy.integrate import cumulative_trapezoid
 
-from cabledrive.identification.axis.axis import BASE, Axis, AxisOptions, axis_of, stacked, values_of
+from cabledrive.identification.axis.axis import BASE, Axis, stacked, values_of
 from cabledrive.identification.axis.equation import LAG, settling
 from cabledrive.identification.axis.observer import CORNER_DOUBT, between_samples
 from cabledrive.identification.axis.timing import spectral_lines
@@ -56,6 +56,10 @@ PASSES, CONVERGED, HALVINGS, SLACK = 12, 0.1, 5, 1e-3
 """Steps; the largest one, in standard errors, at which they end; halvings of one that raises the residual by
 more than a share, for near the end the sensitivities are not quite its gradient."""
 LARGEST_RESIDUAL = 0.5
+FARTHEST = 1e6
+"""Strokes of the log beyond which a motion of the fitted axis counts as diverging."""
+PHASES = 4
+"""Positions of the encoder that are tried."""
 NOT_FOLLOWED = "not-followed"
 NAME = "output error on the speed, exact sensitivities, started from inverse dynamics"
 
@@ -169,46 +173,31 @@ def weighed_cases(axis: Axis, values: Array) -> list[Case]:
     return weighed(cases, values, [case.start for case in cases])
 
 
-def refine_rigid_axis(
-    logs: Sequence[Log], found: Identification, options: AxisOptions | None = None
-) -> Identification:
-    """Refine inverse dynamics by output error; several logs share the parameters."""
-    return refined(axis_of(logs, options or AxisOptions()), found)
-
-
 def refined(axis: Axis, found: Identification) -> Identification:
-    """Refine inverse dynamics by output error; a finding where the model does not follow."""
+    """Refine inverse dynamics by output error; several logs share the parameters.
+
+    Raises `NotComputed` if the model does not follow the log by itself.
+    """
     if axis.options.friction.kind not in ("coulomb", "tanh") or not found.identifiable:
         raise NotComputed(
             "output error needs an identifiable rigid axis with one Coulomb friction: fit that first"
         )
     cases = [case_of(axis, log) for log in axis.logs]
-    values = found.values
     speeds = np.array([case.start for case in cases])
-    values, speeds, _ = _solved(cases, values, speeds, PASSES // 4)
+    values, speeds, _ = _solved(cases, found.values, speeds, PASSES // 4)
     cases = weighed(cases, values, speeds)
     values, speeds, fit = _solved(cases, values, speeds, PASSES)
     plain = [replace(c, weights=None).residual(values, v)[0] for c, v in zip(cases, speeds, strict=True)]
     left, size = _size(plain), _size([case.speed[case.inner] for case in cases])
-    parameters = {
-        name: replace(estimate, value=float(value))
-        for (name, estimate), value in zip(found.parameters.items(), values, strict=True)
-    }
-    answer = replace(
-        found,
-        parameters=parameters,
-        residual={"rms": left, "relative": left / size, "rows": fit.rows},
-        method=dict(found.method) | {"name": NAME, "residual_of": "speed", "freedom": fit.freedom},
-        covariance=fit.covariance[:4, :4],
-        freedom=fit.freedom,
-    ).widened(_own_error(cases, values, speeds))
-    if left <= LARGEST_RESIDUAL * size:
-        return answer
-    return answer.saying(
-        NOT_FOLLOWED,
-        f"the model does not reproduce the log in open loop (residual {100 * left / size:.0f} % of the "
-        "speed): a feedback loop controls the axis, or the model is wrong",
-    )
+    if not left <= LARGEST_RESIDUAL * size:
+        raise NotComputed(
+            f"the model does not reproduce the log in open loop (residual {100 * left / size:.0f} % of the "
+            "speed): a feedback loop controls the axis, or the model is wrong"
+        )
+    residual = {"rms": left, "relative": left / size, "rows": fit.rows}
+    covariance, freedom = fit.covariance[:4, :4] + _own_error(cases, values, speeds), fit.freedom
+    method = {"name": NAME, "residual_of": "speed", "freedom": freedom}
+    return replace(found, residual=residual).refitted(values, covariance, freedom, method)
 
 
 def _size(rows: list[Array]) -> float:
@@ -251,11 +240,7 @@ def _apart(slopes: Array, number: int, count: int) -> Array:
 
 
 def _own_error(cases: list[Case], values: Array, speeds: Array) -> Array:
-    """What scores do not show, from motions of its own making, shape (4, 4).
-
-    And two doubts, each by the product of its shift of the parameters with itself: what the torque does
-    between its samples, and how much of its noise the axis does not feel.
-    """
+    """What scores do not show, from motions of its own making, and two doubts about the torque, (4, 4)."""
     lefts, rights, doubts = [], [], []
     for number, (case, start) in enumerate(zip(cases, speeds, strict=True)):
         moved, _ = case.moved(values, case.torque, start)
@@ -263,7 +248,11 @@ def _own_error(cases: list[Case], values: Array, speeds: Array) -> Array:
         seen = np.column_stack([case.filtered(difference(angle, case.interval)) for angle in shown.T])
         rights.append(case.compared(seen - case.filtered(moved)[:, None]))
         between, _ = case.moved(values, between_samples(case.torque, CORNER_DOUBT), start)
-        changes = np.column_stack([between - moved, noisier(case, values, start, moved)])
+        # Noise of the torque channel blurs turns, as a smaller friction does. How much of it the axis feels
+        # is not known: all of it once more, backwards and with either sign, so that only its square is left.
+        noise = (case.torque - case.lines)[::-1]
+        more, less = (case.moved(values, case.torque + sign * noise, start)[0] for sign in (1.0, -1.0))
+        changes = np.column_stack([between - moved, 0.5 * (more + less) - moved])
         doubts.append(case.compared(case.filtered(changes)))
         lefts.append(_apart(case.residual(values, start)[1], number, len(cases)))
     names = tuple(str(k) for k in range(lefts[0].shape[1]))
@@ -273,23 +262,6 @@ def _own_error(cases: list[Case], values: Array, speeds: Array) -> Array:
         fits.append(solve(suited_segments(stacked(names, parts), each=True)))
     doubt = np.linalg.lstsq(np.vstack(lefts), np.vstack(doubts), rcond=None)[0][:4]
     return unseen([f.values[:4] for f in fits], [f.covariance[:4, :4] for f in fits]) + doubt @ doubt.T
-
-
-def noisier(case: Case, values: Array, start: float, moved: Array) -> Array:
-    """What noise of the torque channel changes in the mean: it blurs turns, as a smaller friction does.
-
-    How much of the noise the axis feels too, and how much is the channel's own, is not known: all of it is
-    put on the torque once more, backwards in time and with either sign, so that only its square is left.
-    """
-    noise = (case.torque - case.lines)[::-1]
-    either = [case.moved(values, case.torque + sign * noise, start)[0] for sign in (1.0, -1.0)]
-    return 0.5 * (either[0] + either[1]) - moved
-
-
-FARTHEST = 1e6
-"""Strokes of the log beyond which a motion of the fitted axis counts as diverging."""
-PHASES = 4
-"""Positions of the encoder that are tried."""
 
 
 def rounded_angles(speed: Array, interval: float, quantum: float) -> Array:
@@ -314,26 +286,19 @@ def with_own_error(axis: Axis, found: Identification) -> Identification:
 
     As it was, and said, where the fitted axis cannot be moved or its own log is not identifiable.
     """
-    try:
-        angles = [_made(axis, log, values_of(found)) for log in axis.logs]
-        fits = [
-            axis.having(axis.position, (angle[:, k] for angle in angles)).regressed() for k in range(PHASES)
-        ]
-        misses = [fit.values - found.values for fit in fits]
-        if not np.all(np.isfinite(misses)):
-            raise NotComputed("not identifiable")
-    except NotComputed as failure:
-        return found.noting(own_error=f"not known: {failure}")
+    angles, values = [], values_of(found)
+    for log in axis.logs:
+        driven = between_samples(log.channel(axis.torque))
+        speed, _ = integrate_rigid_axis(values, driven, log.interval, start=axis.start(log), slope=axis.slope)
+        farthest = FARTHEST * np.ptp(log.channel(axis.position))
+        stays = np.abs(speed).max() * log.interval < farthest  # before sums of it overflow
+        if stays:
+            angles.append(rounded_angles(speed, log.interval, log.report.quantum.get(axis.position, 0.0)))
+        if not (stays and np.abs(angles[-1]).max() < farthest):
+            diverges = "the motion of the fitted axis diverges under the measured torque"
+            return found.noting(own_error=f"not known: {diverges}")
+    fits = [axis.having(axis.position, (a[:, k] for a in angles)).regressed() for k in range(PHASES)]
+    misses = [fit.values - found.values for fit in fits]
+    if not np.all(np.isfinite(misses)):
+        return found.noting(own_error="not known: not identifiable")
     return found.widened(unseen(misses, [fit.covariance for fit in fits]))
-
-
-def _made(axis: Axis, log: Log, values: Array) -> Array:
-    """Rounded angles of the fitted axis under the torque of one log; refused where it runs away."""
-    driven = between_samples(log.channel(axis.torque))
-    speed, _ = integrate_rigid_axis(values, driven, log.interval, start=axis.start(log), slope=axis.slope)
-    farthest = FARTHEST * np.ptp(log.channel(axis.position))
-    if np.abs(speed).max() * log.interval < farthest:  # before sums of it overflow
-        angle = rounded_angles(speed, log.interval, log.report.quantum.get(axis.position, 0.0))
-        if np.abs(angle).max() < farthest:
-            return angle
-    raise NotComputed("the motion of the fitted axis diverges under the measured torque")

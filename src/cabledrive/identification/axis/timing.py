@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from cabledrive.identification.axis.axis import Axis, Rows, stacked
+from cabledrive.identification.axis.axis import Axis, Rows, factors_of, stacked
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import Factors, solve, suited_segments
+from cabledrive.identification.regression import solve, suited_segments
 from cabledrive.identification.signals import difference
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
@@ -58,11 +58,7 @@ def spectral_lines(values: Array) -> Array:
 
 
 def has_lines(values: Array) -> bool:
-    """Whether a torque is a sum of lines, so that a motion free of noise is known.
-
-    Not so where what stands above the noise fills more than half of its band, as steps, chirps and torques of
-    feedback loops do.
-    """
+    """Whether a torque is a sum of lines, not a step, a chirp or a loop's that fills half of its band."""
     kept = _lines_of(np.fft.rfft(values))
     band = np.flatnonzero(kept)
     return bool(band.size and band.size <= HALF * (band[-1] - band[0] + 1) and kept.mean() <= SPARSE)
@@ -105,12 +101,9 @@ class TorqueTiming:
 
     @property
     def hold(self) -> tuple[float, float]:
-        """Second difference to be taken off the moved torque for its means between samples, and its doubt.
-
-        A torque that stands from tick to tick has lost 6/48 of it when it is moved by half an interval and
-        neighbours are averaged; otherwise it lies between the 4/48 of point samples and the 12/48 of means of
-        a held torque.
-        """
+        """Second difference to be taken off the moved torque for its means between samples, and its doubt."""
+        # A torque that stands from tick to tick has lost 6/48 when it is moved by half an interval and
+        # neighbours are averaged; else it lies between 4/48 of point samples and 12/48 of means.
         return (6 / 48, 1 / 48) if self.convention in ("held", "before") else (8 / 48, 4 / 48)
 
     @property
@@ -128,15 +121,16 @@ class TorqueTiming:
 
     def moved(self, axis: Axis) -> Axis:
         """The axis with its torques at the instants at which they act."""
-        return axis.having(
-            axis.torque, (self._moved(log.channel(axis.torque), log.interval) for log in axis.logs)
-        )
-
-    def _moved(self, values: Array, interval: float) -> Array:
-        if self.law == "low-pass":
-            return values - self.shift * difference(values, interval)
-        shift = CONVENTIONS[self.stated][0] * interval if self.stated else self.shift
-        return shifted(values, shift / interval, periodic=spectral_lines(values) is not values)
+        torques = []
+        for log in axis.logs:
+            values, interval = log.channel(axis.torque), log.interval
+            if self.law == "low-pass":
+                torques.append(values - self.shift * difference(values, interval))
+            else:
+                shift = CONVENTIONS[self.stated][0] * interval if self.stated else self.shift
+                periodic = spectral_lines(values) is not values
+                torques.append(shifted(values, shift / interval, periodic=periodic))
+        return axis.having(axis.torque, torques)
 
     @property
     def words(self) -> str:
@@ -188,24 +182,32 @@ def timing_of(axis: Axis, *, sensor: bool = True) -> TorqueTiming:
     """
     parts = replace(axis, equation=replace(axis.equation, lag=True)).rows()
     unknown = TorqueTiming(interval=axis.interval, determined=False)
-    if solve(_factors(parts, [(p.left, p.regressors[:, -1]) for p in parts])).unidentifiable.size:
+    if solve(factors_of(parts)).unidentifiable.size:
         return unknown
-    plain = _settled(parts, axis, "shift")
+    plain = _shift_under(parts, axis, "shift")
     if plain is None:
         return unknown
     if sensor and plain[0].shift < -NEAR * axis.interval:
-        behind = _settled(parts, axis, "low-pass")
+        behind = _shift_under(parts, axis, "low-pass")
         if behind is not None and behind[1] < plain[1]:
             return behind[0]
     return plain[0]
 
 
-def _settled(parts: list[Rows], axis: Axis, law: str) -> tuple[TorqueTiming, float] | None:
+def _shift_under(parts: list[Rows], axis: Axis, law: str) -> tuple[TorqueTiming, float] | None:
     """The timing under one law and its residual; None where the steps do not come to an end."""
     shift, interval = 0.0, axis.interval
     for number in range(ROUNDS):
-        moved = [_left(p, log.interval, shift, law) for p, log in zip(parts, axis.logs, strict=True)]
-        factors = _factors(parts, moved)
+        moved = []
+        for rows, log in zip(parts, axis.logs, strict=True):
+            rate = rows.regressors[:, -1]
+            if law == "low-pass":
+                left = rows.left - shift * rate
+            else:
+                left = shifted(rows.left, shift / log.interval)
+                rate = difference(left, log.interval)
+            moved.append((np.column_stack([rows.regressors[:, :-1], rate]), left))
+        factors = stacked(parts[0].names, moved)
         fit = solve(suited_segments(factors) if number else factors)
         error, step = float(np.sqrt(fit.covariance[-1, -1])), float(fit.values[-1])
         shift += step
@@ -214,21 +216,6 @@ def _settled(parts: list[Rows], axis: Axis, law: str) -> tuple[TorqueTiming, flo
         if number and abs(step) < max(SETTLED * interval, 0.2 * error):
             return TorqueTiming(interval=interval, shift=shift, error=error, law=law), fit.residual
     return None
-
-
-def _left(rows: Rows, interval: float, shift: float, law: str) -> tuple[Array, Array]:
-    """Left side and column of the torque's instant, at a shift."""
-    if law == "low-pass":
-        return rows.left - shift * rows.regressors[:, -1], rows.regressors[:, -1]
-    left = shifted(rows.left, shift / interval)
-    return left, difference(left, interval)
-
-
-def _factors(parts: list[Rows], moved: list[tuple[Array, Array]]) -> Factors:
-    return stacked(
-        parts[0].names,
-        [(np.column_stack([p.regressors[:, :-1], c]), y) for p, (y, c) in zip(parts, moved, strict=True)],
-    )
 
 
 def clock_drift(axis: Axis) -> float:
@@ -272,5 +259,6 @@ def _rate_of(rows: Rows, log: Log) -> float:
 def with_clock(log: Log, torque: str, rate: float) -> Log:
     """A log whose torque channel, with a clock of its own, is at the time stamps of the others."""
     samples = np.arange(len(log)) * (1.0 - rate)
-    moved = ndimage.map_coordinates(log.channel(torque), [samples], order=3, mode="nearest")
-    return replace(log, channels={**log.channels, torque: moved})
+    return log.having(
+        torque, ndimage.map_coordinates(log.channel(torque), [samples], order=3, mode="nearest")
+    )

@@ -74,6 +74,10 @@ class Log:
             raise InputRefused(f'{self.source}: no channel "{name}"{nearest(name, self.channels)}')
         return self.channels[name]
 
+    def having(self, channel: str, values: Array) -> "Log":
+        """The log with other values (samples,) in one channel."""
+        return replace(self, channels={**self.channels, channel: values})
+
     def part(self, start: float | None = None, end: float | None = None) -> "Log":
         """The log from one time [s] to before another; refused if nothing is left."""
         keep = np.ones(self.time.size, dtype=bool)
