@@ -12,7 +12,7 @@ import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.plant_samples import run_samples
+from cabledrive.rig.plant_samples import over, sampled_loops
 from cabledrive.rig.tuning import design
 
 TITLE = "Closed loop: Model 4 under its adaptive robust law, 5 kHz"
@@ -101,8 +101,8 @@ def drawn():
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else {0}
     for name, (options, count) in DRAWS.items():
         loop = loop_of(options, LONG)
-        run_samples(loop, 4, 0, threads=1)
+        over(sampled_loops(loop, 4, 0), threads=1)
         start = time.process_time()
-        run_samples(loop, count, 0, threads=len(cores))
+        over(sampled_loops(loop, count, 0), threads=len(cores))
         spent = (time.process_time() - start) * 10_000 / count
         yield name, count, f"{spent:.3g} s", f"{spent / 2:.3g} s"

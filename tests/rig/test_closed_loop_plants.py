@@ -15,7 +15,7 @@ from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.plant_samples import run_samples, sampled_loops
+from cabledrive.rig.plant_samples import over, sampled_loops
 from cabledrive.rig.tuning import design
 from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track
@@ -162,7 +162,8 @@ def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
 @pytest.mark.parametrize("law, plant", [("darc-1", 1), ("darc-3", 3), ("darc-4-damped", 4)])
 def test_many_plants_score_what_single_runs_score(law, plant):
     loop = loop_of(law, plant_model=plant)
-    many = run_samples(loop, 20, 5).scores[:, 4:6]
+    found = over(sampled_loops(loop, 20, 5))
+    many = np.column_stack((found.peak_torque, found.saturated))
     single = np.array([run(one, log=False).state.summary[4:6] for one in sampled_loops(loop, 20, 5)])
     np.testing.assert_array_equal(many, single)
 
@@ -170,7 +171,7 @@ def test_many_plants_score_what_single_runs_score(law, plant):
 def test_a_slack_span_fails_the_draw():
     loop = loop_of("darc-4")
     loop = replace(loop, slack=0.02, plant=loop.plant._replace(twist_limit=0.02))
-    assert run_samples(loop, 18, 1).failed == 18
+    assert all(over(sampled_loops(loop, 18, 1)).failed)
 
 
 IDEAL = RigOptions(ideal_sensors=True)

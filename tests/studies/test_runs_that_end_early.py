@@ -9,8 +9,9 @@ import pytest
 from cabledrive.report.blocks import Figure
 from cabledrive.report.study.controller import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
+from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study.acceptance_stage import Trial, TriedLaws, accept, score
-from cabledrive.studies.study.controller_stage import ControllerResult, LawSetting
+from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
@@ -21,12 +22,12 @@ from study_drives import drive_of, goals
 
 WRIST = drive_of("wrist")
 ASKED = goals(60, 0.3, error=0.5 * DEGREE)
-LAW = LawSetting(controller="darc-4-damped", model=4, value=55.0)
+LAW = LawSetting(controller="darc-4-damped", model=4, bandwidth=55.0)
 BOUND = 1.0 * DEGREE
 DESIGN = ControllerResult(
     model=4,
     name=LAW.controller,
-    bandwidth=LAW.value,
+    bandwidth=LAW.bandwidth,
     sliding_rate=None,
     bound=BOUND,
     chosen=None,
@@ -142,7 +143,7 @@ def test_where_some_last_the_answer_is_unknown_and_the_page_counts_them(some):
 def test_a_run_that_flies_apart_leaves_plain_numbers():
     """A law far too quick for its filter and a motor without limit: no infinity, nothing invented."""
     free = replace(WRIST, motor=replace(WRIST.motor, torque_limit=None))
-    runs = accepted(1e9, drive=free, law=replace(LAW, value=900.0), draws=4)
+    runs = accepted(1e9, drive=free, law=replace(LAW, bandwidth=900.0), draws=4)
     assert runs.failed == 4, runs
     assert runs.largest_torque is None, "what a diverging law asked for is no torque of the drive"
     text = json.dumps(as_plain(runs), allow_nan=False)

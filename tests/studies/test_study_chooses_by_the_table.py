@@ -9,8 +9,8 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.laws.load_learning import KINDS, SCHEDULED
-from cabledrive.rig.plant_samples import Disturbances
-from cabledrive.rig.ranked import Scores, offered, rank
+from cabledrive.rig.plant_samples import Disturbances, Draws
+from cabledrive.rig.ranked import offered
 from cabledrive.studies.study import controller_stage as law_settings
 from cabledrive.studies.study import run_study
 from cabledrive.studies.study.controller_stage import FIXED, law_of, tuned_laws
@@ -43,8 +43,8 @@ def on_the_plants_of(found, setting, draws):
         peak = done.state.summary[SUMMARY.index("peak")] / loop.gear + values.get("eccentricity", 0.0)
         runs.append((float(peak), bool(done.failed)))
     peaks, failed = zip(*runs, strict=True)
-    nothing = (0.0,) * draws
-    return Scores(peaks=peaks, later=nothing, torques=nothing, saturated=nothing, failed=failed)
+    names = ("first_peak", "later_peak", "peak_torque", "saturated", "loose")
+    return Draws(peak=peaks, failed=failed, **dict.fromkeys(names, (0.0,) * draws))
 
 
 def choice_and_table(drive, asked, folder):
@@ -56,7 +56,7 @@ def choice_and_table(drive, asked, folder):
         "laws", tuned_laws, known, asked.motion, found.knowledge, found.controller, None, every_law=False
     )
     table = {
-        one.controller: rank(on_the_plants_of(found, one, asked.draws), np.inf, learns=False)
+        one.controller: on_the_plants_of(found, one, asked.draws).rank(np.inf, learns=False)
         for one in tuned
         if one.value is not None
     }

@@ -22,10 +22,11 @@ from cabledrive.rig.bench.experiment import Excitation, experiment
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import log_csv
+from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.acceptance_stage import Trial, accept
 from cabledrive.studies.study.chain_regression import identify_chain
-from cabledrive.studies.study.controller_stage import LawSetting, design_controller
+from cabledrive.studies.study.controller_stage import design_controller
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import values_of
@@ -196,7 +197,7 @@ def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
     motion = Motion()
     holds = {one.model: one.holds_5 for one in model_quality(DRIVE) if one.model in (3, 4)}
     control = design_controller(DRIVE, motion, known.quantities, holds, None)
-    law = LawSetting(controller=control.name, model=control.model, value=control.bandwidth)
+    law = LawSetting(controller=control.name, model=control.model, bandwidth=control.bandwidth)
     cache, asked = (
         StageCache(folder=None, note=lambda line: None),
         Goals(angle=np.pi / 4, duration=0.5, seed=7),

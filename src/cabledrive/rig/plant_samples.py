@@ -1,8 +1,9 @@
 """Many plants at random within what is known of a drive, plain or disturbed, and a load that changes."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from itertools import product
 from math import ceil, inf, pi
 from pathlib import Path
@@ -20,7 +21,7 @@ from cabledrive.rig.closed_loop.chain_plant import chain_numbers, drawn_pair
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
-from cabledrive.rig.setting import DEGREE, Payload, Spreads
+from cabledrive.rig.setting import Payload, Spreads
 
 CONFIDENCE = 0.95
 
@@ -34,16 +35,48 @@ def share_low(inside: int, runs: int) -> float:
     return float(beta.ppf(1.0 - CONFIDENCE, inside, runs - inside + 1))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlantSamples:
-    """Peaks of many runs."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Draws:
+    """Runs of one law on many plants, one entry a plant."""
 
-    scores: Array  # (draws, scores): as `SUMMARY` names them, angles in rad at the load
-    failed: int  # runs that ended before their time
+    # peak, first_peak, later_peak: largest error of the whole run, in its first pulse with its dwell, and
+    # after that [rad at the load]
+    peak: tuple[float, ...]
+    first_peak: tuple[float, ...]
+    later_peak: tuple[float, ...]
+    peak_torque: tuple[float, ...]  # [N m]
+    # saturated, loose: samples at the torque limit, and with an open flank of a pair of motors
+    saturated: tuple[float, ...]
+    loose: tuple[float, ...]
+    failed: tuple[bool, ...]  # whether the run ended before its time
 
-    def degrees(self, name: str) -> Array:
-        """A peak of every run by its name in `SUMMARY`, shape (draws,) [deg]."""
-        return self.scores[:, SUMMARY.index(name)] / DEGREE
+    def joined(self, other: "Draws") -> "Draws":
+        """These runs and others."""
+        return Draws(**{f.name: (*getattr(self, f.name), *getattr(other, f.name)) for f in fields(self)})
+
+    def errors(self, *, learns: bool) -> Array:
+        """Error of each run, after the first pulse of a law that learns; infinite where it ended early."""
+        return np.where(self.failed, inf, self.later_peak if learns else self.peak)
+
+    def rank(self, goal: float, *, learns: bool) -> tuple[float, float]:
+        """Share of plants outside the goal [rad], then the largest error: smaller is better."""
+        errors = self.errors(learns=learns)
+        return float(np.mean(errors > goal)), float(errors.max())
+
+
+def over(loops: Iterable[Loop], each: Callable[[Loop], Run] | None = None, threads: int = 2) -> Draws:
+    """Run a law on plants, in threads; ``each``: how a plant is run."""
+    names = [field.name for field in fields(Draws)][:-1]
+    angles, ran = np.array([name.endswith("peak") for name in names]), each or partial(run, log=False)
+
+    def score(one: Loop) -> tuple[float, ...]:
+        done = ran(one)
+        found = done.state.summary[[SUMMARY.index(name) for name in names]]
+        return *np.where(angles, found / one.gear, found).tolist(), done.failed
+
+    with ThreadPoolExecutor(threads) as pool:
+        rows = list(pool.map(score, loops))
+    return Draws(**dict(zip((*names, "failed"), zip(*rows, strict=True), strict=True)))
 
 
 def sampled_chain(
@@ -107,38 +140,6 @@ def sampled_loops(loop: Loop, draws: int, seed: int, spreads: Spreads | None = N
         rig = loop.rig._replace(phases=phases) if random else loop.rig
         other = replace(with_plant(loop, chain), rig=rig)
         yield other if loop.pair is None else replace(other, pair=drawn_pair(loop.pair, generator))
-
-
-def run_samples(
-    loop: Loop, draws: int, seed: int, *, each: Callable[[Loop], Run] | None = None, threads: int = 2
-) -> PlantSamples:
-    """Run many plants, in threads; ``each``: how a plant is run, default from rest to the end."""
-    ran = each or (lambda one: run(one, log=False))
-
-    def score(one: Loop) -> tuple[Array, bool]:
-        done = ran(one)
-        return done.state.summary, done.failed
-
-    with ThreadPoolExecutor(threads) as pool:
-        results = list(pool.map(score, sampled_loops(loop, draws, seed)))
-    scores = np.array([result for result, _ in results])
-    angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
-    scores[:, angles] /= loop.gear
-    return PlantSamples(scores=scores, failed=sum(failed for _, failed in results))
-
-
-def draw_words(found: PlantSamples, name: str = "peak") -> dict[str, object]:
-    """Draws, median, 99 % and worst peak error [deg], largest torque [N m] and failures of many runs."""
-    peak = found.degrees(name)
-    return {
-        "draws": len(peak),
-        "median_peak_error_deg": float(np.median(peak)),
-        "peak_error_99_deg": float(np.quantile(peak, 0.99)),
-        "worst_peak_error_deg": float(peak.max()),
-        "worst_first_pulse_error_deg": float(found.degrees("first_peak").max()),
-        "worst_torque": float(found.scores[:, SUMMARY.index("peak_torque")].max()),
-        "failed": found.failed,
-    }
 
 
 def loop_with_loads(loop: Loop) -> Loop:
@@ -314,6 +315,14 @@ def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.
         made = told_otherwise(made, announced((payload,), interval, len(loop.target)))
     plant = disturbed_plant(loop, chain, drawn, turned)
     return replace(loop, chain=chain, rig=rig, controller=made, plant=plant, disturbed=True)
+
+
+def disturbed_loops(
+    loop: Loop, disturbances: Disturbances, seed: int, draws: Iterable[int]
+) -> Iterator[Loop]:
+    """The same on the plants of some draws, each of which has a generator of its own."""
+    for draw in draws:
+        yield disturbed_loop(loop, disturbances, np.random.default_rng([seed, draw]))
 
 
 def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:

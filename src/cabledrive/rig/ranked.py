@@ -1,8 +1,7 @@
 """Which laws are compared on a drive, what each reaches on many plants, and which of them is best."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -10,68 +9,23 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
-from cabledrive.rig.closed_loop.loop import run
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
 from cabledrive.rig.laws.indirect import NAME as INDIRECT
 from cabledrive.rig.laws.indirect import run_indirect
 from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING, SCHEDULED
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, main_laws
-from cabledrive.rig.plant_samples import Disturbances, disturbed_loop, standard_disturbances
+from cabledrive.rig.plant_samples import Disturbances, Draws, disturbed_loops, over, standard_disturbances
 from cabledrive.rig.setting import DEGREE, RigOptions
-from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, law_at, ripple_limit, tuned
-
-COLUMNS = ("peak", "later_peak", "peak_torque", "saturated", "failed")
+from cabledrive.rig.tuning import TunedLaw, law_as_tuned, law_at, limit_words, tuned
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scores:
-    """Runs of one law, one entry a plant."""
-
-    # peaks, later: largest error of the whole run, and after its first pulse and dwell [rad at the load]
-    peaks: tuple[float, ...]
-    later: tuple[float, ...]
-    torques: tuple[float, ...]  # [N m]
-    saturated: tuple[float, ...]  # samples at the torque limit
-    failed: tuple[bool, ...]  # whether the run ended before its time
-
-    def joined(self, other: "Scores") -> "Scores":
-        """These runs and others."""
-        names = ("peaks", "later", "torques", "saturated", "failed")
-        return Scores(**{name: (*getattr(self, name), *getattr(other, name)) for name in names})
-
-
-def scored(tuned: TunedLaw, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: range) -> Scores:
+def scored(tuned: TunedLaw, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: range) -> Draws:
     """Run a law on plants, the same for every law."""
-    columns = [SUMMARY.index(name) for name in COLUMNS[:-1]]
-
-    def one(draw: int) -> Array:
-        plant = disturbed_loop(tuned.loop, disturbances, np.random.default_rng([seed, draw]))
-        if tuned.name == INDIRECT:
-            _, done, _ = run_indirect(replace(spec, bandwidth=tuned.bandwidth), plant)
-        else:
-            done = run(plant, log=False)
-        return np.append(done.state.summary[columns], done.failed)
-
-    with ThreadPoolExecutor(2) as pool:
-        rows = np.array(list(pool.map(one, draws)))
-    rows[:, :2] /= tuned.loop.gear
-    peaks, later, torques, saturated, failed = (tuple(column.tolist()) for column in rows.T)
-    return Scores(
-        peaks=peaks, later=later, torques=torques, saturated=saturated, failed=tuple(map(bool, failed))
-    )
-
-
-def rank(scores: Scores, goal: float, *, learns: bool) -> tuple[float, float]:
-    """Share of plants outside the goal [rad], then the largest error: smaller is better."""
-    errors = counted(scores, learns=learns)
-    return float(np.mean([error > goal for error in errors])), max(errors)
-
-
-def counted(scores: Scores, *, learns: bool) -> Sequence[float]:
-    """Error of each run; infinite where it ended early [rad]."""
-    errors = scores.later if learns else scores.peaks
-    return [float("inf") if failed else error for error, failed in zip(errors, scores.failed, strict=True)]
+    plants = disturbed_loops(tuned.loop, disturbances, seed, draws)
+    if tuned.name != INDIRECT:
+        return over(plants)
+    asked = replace(spec, bandwidth=tuned.bandwidth)
+    return over(plants, lambda plant: run_indirect(asked, plant)[1])
 
 
 BEST = "best"
@@ -116,12 +70,12 @@ def goal_of(drive: Drive) -> float:
 
 
 @lru_cache(maxsize=8)
-def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None], ...]]:
+def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Draws | None], ...]]:
     """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
     disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
     several = spec.motion.pulses > 1
     found: list[tuple[tuple[float, float], TunedLaw]] = []
-    reached: list[tuple[str, Scores | None]] = []
+    reached: list[tuple[str, Draws | None]] = []
     for name in offered(spec.drive, disturbances):
         if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
             continue
@@ -133,7 +87,7 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None
             scores = None
         reached.append((name, scores))
         if scores is not None:
-            found.append((rank(scores, goal, learns=several and name in LEARNS), law))
+            found.append((scores.rank(goal, learns=several and name in LEARNS), law))
     if not found:
         raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")
     return min(found, key=lambda pair: pair[0])[1], tuple(reached)
@@ -152,8 +106,7 @@ def best_controller(spec: DesignSpec) -> Controller:
     tuned, _ = best_law(_compared(spec))
     reason = (
         f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
-        f"plants with friction at the load; the highest bandwidth with a disk margin of {LEAST_DISK:g} and a "
-        f"torque ripple of {ripple_limit(spec):.3g} N m"
+        f"plants with friction at the load; the highest bandwidth that keeps {limit_words(spec)}"
     )
     made = law_at(tuned.name, tuned.bandwidth, tuned.filter, spec)
     return replace(made, gains=made.gains | {"reasons": [reason]})
@@ -166,7 +119,7 @@ def best_words(spec: DesignSpec) -> dict[str, Any]:
     for name, scores in reached:
         words: dict[str, Any] = {"name": name, "worst_deg": None, "median_deg": None}
         if scores is not None:
-            errors = np.array(counted(scores, learns=several and name in LEARNS)) / DEGREE
+            errors = scores.errors(learns=several and name in LEARNS) / DEGREE
             worst, median = float(errors.max()), float(np.median(errors))
             words["worst_deg"] = worst if np.isfinite(worst) else None
             words["median_deg"] = median if np.isfinite(median) else None

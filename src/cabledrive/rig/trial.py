@@ -16,12 +16,12 @@ from cabledrive.control.own_controller import checked_controller
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
+from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.registry import CONTROLLERS, known_name
 from cabledrive.rig.margins import bound_over_draws, closed_loop, response, sampled_controller, sampled_plant
-from cabledrive.rig.plant_samples import corners, draw_words, run_samples
+from cabledrive.rig.plant_samples import corners, over, sampled_loops
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, sample_interval
 from cabledrive.rig.tracking import Tracking, within
 from cabledrive.rig.tuning import ripple_limit
@@ -69,14 +69,21 @@ PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 
 
 def over_draws(loop: Loop, spec: DesignSpec, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
-    if loop.controller.name == NAME and loop.controller.own is None and loop.motion.pulses > 1:
-        found = run_samples(loop, draws, seed, each=lambda one: run_indirect(spec, one)[1])
-        words = draw_words(found, "later_peak")
-    else:
-        found = run_samples(loop, draws, seed)
-        words = draw_words(found)
+    plants = sampled_loops(loop, draws, seed)
+    learns = loop.controller.name == NAME and loop.controller.own is None and loop.motion.pulses > 1
+    found = over(plants, lambda one: run_indirect(spec, one)[1]) if learns else over(plants)
+    peak = np.array(found.later_peak if learns else found.peak) / DEGREE
+    words: dict[str, Any] = {
+        "draws": draws,
+        "median_peak_error_deg": float(np.median(peak)),
+        "peak_error_99_deg": float(np.quantile(peak, 0.99)),
+        "worst_peak_error_deg": float(peak.max()),
+        "worst_first_pulse_error_deg": max(found.first_peak) / DEGREE,
+        "worst_torque": max(found.peak_torque),
+        "failed": sum(found.failed),
+    }
     if loop.pair is not None:
-        words["flanks_closed"] = int(np.count_nonzero(found.scores[:, SUMMARY.index("loose")] == 0.0))
+        words["flanks_closed"] = found.loose.count(0.0)
     return words | bound_over_draws(loop)
 
 

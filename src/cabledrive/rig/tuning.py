@@ -7,8 +7,7 @@ that are set apart for tuning is taken. `track`, `export`, `compare` and `best` 
 
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
 from math import inf
 
@@ -28,7 +27,7 @@ from cabledrive.rig.laws.eigenvalues import check_least_bandwidth, tuning_by_unc
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS, NO_FILTER, OPEN_LOOPS, check_sample_rate, known_name
 from cabledrive.rig.margins import Margins, margins_of
-from cabledrive.rig.plant_samples import Disturbances, disturbed_loop, standard_disturbances
+from cabledrive.rig.plant_samples import Disturbances, disturbed_loops, over, standard_disturbances
 from cabledrive.rig.setting import RigOptions
 
 SETTINGS_HZ = (
@@ -67,6 +66,52 @@ class TunedLaw:
         return self.reached >= 1.0
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawSetting:
+    """A control law with the numbers that tune it."""
+
+    controller: str  # a name that `track` knows
+    model: int | None = None  # of a law of the chain that its bound tunes; None: any other
+    bandwidth: float | None = None  # [Hz]; None: nothing keeps the limits
+    filter: str = ""  # of `filters`; empty: the law brings its own
+    # disk, gain, phase, ripple: as `cabledrive.rig.margins.Margins` has them; None: infinite
+    margins: dict[str, float | None] = field(default_factory=dict)
+    seconds: float = 0.0  # what the tuning took [s]
+    reason: str = ""  # why there is no bandwidth; empty where there is one
+
+    @property
+    def words(self) -> str:
+        """The setting in a few words; empty where there is none."""
+        if self.bandwidth is None:
+            return ""
+        return f"{self.bandwidth:.3g} Hz" + (f", filter {self.filter}" if self.filter else "")
+
+
+def setting_of(
+    name: str,
+    spec: DesignSpec,
+    disturbances: Disturbances,
+    worst: Callable[[Controller], float] | None = None,
+    more: str = "",
+) -> LawSetting:
+    """A law `tuned` within the limits, or why it cannot be; ``more``: what ``worst`` adds to them."""
+    try:
+        found = tuned(name, spec, disturbances, worst)
+    except (NotComputed, InputRefused) as failure:
+        return LawSetting(controller=name, reason=str(failure))
+    if not found.accepted:
+        why = f"no bandwidth keeps {limit_words(spec)}{more}"
+        return LawSetting(controller=name, seconds=found.seconds, reason=why)
+    limits = {key: float(getattr(found.margins, key)) for key in ("disk", "gain", "phase", "ripple")}
+    return LawSetting(
+        controller=name,
+        bandwidth=found.bandwidth,
+        filter=found.filter,
+        margins={key: value if np.isfinite(value) else None for key, value in limits.items()},
+        seconds=found.seconds,
+    )
+
+
 def design(name: str | None, spec: DesignSpec) -> Controller:
     """Design a law by name, tuned where ``spec.best`` asks for it; default: see `known_name`."""
     name = known_name(name, spec.drive)
@@ -86,8 +131,7 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
 
 
 def _with_reason(name: str, spec: DesignSpec) -> Controller:
-    found, ripple = tuned(name, spec, standard_disturbances(spec.drive)), ripple_limit(spec)
-    limits = f"a disk margin of {LEAST_DISK:g} and a torque ripple of {ripple:.3g} N m by rounding"
+    found, limits = tuned(name, spec, standard_disturbances(spec.drive)), limit_words(spec)
     why = f"the highest that keeps {limits}"
     if not found.accepted:
         why = f"no bandwidth keeps {limits}; this one comes closest"
@@ -123,6 +167,11 @@ def needed_torque(spec: DesignSpec) -> float:
     flat = flat_output(chain)
     reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
     return float(np.abs(feedforward(chain, flat, reference)[:, -1]).max())
+
+
+def limit_words(spec: DesignSpec) -> str:
+    """What every setting keeps."""
+    return f"a disk margin of {LEAST_DISK:g} and a torque ripple of {ripple_limit(spec):.3g} N m by rounding"
 
 
 def ripple_limit(spec: DesignSpec) -> float:
@@ -189,7 +238,9 @@ def _tuned(
     kept = [one for one in found if one.accepted]
     if kept:
         errors = [
-            worst_error(one.loop, disturbances, TUNING_DRAWS, TUNING_SEED)
+            over(disturbed_loops(one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS)))
+            .errors(learns=False)
+            .max()
             if worst is None
             else worst(one.loop.controller)
             for one in kept
@@ -255,15 +306,3 @@ def nominal_loop(made: Controller, spec: DesignSpec, tuning: KalmanTuning | None
     """A law with a filter on its nominal plant; ``tuning``: default: that of the law."""
     drive, generator = spec.drive, np.random.default_rng(0)
     return close_loop(drive, drive, _filtered(made, tuning), spec.motion, spec.options, generator)
-
-
-def worst_error(loop: Loop, disturbances: Disturbances, draws: int, seed: int) -> float:
-    """Largest error of a law over drawn plants [rad at the first shaft]; infinite where a run ends early."""
-
-    def one(draw: int) -> float:
-        plant = disturbed_loop(loop, disturbances, np.random.default_rng([seed, draw]))
-        done = run(plant, log=False)
-        return float("inf") if done.failed else float(done.state.summary[SUMMARY.index("peak")])
-
-    with ThreadPoolExecutor(2) as pool:  # the compiled loop lets two threads work at once
-        return max(pool.map(one, range(draws)))

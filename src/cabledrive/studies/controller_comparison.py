@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -20,44 +20,34 @@ from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
-from cabledrive.rig.plant_samples import Disturbances, load_disturbances, share_low, standard_disturbances
-from cabledrive.rig.ranked import COMPARED, LEARNS, Scores, checked_names, goal_of, offered, rank, scored
+from cabledrive.rig.plant_samples import (
+    Disturbances,
+    Draws,
+    load_disturbances,
+    share_low,
+    standard_disturbances,
+)
+from cabledrive.rig.ranked import COMPARED, LEARNS, checked_names, goal_of, offered, scored
 from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion, check_run
 from cabledrive.rig.trial import check_motion
-from cabledrive.rig.tuning import LEAST_DISK, TunedLaw, law_as_tuned, ripple_limit, tuned
+from cabledrive.rig.tuning import LEAST_DISK, LawSetting, TunedLaw, law_as_tuned, ripple_limit, setting_of
 from cabledrive.studies.study.stage_cache import Made, StageCache
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TuningRecord:
-    """How a law was tuned."""
-
-    name: str
-    bandwidth: float | None = None  # [Hz]; None: no setting keeps the limits
-    filter: str = ""
-    # disk, gain, phase, ripple: of `cabledrive.rig.margins.Margins`; None: infinite, or no setting
-    disk: float | None = None
-    gain: float | None = None
-    phase: float | None = None
-    ripple: float | None = None
-    seconds: float = 0.0  # what the tuning took [s]
-    reason: str = ""  # why there is no setting; empty where there is one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparedLaw:
     """One law of a comparison."""
 
-    tuning: TuningRecord
-    scores: Scores | None  # None: it could not be tuned
+    tuning: LawSetting
+    scores: Draws | None  # None: it could not be tuned
     learns: bool  # whether its first pulse is for learning, and the error counts after it
 
     def rank(self, goal: float) -> tuple[bool, float, float]:
         """Smaller is better; a law without runs comes last."""
         if self.scores is None:
             return True, 1.0, float("inf")
-        return (False, *rank(self.scores, goal, learns=self.learns))
+        return (False, *self.scores.rank(goal, learns=self.learns))
 
 
 @described
@@ -81,14 +71,14 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
     """One row of the answer: errors in degrees, torques in N m, margins; ``goal`` [rad]."""
     tuning, scores = law.tuning, law.scores
     words: dict[str, Any] = {
-        "name": tuning.name,
+        "name": tuning.controller,
         "bandwidth_hz": tuning.bandwidth,
         "filter": tuning.filter,
         "learns": law.learns,
-        "disk_margin": tuning.disk,
-        "gain_margin": tuning.gain,
-        "phase_margin_deg": None if tuning.phase is None else tuning.phase / DEGREE,
-        "torque_ripple": tuning.ripple,
+        "disk_margin": tuning.margins.get("disk"),
+        "gain_margin": tuning.margins.get("gain"),
+        "phase_margin_deg": None if (phase := tuning.margins.get("phase")) is None else phase / DEGREE,
+        "torque_ripple": tuning.margins.get("ripple"),
         "tuning_seconds": tuning.seconds,
         "reason": tuning.reason,
     }
@@ -98,8 +88,8 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
             *("share_within", "share_low", "peak_torque", "median_torque"),
         )
         return words | {"runs": 0, "failed": 0, "saturated_runs": 0} | dict.fromkeys(names)
-    lasted, errors = ~np.array(scores.failed), np.array(scores.later if law.learns else scores.peaks)
-    inside, runs = int(np.count_nonzero((errors <= goal) & lasted)), len(errors)
+    lasted, errors = ~np.array(scores.failed), scores.later_peak if law.learns else scores.peak
+    inside, runs = int(np.count_nonzero(scores.errors(learns=law.learns) <= goal)), len(errors)
 
     def degrees(statistic: Callable[..., Any], values: Any) -> float | None:
         return float(statistic(np.array(values)[lasted] / DEGREE)) if lasted.any() else None
@@ -110,12 +100,12 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
         "worst_deg": degrees(np.max, errors),
         "median_deg": degrees(np.median, errors),
         "error_99_deg": degrees(lambda lasting: np.quantile(lasting, 0.99), errors),
-        "worst_whole_run_deg": degrees(np.max, scores.peaks),
-        "worst_later_deg": degrees(np.max, scores.later),
+        "worst_whole_run_deg": degrees(np.max, scores.peak),
+        "worst_later_deg": degrees(np.max, scores.later_peak),
         "share_within": inside / runs,
         "share_low": share_low(inside, runs),
-        "peak_torque": float(np.max(scores.torques)),
-        "median_torque": float(np.median(scores.torques)),
+        "peak_torque": max(scores.peak_torque),
+        "median_torque": float(np.median(scores.peak_torque)),
         "saturated_runs": int(np.count_nonzero(np.array(scores.saturated) > 0.0)),
     }
 
@@ -243,38 +233,25 @@ def _laws(
                 last, stage = min(first + BLOCK, draws), f"runs-{name}-{first:05d}"
                 blocks.append(cache.staged(stage, runs_of, law, *asked, seed, (first, last)))
                 progress(f"{name}: {last} of {draws} plants", (last - first) / draws)
-            scores = reduce(Scores.joined, blocks)
+            scores = reduce(Draws.joined, blocks)
         yield ComparedLaw(tuning=tuning, scores=scores, learns=asked[1].pulses > 1 and name in LEARNS)
 
 
-def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbances) -> TuningRecord:
+def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbances) -> LawSetting:
     """A law tuned within the limits, or why it cannot be."""
-    spec = DesignSpec(drive, motion, options=COMPARED)
-    try:
-        found = tuned(name, spec, disturbances)
-    except (NotComputed, InputRefused) as failure:
-        return TuningRecord(name=name, reason=str(failure))
-    if not found.accepted:
-        why = f"{name}: no bandwidth keeps a disk margin of {LEAST_DISK:g} and a torque ripple of "
-        reason = f"{why}{ripple_limit(spec):.3g} N m"
-        return TuningRecord(name=name, seconds=found.seconds, reason=reason)
-    limits = {key: float(getattr(found.margins, key)) for key in ("disk", "gain", "phase", "ripple")}
-    kept: dict[str, Any] = {key: value if np.isfinite(value) else None for key, value in limits.items()}
-    return TuningRecord(
-        name=name, bandwidth=found.bandwidth, filter=found.filter, seconds=found.seconds, **kept
-    )
+    return setting_of(name, DesignSpec(drive, motion, options=COMPARED), disturbances)
 
 
-def tuned_again(record: TuningRecord, drive: Drive, motion: Motion) -> TunedLaw:
+def tuned_again(record: LawSetting, drive: Drive, motion: Motion) -> TunedLaw:
     """The law of a tuning that was kept."""
     assert record.bandwidth is not None
     spec = DesignSpec(drive, motion, options=COMPARED)
-    return law_as_tuned(record.name, record.bandwidth, record.filter, spec)
+    return law_as_tuned(record.controller, record.bandwidth, record.filter, spec)
 
 
 def runs_of(
     law: TunedLaw, drive: Drive, motion: Motion, asked: Disturbances, seed: int, block: tuple[int, int]
-) -> Scores:
+) -> Draws:
     """A tuned law on the plants of a block of draws, its first and the one after its last."""
     return scored(law, DesignSpec(drive, motion, options=COMPARED), asked, seed, range(*block))
 
@@ -291,7 +268,7 @@ def _summary(
     ran = [law for law in laws if law.scores is not None]
     return {
         "controllers": [law_words(law, goal) for law in laws],
-        "best": ran[0].tuning.name if ran else None,
+        "best": ran[0].tuning.controller if ran else None,
         "draws": draws,
         "seed": seed,
         "goal_deg": goal / DEGREE,

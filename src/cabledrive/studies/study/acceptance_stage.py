@@ -8,7 +8,7 @@ from math import ceil
 import numpy as np
 
 from cabledrive.rig.plant_samples import CONFIDENCE, share_low
-from cabledrive.studies.study.controller_stage import LawSetting
+from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study.goals import Goals, goal_of
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.machine import Quantity
@@ -182,7 +182,7 @@ def accept(
 
     A law that has missed the goal more often than all the runs allow is not run further.
     """
-    if law.value is None:
+    if law.bandwidth is None:
         return no_runs(plant, law.reason)
     goal, bound, cache = goal_of(trial.goals), None if law.model is None else trial.bound, trial.cache
     loop, known = trial.plant.closed_loop(law, cable=plant == "cable"), trial.known

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from cabledrive.control.darc import RATIO
 from cabledrive.control.numbers import HIGH, LOW
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
@@ -19,7 +19,7 @@ from cabledrive.rig.laws.registry import MAIN_LAWS
 from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import summarize
-from cabledrive.rig.tuning import LEAST_DISK, TUNING_DRAWS, TUNING_SEED, law_at, ripple_limit, tuned
+from cabledrive.rig.tuning import TUNING_DRAWS, TUNING_SEED, LawSetting, law_at, setting_of
 from cabledrive.studies.study.bandwidth_cost import SAMPLES_PER_PERIOD, Candidate, cheapest, evaluate
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.machine import Quantity
@@ -126,24 +126,6 @@ MOST_TORQUE = 2.0 / 3.0
 """Share of the torque limit that the tuning may use: the acceptance draws plants that need more."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LawSetting:
-    """A control law with the one number that tunes it."""
-
-    controller: str  # A name that `track` knows
-    model: int | None  # of a law of the chain; None: any other law
-    value: float | None  # bandwidth [Hz]; None: nothing could be used
-    filter: str = ""  # of `cabledrive.rig.tuning.filters`; empty: of the law of the chain, or of a carriage
-    reason: str = ""  # why it cannot be used; empty where it can
-
-    @property
-    def words(self) -> str:
-        """The setting in a few words; empty where there is none."""
-        if self.value is None:
-            return ""
-        return f"{self.value:.3g} Hz" + (f", filter {self.filter}" if self.filter else "")
-
-
 def tuned_laws(
     drive: Drive,
     motion: Motion,
@@ -156,7 +138,7 @@ def tuned_laws(
     """Each law at its best setting, simplest first: those that a comparison offers, or every one."""
     hertz, why = chain_law.bandwidth, chain_law.reason
     chain = LawSetting(
-        controller=chain_law.name, model=chain_law.model, value=hertz, reason="" if hertz else why
+        controller=chain_law.name, model=chain_law.model, bandwidth=hertz, reason="" if hertz else why
     )
     fixed, learning = (
         [_tuned(name, drive, motion, known, torque) for name in names if every_law or name in MAIN_LAWS]
@@ -167,11 +149,11 @@ def tuned_laws(
 
 def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) -> Controller:
     """A law at its setting, ready to run; ``setting``: with a value; ``drive``: with the best values."""
-    assert setting.value is not None
+    assert setting.bandwidth is not None
     if setting.model is not None:
-        return make_law(drive, motion, known.quantities, setting.model, setting.value)
+        return make_law(drive, motion, known.quantities, setting.model, setting.bandwidth)
     spec = DesignSpec(drive, motion, feedback=near_encoder(drive), options=rig_options(drive))
-    return law_at(setting.controller, setting.value, setting.filter, spec)
+    return law_at(setting.controller, setting.bandwidth, setting.filter, spec)
 
 
 def _tuned(name: str, drive: Drive, motion: Motion, known: Knowledge, torque: float | None) -> LawSetting:
@@ -186,19 +168,8 @@ def _tuned(name: str, drive: Drive, motion: Motion, known: Knowledge, torque: fl
         with ThreadPoolExecutor(2) as pool:
             return max(first, *pool.map(lambda k: _error(loop, drive, known, k), range(1, TUNING_DRAWS)))
 
-    empty = LawSetting(controller=name, model=None, value=None)
-    try:
-        found = tuned(name, spec, Disturbances(), worst)
-    except (NotComputed, InputRefused) as failure:
-        return replace(empty, reason=str(failure))
-    if not found.accepted:
-        why = f"no bandwidth keeps a disk margin of {LEAST_DISK:g}, a torque ripple of "
-        why += (
-            f"{ripple_limit(spec):.3g} N m and {100 * MOST_TORQUE:.0f} % of the torque limit on the plants "
-        )
-        why += "for tuning"
-        return replace(empty, reason=why)
-    return replace(empty, value=found.bandwidth, filter=found.filter)
+    more = f", and {100 * MOST_TORQUE:.0f} % of the torque limit on the plants for tuning"
+    return replace(setting_of(name, spec, Disturbances(), worst, more), seconds=0.0)
 
 
 def _error(loop: Loop, drive: Drive, known: Knowledge, draw: int) -> float:

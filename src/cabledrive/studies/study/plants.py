@@ -13,6 +13,7 @@ from cabledrive.rig.carriage import FORCE, TENSIONS, CarriageLoop
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.setting import Motion
+from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study.bandwidth_cost import CarriageController, design_carriage_law
 from cabledrive.studies.study.carriage_case import (
     CarriageCase,
@@ -30,7 +31,6 @@ from cabledrive.studies.study.carriage_machine import know_carriage
 from cabledrive.studies.study.check_stage import DemandResult, demand_of
 from cabledrive.studies.study.controller_stage import (
     ControllerResult,
-    LawSetting,
     design_controller,
     law_of,
     tuned_laws,
@@ -243,14 +243,14 @@ class CarriagePlant:
             self.known.quantities,
             model.left_out,
         )
-        setting = LawSetting(controller=law.name, model=None, value=law.bandwidth, filter="")
+        setting = LawSetting(controller=law.name, bandwidth=law.bandwidth)
         laws = () if law.bandwidth is None else (setting,)
         return Candidates(model=model, controller=law, laws=laws, reason="" if laws else law.reason)
 
     def closed_loop(self, law: LawSetting, *, cable: bool) -> Made["ClosedLoop"]:
         """The scheduled law; there is no plant on the distributed cable."""
         assert not cable
-        return Made(carriage_loop, (bare(self.drive), self.task, law.value))
+        return Made(carriage_loop, (bare(self.drive), self.task, law.bandwidth))
 
 
 def carriage_loop(drive: Drive, goals: Goals, bandwidth: float) -> "CarriageRuns":
