@@ -81,11 +81,12 @@ def test_friction_of_the_load_is_not_taken_for_a_softer_cable(coulomb, viscous, 
     for seed in range(8):
         rng = np.random.default_rng(seed)
         found = estimate_load(counted_pair(angles, rng), COUNTS[1:], INTERVAL, rng)
-        assert found.excited, found
-        worst = max(worst, abs(found.beta / BETA - 1.0))
-        held += found.coulomb_interval[0] <= coulomb <= found.coulomb_interval[1]
-        assert found.coulomb == pytest.approx(coulomb, abs=min(1.0, 4.0 * found.coulomb_error))
-        assert found.viscous == pytest.approx(viscous, abs=min(0.5, 4.0 * found.viscous_error))
+        assert found.known(0.02, 0), found
+        assert found.believed, found
+        worst = max(worst, abs(found.values[0] / BETA - 1.0))
+        held += found.intervals[0, 2] <= coulomb <= found.intervals[1, 2]
+        allowed = np.minimum((1.0, 0.5), 4.0 * found.errors[2:])
+        assert np.all(np.abs(found.values[2:] - (coulomb, viscous)) <= allowed)
     measured(f"beta {100 * worst:.3f} % at most; {held} of 8 intervals hold the Coulomb friction")
     assert worst < 2e-3, f"observed {worst:.1e}"
 
@@ -101,7 +102,7 @@ def test_momentum_sum_gives_inertia_and_friction_from_counts():
     found = estimate_motor(
         counted(angles, rng), torque, COUNTS, np.array(CHAIN.inertias), INTERVAL, rng, spread=np.full(3, 0.05)
     )
-    assert found.excited
+    assert found.known(0.05, 0, 2)
     off = np.abs(found.values[:3] / WHOLE[:3] - 1.0)
     assert np.all(off < [0.01, 0.05, 0.02]), f"observed {off}"
     assert np.all(found.errors > 0.0)
@@ -115,8 +116,8 @@ def test_nothing_is_learnt_from_nothing():
     flicker = COUNTS * rng.integers(0, 2, (4000, 3))
     inertias = np.array(CHAIN.inertias)
     for readings in (rest, creep, flicker):
-        assert not estimate_load(readings[:, 1:], COUNTS[1:], INTERVAL, rng).excited
-        assert not estimate_motor(readings, np.zeros(4000), COUNTS, inertias, INTERVAL, rng).excited
+        assert not estimate_load(readings[:, 1:], COUNTS[1:], INTERVAL, rng).known(0.02, 0)
+        assert not estimate_motor(readings, np.zeros(4000), COUNTS, inertias, INTERVAL, rng).known(0.05, 0, 2)
 
 
 TIME = 1e-4 * np.arange(6001)

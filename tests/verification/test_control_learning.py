@@ -41,15 +41,19 @@ def peaks_of(loop, log):
 
 def learnt_of(loop, found):
     """Relative error of beta, use, and whether each interval of `INTERVALS` holds the true value."""
-    chain, load, (low, high) = loop.chain, found.load, found.motor.intervals
+    chain, load, (low, high) = loop.chain, found.load.intervals.T, found.motor.intervals
     beta, gamma, coulomb, viscous = (
         one[-1] / chain.inertias[-1] for one in (chain.stiffness, chain.damping, chain.coulomb, chain.viscous)
     )
     true = [sum(chain.inertias), sum(chain.viscous), sum(chain.coulomb), chain.offsets[0]]
-    pairs = [(beta, load.interval), (gamma, load.damping_interval)]
+    pairs = [(beta, load[0]), (gamma, load[1])]
     pairs += [(value, ends) for value, *ends in zip(true, low, high, strict=True)]
-    pairs += [(coulomb, load.coulomb_interval), (viscous, load.viscous_interval)]
-    return [load.beta / beta - 1.0, load.excited, *(low <= value <= high for value, (low, high) in pairs)]
+    pairs += [(coulomb, load[2]), (viscous, load[3])]
+    return [
+        found.load.values[0] / beta - 1.0,
+        found.excited,
+        *(low <= value <= high for value, (low, high) in pairs),
+    ]
 
 
 @cache

@@ -118,89 +118,49 @@ def interval_factor() -> float:
 FILTER_HZ, THINNING, SLOW_SHARE = 10.0, 10, 0.25
 SIGN_WIDTH, SETTLED = 0.01, 0.995
 """Share of the largest speed over which the sign turns, and of itself that its filtered value must reach."""
-CERTAIN, DAMPING_CERTAIN, SIGNIFICANT = 0.02, 0.3, 3.0
+OF_LOAD = [0, 1, 3, 4]
+"""Beta, gamma, Coulomb and viscous friction among the coefficients, of which the third is a constant."""
 MOST_MISFIT = 2.0
 """Residual over that of rounding alone above which the equation is not believed."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoadEstimate:
-    """Stiffness and damping of the last link, and friction of the load, each over the load's inertia."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Estimates:
+    """Coefficients of an equation, shape (p,), NaN where the motion does not show them."""
 
-    beta: float  # [1/s^2]; NaN where the motion does not identify it
-    gamma: float  # [1/s]; likewise
-    beta_error: float  # standard error by the encoders' counts [1/s^2]
-    gamma_error: float  # [1/s]
-    coulomb: float = 0.0  # friction of the load [rad/s^2]
-    viscous: float = 0.0  # [1/s]
-    coulomb_error: float = np.inf  # standard error [rad/s^2]
-    viscous_error: float = np.inf  # [1/s]
+    values: Array
+    errors: Array  # (p,): standard errors by the encoders' counts
     misfit: float = 1.0  # residual over the one that rounding to counts leaves
 
     @property
-    def interval(self) -> tuple[float, float]:
-        """95 % interval of beta [1/s^2]."""
-        return _interval(self.beta, self.beta_error)
-
-    @property
-    def damping_interval(self) -> tuple[float, float]:
-        """95 % interval of gamma [1/s]."""
-        return _interval(self.gamma, self.gamma_error)
-
-    @property
-    def coulomb_interval(self) -> tuple[float, float]:
-        """95 % interval of the load's Coulomb friction over its inertia [rad/s^2]."""
-        return _interval(self.coulomb, self.coulomb_error)
-
-    @property
-    def viscous_interval(self) -> tuple[float, float]:
-        """95 % interval of the load's viscous friction over its inertia [1/s]."""
-        return _interval(self.viscous, self.viscous_error)
+    def intervals(self) -> Array:
+        """95 % intervals, shape (2, p)."""
+        half = interval_factor() * self.errors
+        return np.array([self.values - half, self.values + half])
 
     @property
     def believed(self) -> bool:
         """Whether the residual is what rounding to counts leaves."""
         return bool(self.misfit <= MOST_MISFIT)
 
-    @property
-    def excited(self) -> bool:
-        """Whether beta is known to 2 % and the equation holds: from less, nothing is learnt."""
-        known = self.beta > 0.0 and interval_factor() * self.beta_error < CERTAIN * self.beta
-        return bool(known and self.believed)
-
-    @property
-    def damping_known(self) -> bool:
-        """Whether gamma is known to 30 %."""
-        return bool(self.gamma > 0.0 and interval_factor() * self.gamma_error < DAMPING_CERTAIN * self.gamma)
-
-    @property
-    def friction_known(self) -> tuple[bool, bool]:
-        """Whether Coulomb and viscous friction of the load stand out of their errors."""
-        return (
-            bool(self.coulomb > SIGNIFICANT * self.coulomb_error),
-            bool(self.viscous > SIGNIFICANT * self.viscous_error),
-        )
-
-
-def _interval(value: float, error: float) -> tuple[float, float]:
-    half = interval_factor() * error
-    return value - half, value + half
-
-
-UNKNOWN = LoadEstimate(beta=np.nan, gamma=np.nan, beta_error=np.inf, gamma_error=np.inf, misfit=np.inf)
+    def known(self, share: float, *places: int) -> bool:
+        """Whether coefficients are positive and their intervals narrower than a share of them."""
+        value, half = self.values[list(places)], interval_factor() * self.errors[list(places)]
+        return bool(np.all((value > 0.0) & (half < share * value)))
 
 
 def estimate_load(
     readings: Array, counts: Array, interval: float, generator: np.random.Generator
-) -> LoadEstimate:
-    """Least squares on the filtered load equation; ``generator``: for the errors.
+) -> Estimates:
+    """Beta [1/s^2], gamma [1/s], Coulomb [rad/s^2] and viscous friction [1/s] of the filtered load equation.
 
-    ``readings``, (samples, 2): encoder angles of the inertia before the load and of the load [rad].
+    ``readings``, (samples, 2): encoder angles of the inertia before the load and of the load [rad];
+    ``generator``: for the errors.
     """
     sign = turning_sign(readings[:, 1], interval)
     values = load_coefficients(readings, interval, sign)
     if not np.all(np.isfinite(values)):
-        return UNKNOWN
+        return Estimates(values=np.full(4, np.nan), errors=np.full(4, np.inf), misfit=np.inf)
     replicates = rounding_replicates(readings, counts, interval, generator)
     found = np.array([load_coefficients(one, interval, sign) for one in replicates])
     errors = np.nan_to_num(rounding_spread(found), nan=np.inf)
@@ -208,15 +168,9 @@ def estimate_load(
     unbiased = values - led_astray(motion, counts, interval, sign)
     rounding = [_residual_size(one - motion, readings, interval, sign, values) for one in replicates]
     size = _residual_size(readings, readings, interval, sign, values, fitted=True)
-    return LoadEstimate(
-        beta=float(unbiased[0]),
-        gamma=float(unbiased[1]),
-        coulomb=float(unbiased[3]),
-        viscous=float(unbiased[4]),
-        beta_error=float(errors[0]),
-        gamma_error=float(errors[1]),
-        coulomb_error=float(errors[3]),
-        viscous_error=float(errors[4]),
+    return Estimates(
+        values=unbiased[OF_LOAD],
+        errors=errors[OF_LOAD],
         misfit=size / max(float(np.sqrt(np.mean(np.square(rounding)))), 1e-300),
     )
 
@@ -283,28 +237,6 @@ def _residual_size(
 
 SUM_FILTER_HZ, SUM_THINNING = 20.0, 5
 SUM_SLOW_SHARE, AFTER = 0.2, 0.08
-SUM_CERTAIN = 0.05
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MotorEstimate:
-    """Whole inertia, viscous and Coulomb friction and offset torque at the motor."""
-
-    values: Array  # (4,) [kg m^2], [N m s/rad], [N m], [N m]
-    errors: Array  # (4,): standard errors; `interval_factor` gives the 95 % interval
-
-    @property
-    def intervals(self) -> Array:
-        """95 % intervals, shape (2, 4)."""
-        half = interval_factor() * self.errors
-        return np.array([self.values - half, self.values + half])
-
-    @property
-    def excited(self) -> bool:
-        """Whether inertia and friction are known to 5 %."""
-        half = interval_factor() * self.errors
-        known = half[[0, 2]] < SUM_CERTAIN * self.values[[0, 2]]
-        return bool(np.all(self.values[:3] > 0.0) and np.all(known))
 
 
 def estimate_motor(
@@ -316,12 +248,13 @@ def estimate_motor(
     generator: np.random.Generator,
     *,
     spread: Array | None = None,
-) -> MotorEstimate:
-    """Least squares on the filtered sum of momenta; ``generator``: for the errors.
+) -> Estimates:
+    """Whole inertia, viscous and Coulomb friction and offset torque by the filtered sum of momenta, SI.
 
     ``readings``, (samples, n): encoder angle of every inertia [rad]; ``torque``, (samples,): from each sample
     to the next, see `acting_torque` [N m]; ``inertias``, (n,): as believed; they divide the whole among the
-    shafts [kg m^2]; ``spread``, (n,): relative half widths within which they are believed; default: none.
+    shafts [kg m^2]; ``spread``, (n,): relative half widths within which they are believed; default: none;
+    ``generator``: for the errors.
     """
     widths = np.zeros(len(inertias)) if spread is None else spread
 
@@ -330,14 +263,14 @@ def estimate_motor(
 
     values = solve(readings, inertias)
     if not np.all(np.isfinite(values)):
-        return MotorEstimate(values=np.full(4, np.nan), errors=np.full(4, np.inf))
+        return Estimates(values=np.full(4, np.nan), errors=np.full(4, np.inf))
 
     replicates = rounding_replicates(readings, counts, interval, generator)
     errors = rounding_spread(np.array([solve(one, inertias) for one in replicates]))
     bounds = inertias * (1.0 + np.diag(widths))
     effects = np.array([solve(readings, one) - values for one in bounds])
     errors = with_bounded_errors(errors, effects, generator)
-    return MotorEstimate(values=values, errors=np.nan_to_num(errors, nan=np.inf))
+    return Estimates(values=values, errors=np.nan_to_num(errors, nan=np.inf))
 
 
 def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval: float) -> Array:

@@ -8,13 +8,7 @@ import numpy as np
 
 from cabledrive.control.darc import Bounds, printed_bounds
 from cabledrive.control.observers import Sampling
-from cabledrive.control.regression import (
-    LoadEstimate,
-    MotorEstimate,
-    acting_torque,
-    estimate_load,
-    estimate_motor,
-)
+from cabledrive.control.regression import Estimates, acting_torque, estimate_load, estimate_motor
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
@@ -26,6 +20,11 @@ NAME = "darc-indirect"
 SPREADS = {3: (0.2, 0.05, 0.05), 2: (0.06, 0.05)}
 """Relative half widths within which the inertias, motor to load, are believed, by their number."""
 LEAST_SPREAD = 0.02
+CERTAIN, DAMPING_CERTAIN, SIGNIFICANT, MOTOR_CERTAIN = 0.02, 0.3, 3.0, 0.05
+"""Half widths over values with which stiffness, damping and the motor's inertia and friction are known, and
+friction of the load over its error."""
+CABLE = ("beta", "gamma", "load_coulomb", "load_viscous")
+MOTOR = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
 SEED = 20
 
 
@@ -33,8 +32,18 @@ SEED = 20
 class Learnt:
     """What one pulse gave."""
 
-    load: LoadEstimate  # of the cable
-    motor: MotorEstimate  # of whole inertia and friction
+    load: Estimates  # of the cable and the load's friction, over the load's inertia
+    motor: Estimates  # of whole inertia and friction
+
+    @property
+    def excited(self) -> bool:
+        """Whether the load's equation holds and shows the cable's stiffness: from less, nothing is learnt."""
+        return self.load.known(CERTAIN, 0) and self.load.believed
+
+    @property
+    def motor_excited(self) -> bool:
+        """Whether inertia and friction are known."""
+        return self.motor.known(np.inf, 1) and self.motor.known(MOTOR_CERTAIN, 0, 2)
 
     @property
     def words(self) -> dict[str, Any]:
@@ -42,25 +51,16 @@ class Learnt:
 
         Friction of the load is over its inertia [rad/s^2], [1/s]; motor values are those of the whole drive.
         """
-        names = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
-        load, (low, high) = self.load, self.motor.intervals
-        cable: dict[str, float] = {}
-        for name, value, ends in (
-            ("beta", load.beta, load.interval),
-            ("gamma", load.gamma, load.damping_interval),
-            ("load_coulomb", load.coulomb, load.coulomb_interval),
-            ("load_viscous", load.viscous, load.viscous_interval),
-        ):
-            cable |= {name: value, f"{name}_low": ends[0], f"{name}_high": ends[1]}
-        cable["misfit"] = load.misfit
-        motor = {
-            name: {"value": _known(value), "low": _known(a), "high": _known(b)}
-            for name, value, a, b in zip(names, self.motor.values, low, high, strict=True)
-        }
-        used: dict[str, Any] = {"used": load.excited, "motor_used": load.excited and self.motor.excited}
-        if not load.excited:
-            used["used_reason"] = self.refusal
-        return {name: _known(value) for name, value in cable.items()} | used | motor
+        found: dict[str, Any] = {}
+        for name, value, low, high in zip(CABLE, self.load.values, *self.load.intervals, strict=True):
+            found |= {name: _known(value), f"{name}_low": _known(low), f"{name}_high": _known(high)}
+        found |= {"misfit": _known(self.load.misfit), "used": self.excited}
+        found["motor_used"] = self.excited and self.motor_excited
+        if not self.excited:
+            found["used_reason"] = self.refusal
+        for name, value, low, high in zip(MOTOR, self.motor.values, *self.motor.intervals, strict=True):
+            found[name] = {"value": _known(value), "low": _known(low), "high": _known(high)}
+        return found
 
     @property
     def refusal(self) -> str:
@@ -106,19 +106,20 @@ def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
     What has not been excited stays as it was. Friction of the load is taken where it stands out of its error,
     and off the whole friction, of which the rest is the motor's.
     """
-    load, motor = found.load, found.motor
-    if load.excited:
-        damping = chain.damping[-1]
-        if load.damping_known:
-            damping = load.gamma * chain.inertias[-1]
-        stiffness = (*chain.stiffness[:-1], load.beta * chain.inertias[-1])
-        chain = replace(chain, stiffness=stiffness, damping=(*chain.damping[:-1], damping))
-        stuck, slowed = load.friction_known
-        coulomb = load.coulomb * chain.inertias[-1] if stuck else 0.0
-        viscous = load.viscous * chain.inertias[-1] if slowed else 0.0
-        chain = replace(chain, coulomb=(*chain.coulomb[:-1], coulomb), viscous=(*chain.viscous[:-1], viscous))
+    motor, inertia = found.motor, chain.inertias[-1]
+    if found.excited:
+        beta, gamma, coulomb, viscous = (found.load.values * inertia).tolist()
+        stuck, slowed = (found.load.values > SIGNIFICANT * found.load.errors)[2:]
+        damping = gamma if found.load.known(DAMPING_CERTAIN, 1) else chain.damping[-1]
+        chain = replace(
+            chain,
+            stiffness=(*chain.stiffness[:-1], beta),
+            damping=(*chain.damping[:-1], damping),
+            coulomb=(*chain.coulomb[:-1], coulomb if stuck else 0.0),
+            viscous=(*chain.viscous[:-1], viscous if slowed else 0.0),
+        )
     own = float(motor.values[0]) - sum(chain.inertias[1:])
-    if motor.excited and own > 0.0:
+    if found.motor_excited and own > 0.0:
         _, viscous, coulomb, offset = (float(v) for v in motor.values)
         viscous, coulomb = viscous - sum(chain.viscous[1:]), coulomb - sum(chain.coulomb[1:])
         chain = replace(
@@ -134,7 +135,7 @@ def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
 def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     """Bounds of p2 to p5 by the intervals that were learnt, at least 2 % wide; as printed where none were."""
     printed = printed_bounds(chain, flexible_joint=chain.size > 2)
-    if not found.motor.excited or not isclose(sum(chain.coulomb), float(found.motor.values[2])):
+    if not found.motor_excited or not isclose(sum(chain.coulomb), float(found.motor.values[2])):
         return printed
     half = np.diff(found.motor.intervals, axis=0)[0] / 2.0
     half = np.maximum(half, LEAST_SPREAD * np.abs(printed.nominal))
@@ -151,7 +152,7 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
     bounds = learnt_bounds(chain, found)
     same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]) if spec.best else spec.bandwidth)
     made = chain_law(same, number, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
-    made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
+    made = replace(made, gains=first.gains | made.gains | {"beta": float(found.load.values[0])})
     drive, options = spec.drive, loop.options
     sampling = Sampling(interval=spec.interval, delay=control_delay(drive), current_rate=current_rate(drive))
     fitted = fitted_encoders(drive, None if made.filter_model is None else made.shafts)
@@ -169,7 +170,7 @@ def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None
         return loop, early if pause >= len(loop.target) else _rest(loop, early, pause), None
     found = learn(loop, early, pause, spec.drive, spec.model(loop.controller.model))
     later = loop
-    if found.load.excited:
+    if found.excited:
         later = rebuilt(loop, spec, found)
         early.state.controller.parameters[:4] = later.controller.start
     return later, _rest(later, early, pause), found
