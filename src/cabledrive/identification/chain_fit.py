@@ -50,6 +50,8 @@ NEAR = 0.01
 SIGNIFICANT, LARGE, LAGS = 1e-4, 0.1, 20
 """Chance of a correlation as large as that of the residual, if it were white; correlation that matters
 whatever the number of samples; lags that are looked at."""
+EXCITED = 0.99
+"""Share of the input's power below the frequency to which a log is said to excite."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,11 +60,14 @@ class ChainFit:
 
     model: ChainModel
     values: dict[str, float]
-    # standard errors from scores of segments of time, so that coloured residuals count
-    errors: dict[str, float]
-    covariance: Array  # (p, p): in the order of ``values``
+    covariance: Array  # (p, p): from scores of segments of time, so that coloured residuals count
     freedom: int  # degrees of freedom of intervals
     residual: float  # root mean square
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors."""
+        return dict(zip(self.values, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     def simulated(self, record: Record) -> Array:
         """Outputs of the model under the input of a record, shape (samples, channels)."""
@@ -70,33 +75,33 @@ class ChainFit:
 
     def interval_of(self, name: str) -> tuple[float, float]:
         """95 % interval of one parameter."""
-        t = float(stats.t.ppf(0.975, max(1, self.freedom)))
-        value, error = self.values[name], self.errors[name]
-        if not next(s.positive for s in self.model.free if s.name == name):
-            return value - t * error, value + t * error
-        share = min(t * error / value, 700.0)
+        half = float(stats.t.ppf(0.975, max(1, self.freedom))) * self.errors[name]
+        value = self.values[name]
+        if not self.model.positive[self.model.names.index(name)]:
+            return value - half, value + half
+        share = min(half / value, 700.0)
         return value * float(np.exp(-share)), value * float(np.exp(share))
 
     def at_bounds(self) -> dict[str, float]:
         """Parameters that the search left at a bound, with that bound."""
         found: dict[str, float] = {}
-        for s in self.model.free:
+        for s, positive in zip(self.model.free, self.model.positive, strict=True):
             for bound in (s.low, s.high):
-                reach = NEAR * bound if s.positive else NEAR * (s.high - s.low)
+                reach = NEAR * bound if positive else NEAR * (s.high - s.low)
                 if abs(self.values[s.name] - bound) <= abs(reach):
                     found[s.name] = bound
         return found
 
-    def undetermined(self) -> tuple[str, ...]:
+    def undetermined(self) -> list[str]:
         """Parameters whose standard error is above their value; offsets may be zero."""
-        open_ = (s for s in self.model.free if not self.errors[s.name] <= abs(self.values[s.name]))
-        return tuple(s.name for s in open_ if s.positive)
+        names = (name for name, positive in zip(self.values, self.model.positive, strict=True) if positive)
+        return [name for name in names if not self.errors[name] <= abs(self.values[name])]
 
     def doubts(self, records: Sequence[Record], first_lag: int = 1) -> list[tuple[str, str]]:
         """Code and sentence: "at-bound", "undetermined", "residual-not-white".
 
         ``first_lag``: from which on the residual must be white; what a sensor or a difference correlates lies
-        below it.
+        below it. Its correlation is judged by the portmanteau statistic of Ljung and Box.
         """
         found = [
             ("at-bound", f"{name} ends at the bound {bound:.4g} of its search: no interval")
@@ -105,7 +110,16 @@ class ChainFit:
         for name in self.undetermined():
             words = f"its standard error {self.errors[name]:.3g} is above its value {self.values[name]:.3g}"
             found.append(("undetermined", f"{name} is not determined: {words}"))
-        largest, chance = self._correlation(records, first_lag)
+        largest, chance, lags = 0.0, 1.0, np.arange(first_lag, first_lag + LAGS)
+        for record in records:
+            off = self.simulated(record) - record.output
+            for residual in (off - off.mean(axis=0)).T:
+                n, power = residual.size, float(residual @ residual)
+                if power > 0.0 and n >= 4 * (first_lag + LAGS):
+                    r = np.array([float(residual[k:] @ residual[:-k]) / power for k in lags])
+                    q = n * (n + 2) * float(np.sum(r**2 / (n - lags)))
+                    largest = max(largest, float(np.abs(r).max()))
+                    chance = min(chance, float(stats.chi2.sf(q, LAGS)))
         if chance < SIGNIFICANT and largest > LARGE:
             words = (
                 f"the residual is correlated with its past (up to {largest:.2f}): an effect that the model "
@@ -114,45 +128,20 @@ class ChainFit:
             found.append(("residual-not-white", words))
         return found
 
-    def _correlation(self, records: Sequence[Record], first_lag: int) -> tuple[float, float]:
-        """Largest correlation of the residual with its past, over records and channels, and its chance.
-
-        That of one as large in white noise, by the portmanteau statistic of Ljung and Box.
-        """
-        largest, chance = 0.0, 1.0
-        for record in records:
-            off = self.simulated(record) - record.output
-            for residual in (off - off.mean(axis=0)).T:
-                n, power = residual.size, float(residual @ residual)
-                if power <= 0.0 or n < 4 * (first_lag + LAGS):
-                    continue
-                lags = np.arange(first_lag, first_lag + LAGS)
-                r = np.array([float(residual[k:] @ residual[:-k]) / power for k in lags])
-                q = n * (n + 2) * float(np.sum(r**2 / (n - lags)))
-                largest = max(largest, float(np.abs(r).max()))
-                chance = min(chance, float(stats.chi2.sf(q, LAGS)))
-        return largest, chance
-
-
-def fit_of(measured: Array, simulated: Array) -> float:
-    """Share of the measured variation (samples,) that is explained [%]."""
-    off = np.linalg.norm(measured - simulated) / np.linalg.norm(measured - measured.mean())
-    return float(100.0 * (1.0 - off))
-
 
 def _searched(
-    records: Sequence[Record], model: ChainModel, begin: Mapping[str, float], far: float, **ending: Any
+    records: Sequence[Record], model: ChainModel, start: Mapping[str, float], far: float, **ending: Any
 ) -> optimize.OptimizeResult:
     """Least squares from a start; ``far``: residual of parameters under which the motion diverges."""
-    place, low, high = model.search_bounds(begin)
+    place, *bounds = model.search_bounds(model.inside(start))
     known: dict[bytes, tuple[Array, Array]] = {}
 
     def compared(at: Array) -> tuple[Array, Array]:
         key = at.tobytes()
         if key not in known:
             known.clear()
-            parts = [model.compared(at, record) for record in records]
-            known[key] = np.concatenate([p[0] for p in parts]), np.vstack([p[1] for p in parts])
+            residuals, slopes = zip(*(model.compared(at, record) for record in records), strict=True)
+            known[key] = np.concatenate(residuals), np.vstack(slopes)
         return known[key]
 
     def residual(at: Array) -> Array:
@@ -163,7 +152,7 @@ def _searched(
 
     compared(place)
     return optimize.least_squares(
-        residual, place, jac=lambda at: compared(at)[1], bounds=(low, high), x_scale="jac", **ending
+        residual, place, jac=lambda at: compared(at)[1], bounds=bounds, x_scale="jac", **ending
     )
 
 
@@ -172,12 +161,9 @@ def fit_output_error(
 ) -> ChainFit:
     """Fit a lumped chain to several records at once; ``start``: a value for each parameter.
 
-    Raises `InputRefused` if no record is given, or a start value is missing or outside its bounds;
-    `NotComputed` if the motion diverges at the start values, or the fit does not settle.
+    Raises `NotComputed` if the motion diverges at the start values, or the fit does not settle.
     """
-    if not records:
-        raise InputRefused("no record given: name at least one")
-    size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() ** 2 for r in records]))))
+    size = _size([r.output.ravel() for r in records])
     found = _searched(records, model, start, FAR * size, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
     if found.status == 0:
         raise NotComputed(
@@ -188,14 +174,11 @@ def fit_output_error(
     for record in records:
         residual, sensitivities = model.compared(found.x, record)
         parts.append(factor(-sensitivities, residual, model.names, min(count, residual.size // 20)))
-    fit = solve(suited_segments(joined(parts)))
-    by_value = model.slopes(found.x)
-    covariance = fit.covariance * by_value[:, None] * by_value
+    fit, by_value = solve(suited_segments(joined(parts))), model.slopes(found.x)
     return ChainFit(
         model=model,
         values=model.values_at(found.x),
-        errors=dict(zip(model.names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
-        covariance=covariance,
+        covariance=fit.covariance * by_value[:, None] * by_value,
         freedom=fit.freedom,
         residual=float(np.sqrt(np.mean(found.fun**2))),
     )
@@ -220,7 +203,7 @@ def fit_from_many_starts(
     for k, start in enumerate(starts):
         say(f"two inertias: start {k + 1} of {len(starts)}")
         try:
-            tried = _searched(short, quick[0], quick[0].inside(start), RUN_AWAY, max_nfev=SCOUT_EVALUATIONS)
+            tried = _searched(short, quick[0], start, RUN_AWAY, max_nfev=SCOUT_EVALUATIONS)
         except (InputRefused, NotComputed, ValueError):
             continue
         scouts.append((float(tried.cost), quick[0].values_at(tried.x)))
@@ -232,7 +215,7 @@ def fit_from_many_starts(
             say(f"two inertias: fit {len(fits) + 1} of the best starts")
             begin = fits[0][0].values if model is not models[0] and fits else start
             try:
-                fits.append((fit_output_error(middle, coarse, coarse.inside(begin)), model))
+                fits.append((fit_output_error(middle, coarse, begin), model))
             except NotComputed:
                 continue
             own += [fits[-1][0].residual] if model is models[0] else []
@@ -241,12 +224,7 @@ def fit_from_many_starts(
     best, model = min(fits, key=lambda entry: entry[0].residual)
     near = sum(residual < min(own) * (1.0 + ALIKE) for residual in own)
     say(f"two inertias: the best fit over all {sum(r.input.size for r in records)} rows")
-    whole = fit_output_error(records, model, model.inside(best.values), tolerance=ENOUGH)
-    return whole, len(own), near
-
-
-EXCITED = 0.99
-"""Share of the input's power below the frequency to which a log is said to excite."""
+    return fit_output_error(records, model, best.values, tolerance=ENOUGH), len(own), near
 
 
 def excited_to(records: Sequence[Record]) -> float:
@@ -274,23 +252,14 @@ def starts_for(
     for k in range(STARTS):
         share = LOW_SHARE + (HIGH_SHARE - LOW_SHARE) * float(rng.uniform())
         # low frequencies first: stratified, so that no octave is left out
-        place = (k + float(rng.uniform())) / STARTS
-        omega = 2 * np.pi * low * (high / low) ** place
+        omega = 2 * np.pi * low * (high / low) ** ((k + float(rng.uniform())) / STARTS)
         reduced = total * share * (1.0 - share)
-        starts.append(
-            {
-                "inertia_motor": share * total,
-                "inertia_load": (1.0 - share) * total,
-                "stiffness": reduced * omega**2,
-                "damping": 0.06 * reduced * omega,
-                "viscous_friction_motor": 0.5 * viscous,
-                "viscous_friction_load": 0.5 * viscous,
-                "coulomb_friction_motor": 0.5 * coulomb,
-                "coulomb_friction_load": 0.5 * coulomb,
-                "offset": 0.0,
-                "sensor_lag": 2.0 * interval,
-            }
-        )
+        start = {"inertia_motor": share * total, "inertia_load": (1.0 - share) * total}
+        start |= {"stiffness": reduced * omega**2, "damping": 0.06 * reduced * omega}
+        for side in ("motor", "load"):
+            start[f"viscous_friction_{side}"] = 0.5 * viscous
+            start[f"coulomb_friction_{side}"] = 0.5 * coulomb
+        starts.append(start | {"offset": 0.0, "sensor_lag": 2.0 * interval})
     middle = 2 * np.pi * np.sqrt(low * high)
     scale = {
         "inertia": total,

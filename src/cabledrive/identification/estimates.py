@@ -75,7 +75,6 @@ class Identification:
 
     model: str
     parameters: Mapping[str, Estimate]
-    identifiable: bool  # whether every parameter has a number
     unidentifiable: tuple[str, ...]  # directions that the logs leave open, in words
     residual: Mapping[str, Any]  # ``rms`` [N m or N], ``relative`` to the measured torque, ``rows``
     condition_number: float  # of the regressor matrix
@@ -87,6 +86,11 @@ class Identification:
     notes: tuple[str, ...] = ()  # conventions that were found in the log, as that of the torque's instant
     checked: bool = False  # whether the model was tested against the log
     check_reason: str = "not requested"  # How, or why not
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether every parameter has a number."""
+        return not self.unidentifiable
 
     @property
     def refused(self) -> bool:

@@ -45,7 +45,7 @@ def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) ->
     """
     wanted, chosen, names = {"input_": input_, "output": output}, dict(columns.columns), []
     opened = columns
-    if not columns.columns and any(recognise(name) is None for name in wanted.values()):
+    if not columns.columns and any(not recognise(name) for name in wanted.values()):
         # A map that lets the file be opened whatever its columns are called.
         opened = replace(columns, columns={"input_voltage": Column(column=input_, unit="V")})
     table = open_log(path, opened).table
@@ -54,9 +54,9 @@ def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) ->
         heads = [head for head in table.names if seen and recognise(head) == seen]
         if name in chosen:
             names.append(name)
-        elif seen is not None and len(heads) == 1:
-            names.append(seen.channel)
-            chosen[seen.channel] = Column(column=heads[0])
+        elif seen and len(heads) == 1:
+            names.append(seen)
+            chosen[seen] = Column(column=heads[0])
         else:
             names.append(f"{role.strip('_')}_voltage")  # any column: its numbers as they are
             chosen[names[-1]] = Column(column=table.require(name), unit="V")

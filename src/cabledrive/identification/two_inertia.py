@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.chain_fit import ChainFit, excited_to, fit_from_many_starts, fit_of, starts_for
+from cabledrive.identification.chain_fit import excited_to, fit_from_many_starts, starts_for
 from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
 from cabledrive.identification.estimates import Estimate, Finding, Identification
 from cabledrive.identification.logs.log import Log
@@ -145,11 +145,11 @@ def identify_by_simulation(
         records.append(Record(input=log.channel(channels.input), output=output, interval=log.interval))
     scale, starts = starts_for(records, channels.rectified, np.random.default_rng(seed))
     fit, made, agreeing = fit_from_many_starts(records, _models(channels, scale), starts, say)
-    explained = [
-        fit_of(record.output[:, k], fit.simulated(record)[:, k])
-        for record in records
-        for k in range(record.output.shape[1])
-    ]
+    explained = []
+    for record in records:
+        for measured, simulated in zip(record.output.T, fit.simulated(record).T, strict=True):
+            varies = np.linalg.norm(measured - measured.mean())
+            explained.append(float(100.0 * (1.0 - np.linalg.norm(measured - simulated) / varies)))
     follows = min(explained) >= FOLLOWS
     differenced = any(not name.endswith("velocity") for name in channels.outputs)
     doubts = fit.doubts(records, DIFFERENCED if differenced else 1)
@@ -175,12 +175,11 @@ def identify_by_simulation(
             else Estimate(value=value, unit=unit, standard_error=fit.errors[name], low=low, high=high)
         )
     size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
-    how = (
-        "is held from sample to sample"
-        if fit.model.hold == "step"
-        else "acts on straight lines between samples"
-    )
+    how = {"step": "is held from sample to sample", "line": "acts on straight lines between samples"}
     late = ", one sample late" if fit.model.delay else ""
+    spread, condition = np.sqrt(np.diag(fit.covariance)), float("inf")
+    if np.all(np.isfinite(spread)) and np.all(spread > 0.0):
+        condition = float(np.sqrt(np.linalg.cond(fit.covariance / np.outer(spread, spread))))
     return _answer(
         logs,
         channels,
@@ -191,7 +190,7 @@ def identify_by_simulation(
             "relative": fit.residual / size,
             "rows": sum(record.output.size for record in records),
         },
-        condition_number=_condition(fit),
+        condition_number=condition,
         method={
             "name": "output-error",
             "residual_of": "speed",
@@ -207,7 +206,7 @@ def identify_by_simulation(
         covariance=fit.covariance,
         freedom=fit.freedom,
         findings=tuple(Finding(code, message) for code, message in doubts),
-        notes=(f"the {readable(channels.input)} {how}{late}", *channels.notes),
+        notes=(f"the {readable(channels.input)} {how[fit.model.hold]}{late}", *channels.notes),
         check_reason="share explained, whiteness of the residual, bounds, several starts",
     )
 
@@ -250,13 +249,6 @@ def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
     if channels.input.rpartition("_")[2] in ("voltage", "current"):
         return [model, replace(model, delay=1)]
     return [replace(model, hold="line"), model]
-
-
-def _condition(fit: ChainFit) -> float:
-    scale = np.sqrt(np.diag(fit.covariance))
-    if not np.all(np.isfinite(scale)) or not np.all(scale > 0.0):
-        return float("inf")
-    return float(np.sqrt(np.linalg.cond(fit.covariance / np.outer(scale, scale))))
 
 
 def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identification:
@@ -328,7 +320,6 @@ def _answer(
     return Identification(
         model=NAME,
         parameters=parameters,
-        identifiable=not closed,
         unidentifiable=tuple(f"{readable(name)} is not determined by the log" for name in closed),
         method=method,
         checked=True,

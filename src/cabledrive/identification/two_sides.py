@@ -132,19 +132,6 @@ class TwoSides:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Rows:
-    """Rows of an equation; ``noise``, shape (p + 1, p + 1): what noise adds to the mean of their products.
-
-    ``seconds``: of the log that they stand for; ``share``: of its samples.
-    """
-
-    factors: Factors
-    noise: Array
-    seconds: float
-    share: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
     """An equation solved at one bandwidth [Hz].
 
@@ -181,8 +168,10 @@ def cogging_of(sides: Sequence[TwoSides], load: Solution | None) -> Cogging | No
 def _repeating(sides: Sequence[TwoSides], load: Solution | None, band: float) -> tuple[float, Cogging] | None:
     """The strongest repeating torque at a bandwidth [Hz], after the share of the residual that it leaves."""
     try:
-        kept = [(one, *_sum_columns(one, band, load)) for one in sides]
-        rows = [(one, c, _kept(one, quick, band, len(c))) for one, quick, c, _ in kept]
+        rows = []
+        for one in sides:
+            quick, columns, _ = _sum_columns(one, band, load)
+            rows.append((one, columns, _kept(one, quick, band)))
     except InputRefused:
         return None
     plain = solve(suited_segments(joined([_factored(c[keep], SUM) for _, c, keep in rows])))
@@ -210,7 +199,7 @@ def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
     if not all(one.twisted for one in sides):
         return None
     try:
-        return _narrowest(_load_rows, sides, LOAD[:1])
+        return _narrowest(_load_columns, [replace(one, saturated=None) for one in sides], LOAD, LOAD[:1])
     except InputRefused:
         return None
 
@@ -225,7 +214,7 @@ def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solu
     cogging, lag = cogging_of(sides, load), 0.0
     sides = [replace(one, cogging=cogging) for one in sides]
     for _ in range(2):  # the rate of the torque stands for its delay where that is small
-        found = _narrowest(lambda one, band: _sum_rows(one, band, load), sides, SUM[:2])
+        found = _narrowest(lambda one, band: _sum_columns(one, band, load), sides, SUM, SUM[:2])
         rest = found.of("lag")[0]
         sides, lag = [one.later(rest) for one in sides], lag + rest
     return found, sides, lag
@@ -233,19 +222,24 @@ def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solu
 
 def sum_at(sides: Sequence[TwoSides], load: Solution | None, band: float) -> Array:
     """Values of the sum of torques at one bandwidth [Hz], as for another share of the motor, shape (6,)."""
-    found = _solved([_sum_rows(one, band, load) for one in sides], band)
+    found = _solved(lambda one, band: _sum_columns(one, band, load), sides, SUM, band)
     return np.full(len(SUM), np.nan) if found is None else found.fit.values
 
 
+Equation = Callable[[TwoSides, float], tuple[tuple[Array, ...], Array, Array]]
+"""Of a log at a bandwidth [Hz]: speeds by which rows are chosen, each (samples,); regressors and left side,
+(samples, p + 1); what noise adds to the mean of their products, (p + 1, p + 1)."""
+
+
 def _narrowest(
-    rows: Callable[[TwoSides, float], Rows], sides: Sequence[TwoSides], names: Sequence[str]
+    equation: Equation, sides: Sequence[TwoSides], names: tuple[str, ...], wanted: Sequence[str]
 ) -> Solution:
-    """The solution at the bandwidth that bounds these parameters best."""
+    """The solution at the bandwidth that bounds the wanted parameters best."""
     found: list[Solution] = []
     refused = InputRefused(f"{sides[0].source}: noise alone is left of the motion: move the machine more")
     for band in _bands(sides):
         try:
-            one = _solved([rows(side, band) for side in sides], band)
+            one = _solved(equation, sides, names, band)
         except InputRefused as refusal:
             refused = refusal
             continue
@@ -257,7 +251,7 @@ def _narrowest(
         apart = np.sqrt(np.maximum((one.fit.values - other.fit.values) ** 2 - by_chance, 0.0))
         found[k] = replace(one, beyond=np.maximum(one.beyond, apart))
         found[k + 1] = replace(other, beyond=np.maximum(other.beyond, apart))
-    places = [found[0].fit.names.index(name) for name in names]
+    places = [names.index(name) for name in wanted]
     usual = np.median([np.abs(one.fit.values[places]) for one in found], axis=0)
     return min(found, key=lambda one: float(np.sum(one.halves[places] / np.maximum(usual, 1e-300))))
 
@@ -267,13 +261,22 @@ def _bands(sides: Sequence[TwoSides]) -> list[float]:
     return [band for band in BANDS if band <= max(0.1 / max(one.interval for one in sides), BANDS[0])]
 
 
-def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
+def _solved(
+    equation: Equation, sides: Sequence[TwoSides], names: tuple[str, ...], band: float
+) -> Solution | None:
     """One bandwidth's solution without the share of the noise; None where little else is there."""
-    factors = joined([part.factors for part in parts])
-    fit, p = solve(suited_segments(factors)), len(factors.names)
+    p, parts, samples = len(names), [], []
+    noise = np.zeros((p + 1, p + 1))
+    for one in sides:
+        quick, columns, own = equation(one, band)
+        keep = _kept(one, quick, band)
+        parts.append(_factored(columns[keep], names))
+        samples.append(int(keep.sum()) * _step(one, band))
+        noise = noise + parts[-1].rows * own
+    factors = joined(parts)
+    fit = solve(suited_segments(factors))
     power = np.einsum("bij,bik->jk", factors.triangles[:, :, :p], factors.triangles[:, :, :p])
     sizes = np.maximum(np.sqrt(np.diag(power) / factors.rows), 1e-300)
-    noise = np.sum([part.factors.rows * part.noise for part in parts], axis=0)
     # in units of the regressors, without the directions that the rows do not show
     shown = linalg.null_space(fit.unidentifiable * sizes) if len(fit.unidentifiable) else np.eye(p)
     basis = shown / sizes[:, None]
@@ -284,23 +287,20 @@ def _solved(parts: Sequence[Rows], band: float) -> Solution | None:
     inverse = basis @ np.linalg.solve(true, basis.T)
     values = inverse @ (power @ fit.values - noise[:p, p])
     covariance = inverse @ power @ fit.covariance @ power @ inverse.T
-    rows = max(2.0 * band * sum(part.seconds for part in parts) - p, 1.0)
+    seconds = sum(count * one.interval for count, one in zip(samples, sides, strict=True))
+    rows = max(2.0 * band * seconds - p, 1.0)
     plain = fit.residual**2 * fit.rows / rows * np.diag(inverse)
     grown = np.sqrt(np.maximum(plain / np.maximum(np.diag(covariance), 1e-300), 1.0))
     own = np.sqrt(fit.rows * np.diag(inverse))  # of what no other regressor can stand for
-    beyond = UNMODELLED[fit.names] * fit.scale * own + NOISE_SURE * np.abs(values - fit.values)
+    beyond = UNMODELLED[names] * fit.scale * own + NOISE_SURE * np.abs(values - fit.values)
     fit = replace(fit, values=values, covariance=covariance * np.outer(grown, grown))
-    kept = float(np.average([part.share for part in parts], weights=[part.factors.rows for part in parts]))
+    shares = [count / one.torque.size for count, one in zip(samples, sides, strict=True)]
+    kept = float(np.average(shares, weights=[part.rows for part in parts]))
     return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band)
 
 
-def _sum_rows(one: TwoSides, band: float, load: Solution | None) -> Rows:
-    quick, columns, noise = _sum_columns(one, band, load)
-    return _rows(one, quick, band, columns, SUM, noise)
-
-
 def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tuple[Array, ...], Array, Array]:
-    """Speeds by which rows are chosen; regressors and torque, (samples, 7); what noise adds, (7, 7)."""
+    """The sum of torques, as an `Equation` has it."""
     h = one.interval
     viscous, coulomb = (load.of("viscous")[0], load.of("coulomb")[0]) if load is not None else (0.0, 0.0)
     speed, rate = one.speed_and_rate(one.motor, band)
@@ -322,8 +322,8 @@ def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tup
     return quick, np.column_stack(columns), noise
 
 
-def _load_rows(one: TwoSides, band: float) -> Rows:
-    """The load's equation in angles, or in speeds as its derivative."""
+def _load_columns(one: TwoSides, band: float) -> tuple[tuple[Array, ...], Array, Array]:
+    """The load's equation in angles, or in speeds as its derivative, as an `Equation` has it."""
     h, near = one.interval, one.motor if one.pulley is None else one.pulley
     first, load = zero_phase(near, h, band), zero_phase(one.load, h, band)
     turned = difference(load, h)
@@ -334,20 +334,7 @@ def _load_rows(one: TwoSides, band: float) -> Rows:
     noise, (n, m) = np.zeros((6, 6)), (one.noise(near, band), one.noise(one.load, band))
     noise[0, 0], noise[1, 1], noise[2, 2], noise[5, 5] = n[0] + m[0], n[1] + m[1], m[1], m[2]
     noise[1, 2] = noise[2, 1] = noise[0, 5] = noise[5, 0] = m[1]
-    return _rows(replace(one, saturated=None), quick, band, np.column_stack(columns), LOAD, noise)
-
-
-def _rows(
-    one: TwoSides, quick: tuple[Array, ...], band: float, columns: Array, names: tuple[str, ...], noise: Array
-) -> Rows:
-    keep = _kept(one, quick, band, len(columns))
-    samples = int(keep.sum()) * _step(one, band)
-    return Rows(
-        factors=_factored(columns[keep], names),
-        noise=noise,
-        seconds=samples * one.interval,
-        share=samples / len(columns),
-    )
+    return quick, np.column_stack(columns), noise
 
 
 def _factored(columns: Array, names: tuple[str, ...]) -> Factors:
@@ -360,9 +347,9 @@ def _step(one: TwoSides, band: float) -> int:
     return max(1, int(0.02 / (band * one.interval)))
 
 
-def _kept(one: TwoSides, quick: tuple[Array, ...], band: float, count: int) -> NDArray[np.bool_]:
+def _kept(one: TwoSides, quick: tuple[Array, ...], band: float) -> NDArray[np.bool_]:
     """Rows away from the ends, from standstill and from saturation, thinned; refused if they are few."""
-    h = one.interval
+    h, count = one.interval, quick[0].size
     reach = np.ones(max(3, int(0.5 / (band * h))))
     keep = np.convolve(np.min(np.abs(quick), axis=0) < one.slow, reach, "same") <= 0.5
     if one.saturated is not None:

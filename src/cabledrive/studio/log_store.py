@@ -288,7 +288,7 @@ def safe_name(name: str) -> str:
 
 def time_column(table: Table) -> str | None:
     """The one column whose head says that it is the time."""
-    found = [name for name in table.names if (seen := recognise(name)) and seen.channel == "time"]
+    found = [name for name in table.names if recognise(name) == "time"]
     return found[0] if len(found) == 1 else None
 
 
@@ -296,7 +296,7 @@ def shown_columns(table: Table) -> list[str]:
     """Columns that are drawn unasked: those that a head recognises, else the first ones."""
     time = time_column(table)
     rest = [name for name in table.names if name != time]
-    known = [name for name in rest if recognise(name) is not None]
+    known = [name for name in rest if recognise(name)]
     return (known or rest)[:MOST_SHOWN]
 
 

@@ -82,7 +82,7 @@ def _columns(desk: Desk, log: str) -> dict[str, Any]:
         {
             "name": name,
             "unit": unit_of(table, name),
-            "channel": seen.channel if (seen := recognise(name)) else "",
+            "channel": recognise(name),
         }
         for name in table.names[:400]
     ]

@@ -181,7 +181,6 @@ class Axis:
         return Identification(
             model=f"rigid-axis-{equation.friction.kind}",
             parameters=parameters,
-            identifiable=not words,
             unidentifiable=words,
             residual={"rms": float(fit.residual), "relative": relative, "rows": fit.rows},
             condition_number=fit.condition,

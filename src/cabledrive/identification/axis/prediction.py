@@ -92,7 +92,7 @@ def _refined(axis: Axis, found: Identification, timing: TorqueTiming) -> tuple[P
     extra += sum(np.outer(doubt, doubt) for doubt in doubts)
     extra += (best.observed.repetition(best.values) - 1.0) * own
     freedom = best.fit.freedom
-    sound = replace(found.without("negative"), identifiable=True, unidentifiable=())
+    sound = replace(found.without("negative"), unidentifiable=())
     return best, sound.refitted(best.values, own + extra, freedom, {"name": NAME, "freedom": freedom})
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Any
@@ -43,29 +44,17 @@ WORDS = {
 _UNIT = re.compile(r"^\s*(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Recognised:
-    """A column whose head says what it is."""
-
-    channel: str  # name within the package: "torque", "load_angle"
-    quantity: str  # key of `UNITS`
-
-
 def name_and_unit(head: str) -> tuple[str, str]:
     """Part a column head such as "torque [N m]" or "angle (deg)"; an empty unit where it states none."""
     match = _UNIT.match(head)
     return (match[1], match[2]) if match and match[1] else (head.strip(), "")
 
 
-def recognise(head: str) -> Recognised | None:
-    """Channel that a column head names, with or without a unit: "load angle (deg)", "motor.speed"."""
+def recognise(head: str) -> str:
+    """Channel, as "load_angle", that a head such as "Load angle (deg)" names; empty where it names none."""
     words = [word for word in re.split(r"[^a-z0-9]+", name_and_unit(head)[0].lower()) if word]
-    if not words:
-        return None
-    quantity = WORDS.get(words[-1], words[-1])
-    if quantity not in UNITS:
-        return None
-    return Recognised(channel="_".join([*words[:-1], quantity]), quantity=quantity)
+    quantity = WORDS.get(words[-1], words[-1]) if words else ""
+    return "_".join([*words[:-1], quantity]) if quantity in UNITS else ""
 
 
 def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[float, str]:
@@ -90,17 +79,6 @@ def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[f
         except InputRefused as error:
             refusal = refusal or error
     raise InputRefused(f'{quantity} in "{unit}": {refusal}')
-
-
-def quantity_with(unit: str, asked: str) -> str | None:
-    """Quantity that a unit measures where it does not measure the one asked for; None: none of a log."""
-    for quantity in UNITS:
-        try:
-            if quantity != asked and factor_to_si(quantity, unit):
-                return quantity
-        except InputRefused:
-            continue
-    return None
 
 
 KEYS = ("columns", "sample_rate", "counts_per_revolution", "resample", "skip_rows", "start", "end")
@@ -141,13 +119,11 @@ def column_map(table: Mapping[str, Any]) -> ColumnMap:
     for key, unit in (("sample_rate", "Hz"), ("start", "s"), ("end", "s")):
         if key in table:
             found[key] = quantity_of(f"log.{key}", table[key], unit)
-    if "counts_per_revolution" in table:
-        counts = table["counts_per_revolution"]
-        found["counts_per_revolution"] = whole_of("log.counts_per_revolution", counts)
+    for key, least in (("counts_per_revolution", 1), ("skip_rows", 0)):
+        if key in table:
+            found[key] = whole_of(f"log.{key}", table[key], least=least)
     if "resample" in table:
         found["resample"] = flag_of("log.resample", table["resample"])
-    if "skip_rows" in table:
-        found["skip_rows"] = whole_of("log.skip_rows", table["skip_rows"], least=0)
     if found.get("sample_rate", 1.0) <= 0.0:
         raise InputRefused(f"log.sample_rate = {found['sample_rate']:.4g} Hz must be above 0: give it in Hz")
     return ColumnMap(**found)
@@ -165,7 +141,7 @@ def _column(name: str, entry: Any) -> Column:
 
 
 def _known(name: str) -> None:
-    if recognise(name) is None:
+    if not recognise(name):
         raise InputRefused(f'"{name}" is no channel{nearest(name, UNITS)}')
 
 
@@ -206,23 +182,26 @@ def recognised_columns(table: Table) -> dict[str, Column]:
     """Channels that the heads of a file name; refused if two columns name one."""
     found: dict[str, Column] = {}
     for name in table.names:
-        seen = recognise(name)
-        if seen is None:
-            continue
-        if seen.channel in found:
-            first = found[seen.channel].column
+        channel = recognise(name)
+        if channel in found:
+            first = found[channel].column
             raise InputRefused(
-                f'{table.source}: columns "{first}" and "{name}" are both {seen.channel}: choose one'
+                f'{table.source}: columns "{first}" and "{name}" are both {channel}: choose one'
             )
-        found[seen.channel] = Column(column=name)
+        if channel:
+            found[channel] = Column(column=name)
     return found
 
 
 def other_channel(channel: str, quantity: str, unit: str, chosen: dict[str, Column]) -> InputRefused | None:
     """How to map a column whose unit is of another quantity than its head says, such as a position in deg."""
-    fitting = quantity_with(unit, quantity)
-    renamed = channel.removesuffix(quantity) + (fitting or "")
-    if fitting is None or renamed in chosen:
+    fitting = ""
+    for other in UNITS:
+        with suppress(InputRefused):
+            if not fitting and other != quantity and factor_to_si(other, unit):
+                fitting = other
+    renamed = channel.removesuffix(quantity) + fitting
+    if not fitting or renamed in chosen:
         return None
     names = [(renamed if name == channel else name, chosen[name].column) for name in chosen if name != "time"]
     mapped = " ".join(f'--column "{name}={column}"' for name, column in names[:3])

@@ -2,7 +2,6 @@
 
 import json
 from array import array
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +24,8 @@ MOST_FIELDS = 256
 MOST_NUMBERS = 100_000_000
 """Numbers of all messages together that are kept; 8 bytes each."""
 LOG_TIME, STAMP = "log_time", "header.stamp"
+PARTS = ("sec", "secs"), ("nanosec", "nsec", "nsecs")
+"""Names of the whole seconds of a stamp, and of the nanoseconds beside them."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -46,8 +47,11 @@ class Topics:
         fields: dict[str, float] = {}
         flatten("", message, fields)
         fields[LOG_TIME] = 1e-9 * (log_time - self.origins.setdefault(LOG_TIME, log_time))
-        stamp = stamp_of(message)
-        if stamp is not None:
+        seconds, rest = (
+            next((fields[f"{STAMP}.{n}"] for n in names if f"{STAMP}.{n}" in fields), 0.5) for names in PARTS
+        )
+        if seconds.is_integer() and rest.is_integer():  # when the sensor was read [ns]
+            stamp = int(seconds) * 1_000_000_000 + int(rest)
             fields[STAMP] = 1e-9 * (stamp - self.origins.setdefault(STAMP, stamp))
         row = self.rows.get(topic, 0)
         self.messages += 1
@@ -119,35 +123,10 @@ def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
         for k, item in enumerate(value[:MOST_FIELDS]):
             flatten(f"{prefix}[{k}]", item, into)
     else:
-        for name in _fields(value):
-            flatten(f"{prefix}.{name.lstrip('_')}".strip("."), getattr(value, name, None), into)
-
-
-def stamp_of(message: Any) -> int | None:
-    """``header.stamp`` of a message, the time at which its sensor was read [ns]; None: it has none."""
-    stamp = _part(_part(message, "header"), "stamp")
-    seconds = _part(stamp, "sec", "secs")
-    rest = _part(stamp, "nanosec", "nsec", "nsecs")
-    whole = (int, np.integer)
-    if not isinstance(seconds, whole) or not isinstance(rest, whole):
-        return None
-    return int(seconds) * 1_000_000_000 + int(rest)
-
-
-def _part(value: Any, *names: str) -> Any:
-    """A field of a mapping or of an object, by the first of its names that is there."""
-    for name in names:
-        if isinstance(value, dict):
-            if name in value:
-                return value[name]
-        elif hasattr(value, name):
-            return getattr(value, name)
-    return None
-
-
-def _fields(value: Any) -> Sequence[str]:
-    fields: Any = getattr(value, "__dataclass_fields__", None) or getattr(value, "__slots__", ())
-    return [name for name in fields if not name.startswith("__")]
+        fields: Any = getattr(value, "__dataclass_fields__", None) or getattr(value, "__slots__", ())
+        for name in fields:
+            if not name.startswith("__"):
+                flatten(f"{prefix}.{name.lstrip('_')}".strip("."), getattr(value, name, None), into)
 
 
 def _topic(name: str, rows: dict[str, int]) -> str:
@@ -175,7 +154,12 @@ def open_mcap(path: Path, reading: Reading) -> Table:
     try:
         with path.open("rb") as stream:
             for schema, channel, message in make_reader(stream).iter_messages():
-                decoded = _decoded(schema, channel, message, factories)
+                decoded = None
+                if channel.message_encoding == "json":
+                    decoded = json.loads(message.data)
+                for factory in factories:
+                    if decode := factory.decoder_for(channel.message_encoding, schema):
+                        decoded = decode(message.data)
                 if decoded is not None:
                     topics.add(channel.topic, message.log_time, decoded)
     except (InputRefused, MemoryError):
@@ -187,16 +171,6 @@ def open_mcap(path: Path, reading: Reading) -> Table:
             f"{path.name}: holds no numbers in JSON or ROS 2 messages: export it to CSV or Parquet"
         )
     return topics.table(reading)
-
-
-def _decoded(schema: Any, channel: Any, message: Any, factories: list[Any]) -> Any:
-    if channel.message_encoding == "json":
-        return json.loads(message.data)
-    for factory in factories:
-        decode = factory.decoder_for(channel.message_encoding, schema)
-        if decode is not None:
-            return decode(message.data)
-    return None
 
 
 def open_rosbag(path: Path, reading: Reading) -> Table:
@@ -239,11 +213,9 @@ def _learnt(connection: Any, types: Any) -> bool:
     definition = getattr(connection.msgdef, "data", "")
     if not definition:
         return False
-    form = str(connection.msgdef.format.name)
-    found = (
-        get_types_from_idl(definition)
-        if form == "IDL"
-        else get_types_from_msg(definition, connection.msgtype)
-    )
+    if str(connection.msgdef.format.name) == "IDL":
+        found = get_types_from_idl(definition)
+    else:
+        found = get_types_from_msg(definition, connection.msgtype)
     types.register({name: kind for name, kind in found.items() if name not in types.types})
     return connection.msgtype in types.types

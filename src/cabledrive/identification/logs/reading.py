@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.logs import time_check as channel_check
 from cabledrive.identification.logs.column_map import (
     Column,
     ColumnMap,
@@ -34,7 +33,15 @@ from cabledrive.identification.logs.log import (
 )
 from cabledrive.identification.logs.messages import open_mcap, open_rosbag
 from cabledrive.identification.logs.text import open_delimited
-from cabledrive.identification.logs.time_check import check_time
+from cabledrive.identification.logs.time_check import (
+    check_time,
+    fill_holes,
+    lost_counts,
+    quantum_of,
+    require_size,
+    saturated,
+    unwrap,
+)
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
@@ -156,7 +163,7 @@ MOST_VALUES = 60_000_000
 """Numbers that a log may hold in memory; longer ones are read in blocks, see `Recording`."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Recording:
     """A log file with its channels chosen, not read yet."""
 
@@ -183,7 +190,7 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     columns = columns or ColumnMap()
     table = open_table(path, Reading(skip_rows=columns.skip_rows, resample=columns.resample))
     chosen = dict(columns.columns)
-    times = [name for name in table.names if (seen := recognise(name)) and seen.channel == "time"]
+    times = [name for name in table.names if recognise(name) == "time"]
     if chosen and "time" not in chosen and columns.sample_rate is None and len(times) == 1:
         chosen["time"] = Column(column=times[0])
     chosen = chosen or recognised_columns(table)
@@ -197,24 +204,21 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     factors, units, findings = {}, {}, list(table.notes)
     for channel, column in chosen.items():
         table.require(column.column)
-        seen = recognise(channel)
-        assert seen is not None
+        quantity = recognise(channel).rpartition("_")[2]
         unit = column.unit or table.units.get(column.column, "")
         if not unit and channel not in columns.columns:
             findings.append(f'column "{column.column}" states no unit: taken as SI')
         try:
-            factor, units[channel] = factor_to_si(seen.quantity, unit, columns.counts_per_revolution)
+            factor, units[channel] = factor_to_si(quantity, unit, columns.counts_per_revolution)
         except InputRefused as refusal:
-            other = other_channel(channel, seen.quantity, unit, chosen)
+            other = other_channel(channel, quantity, unit, chosen)
             raise (other or refusal).at(f'{path.name}: column "{column.column}"') from None
         scale = table.scalars.get(column.scale) if isinstance(column.scale, str) else column.scale
         if scale is None:
             missing = f'no single number "{column.scale}" to scale "{column.column}" by'
             raise InputRefused(f"{table.source}: {missing}")
         factors[channel] = factor * scale
-    return Recording(
-        table=table, columns=chosen, factors=factors, units=units, map=columns, findings=tuple(findings)
-    )
+    return Recording(table, chosen, factors, units, columns, tuple(findings))
 
 
 def read_log(path: str | Path, columns: ColumnMap | None = None) -> Log:
@@ -277,11 +281,11 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
     quanta: dict[str, float] = {}
     flat: dict[str, NDArray[np.bool_]] = {}
     for name, values in channels.items():
-        values = channel_check.fill_holes(values, name, source, repaired)
-        channel_check.require_size(values, name, recording.units[name], source)
-        quantum = channel_check.quantum_of(values)
+        values = fill_holes(values, name, source, repaired)
+        require_size(values, name, recording.units[name], source)
+        quantum = quantum_of(values)
         if name.endswith("angle"):
-            values = channel_check.unwrap(values, name, quantum, repaired)
+            values = unwrap(values, name, quantum, repaired)
         values = even[name] = check.on_grid(values[check.keep])
         if quantum > 0.0:
             quanta[name] = quantum
@@ -289,10 +293,10 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
         if np.ptp(values) == 0.0:
             findings.append(f"{name} is constant")
         elif quantity in ("angle", "position"):
-            if jumps := channel_check.lost_counts(values, quantum):
+            if jumps := lost_counts(values, quantum):
                 findings.append(f"{name} jumps at {jumps} samples, as an encoder does that loses counts")
         elif quantity in ("torque", "force", "current", "voltage"):
-            stands = channel_check.saturated(values)
+            stands = saturated(values)
             if stands.any():
                 flat[name] = stands
                 share = 100 * stands.mean()

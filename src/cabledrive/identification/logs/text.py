@@ -32,7 +32,14 @@ def first_lines(path: Path) -> tuple[str, list[str], int]:
         sample = file.read(SAMPLE_BYTES)
     if not sample.strip():
         raise InputRefused(f"{path.name}: is empty: give a log with a header and rows of numbers")
-    encoding = _encoding_of(sample)
+    encoding = "utf-8-sig"
+    if sample.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encoding = "utf-16"
+    else:
+        try:  # a character cut off at the end does not count
+            codecs.getincrementaldecoder(encoding)().decode(sample)
+        except UnicodeDecodeError:
+            encoding = "cp1252"
     text = sample.decode(encoding, errors="replace")
     if "\0" in text:
         raise InputRefused(
@@ -92,17 +99,6 @@ def _decoded(decoder: codecs.IncrementalDecoder, data: bytes, source: str) -> st
         raise InputRefused(f"{source}: is damaged ({error.reason} in UTF-16): write it again") from None
 
 
-def _encoding_of(sample: bytes) -> str:
-    """How the first bytes of a text are written; a character cut off at their end does not count."""
-    if sample.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return "utf-16"
-    try:
-        codecs.getincrementaldecoder("utf-8-sig")().decode(sample)
-    except UnicodeDecodeError:
-        return "cp1252"
-    return "utf-8-sig"
-
-
 MISSING = (
     "",
     *("NaN", "nan", "NAN", "-nan", "NA", "N/A", "n/a", "#N/A"),
@@ -159,7 +155,7 @@ def heads_of(lines: Sequence[str], delimiter: str, decimal: str, row: Sequence[s
         return cells if len(cells) == len(row) else []
 
     def channels(entry: tuple[int, list[str]]) -> int:
-        return sum(recognise(cell) is not None for cell in entry[1])
+        return sum(bool(recognise(cell)) for cell in entry[1])
 
     plain, behind = (
         [(k, cells) for k, line in enumerate(lines) if (cells := cells_of(line, sign))] for sign in ("", "#")
@@ -220,7 +216,7 @@ _SIGNS = (b"#", b"EOF", b"\n\n", b"\n ", b"\n\t", b"\n\f", b"\n\v")
 _NO_ROW = re.compile(rb"^[ \t\f\v]*(?:#.*|EOF[ \t,;]*)?$", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Dialect:
     """How a text log is written."""
 
@@ -229,48 +225,29 @@ class Dialect:
     encoding: str
     skip: int  # lines before the first row of numbers
     names: tuple[str, ...]  # Columns; numbered from 1 where there is no header
-    units: dict[str, str]
     zones: dict[str, str]  # time zone of the columns that hold ISO 8601 times; empty: none is stated
-    notes: tuple[str, ...]
-    rows: int  # about how many rows the file has
 
 
-def dialect_of(path: Path, skip_rows: int = 0) -> Dialect:
-    """Recognise how a text log is written; refused if it is none, or has one column only."""
+def open_delimited(path: Path, reading: Reading) -> Table:
+    """Open a CSV or TSV log; refused if it is none, or has one column only."""
     encoding, lines, size = first_lines(path)
-    delimiter, decimal, first = _first_numbers(lines, path.name, skip_rows)
+    delimiter, decimal, first = _first_numbers(lines, path.name, reading.skip_rows)
     row = split_line(lines[first], delimiter)
     if len(row) < 2:
         raise InputRefused(f"{path.name}: one column only: a log needs the time and at least two channels")
     try:
-        names, units, notes = heads_of(lines[skip_rows:first], delimiter, decimal, row)
+        names, units, notes = heads_of(lines[reading.skip_rows : first], delimiter, decimal, row)
     except InputRefused as refusal:
         raise refusal.at(path.name) from None
     zones = {name: zone for name, cell in zip(names, row, strict=True) if (zone := zone_of(cell)) is not None}
-    per_row = max(1.0, size / max(1, len(lines)))
-    return Dialect(
-        delimiter=delimiter,
-        decimal=decimal,
-        encoding=encoding,
-        skip=first,
-        names=names,
-        units=units | dict.fromkeys(zones, "s"),
-        zones=zones,
-        notes=notes,
-        rows=int(path.stat().st_size / per_row),
-    )
-
-
-def open_delimited(path: Path, reading: Reading) -> Table:
-    """Open a CSV or TSV log."""
-    dialect = dialect_of(path, reading.skip_rows)
+    dialect = Dialect(delimiter, decimal, encoding, first, names, zones)
     return Table(
         source=path.name,
-        names=dialect.names,
-        units=dialect.units,
-        rows=dialect.rows,
+        names=names,
+        units=units | dict.fromkeys(zones, "s"),
+        rows=int(path.stat().st_size / max(1.0, size / max(1, len(lines)))),
         read=lambda names: _read(path, dialect, names),
-        notes=dialect.notes,
+        notes=notes,
     )
 
 
@@ -387,7 +364,7 @@ def _value(cell: str, name: str, place: int, dialect: Dialect, source: str) -> A
     if stamp and zone_of(cell) == dialect.zones[name]:
         return cell
     if not stamp and is_number(cell, dialect.decimal):
-        return float(cell.replace(",", ".") if dialect.decimal == "," else cell)
+        return float(cell.replace(",", "."))
     wanted = "a time as in the first row" if stamp else "a number or leave it empty"
     raise InputRefused(f'{source}: line {place}, column "{name}" holds "{cell[:30]}": write {wanted}')
 

@@ -1,7 +1,7 @@
 """Tensions of both spans from one recording in which both sound."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import hypot, pi, sqrt
 
 import numpy as np
@@ -10,52 +10,37 @@ from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.families import Family, Proposal, proposals
 from cabledrive.identification.tension.family_fit import (
-    LOUDER,
+    ABOUT,
     MISSING_PRICE,
-    SPANS,
     PingTension,
     SpanTension,
-    apart,
     criterion,
     excess,
     family_tension,
     fit_families,
-    has_tone_below,
-    label,
-    strength,
+    line_widths,
 )
 from cabledrive.identification.tension.recording import SEARCHED, PreparedRecording, prepared_recording
 from cabledrive.identification.tension.strings import bare_tension, channels_of, section_modes, tensions_for
 from cabledrive.identification.tension.tones import Tones, TonesFit
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 
+SPANS = ("upper", "lower")
 SPLIT_EXCESS = 1.5
 """Density of what is left about the tones, over that elsewhere, from which one family may be two."""
 BETTER = 0.8
 """Sum of squares of two families, over that of one, from which two are taken to be there."""
 CLEARLY = 10.0
 """Units of the criterion by which an assignment must be better than any other."""
+WHOLE = (2, 3)
+BELOW = 0.5
+"""Loudness of a tone at half or a third of a family's first mode, over that mode's, from which it is a first
+mode itself: a plucked span has more speed in its first mode than in its second, most points hear it."""
+LOUDER = 1.5
+"""Ratio of the loudness of both families from which the louder one is that of the plucked span."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Asked:
-    """A recording with what is known of it."""
-
-    log: Log
-    drive: Drive
-    prepared: PreparedRecording
-    sections: Mapping[str, int]  # which section of each span was plucked
-    plucked: str | None
-
-
-def tension_of_both(
-    log: Log,
-    drive: Drive,
-    *,
-    channel: str | None = None,
-    plucked: str | None = None,
-    section: int = 0,
-) -> PingTension:
+def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, section: int = 0) -> PingTension:
     """Tension of each span from one recording in which both sound; one alone where it does not separate two.
 
     The partials are parted into two families, each with the frequency ratios of the certified modes of its
@@ -63,10 +48,10 @@ def tension_of_both(
     guess good to a factor of four for either span, and a standing torque on the drive pulley; both keep the
     unstretched lengths of the spans.
 
-    ``channel``: default: the first that hears a ping; ``plucked``, {"upper", "lower"}: which span was plucked
-    harder, needed for labels where both have the same modes; ``section``: which section of a span was
-    plucked, where guided carriages part it. Raises `InputRefused` if the drive has one span, or channel or
-    section are not there; `NotComputed` if no tone is found, or two assignments fit equally well.
+    ``plucked``, {"upper", "lower"}: which span was plucked harder, needed for labels where both have the same
+    modes; ``section``: which section of a span was plucked, where guided carriages part it. Raises
+    `InputRefused` if the drive has one span, or span or section are not there; `NotComputed` if no tone is
+    found, or two assignments fit equally well.
     """
     if len(drive.spans) < 2:
         raise InputRefused(f"{drive.name} has one span: read it without asking for both")
@@ -75,82 +60,61 @@ def tension_of_both(
     parted = {span: any(one.guided for one in drive.carriages_on(span)) for span in drive.spans}
     sections = {span: section if parted[span] else 0 for span in drive.spans}
     teeth = {span: section_modes(drive, span, own) for span, own in sections.items()}
-    prepared = prepared_recording(log, drive, channel or channels_of(log)[0], teeth)
-    asked = _Asked(
-        log=log,
-        drive=drive,
-        prepared=prepared,
-        sections=sections,
-        plucked=plucked,
-    )
+    prepared = prepared_recording(log, drive, channels_of(log)[0], teeth)
     singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
     if not singles:
         raise prepared.no_tone
     fitted = _two_families(prepared, pairs, plucked)
     if fitted is None:
-        family = singles[0].families[0]
+        family = singles[0][1][0]
         one = fit_families(prepared, (family,))
         if one is None:
             raise prepared.no_tone
-        doubtful = excess(fit=one, family=0, prepared=prepared) > SPLIT_EXCESS
+        doubtful = excess(prepared, one, 0) > SPLIT_EXCESS
         split = _split(prepared, family, one) if doubtful and prepared.alike else None
-        if split is None or not apart(prepared, split, SPANS):
+        if split is None or not _apart(prepared, split):
             overlapping = split.residual < BETTER * one.residual if split else doubtful and not prepared.alike
-            return _of_one_family(asked, one, family.span, overlapping)
+            (tension,) = _tensions(prepared, drive, one, {family[0]: sections[family[0]]})
+            return _of_one_family(prepared, one, tension, plucked, overlapping)
         fitted = split
-    return _of_two_families(asked, fitted)
-
-
-def _of_two_families(asked: _Asked, fit: TonesFit) -> PingTension:
-    """The answer where two families are found, the first two of the fit."""
-    names = label(asked.prepared, fit, asked.plucked)
-    first, second = _tensions(asked, fit, names or SPANS)
-    order = names or (
-        ("looser", "tauter") if first.tension.value < second.tension.value else ("tauter", "looser")
-    )
-    found = {name: replace(one, span=name) for name, one in zip(order, (first, second), strict=True)}
-    found = {name: found[name] for name in (SPANS if names else ("tauter", "looser"))}
     lines: tuple[str, ...] = ()
+    names = _label(prepared, fitted, plucked)
+    first, second = _tensions(prepared, drive, fitted, {name: sections[name] for name in names or SPANS})
     if names is None:
+        shown = sorted((first, second), key=lambda one: -one.tension.value)
+        found = dict(zip(("tauter", "looser"), shown, strict=True))
         why = "name the one plucked harder (--plucked)"
-        if asked.plucked:
+        if plucked:
             why = "both are about equally loud: pluck that one harder"
         lines = (f"which of both tensions is the upper span's: the spans have the same modes; {why}",)
+    else:
+        found, lines = (
+            {one.span: one for one in sorted((first, second), key=lambda o: SPANS.index(o.span))},
+            (),
+        )
     a, b = (one.tension for one in found.values())
-    error, half = (
-        0.5 * hypot(*pair)
-        for pair in ((a.standard_error, b.standard_error), (a.high - a.value, b.high - b.value))
-    )
-    radius = asked.drive.drive_pulley.radius
+    error, half = hypot(a.standard_error, b.standard_error), hypot(a.high - a.value, b.high - b.value)
+    radius = drive.drive_pulley.radius
     torque = radius * (b.value - a.value) * (-1.0 if names is None else 1.0)
-    return _answer(
-        asked,
-        found,
-        Estimate.of(0.5 * (a.value + b.value), "N", error, half),
-        Estimate.of(torque, "N m", 2.0 * radius * error, 2.0 * radius * half),
-        lines,
-    )
+    mean = Estimate.of(0.5 * (a.value + b.value), "N", 0.5 * error, 0.5 * half)
+    return _answer(prepared, found, mean, Estimate.of(torque, "N m", radius * error, radius * half), lines)
 
 
-def _of_one_family(asked: _Asked, fit: TonesFit, span: str, overlapping: bool) -> PingTension:
+def _of_one_family(
+    prepared: PreparedRecording, fit: TonesFit, one: SpanTension, plucked: str | None, overlapping: bool
+) -> PingTension:
     """The answer where one family is found, or two within the width of a line.
 
-    ``span``: whose modes fit it; ``overlapping``: whether two families fit better than one, though less than
-    a line width apart.
+    ``overlapping``: whether two families fit better than one, though less than a line width apart.
     """
-    alike, plucked = asked.prepared.alike, asked.plucked
-    (one,) = _tensions(asked, fit, (span,))
-    name = "heard" if alike and (plucked is None or overlapping) else (plucked or span)
-    name = span if not alike else name
+    alike, name = prepared.alike, one.span
+    if alike:
+        name = "heard" if plucked is None or overlapping else plucked
     own = np.flatnonzero(fit.tones.family == 0)
     loudest = float(fit.tones.frequency[own[int(np.argmax(fit.amplitude[own]))]])
     within = 2.0 * one.tension.value * one.line_width / loudest
     tone = f"{loudest:.4g} Hz, lines {one.line_width:.2g} Hz wide"
-    if name == "heard":  # an interval for two tensions that differ by less than so much
-        error = sqrt(one.tension.standard_error**2 + within**2 / 3.0)
-        low, high = one.tension.low - within, one.tension.high + within
-        one = replace(one, tension=replace(one.tension, standard_error=error, low=low, high=high))
-    other = SPANS[1 - SPANS.index(span)]
+    other = SPANS[1 - SPANS.index(one.span)]
     if overlapping and alike:
         line = (
             f"two families of partials within a line width ({tone}): both tensions lie within {within:.2g} N "
@@ -158,7 +122,7 @@ def _of_one_family(asked: _Asked, fit: TonesFit, span: str, overlapping: bool) -
         )
     elif overlapping:
         line = (
-            f"the partials ({tone}) are those of the {span} span, but another tone lies within a line "
+            f"the partials ({tone}) are those of the {one.span} span, but another tone lies within a line "
             f"width of them: the {other} span is not identifiable; record longer, or damp one and record "
             "the other alone"
         )
@@ -168,20 +132,26 @@ def _of_one_family(asked: _Asked, fit: TonesFit, span: str, overlapping: bool) -
             f"tension within {within:.2g} N; pluck the other span and record again"
         )
     else:
-        line = f"the {other} span is not detected beside the {span} one ({tone}): pluck it and record again"
+        line = f"the {other} span is not detected beside the {name} one ({tone}): pluck it and record again"
+    if name == "heard":  # an interval for two tensions that differ by less than so much
+        error = sqrt(one.tension.standard_error**2 + within**2 / 3.0)
+        low, high = one.tension.low - within, one.tension.high + within
+        one = replace(one, tension=replace(one.tension, standard_error=error, low=low, high=high))
     unknown = Estimate.unknown("N", line)
-    return _answer(asked, {name: replace(one, span=name)}, unknown, replace(unknown, unit="N m"), (line,))
+    return _answer(prepared, {name: one}, unknown, replace(unknown, unit="N m"), (line,))
 
 
-def _tensions(asked: _Asked, fit: TonesFit, spans: tuple[str, ...]) -> list[SpanTension]:
-    """Tension of each of the first families, whose spans have these names."""
-    prepared, drive, tones, wanted = asked.prepared, asked.drive, fit.tones, []
-    for k, span in enumerate(spans):
+def _tensions(
+    prepared: PreparedRecording, drive: Drive, fit: TonesFit, sections: Mapping[str, int]
+) -> list[SpanTension]:
+    """Tension of each of the first families, whose spans have these names and plucked sections."""
+    tones, wanted = fit.tones, []
+    for k, (span, section) in enumerate(sections.items()):
         place = int(np.flatnonzero(tones.family == k)[0])
         hertz = float(tones.frequency[place]) / prepared.factor
-        wanted.append((span, asked.sections[span], int(tones.number[place]), hertz))
+        wanted.append((span, section, int(tones.number[place]), hertz))
     found = []
-    for k, (span, value) in enumerate(zip(spans, tensions_for(drive, wanted), strict=True)):
+    for k, (span, value) in enumerate(zip(sections, tensions_for(drive, wanted), strict=True)):
         steep = 2.0 * (1.0 + value / drive.cable.axial_rigidity)
         bare = bare_tension(drive, float(tones.scale[k]) * float(prepared.teeth[span][0]))
         found.append(family_tension(prepared, fit, k, span, (value, steep, bare)))
@@ -189,7 +159,11 @@ def _tensions(asked: _Asked, fit: TonesFit, spans: tuple[str, ...]) -> list[Span
 
 
 def _answer(
-    asked: _Asked, found: dict[str, SpanTension], mean: Estimate, torque: Estimate, lines: tuple[str, ...]
+    prepared: PreparedRecording,
+    found: dict[str, SpanTension],
+    mean: Estimate,
+    torque: Estimate,
+    lines: tuple[str, ...],
 ) -> PingTension:
     """The answer with what a single partial, or one that hardly decays, leaves open."""
     spans = {}
@@ -202,11 +176,10 @@ def _answer(
             )
         if not any(partial.decays for partial in one.partials):
             findings.append(f"{name}: the ping hardly decays: its frequency holds for its amplitude only")
-        spans[name] = replace(one, findings=tuple(findings))
+        spans[name] = replace(one, span=name, findings=tuple(findings))
     return PingTension(
         spans=spans,
-        report=asked.log.report,
-        drive=asked.drive.name,
+        report=prepared.log.report,
         pretension=mean,
         standing_torque=torque,
         unidentifiable=lines,
@@ -217,33 +190,73 @@ def _two_families(
     prepared: PreparedRecording, pairs: tuple[Proposal, ...], plucked: str | None
 ) -> TonesFit | None:
     """The best of some assignments; None where there is none whose families are apart."""
-    tried = [(fit_families(prepared, pair.families), pair.score) for pair in pairs]
-    clear = [
-        (criterion(fit, prepared.interval) - MISSING_PRICE * score, fit)
-        for fit, score in tried
-        if fit is not None and apart(prepared, fit, SPANS) and not has_tone_below(prepared, fit)
-    ]
+    clear = []
+    for score, families in pairs:
+        fit = fit_families(prepared, families)
+        if fit is not None and _apart(prepared, fit) and not _has_tone_below(prepared, fit):
+            clear.append((criterion(fit, prepared.interval) - MISSING_PRICE * score, fit))
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
     if prepared.alike or len(rivals) < 2:
         return clear[0][1] if clear else None
-    alike = rivals[:2]
+    listed = []
+    for fit in rivals[:2]:
+        upper, lower = (fit.tones.scale[k] * prepared.factor * prepared.teeth[SPANS[k]][0] for k in (0, 1))
+        listed.append(f"first modes at {upper:.4g} Hz (upper) and {lower:.4g} Hz (lower)")
     if plucked is not None:
         index = SPANS.index(plucked)
-        rivals = [one for one in rivals if strength(one, index) > LOUDER * strength(one, 1 - index)]
+        rivals = [one for one in rivals if _strength(one, index) > LOUDER * _strength(one, 1 - index)]
         if len(rivals) == 1:
             return rivals[0]
-    listed = " or ".join(_assigned(prepared, fit) for fit in alike)
     raise NotComputed(
-        f"{prepared.channel}: two assignments of the partials fit equally well, {listed}: "
+        f"{prepared.channel}: two assignments of the partials fit equally well, {' or '.join(listed)}: "
         "pluck so that more partials are excited, or name the plucked span "
         "(--plucked)"
     )
 
 
-def _assigned(prepared: PreparedRecording, fit: TonesFit) -> str:
-    first = [fit.tones.scale[k] * prepared.factor * prepared.teeth[span][0] for k, span in enumerate(SPANS)]
-    return f"first modes at {first[0]:.4g} Hz (upper) and {first[1]:.4g} Hz (lower)"
+def _strength(fit: TonesFit, family: int) -> float:
+    """Loudness of a family: root of the sum of squares of its amplitudes."""
+    return float(np.linalg.norm(fit.amplitude[fit.tones.family == family]))
+
+
+def _apart(prepared: PreparedRecording, fit: TonesFit) -> bool:
+    """Whether each of two families has a partial more than a line width from every mode of the other."""
+    tones, width = fit.tones, line_widths(fit, prepared.duration)
+    for one, two in ((0, 1), (1, 0)):
+        own = np.flatnonzero(tones.family == one)
+        others = tones.scale[two] * prepared.factor * prepared.teeth[SPANS[two]]
+        distance = np.abs(tones.frequency[own][:, None] - others).min(axis=1)
+        if not np.any(distance > width[own]):
+            return False
+    return True
+
+
+def _has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
+    """Whether a family may be every second or third mode of a lower one, whose first is among other tones.
+
+    Split partials of one frequency and two tensions look so where their first is not split.
+    """
+    tones = fit.tones
+    free = tones.number == 0
+    reach = ABOUT * line_widths(fit, prepared.duration)[free]
+    for first in np.flatnonzero(tones.number == 1):
+        loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
+        for whole in WHOLE:
+            distance = np.abs(tones.frequency[free] - tones.frequency[first] / whole)
+            if np.any(loud & (distance < reach)):
+                return True
+    return False
+
+
+def _label(prepared: PreparedRecording, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
+    """Which span each of two families belongs to; None where modes are alike and loudness does not decide."""
+    if not prepared.alike:
+        return SPANS
+    first, second = _strength(fit, 0), _strength(fit, 1)
+    if plucked is None or max(first, second) < LOUDER * min(first, second):
+        return None
+    return SPANS if (plucked == "upper") == (first > second) else (SPANS[1], SPANS[0])
 
 
 def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesFit | None:
@@ -265,13 +278,8 @@ def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesF
 
 def _doubled(tones: Tones, distance: float) -> Tones:
     """The first family twice, half a distance below and above its place."""
-    own = tones.family == 0
-    first, rest, x = tones.only(own), tones.only(~own), tones.scale[0]
-    both = {
-        name: np.concatenate([getattr(first, name), getattr(first, name), getattr(rest, name)])
-        for name in ("tooth", "number", "decay", "rise")
-    }
-    zero = np.zeros(first.tooth.size, dtype=np.intp)
-    family = np.concatenate([zero, zero + 1, rest.family + 1])
+    own, x = tones.family == 0, tones.scale[0]
+    first, rest = tones.only(own), tones.only(~own)
+    family = np.concatenate([first.family, first.family + 1, rest.family + 1])
     scale = np.concatenate([[x * (1 - 0.5 * distance), x * (1 + 0.5 * distance)], tones.scale[1:]])
-    return replace(tones, family=family, scale=scale, **both)
+    return replace(first.beside(first).beside(rest), family=family, scale=scale)

@@ -54,12 +54,7 @@ class Peaks:
 
     def only(self, kept: NDArray[np.bool_]) -> "Peaks":
         """Some of the peaks."""
-        return Peaks(
-            frequency=self.frequency[kept],
-            amplitude=self.amplitude[kept],
-            weight=self.weight[kept],
-            reach=self.reach[kept],
-        )
+        return Peaks(**{name: getattr(self, name)[kept] for name in Peaks.__slots__})
 
     def joined(self, other: "Peaks") -> "Peaks":
         """These peaks, and those of another spectrum that are none of them."""
@@ -75,20 +70,10 @@ class Peaks:
         return Peaks(**{name: row[order] for name, row in rows.items()})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Family:
-    """A family of partials that the peaks propose."""
-
-    span: str
-    scale: float  # factor on the frequencies of the span's modes
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Proposal:
-    """One family, or one for each span."""
-
-    families: tuple[Family, ...]
-    score: float  # weight of the peaks that it explains, less what is missing
+Family = tuple[str, float]
+"""A family of partials that the peaks propose: its span, and the factor on the frequencies of its modes."""
+Proposal = tuple[float, tuple[Family, ...]]
+"""Weight of the peaks that it explains, less what is missing; one family, or one for each span."""
 
 
 def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], duration: float) -> Peaks:
@@ -148,23 +133,28 @@ def proposals(
     Returns ``singles, pairs``: the best `MOST_SINGLES` and `MOST_PAIRS` that differ, best first; no pairs
     where no second family is worth it. Where both spans have the same modes only one order of each pair.
     """
-    found = {
-        span: [_scored(peaks, span, factor * row, x) for x in _factors(peaks, factor * row, limit)]
-        for span, row in teeth.items()
-    }
-    every = [Proposal(families=(one[0],), score=one[1]) for row in found.values() for one in row]
-    singles = _distinct(every, MOST_SINGLES)
+    found = {span: _scored(peaks, factor * row, limit) for span, row in teeth.items()}
+    singles = _distinct(
+        [
+            (float(peaks.weight[explained].sum()) - price, ((span, scale),))
+            for span, row in found.items()
+            for scale, explained, price in row
+        ],
+        MOST_SINGLES,
+    )
     if not singles or len(teeth) < 2:
         return singles, ()
-    pairs = []
+    pairs: list[Proposal] = []
     alike = bool(np.allclose(teeth["upper"], teeth["lower"], rtol=ALIKE))
-    for one, two in product(found["upper"], found["lower"]):
-        if alike and (one[0].scale > two[0].scale or _octaves(one[0].scale, two[0].scale)):
+    for (low, one, price), (high, two, other) in product(found["upper"], found["lower"]):
+        # on every second or third mode of the other: split partials look like that
+        octave = round(high / low) > 1 and abs(high / low / round(high / low) - 1.0) < NEAR_OCTAVE
+        if alike and (low > high or octave):
             continue
-        total = float(peaks.weight[one[2] | two[2]].sum()) - one[3] - two[3]
-        own = (peaks.amplitude[mask].max(initial=0.0) for mask in (one[2] & ~two[2], two[2] & ~one[2]))
-        if total >= singles[0].score + WORTH and min(own) >= FAINT * peaks.amplitude.max():
-            pairs.append(Proposal(families=(one[0], two[0]), score=total))
+        total = float(peaks.weight[one | two].sum()) - price - other
+        own = (peaks.amplitude[mask].max(initial=0.0) for mask in (one & ~two, two & ~one))
+        if total >= singles[0][0] + WORTH and min(own) >= FAINT * peaks.amplitude.max():
+            pairs.append((total, (("upper", low), ("lower", high))))
     return singles, _distinct(pairs, MOST_PAIRS)
 
 
@@ -172,43 +162,27 @@ def _distinct(every: list[Proposal], most: int) -> tuple[Proposal, ...]:
     """The best of some proposals that differ."""
 
     def differs(one: Proposal, other: Proposal) -> bool:
-        pairs = zip(one.families, other.families, strict=True)
-        return any(a.span != b.span or abs(a.scale / b.scale - 1.0) > OTHERWISE for a, b in pairs)
+        pairs = zip(one[1], other[1], strict=True)
+        return any(a != b or abs(x / y - 1.0) > OTHERWISE for (a, x), (b, y) in pairs)
 
     distinct: list[Proposal] = []
-    for one in sorted(every, key=lambda one: -one.score):
+    for one in sorted(every, key=lambda one: -one[0]):
         if len(distinct) < most and all(differs(one, other) for other in distinct):
             distinct.append(one)
     return tuple(distinct)
 
 
-def _octaves(low: float, high: float) -> bool:
-    """Whether a family lies on every second or third mode of the other: split partials look like that."""
-    ratio = high / low
-    whole = round(ratio)
-    return whole > 1 and abs(ratio / whole - 1.0) < NEAR_OCTAVE
-
-
-_Scored = tuple[Family, float, NDArray[np.bool_], float]
-
-
-def _factors(peaks: Peaks, teeth: Array, limit: float) -> Array:
-    scale = (peaks.frequency[:, None] / teeth[None, :PROPOSING]).ravel()
-    scale = np.sort(scale[(scale > 1.0 / limit) & (scale < limit)])
-    return scale[np.diff(scale, prepend=-1.0) > 1e-5]
-
-
-def _scored(peaks: Peaks, span: str, teeth: Array, scale: float) -> _Scored:
-    """A family, its score, the peaks it explains and what it pays for what is missing."""
-    taken = matched(peaks, scale * teeth)
-    explained = np.zeros(peaks.frequency.size, dtype=bool)
-    explained[taken[taken >= 0]] = True
-    prepared = np.flatnonzero(taken[:PRICED] >= 0)
-    silent = taken[: prepared[-1]] < 0 if prepared.size else np.ones(1, dtype=bool)
-    price = MISSING * float(silent.sum()) + FIRST_MISSING * float(silent[:1].sum())
-    return (
-        Family(span=span, scale=float(scale)),
-        float(peaks.weight[explained].sum()) - price,
-        explained,
-        price,
-    )
+def _scored(peaks: Peaks, teeth: Array, limit: float) -> list[tuple[float, NDArray[np.bool_], float]]:
+    """Factors that peaks propose, the peaks that each explains and what it pays for what is missing."""
+    scales = (peaks.frequency[:, None] / teeth[None, :PROPOSING]).ravel()
+    scales = np.sort(scales[(scales > 1.0 / limit) & (scales < limit)])
+    found = []
+    for scale in scales[np.diff(scales, prepend=-1.0) > 1e-5].tolist():
+        taken = matched(peaks, scale * teeth)
+        explained = np.zeros(peaks.frequency.size, dtype=bool)
+        explained[taken[taken >= 0]] = True
+        heard = np.flatnonzero(taken[:PRICED] >= 0)
+        silent = taken[: heard[-1]] < 0 if heard.size else np.ones(1, dtype=bool)
+        price = MISSING * float(silent.sum()) + FIRST_MISSING * float(silent[:1].sum())
+        found.append((scale, explained, price))
+    return found

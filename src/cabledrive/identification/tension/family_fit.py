@@ -80,7 +80,6 @@ class PingTension:
 
     spans: Mapping[str, SpanTension]
     report: DataReport
-    drive: str
     # where both spans sound in one recording: mean of both tensions [N]; torque on the drive pulley that
     # holds their difference, positive where the lower span is tauter; its size without labels [N m]
     pretension: Estimate | None = None
@@ -113,20 +112,23 @@ class PingTension:
         }
 
 
-SPANS = ("upper", "lower")
 ABOUT = 4.0
 """Line widths about a tone within which what is left is its noise."""
-WHOLE = (2, 3)
-BELOW = 0.5
-"""Loudness of a tone at half or a third of a family's first mode, over that mode's, from which it is a first
-mode itself: a plucked span has more speed in its first mode than in its second, most points hear it."""
-LOUDER = 1.5
-"""Ratio of the loudness of both families from which the louder one is that of the plucked span."""
-
-
-def strength(fit: TonesFit, family: int) -> float:
-    """Loudness of a family: root of the sum of squares of its amplitudes."""
-    return float(np.linalg.norm(fit.amplitude[fit.tones.family == family]))
+AUDIBLE = 8.0
+"""Amplitude of a tone over its standard error from which it is kept."""
+ENOUGH = 3
+"""Partials with which a family is well known: no other is sought below the noise."""
+SILENT = 6.0
+"""The same for a partial whose frequency is known from the others."""
+LIKE = 5.0
+"""Its decay over that of the others, above which it is none."""
+MISSING_PRICE = 10.0
+"""Units of the information criterion for one of the score: the same tones may be read as those of a lower
+family of which every other one is missing."""
+DISAGREEING = 0.95
+"""Quantile of the sum of squares of the partials' offsets from which they disagree by more than noise."""
+MOST_OTHERS = 6
+"""Tones of no span that are fitted beside the families."""
 
 
 def line_widths(fit: TonesFit, duration: float) -> Array:
@@ -146,74 +148,18 @@ def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
     return float(weights @ about / weights.sum() / density.mean())
 
 
-def apart(prepared: PreparedRecording, fit: TonesFit, spans: tuple[str, str]) -> bool:
-    """Whether each of two families has a partial more than a line width from every mode of the other."""
-    tones, width = fit.tones, line_widths(fit, prepared.duration)
-    for one, two in ((0, 1), (1, 0)):
-        own = np.flatnonzero(tones.family == one)
-        others = tones.scale[two] * prepared.factor * prepared.teeth[spans[two]]
-        distance = np.abs(tones.frequency[own][:, None] - others).min(axis=1)
-        if not np.any(distance > width[own]):
-            return False
-    return True
-
-
-def has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
-    """Whether a family may be every second or third mode of a lower one, whose first is among other tones.
-
-    Split partials of one frequency and two tensions look so where their first is not split.
-    """
-    tones = fit.tones
-    free = tones.number == 0
-    reach = ABOUT * line_widths(fit, prepared.duration)[free]
-    for first in np.flatnonzero(tones.number == 1):
-        loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
-        for whole in WHOLE:
-            distance = np.abs(tones.frequency[free] - tones.frequency[first] / whole)
-            if np.any(loud & (distance < reach)):
-                return True
-    return False
-
-
-def label(prepared: PreparedRecording, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
-    """Which span each of two families belongs to; None where modes are alike and loudness does not decide."""
-    if not prepared.alike:
-        return SPANS
-    first, second = strength(fit, 0), strength(fit, 1)
-    if plucked is None or max(first, second) < LOUDER * min(first, second):
-        return None
-    return SPANS if (plucked == "upper") == (first > second) else (SPANS[1], SPANS[0])
-
-
-AUDIBLE = 8.0
-"""Amplitude of a tone over its standard error from which it is kept."""
-ENOUGH = 3
-"""Partials with which a family is well known: no other is sought below the noise."""
-SILENT = 6.0
-"""The same for a partial whose frequency is known from the others."""
-LIKE = 5.0
-"""Its decay over that of the others, above which it is none."""
-MISSING_PRICE = 10.0
-"""Units of the information criterion for one of the score: the same tones may be read as those of a lower
-family of which every other one is missing."""
-DISAGREEING = 0.95
-"""Quantile of the sum of squares of the partials' offsets from which they disagree by more than noise."""
-MOST_OTHERS = 6
-"""Tones of no span that are fitted beside the families."""
-
-
 def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
     """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
     rows, explained = [], np.zeros(prepared.peaks.frequency.size, dtype=bool)
-    for place, one in enumerate(families):
-        teeth = prepared.factor * prepared.teeth[one.span]
-        taken = matched(prepared.peaks, one.scale * teeth)
+    for place, (span, factor) in enumerate(families):
+        teeth = prepared.factor * prepared.teeth[span]
+        taken = matched(prepared.peaks, factor * teeth)
         taken = np.where((taken >= 0) & prepared.falling[taken], taken, -1)[:PARTIALS]
         explained[taken[taken >= 0]] = True
         rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
     others = np.flatnonzero(~explained)
     others = others[np.argsort(prepared.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
-    scale = [one.scale for one in families] + [1.0] * others.size
+    scale = [factor for _, factor in families] + [1.0] * others.size
     rows += [(len(families) + k, prepared.peaks.frequency[p], 0) for k, p in enumerate(others)]
     family, tooth, number = zip(*rows, strict=True)
     return Tones(
@@ -240,7 +186,11 @@ def fit_families(
         if not all(np.any(clear & (fit.tones.family == k)) for k in range(len(families))):
             return None
         fit = fit_tones(prepared.values, prepared.interval, fit.tones.only(clear), prepared.power)
-    return fit if all(_is_a_ping(fit, k) for k in range(len(families))) else None
+    for k in range(len(families)):  # which decays or has several partials: a single tone that stays is hum
+        own = fit.tones.family == k
+        if not (np.sum(own) > 1 or fit.resolved[own].any()):
+            return None
+    return fit
 
 
 def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit:
@@ -253,15 +203,15 @@ def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit
     if numbers.size == 0 or own.sum() >= ENOUGH:
         return fit
     one = fit.tones
-    start = Tones(
-        family=np.append(one.family, np.zeros(numbers.size, dtype=np.intp)),
-        tooth=np.append(one.tooth, prepared.factor * teeth[numbers - 1]),
-        number=np.append(one.number, numbers),
+    silent = Tones(
+        family=np.zeros(numbers.size, dtype=np.intp),
+        tooth=prepared.factor * teeth[numbers - 1],
+        number=numbers,
         scale=one.scale,
-        decay=np.append(one.decay, np.full(numbers.size, np.median(one.decay[own]))),
-        rise=np.append(one.rise, np.zeros(numbers.size)),
+        decay=np.full(numbers.size, np.median(one.decay[own])),
+        rise=np.zeros(numbers.size),
     )
-    more = fit_tones(prepared.values, prepared.interval, start, prepared.power)
+    more = fit_tones(prepared.values, prepared.interval, one.beside(silent), prepared.power)
     kept = more.amplitude > SILENT * more.amplitude_error
     kept &= more.tones.decay < LIKE * one.decay[own].max()
     kept[: own.size] = True
@@ -270,12 +220,6 @@ def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit
     if kept.all():
         return more
     return fit_tones(prepared.values, prepared.interval, more.tones.only(kept), prepared.power)
-
-
-def _is_a_ping(fit: TonesFit, family: int) -> bool:
-    """Whether a family decays, or has several partials: a single tone that stays is hum."""
-    own = fit.tones.family == family
-    return bool(np.sum(own) > 1 or fit.resolved[own].any())
 
 
 def criterion(fit: TonesFit, interval: float) -> float:
@@ -288,35 +232,25 @@ def criterion(fit: TonesFit, interval: float) -> float:
     return float(samples * np.log(unexplained) + parameters * np.log(samples))
 
 
-def scale_error(prepared: PreparedRecording, fit: TonesFit, family: int) -> tuple[float, float]:
-    """Relative standard error of a family's factor, and the quantile of its 95 % interval.
-
-    Larger where the noise about its tones is louder than elsewhere, or its partials disagree.
-    """
-    own = fit.tones.family == family
-    freedom = int(own.sum()) - 1
-    squares = float(np.sum((fit.offset[own] / fit.offset_error[own]) ** 2))
-    error = sqrt(fit.scale_covariance[family, family]) / float(fit.tones.scale[family])
-    error *= sqrt(max(1.0, excess(prepared, fit, family)))
-    if freedom == 0 or squares < stats.chi2.ppf(DISAGREEING, freedom):
-        return error, float(stats.norm.ppf(0.975))
-    return error * sqrt(squares / freedom), float(stats.t.ppf(0.975, freedom))
-
-
 def family_tension(
     prepared: PreparedRecording, fit: TonesFit, family: int, span: str, known: tuple[float, float, float]
 ) -> SpanTension:
-    """The tension that a family says, with what the noise leaves open, wider where its partials disagree.
+    """The tension that a family says, with what the noise leaves open.
 
-    ``known``: the tension [N], its relative change with the frequency's, and what the string formula says
-    [N].
+    ``known``: the tension [N], its relative change with the frequency's, what the string formula says [N].
     """
     value, steep, bare = known
     tones, own = fit.tones, np.flatnonzero(fit.tones.family == family)
-    spread, quantile = scale_error(prepared, fit, family)
+    # larger where the noise about its tones is louder than elsewhere, or its partials disagree
+    spread = sqrt(fit.scale_covariance[family, family]) / float(tones.scale[family])
+    spread *= sqrt(max(1.0, excess(prepared, fit, family)))
+    freedom, quantile = own.size - 1, float(stats.norm.ppf(0.975))
+    squares = float(np.sum((fit.offset[own] / fit.offset_error[own]) ** 2))
+    if freedom > 0 and squares >= stats.chi2.ppf(DISAGREEING, freedom):
+        spread, quantile = spread * sqrt(squares / freedom), float(stats.t.ppf(0.975, freedom))
     error = steep * value * spread
     loudest = own[int(np.argmax(fit.amplitude[own]))]
-    partials = [
+    partials = tuple(
         Partial(
             number=int(tones.number[k]),
             frequency=float(tones.frequency[k] + fit.offset[k]),
@@ -325,7 +259,7 @@ def family_tension(
             decays=bool(fit.resolved[k]),
         )
         for k in own
-    ]
+    )
     return SpanTension(
         span=span,
         channel=prepared.channel,
@@ -334,7 +268,7 @@ def family_tension(
         spread=steep * float(np.ptp(fit.offset[own] / tones.frequency[own])),
         line_width=float(line_widths(fit, prepared.duration)[loudest]),
         of_mass=0.5 * steep,
-        partials=tuple(partials),
+        partials=partials,
     )
 
 

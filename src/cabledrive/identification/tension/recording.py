@@ -44,8 +44,8 @@ MOST_SAMPLES = 60_000
 class PreparedRecording:
     """A recording made ready."""
 
+    log: Log
     channel: str
-    source: str
     least: float  # amplitude at the pluck below which a tone may be one of rounding
     values: Array  # (samples,): from the last pluck on, without what lies below the lowest tone
     interval: float  # [s]
@@ -58,10 +58,10 @@ class PreparedRecording:
     @property
     def no_tone(self) -> NotComputed:
         """The refusal where nothing sounds."""
-        low, high = self.band
+        between = "between {:.4g} and {:.4g} Hz".format(*self.band)
         return NotComputed(
-            f"{self.source}: {self.channel}: no tone between {low:.4g} and {high:.4g} Hz: pluck again, or "
-            "correct the drive's length and tension"
+            f"{self.log.source}: {self.channel}: no tone {between}: pluck again, or correct the drive's "
+            "length and tension"
         )
 
     @property
@@ -101,8 +101,10 @@ def prepared_recording(
             f"{factor * lowest:.4g} Hz: record faster"
         )
     clear = values - values.mean() - zero_phase(values - values.mean(), log.interval, 0.4 * low)
-    if factor == 1.0:  # a pulley's own motion may be louder later than the pluck
-        clear = clear[_last_pluck(clear, round(8.0 / (low * log.interval))) :]
+    if factor == 1.0:  # else a pulley's own motion may be louder later than the pluck
+        width = max(4, min(round(8.0 / (low * log.interval)), clear.size // 4))
+        energy = signal.convolve(clear**2, np.ones(width), mode="valid")
+        clear = clear[int(np.flatnonzero(energy >= LOUDEST * energy.max())[-1]) + max(1, width // 4) :]
     if clear.size < 200:
         raise InputRefused(f"{log.source}: {name} ends {clear.size} samples after the pluck: record longer")
     least, levels = 0.0, np.unique(values)
@@ -128,8 +130,8 @@ def prepared_recording(
     if every > 1:
         clear = signal.resample_poly(clear, 1, every)[10:-10]  # without the ends of its filter
     return PreparedRecording(
+        log=log,
         channel=name,
-        source=log.source,
         least=least,
         values=np.asarray(clear[:MOST_SAMPLES], dtype=float),
         interval=every * log.interval,
@@ -144,23 +146,13 @@ def prepared_recording(
 def _without_pulley_modes(
     frequency: Array, amplitude: Array, drive: Drive | RoutedDrive, top: float
 ) -> Array:
-    """The spectrum without the drive's longitudinal modes, which do not depend on the tension.
-
-    Their second and third harmonics are cut out as well: rounding and stretch make them.
-    """
+    """The spectrum without longitudinal modes and the harmonics that rounding and stretch make of them."""
     cleared = amplitude.copy()
     for mode in longitudinal_modes(drive, below=top):
         for harmonic, share in ((1, 0.06), (2, 0.02), (3, 0.02)):
             reach = max(share * harmonic * mode.frequency, 3.0 * (frequency[4] - frequency[0]))
             cleared[np.abs(frequency - harmonic * mode.frequency) < reach] = 0.0
     return cleared
-
-
-def _last_pluck(values: Array, width: int) -> int:
-    """Just after the last time at which the recording was about as loud as ever."""
-    width = max(4, min(width, values.size // 4))
-    energy = signal.convolve(values**2, np.ones(width), mode="valid")
-    return int(np.flatnonzero(energy >= LOUDEST * energy.max())[-1]) + max(1, width // 4)
 
 
 def _lengths(values: Array, width: int) -> list[int]:

@@ -75,10 +75,10 @@ def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTensi
     peaks = prepared.peaks.only(prepared.falling)
     singles, _ = proposals(peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
     pings: list[tuple[bool, float, TonesFit]] = []
-    for one in singles:
-        tried = fit_families(prepared, one.families)
+    for score, families in singles:
+        tried = fit_families(prepared, families)
         if tried is not None and tried.amplitude[tried.tones.family == 0].max() > prepared.least:
-            cost = criterion(tried, prepared.interval) - MISSING_PRICE * one.score
+            cost = criterion(tried, prepared.interval) - MISSING_PRICE * score
             pings.append((_share(tried) < 0.5, cost, tried))
             if _share(tried) > ALONE and np.sum(tried.tones.family == 0) > 2:
                 break
@@ -111,7 +111,7 @@ def _require_string(prepared: PreparedRecording, fit: TonesFit, apart: float) ->
     """Refuse a knock: one decaying tone alone, or decaying tones that are no partials of one string."""
     if prepared.channel.rpartition("_")[2] not in HEARD and not prepared.channel.startswith("sound"):
         return
-    own, name = fit.tones.family == 0, f"{prepared.source}: {prepared.channel}"
+    own, name = fit.tones.family == 0, f"{prepared.log.source}: {prepared.channel}"
     hertz, decays = fit.tones.frequency, fit.decays
     second = float(fit.tones.scale[0] * np.sort(next(iter(prepared.teeth.values())))[1])
     if own.sum() == 1 and second < prepared.band[1]:
@@ -177,32 +177,23 @@ def channels_of(log: Log) -> list[str]:
     )
 
 
-def tension_from_ping(
-    log: Log,
-    drive: Drive,
-    *,
-    span: str | None = None,
-    channel: str | None = None,
-    section: int = 0,
-) -> PingTension:
+def tension_from_ping(log: Log, drive: Drive, *, span: str | None = None, section: int = 0) -> PingTension:
     """Tension of each span of a loop or a line from a recording of its ping.
 
     A camera or a microphone hears the span itself; an encoder, a torque or a load cell feels its stretch,
     which has twice the frequency. Frequencies are taken at vanishing amplitude where the ping decays. The
     pretension of ``drive`` serves as a first guess, good to a factor of four. ``span``: default: as the
-    channels are called ("upper position"), else the upper one; ``channel``: default: every position,
-    velocity, acceleration or sound, else the load angle or angle; ``section``: which was plucked, where
-    guided carriages part the span. Raises `InputRefused` if channel, span or section are not there,
-    `NotComputed` if no tone is found, or the recording has no onset and decay as a ping has.
+    channels are called ("upper position"), else the upper one; ``section``: which was plucked, where guided
+    carriages part the span. Raises `InputRefused` if span or section are not there, `NotComputed` if no tone
+    is found, or the recording has no onset and decay as a ping has.
     """
     found: dict[str, SpanTension] = {}
-    for name in [channel] if channel is not None else channels_of(log):
-        log.channel(name)
+    for name in channels_of(log):
         which = span or (name.split("_")[0] if name.split("_")[0] in drive.spans else "upper")
         if which not in drive.spans:
             raise InputRefused(f'span "{which}": {drive.name} has {", ".join(drive.spans)}: choose one')
         found[which] = tension_of_string(log, _of_loop(drive, which, section), name)
-    return PingTension(spans=found, report=log.report, drive=drive.name)
+    return PingTension(spans=found, report=log.report)
 
 
 def _of_loop(drive: Drive, span: str, section: int) -> PingedString:
@@ -252,15 +243,13 @@ def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) ->
     return values
 
 
-def tension_of_route_span(
-    log: Log, drive: RoutedDrive, span: str, *, channel: str | None = None
-) -> PingTension:
+def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTension:
     """Tension of a named span of a machine with routes from a recording of its ping.
 
     The ratio of each mode of the span to that of a string between resting ends is taken from the certified
     modes at the tension of the file. Where it is not 1 (ends on bodies that move), it changes with the
     tension, and the interval grows by what that could make.
-    Raises `InputRefused` for an unknown span or channel, `NotComputed` where no tone is found.
+    Raises `InputRefused` for an unknown span, `NotComputed` where no tone is found.
     """
     names = [one.name for one in drive.free_spans]
     if span not in names:
@@ -270,9 +259,7 @@ def tension_of_route_span(
     number = names.index(span)
     tension = float(statics_of(drive).mean[number])
     string, ratios = _of_route(drive, number, tension)
-    name = channel if channel is not None else channels_of(log)[0]
-    log.channel(name)
-    found = tension_of_string(log, string, name)
+    found = tension_of_string(log, string, channels_of(log)[0])
     coupled = float(np.abs(ratios - 1.0).max())
     away = abs(found.tension.value / tension - 1.0)
     extra = 2.0 * coupled * away * found.tension.value / float(stats.norm.ppf(0.975))
@@ -282,7 +269,7 @@ def tension_of_route_span(
     )
     findings = (*found.findings, words) if coupled > COUPLED else found.findings
     found = replace(found, tension=widened(found.tension, extra), findings=findings)
-    return PingTension(spans={span: found}, report=log.report, drive=drive.name)
+    return PingTension(spans={span: found}, report=log.report)
 
 
 def _of_route(drive: RoutedDrive, number: int, tension: float) -> tuple[PingedString, Array]:
@@ -303,7 +290,8 @@ def _of_route(drive: RoutedDrive, number: int, tension: float) -> tuple[PingedSt
     def tension_for(mode: int, hertz: float) -> float:
         wanted, low, high = (
             hertz / (mode * ratios[mode - 1]),
-            *(k * rope.axial_rigidity for k in (1e-12, 0.5)),
+            1e-12 * rope.axial_rigidity,
+            0.5 * rope.axial_rigidity,
         )
         if not clamped(low) < wanted < clamped(high):
             raise NotComputed(f"no tension of this rope makes its fundamental {wanted:.5g} Hz")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters.arrays import Array
 
+OF_TONES = ("family", "tooth", "number", "decay", "rise")
 PASSES = 25
 SHORTEST = 0.02
 """Share of a step below which none is taken."""
@@ -53,7 +54,11 @@ class Tones:
 
     def only(self, kept: NDArray[np.bool_]) -> "Tones":
         """Some of the tones, with the same families, some perhaps without a tone."""
-        rows = {name: getattr(self, name)[kept] for name in ("family", "tooth", "number", "decay", "rise")}
+        return replace(self, **{name: getattr(self, name)[kept] for name in OF_TONES})
+
+    def beside(self, other: "Tones") -> "Tones":
+        """These tones and those of the same families after them."""
+        rows = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in OF_TONES}
         return replace(self, **rows)
 
 
@@ -223,12 +228,12 @@ def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> Tone
     freedom = max(1, time.size - 2 * count - 1 - families - others.shape[1])
     variance = state.squares / freedom
     soft = np.concatenate([np.zeros(count), np.full(int(resolved.sum()), np.sqrt(variance) / USUAL_RISE)])
-    common = _covariance(by_frequency @ _families(tones), others, soft, state)
-    alone = _covariance(by_frequency, others, soft, state)
+    clear = _clear(by_frequency, others, soft, state)
+    shared = _clear(by_frequency @ _families(tones), others, soft, state)
+    alone, common = (np.linalg.pinv(c.T @ c, hermitian=True, rcond=1e-14) for c in (clear, shared))
     left = np.concatenate(
         [state.residual, np.zeros(count), -tones.rise[resolved] * np.sqrt(variance) / USUAL_RISE]
     )
-    change = alone @ (_clear(by_frequency, others, soft, state).T @ left)
     linear = np.linalg.pinv(state.triangle.T @ state.triangle, hermitian=True)
     spread = np.sqrt(variance * np.diag(linear))
     return TonesFit(
@@ -236,7 +241,7 @@ def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> Tone
         amplitude=np.hypot(state.linear[:count], state.linear[count : 2 * count]),
         amplitude_error=np.hypot(spread[:count], spread[count : 2 * count]) / np.sqrt(2.0),
         scale_covariance=variance * common,
-        offset=change,
+        offset=alone @ (clear.T @ left),
         offset_error=np.sqrt(variance * np.diag(alone)),
         residual=state.squares,
         freedom=freedom,
@@ -257,8 +262,3 @@ def _clear(wanted: Array, others: Array, soft: Array, state: _Projection) -> Arr
     directions, triangle = _factored(kept / size)
     linear = np.linalg.lstsq(triangle, directions.T @ wanted, rcond=1e-9)[0]
     return np.asarray(wanted - (kept / size) @ linear)
-
-
-def _covariance(wanted: Array, others: Array, soft: Array, state: _Projection) -> Array:
-    clear = _clear(wanted, others, soft, state)
-    return np.asarray(np.linalg.pinv(clear.T @ clear, hermitian=True, rcond=1e-14))
