@@ -8,7 +8,6 @@ from cabledrive.control.law_kernels import learn_from_innovations, learning_comm
 from cabledrive.control.linear_laws import pd_law
 from cabledrive.control.load_schedule import (
     ScheduledLaw,
-    correct_by_load,
     grid_place,
     place_in,
     row_at,
@@ -25,7 +24,7 @@ from cabledrive.control.numbers import (
     LawNumbers,
     ObserverNumbers,
 )
-from cabledrive.control.observer_kernels import gain_schedule
+from cabledrive.control.observer_kernels import correct, gain_schedule
 from cabledrive.control.observers import Sampling, kalman_filter
 from cabledrive.export.translation.source import interpreted
 from control_chains import INTERVAL, model
@@ -88,11 +87,11 @@ def test_a_filter_takes_in_readings_with_the_gain_of_the_announced_load():
         assert row_at(gains[:, :, 0].copy(), place, 3) == pytest.approx(gain[3, 0], rel=1e-12)
         begun, readings = RNG.normal(size=4), RNG.normal(size=2)
         estimate, states, scratch = begun.copy(), np.zeros(2), np.zeros(2)
-        correct_by_load(observer, told, estimate, readings, states, scratch)
+        correct(observer, place, estimate, readings, states, scratch)
         expected = begun + gain @ (readings - output @ begun)
         np.testing.assert_allclose(estimate, expected, rtol=1e-11)
         np.testing.assert_array_equal(states, estimate[chosen])
-        correct_by_load(observer, told, estimate, np.array([1.0, np.nan]), states, scratch)
+        correct(observer, place, estimate, np.array([1.0, np.nan]), states, scratch)
         np.testing.assert_allclose(estimate, expected, rtol=1e-11)
         assert np.isnan(states).all()
 

@@ -38,7 +38,7 @@ from cabledrive.control.backstepping_recursion import (
     equal_bandwidth,
     signal_count,
 )
-from cabledrive.control.darc import darc_step, printed_bounds
+from cabledrive.control.darc import printed_bounds
 from cabledrive.control.numbers import (
     BACKSTEPPING,
     BY_REFERENCE,
@@ -156,7 +156,7 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
     shape (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of the
     motor.
     """
-    joint, cable = _times(chain)
+    joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
     jointed = lagged(wanted, joint, interval)
     stages = (wanted, lagged(wanted, cable, interval), jointed, lagged(jointed, cable, interval))
     return np.ascontiguousarray(_signals(chain, *stages).T)
@@ -164,15 +164,9 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
 
 def chain_generator(chain: LumpedChain, interval: float) -> ReferenceNumbers:
     """The generator of the rows of `chain_reference`."""
-    joint, cable = _times(chain)
+    joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
     output = _signals(chain, *np.split(np.eye(28), 4))
     return reference_numbers(output, (cable, joint, cable), interval, sources=(0, 0, 2))
-
-
-def _times(chain: LumpedChain) -> tuple[float, float]:
-    """Time constants b / k of joint and cable [s]."""
-    joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
-    return joint, cable
 
 
 def _signals(chain: LumpedChain, wanted: Array, cabled: Array, jointed: Array, both: Array) -> Array:
@@ -252,8 +246,11 @@ def fixed_row(law: LawNumbers, size: int) -> list[float]:
     """Command per angle and speed of a law that adapts, estimates fixed, no Coulomb friction and offset."""
     estimate = law.learning[NOMINAL].copy()
     if law.kind == DARC:
-        estimate[2:] = 0.0
-        return [darc_step(law, estimate, unit, np.zeros(size + 3)).command for unit in np.eye(size)]
+        surface, elastic, inertial = law.rows
+        rate = inertial[:size] - inertial[size] * np.append(0.0, surface[: size - 1])
+        row = (elastic[:size] + estimate[0] * rate - law.k_sigma * surface[:size]) @ law.matrix
+        row[size // 2] += estimate[1]
+        return row.tolist()
     estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
     signals = np.zeros(signal_count(size // 2, bool(law.scalars[BY_REFERENCE])))
 

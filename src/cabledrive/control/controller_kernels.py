@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.control.law_kernels import law_step
-from cabledrive.control.load_schedule import announced_load, correct_by_load, predict_by_load
+from cabledrive.control.load_schedule import announced_load, grid_place
 from cabledrive.control.numbers import (
     SCHEDULED,
     ControllerState,
@@ -25,10 +25,19 @@ from cabledrive.control.numbers import (
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.reference import MotionNumbers, ReferenceNumbers, ReferenceState
 from cabledrive.control.reference_kernels import reference_row
-from cabledrive.mechanics.compiled import njit_part
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array
 
 LAST_SAMPLE = 1_000_000_000  # the count stays there: a target runs for years
+
+
+@njit_in_place
+def place_of(observer: ObserverNumbers, c: ControllerState) -> float:
+    """Place in the tables of a filter: number of the sample, or that of the announced load."""
+    if observer.kind == 3:
+        scalars = observer.scalars
+        return grid_place(scalars[9], scalars[10], observer.gains.shape[0], c.parameters[0])
+    return float(c.sample[0])
 
 
 @njit_part
@@ -37,10 +46,8 @@ def observe(observer: ObserverNumbers, c: ControllerState, readings: Array) -> b
 
     With ideal sensors the states are those that the rig has written.
     """
-    if observer.kind == 3:
-        correct_by_load(observer, c.parameters[0], c.estimate, readings, c.states, c.work)
-    elif observer.kind != 0:
-        correct(observer, c.sample[0], c.estimate, readings, c.states, c.work)
+    if observer.kind != 0:
+        correct(observer, place_of(observer, c), c.estimate, readings, c.states, c.work)
     c.sample[0] = min(c.sample[0] + 1, LAST_SAMPLE)
     seen = True
     for i in range(c.states.size):
@@ -69,9 +76,9 @@ def issue(
         c.commands[i] = c.commands[i + 1]
     c.commands[newest] = command
     if observer.kind == 2:
-        predict(observer, c.estimate, c.held, c.commands[0], c.commands[1], c.work)
+        predict(observer, 0.0, c.estimate, c.held, c.commands, c.work)
     elif observer.kind == 3:
-        predict_by_load(observer, c.parameters[0], c.estimate, c.held, c.commands, c.work)
+        predict(observer, place_of(observer, c), c.estimate, c.held, c.commands, c.work)
     return wanted, command
 
 

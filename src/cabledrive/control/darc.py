@@ -17,18 +17,9 @@ from math import comb, isfinite, pi
 import numpy as np
 
 from cabledrive.control.numbers import (
-    BY_REFERENCE,
     DARC,
-    DESIRED,
     ELASTIC,
-    GAIN,
-    HIGH,
     INERTIAL,
-    INTERVAL,
-    LIMIT,
-    LOW,
-    NOMINAL,
-    SLOPE,
     SURFACE,
     LawNumbers,
     learning_table,
@@ -149,51 +140,7 @@ def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: floa
     return gains.adaptation_share * gamma * squares
 
 
-def mu_of(flat: FlatOutput, inertia: float) -> float:
-    r"""Inertia :math:`\mu` of the sliding variable by the first [kg m^2], (6.23), (6.45), (6.56), (6.65)."""
-    return inertia * flat.leading
-
-
-def projected_rate(rate: Array, estimate: Array, low: Array, high: Array) -> Array:
-    r"""Rate of the estimates that does not leave their bounds, Eq. (6.24), of the wanted one, Gamma tau.
-
-    It has property P1, estimates within bounds, and for diagonal :math:`\Gamma` property P2, :math:`\tilde
-    p^T(\Gamma^{-1}\mathrm{Proj}(\Gamma\tau) - \tau) \le 0`.
-    """
-    outwards = ((estimate >= high) & (rate > 0.0)) | ((estimate <= low) & (rate < 0.0))
-    return np.where(outwards, 0.0, rate)
-
-
-def limited_rate(rate: Array, limit: Array) -> Array:
-    r"""Each component cut to its largest rate: :math:`\max(-l_i, \min(l_i, \dot p_i))`.
-
-    The theorems speak of a rate limited law and define none; this is the definition used here. P1 stays; P2
-    holds while no limit acts, and part (B) of the theorems with it. An infinite limit is none.
-    """
-    return np.clip(rate, -limit, limit)
-
-
-def adapted(
-    estimate: Array, rate: Array, low: Array, high: Array, interval: float, limit: Array | None = None
-) -> Array:
-    """Estimates after one sample at a rate Gamma tau; a step that would cross a bound ends on it."""
-    allowed = projected_rate(rate, estimate, low, high)
-    if limit is not None:
-        allowed = limited_rate(allowed, limit)
-    return np.clip(estimate + interval * allowed, low, high)
-
-
 PRINTED_SLOPE, REFERENCE_SLOPE = 0.5, 50.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DarcStep:
-    """What one step of the law gives."""
-
-    command: float  # u [N m]
-    sigma: float  # sliding variable [rad/s^(2n-1)]
-    regressor: Array  # (4,): phi, by which the estimates adapt
-    estimate: Array  # (4,): p2 to p5 for the next sample
 
 
 def surface(order: int, bandwidth: float) -> Array:
@@ -221,7 +168,7 @@ def darc_numbers(
     compensation); ``rate_limit``, shape (4,): largest rates of the estimates; default: none.
     """
     n2 = 2 * flat.size
-    mu = mu_of(flat, bounds.nominal[0])
+    mu = bounds.nominal[0] * flat.leading
     slope = REFERENCE_SLOPE if friction_by_reference else PRINTED_SLOPE
     along = reference_regressor(reference, slope)
     rows = np.zeros((3, n2 + 1))
@@ -241,28 +188,3 @@ def reference_regressor(reference: Array, slope: float) -> Array:
     """Phi along the reference, (samples, 4); ``slope``: K of tanh(K w) [s/rad]."""
     speed, acceleration = reference[:, -2], reference[:, -1]
     return np.column_stack((-acceleration, -speed, -np.tanh(slope * speed), np.ones(len(speed))))
-
-
-def darc_step(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> DarcStep:
-    """One sample of the law of the chain, Eqs. (6.20), (6.43), (6.53) and (6.63).
-
-    ``estimate``, (4,): p2 to p5; ``states``, (2n,): angles, then speeds, from the motor to the load;
-    ``reference``, (2n + 3,): one row.
-    """
-    n2, rows, learning = len(states), law.rows, law.learning
-    z = law.matrix @ states
-    error = z - reference[:n2]
-    sigma = rows[SURFACE, :n2] @ error
-    z_eq = reference[n2] - rows[SURFACE, : n2 - 1] @ error[1:]
-    acceleration = rows[INERTIAL] @ np.append(z, z_eq)
-    speed, speed_d = states[n2 // 2], reference[n2 + 1]
-    friction = np.tanh(law.scalars[SLOPE] * (speed_d if law.scalars[BY_REFERENCE] else speed))
-    regressor = np.array([-acceleration, -speed, -friction, 1.0])
-    compensation = -regressor @ estimate
-    if law.scalars[DESIRED]:
-        actual, regressor = regressor, np.array([-reference[n2 + 2], -speed_d, -friction, 1.0])
-        compensation = -learning[NOMINAL] @ (actual - regressor) - regressor @ estimate
-    command = rows[ELASTIC, :n2] @ z + compensation - law.k_sigma * sigma
-    rate = learning[GAIN] * regressor * sigma
-    fresh = adapted(estimate, rate, learning[LOW], learning[HIGH], law.scalars[INTERVAL], learning[LIMIT])
-    return DarcStep(command=float(command), sigma=float(sigma), regressor=regressor, estimate=fresh)

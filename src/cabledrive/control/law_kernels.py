@@ -88,7 +88,7 @@ KEPT, GATE, RENEWED = 1, 2, 3
 
 @njit_in_place
 def adapt(law: LawNumbers, c: ControllerState, sigma: float) -> None:
-    """Estimates one sample on, by projected and limited adaptation."""
+    """Estimates one sample on, by projected and limited adaptation, Eq. (6.24)."""
     learning, estimate, interval = law.learning, c.parameters, law.scalars[INTERVAL]
     for i in range(learning.shape[1]):
         rate = learning[GAIN, i] * c.regressor[i] * sigma
@@ -98,7 +98,7 @@ def adapt(law: LawNumbers, c: ControllerState, sigma: float) -> None:
 
 @njit_in_place
 def darc_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
-    """Command and sliding variable of the law of the chain; writes the regressor that adapts."""
+    """Command and sliding variable, Eqs. (6.20), (6.43), (6.53), (6.63); writes the regressor that adapts."""
     to_flat, rows, learning, scalars = law.matrix, law.rows, law.learning, law.scalars
     estimate, states, regressor = c.parameters, c.states, c.regressor
     n2 = to_flat.shape[0]

@@ -12,7 +12,7 @@ interpolated in one over that factor, in which the motion of a chain over a samp
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import isfinite, tanh
+from math import tanh
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ from cabledrive.control.numbers import (
     ObserverNumbers,
     learning_table,
 )
-from cabledrive.mechanics.compiled import njit, njit_in_place, njit_part
+from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -164,61 +164,6 @@ def scheduled_command(law: LawNumbers, c: ControllerState, reference: Array, k: 
             load = e
     c.memory[0] += row_at(rows, place, 0) * law.matrix[0, n2 // 2] * load
     return u, load
-
-
-@njit_part
-def correct_by_load(
-    observer: ObserverNumbers, told: float, estimate: Array, readings: Array, states: Array, scratch: Array
-) -> None:
-    """Take in the readings of a sample with the gain of the announced load; as `correct` of the observers."""
-    chosen, output, gains, scalars = observer.chosen, observer.output, observer.gains, observer.scalars
-    m = readings.size
-    for j in range(m):
-        if not isfinite(readings[j]):
-            for i in range(states.size):
-                states[i] = readings[j]
-            return
-    place = grid_place(scalars[9], scalars[10], gains.shape[0], told)
-    cell = min(int(place), gains.shape[0] - 2)
-    share = place - cell
-    for j in range(m):
-        predicted = 0.0
-        for i in range(estimate.size):
-            predicted += output[j, i] * estimate[i]
-        scratch[j] = readings[j] - predicted
-    for i in range(estimate.size):
-        for j in range(m):
-            gain = (1.0 - share) * gains[cell, i, j] + share * gains[cell + 1, i, j]
-            estimate[i] += gain * scratch[j]
-    for i in range(states.size):
-        states[i] = estimate[chosen[i]]
-
-
-@njit_part
-def predict_by_load(
-    observer: ObserverNumbers, told: float, estimate: Array, held: Array, commands: Array, fresh: Array
-) -> None:
-    """Carry the filter to the next sample with the announced load's model; as `predict` of the observers."""
-    model, scalars, n = observer.model, observer.scalars, estimate.size
-    before, after, count = commands[0], commands[1], model.shape[0] // n
-    place = grid_place(scalars[9], scalars[10], count, told)
-    cell = min(int(place), count - 2)
-    share = place - cell
-    torque = held[0]
-    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[observer.places[0]])
-    for i in range(n):
-        low, high = cell * n + i, (cell + 1) * n + i
-        one = model[low, n] * torque + model[low, n + 1] * before
-        one += model[low, n + 2] * after + model[low, n + 3] * load
-        other = model[high, n] * torque + model[high, n + 1] * before
-        other += model[high, n + 2] * after + model[high, n + 3] * load
-        for j in range(n):
-            one += model[low, j] * estimate[j]
-            other += model[high, j] * estimate[j]
-        fresh[i] = (1.0 - share) * one + share * other
-    for i in range(n):
-        estimate[i] = fresh[i]
-    held[0] = scalars[2] * torque + scalars[3] * before + scalars[4] * after
 
 
 class ScheduledLaw(NamedTuple):

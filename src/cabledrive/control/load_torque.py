@@ -46,15 +46,12 @@ def carried(chain: LumpedChain, torque: Array, interval: float) -> tuple[Array, 
 
     ``torque``, (2n - 1, samples): against the load, with its derivatives [N m/s^k].
     """
-    n, link = chain.size, torque
-    states = np.zeros((2 * n, torque.shape[1]))
-    angle = np.zeros_like(torque)
-    for i in range(n - 2, -1, -1):
-        k, b = chain.stiffness[i], chain.damping[i]
-        angle = angle[: len(link)] + lagged(link, b / k, interval) / k
-        states[i], states[n + i] = angle[0], angle[1]
-        link = link[: len(link) - 2] + chain.inertias[i] * angle[2:] + chain.viscous[i] * angle[1:-1]
-    return states.T, link[0]
+    times, sources, output = carried_terms(chain)
+    stages = [torque]
+    for time, source in zip(times, sources, strict=True):
+        stages.append(lagged(stages[source], time, interval))
+    found = output @ np.concatenate(stages)
+    return found[:-1].T, found[-1]
 
 
 def load_regressors(wanted: Array, turning: float, interval: float) -> Array:
@@ -69,42 +66,24 @@ def load_regressors(wanted: Array, turning: float, interval: float) -> Array:
 
 
 def smoothed_sign(speed: Array, rows: int, turning: float, interval: float) -> Array:
-    """Sign of a speed, smoothed evenly to both sides, with derivatives that are exact, (rows, samples).
-
-    Averages over boxes make it as often differentiable as there are boxes; each derivative is a difference
-    over one box in the place of an average. ``turning``: time from end to end of all boxes [s].
-    """
+    """Sign of a speed, smoothed evenly to both sides, with derivatives that are exact, (rows, samples)."""
     peak = float(np.abs(speed).max())
     if peak == 0.0:
         return np.zeros((rows, len(speed)))
-    boxes, width = boxes_of(rows, turning, interval)
-    shift = boxes * width // 2
-    sign = np.pad(np.tanh(TURN * speed / peak), (boxes * width, shift), mode="edge")
-    found = []
-    for row in range(rows):
-        value = sign
-        for box in range(boxes):
-            value = (
-                (value[width:] - value[:-width]) / (width * interval)
-                if box < row
-                else _averaged(value, width)
-            )
-        found.append(value[shift : shift + len(speed)])
-    return np.array(found)
-
-
-def boxes_of(rows: int, turning: float, interval: float) -> tuple[int, int]:
-    """How many boxes smooth a sign with so many derivatives, and how many samples each spans.
-
-    An even number of equal boxes shifts by whole samples.
-    """
-    boxes = rows + 1 + (rows + 1) % 2
-    return boxes, max(1, round(turning / (boxes * interval)))
+    weights = sign_weights(rows, turning, interval)
+    sign = np.pad(np.tanh(TURN * speed / peak), weights.shape[1] // 2, mode="edge")
+    return np.array([np.convolve(sign, row[::-1], "valid") for row in weights])
 
 
 def sign_weights(rows: int, turning: float, interval: float) -> Array:
-    """What `smoothed_sign` takes of the samples around, shape (rows, 2h + 1), oldest first."""
-    boxes, width = boxes_of(rows, turning, interval)
+    """Weights of the samples around, oldest first, in a smoothed sign and its derivatives, (rows, 2h + 1).
+
+    Averages over boxes make it as often differentiable as there are boxes; each derivative is a difference
+    over one box in the place of an average. ``turning``: time from end to end of all boxes [s]; an even
+    number of equal boxes shifts by whole samples.
+    """
+    boxes = rows + 1 + (rows + 1) % 2
+    width = max(1, round(turning / (boxes * interval)))
     mean, slope = np.full(width + 1, 1.0 / width), np.zeros(width + 1)
     mean[[0, -1]] = 0.5 / width
     slope[0], slope[-1] = -1.0 / (width * interval), 1.0 / (width * interval)
@@ -115,12 +94,6 @@ def sign_weights(rows: int, turning: float, interval: float) -> Array:
             weights = np.convolve(weights, slope if box < row else mean)
         found.append(weights)
     return np.array(found)
-
-
-def _averaged(values: Array, width: int) -> Array:
-    """Mean over boxes of a width, ends by half, shape (samples - width,)."""
-    total = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))))
-    return (total[width:] - total[:-width]) / width
 
 
 _Terms = dict[int, Array]

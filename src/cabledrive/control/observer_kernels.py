@@ -37,11 +37,13 @@ from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 
 @njit_part
 def correct(
-    observer: ObserverNumbers, sample: int, estimate: Array, readings: Array, states: Array, scratch: Array
+    observer: ObserverNumbers, place: float, estimate: Array, readings: Array, states: Array, scratch: Array
 ) -> None:
     """Take in the readings of a sample; writes angles and speeds for the law into ``states``.
 
-    A reading that is not a number leaves the law without states: they become NaN. ``estimate`` is kept.
+    ``place``: in the table of gains, of which the last one stays: number of the sample, or place of the
+    announced load among the points of a schedule. A reading that is not a number leaves the law without
+    states: they become NaN. ``estimate`` is kept.
     """
     chosen, output, gains, scalars = observer.chosen, observer.output, observer.gains, observer.scalars
     m = readings.size
@@ -52,12 +54,13 @@ def correct(
             return
     if observer.kind == 1:
         for j in range(m):
-            if sample > 0:
+            if place > 0.0:
                 slope = (readings[j] - estimate[j]) / scalars[0]
                 estimate[m + j] += scalars[1] * (slope - estimate[m + j])
             estimate[j] = readings[j]
     else:
-        k = min(sample, gains.shape[0] - 1)
+        cell = min(int(place), gains.shape[0] - 1)
+        after, share = min(cell + 1, gains.shape[0] - 1), place - cell
         for j in range(m):
             predicted = 0.0
             for i in range(estimate.size):
@@ -65,27 +68,37 @@ def correct(
             scratch[j] = readings[j] - predicted
         for i in range(estimate.size):
             for j in range(m):
-                estimate[i] += gains[k, i, j] * scratch[j]
+                gain = gains[cell, i, j]
+                if observer.kind == 3:
+                    gain = (1.0 - share) * gain + share * gains[after, i, j]
+                estimate[i] += gain * scratch[j]
     for i in range(states.size):
         states[i] = estimate[chosen[i]]
 
 
 @njit_part
 def predict(
-    observer: ObserverNumbers, estimate: Array, held: Array, before: float, after: float, fresh: Array
+    observer: ObserverNumbers, place: float, estimate: Array, held: Array, commands: Array, fresh: Array
 ) -> None:
-    """Carry the Kalman filter to the next sample: until the delay has passed ``before`` acts, then ``after``.
+    """Carry the Kalman filter to the next sample: until the delay has passed the first of two commands acts.
 
-    ``held[0]`` is the torque at the motor's shaft as the current loop leaves it; it is carried along.
+    ``place``: of an announced load among the points of a schedule; ``held[0]`` is the torque at the motor's
+    shaft as the current loop leaves it; it is carried along.
     """
     model, scalars, n = observer.model, observer.scalars, estimate.size
-    torque = held[0]
+    torque, before, after = held[0], commands[0], commands[1]
     load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[observer.places[0]])
+    cell = int(place)
+    share = place - cell
     for i in range(n):
-        value = model[i, n] * torque + model[i, n + 1] * before
-        value += model[i, n + 2] * after + model[i, n + 3] * load
-        for j in range(n):
-            value += model[i, j] * estimate[j]
+        value = 0.0
+        for part in range(2 if share > 0.0 else 1):
+            row = (cell + part) * n + i
+            one = model[row, n] * torque + model[row, n + 1] * before
+            one += model[row, n + 2] * after + model[row, n + 3] * load
+            for j in range(n):
+                one += model[row, j] * estimate[j]
+            value += one * (share if part == 1 else 1.0 - share)
         fresh[i] = value
     for i in range(n):
         estimate[i] = fresh[i]
@@ -279,7 +292,7 @@ def preload_step(
     observer, estimate = law.observer, memory[ESTIMATE:LAG]
     if isfinite(reading):
         work[0] = reading
-        correct(observer, 0, estimate, work[:1], work[1:3], work[3:4])
+        correct(observer, 0.0, estimate, work[:1], work[1:3], work[3:4])
     estimate[2] = min(max(estimate[2], -law.coulomb), law.coulomb)
     closing_torques(law.stiffness, law.play, twist, estimate[0], flanks)
     # What one motor can give beside the position's half is left for the preload: the position goes first.
@@ -296,7 +309,7 @@ def preload_step(
     memory[last] = command
     # The model of the observer has both flanks closed; where one is open it is told what is missing.
     missing = 0.5 * (flanks[0] + flanks[1]) - law.stiffness * estimate[0]
-    predict(observer, estimate, memory[HELD:COMMANDS], memory[COMMANDS], memory[COMMANDS + 1], work)
+    predict(observer, 0.0, estimate, memory[HELD:COMMANDS], memory[COMMANDS:], work)
     for i in range(2):
         estimate[i] -= observer.model[i, 6] * missing
     return command

@@ -66,22 +66,41 @@ def kalman_filter(
     """
     if not encoders:
         raise InputRefused("encoders: 0 given, the filter needs at least 1: fit the load encoder")
-    walks = np.zeros(0) if not tuning.offsets else np.array(tuning.offsets)[: len(encoders) - 1]
-    system, columns = _continuous(chain, len(walks), sampling.current_rate)
-    transition, inputs, shaft = _sampled(system, columns, sampling)
-    noise = _process_noise(system, chain, walks, tuning, sampling.interval)
-    output = np.zeros((len(encoders), system.shape[0]))
+    n, walks = chain.size, np.array(tuning.offsets, dtype=float)[: len(encoders) - 1]
+    size, (a, b) = 2 * n + 1 + len(walks), state_space(chain)
+    column = np.zeros(size)  # of a torque on the motor, to the rates of angles, speeds, disturbance, offsets
+    column[: 2 * n] = b[:, 0]
+    system = np.zeros((size, size))
+    system[: 2 * n, : 2 * n], system[:, 2 * n] = a, column
+    transition, inputs, shaft = _sampled(system, column, sampling)
+    density = np.zeros(size)
+    density[n] = tuning.torque / chain.inertias[0] ** 2
+    density[2 * n - 1] += tuning.load_acceleration
+    density[2 * n] = tuning.disturbance
+    density[2 * n + 1 :] = walks
+    noise = gathered_noise(system, density, sampling.interval)
+    output = np.zeros((len(encoders), size))
     for j, inertia in enumerate(encoders):
         output[j, inertia] = 1.0
         if j < len(walks):
-            output[j, 2 * chain.size + 1 + j] = 1.0
+            output[j, 2 * n + 1 + j] = 1.0
     variance = np.array(counts, dtype=float) ** 2 / 12.0
-    start = _start(chain, variance, len(walks))
     if settled:
         gains = settled_gain(transition, noise, output, np.diag(variance))
-    else:
-        gains = _schedule(transition, noise, output, np.diag(variance), start)
-    n = chain.size
+    else:  # from rest: angles within the last encoder's count, offsets within both counts
+        diagonal = np.zeros(size)
+        diagonal[2 * n] = (chain.coulomb[0] + abs(chain.offsets[0])) ** 2 + 1e-12
+        diagonal[2 * n + 1 :] = variance[: len(walks)] + variance[-1]
+        start = np.diag(diagonal)
+        start[:n, :n] = variance[-1]
+        # One layout, one compiled version: matrix exponentials come in either order of rows and columns.
+        parts = [np.ascontiguousarray(p) for p in (transition, noise, output, np.diag(variance), start)]
+        gains = _recursion(output.shape, *(part.tobytes() for part in parts)).copy()
+        if not np.all(np.isfinite(gains)):
+            raise InputRefused(
+                f"{len(encoders)} encoders do not let the filter see the drive: fit the load encoder"
+            )
+    friction = chain.coulomb[0], tuning.friction_slope, chain.offsets[0]
     return ObserverNumbers(
         kind=KALMAN,
         chosen=np.array([*chosen, *(n + i for i in chosen)], dtype=np.int64),
@@ -89,30 +108,8 @@ def kalman_filter(
         model=np.ascontiguousarray(np.hstack((transition, inputs))),
         output=output,
         gains=np.ascontiguousarray(gains),
-        scalars=np.array(
-            [
-                sampling.interval,
-                0.0,
-                *shaft,
-                chain.coulomb[0],
-                tuning.friction_slope,
-                chain.offsets[0],
-                tuning.cancels,
-            ]
-        ),
+        scalars=np.array([sampling.interval, 0.0, *shaft, *friction, tuning.cancels]),
     )
-
-
-def _continuous(chain: LumpedChain, offsets: int, current_rate: float) -> tuple[Array, Array]:
-    """Rates of angles, speeds, disturbance, offsets; the column of a torque on the motor."""
-    n = chain.size
-    a, b = state_space(chain)
-    system = np.zeros((2 * n + 1 + offsets, 2 * n + 1 + offsets))
-    system[: 2 * n, : 2 * n] = a
-    system[: 2 * n, 2 * n] = b[:, 0]
-    column = np.zeros(system.shape[0])
-    column[: 2 * n] = b[:, 0]
-    return system, column
 
 
 def _sampled(system: Array, column: Array, sampling: Sampling) -> tuple[Array, Array, Array]:
@@ -147,43 +144,14 @@ def _sampled(system: Array, column: Array, sampling: Sampling) -> tuple[Array, A
     return expm(system * sampling.interval), inputs, np.array([by_torque[n], by_before[n], by_after[n]])
 
 
-def _process_noise(
-    system: Array, chain: LumpedChain, walks: Array, tuning: KalmanTuning, interval: float
-) -> Array:
-    """Covariance gathered over one sample, by Van Loan's block exponential."""
-    n, size = chain.size, system.shape[0]
-    density = np.zeros(size)
-    density[n] = tuning.torque / chain.inertias[0] ** 2
-    density[2 * n - 1] += tuning.load_acceleration
-    density[2 * n] = tuning.disturbance
-    density[2 * n + 1 :] = walks
+def gathered_noise(system: Array, density: Array, interval: float) -> Array:
+    """Covariance gathered over one sample from densities of the rates, by Van Loan's block exponential."""
+    size = system.shape[0]
     block = np.zeros((2 * size, 2 * size))
     block[:size, :size], block[:size, size:], block[size:, size:] = -system, np.diag(density), system.T
     power = expm(block * interval)
     noise = power[size:, size:].T @ power[:size, size:]
     return 0.5 * (noise + noise.T)
-
-
-def _start(chain: LumpedChain, variance: Array, offsets: int) -> Array:
-    """Covariance at rest: angles within the last encoder's count, offsets within both counts."""
-    n = chain.size
-    diagonal = np.zeros(2 * n + 1 + offsets)
-    diagonal[2 * n] = (chain.coulomb[0] + abs(chain.offsets[0])) ** 2 + 1e-12
-    diagonal[2 * n + 1 :] = variance[:offsets] + variance[-1]
-    start = np.diag(diagonal)
-    start[:n, :n] = variance[-1]
-    return start
-
-
-def _schedule(transition: Array, noise: Array, output: Array, reading: Array, start: Array) -> Array:
-    # One layout, one compiled version: matrix exponentials come in either order of rows and columns.
-    parts = [np.ascontiguousarray(part) for part in (transition, noise, output, reading, start)]
-    gains = _recursion(output.shape, *(part.tobytes() for part in parts))
-    if not np.all(np.isfinite(gains)):
-        raise InputRefused(
-            f"{output.shape[0]} encoders do not let the filter see the drive: fit the load encoder"
-        )
-    return gains.copy()
 
 
 @lru_cache(maxsize=16)

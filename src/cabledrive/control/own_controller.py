@@ -127,13 +127,20 @@ def checked_controller(given: Any) -> OwnController:
     time = getattr(given, "sample_time", None)
     if time is not None and not (isinstance(time, float | int) and 0.0 < time < float("inf")):
         raise InputRefused(f'controller "{name}": sample_time = {time!r} must be a time in s above 0')
+    shafts = getattr(given, "shafts", ())
+    shafts = shafts if isinstance(shafts, tuple | list) else (shafts,)
+    if list(shafts) != [shaft for shaft in SHAFTS if shaft in shafts]:
+        raise InputRefused(
+            f'controller "{name}": shafts = {_shown(shafts)} must name shafts from the motor to the load: '
+            f"take some of {', '.join(SHAFTS)}, in this order"
+        )
     return OwnController(
         step=given.step,
         gains=getattr(given, "gains", 0.0),
         initial_state=start,
         name=name,
         sample_time=time,
-        shafts=_known_shafts(name, getattr(given, "shafts", ())),
+        shafts=tuple(shafts),
         measures=_one_of(name, "measures", getattr(given, "measures", "states"), MEASURES),
         follows=_one_of(name, "follows", getattr(given, "follows", "inverse"), REFERENCES),
     )
@@ -142,16 +149,6 @@ def checked_controller(given: Any) -> OwnController:
 def _shown(value: Any) -> str:
     words = " ".join(repr(value).split())
     return words if len(words) <= 60 else f"{words[:57]}..."
-
-
-def _known_shafts(name: str, shafts: Any) -> tuple[str, ...]:
-    given = tuple(shafts) if isinstance(shafts, tuple | list) else (shafts,)
-    if list(given) != [shaft for shaft in SHAFTS if shaft in given]:
-        raise InputRefused(
-            f'controller "{name}": shafts = {_shown(shafts)} must name shafts from the motor to the load: '
-            f"take some of {', '.join(SHAFTS)}, in this order"
-        )
-    return given
 
 
 def _one_of(name: str, key: str, value: Any, known: dict[str, str]) -> str:
@@ -177,32 +174,25 @@ def stepped(
 
     ``place``: when, in words.
     """
+
+    def refused(what: str, remedy: str = "") -> InputRefused:
+        return InputRefused(f'controller "{own.name}" returned {what} {place}{remedy}')
+
     found: Any = own.step(own.gains, state, measurement, reference)
     if not isinstance(found, tuple) or len(found) != 2:
-        raise InputRefused(
-            f'controller "{own.name}" returned {_shown(found)} {place}: return (state, command)'
-        )
+        raise refused(_shown(found), ": return (state, command)")
     try:
-        fresh, command = np.asarray(found[0], dtype=np.float64), np.asarray(found[1], dtype=np.float64)
+        fresh, command = (np.asarray(part, dtype=np.float64) for part in found)
     except (TypeError, ValueError):
-        raise InputRefused(
-            f'controller "{own.name}" returned {_shown(found)} {place}: return numbers'
-        ) from None
+        raise refused(_shown(found), ": return numbers") from None
     if fresh.shape != state.shape:
-        raise InputRefused(
-            f'controller "{own.name}" returned a state of shape {fresh.shape} {place}, its initial_state has '
-            f"{state.shape}: return as many numbers"
-        )
+        more = f", its initial_state has {state.shape}: return as many numbers"
+        raise refused(f"a state of shape {fresh.shape}", more)
     if command.size != 1:
-        raise InputRefused(
-            f'controller "{own.name}" returned a command of shape {command.shape} {place}: return one torque '
-            "in N m"
-        )
+        raise refused(f"a command of shape {command.shape}", ": return one torque in N m")
     torque = float(command.reshape(()))
     if not np.isfinite(torque):
-        raise InputRefused(
-            f'controller "{own.name}" returned {torque} N m {place}: a command must be a finite torque'
-        )
+        raise refused(f"{torque} N m", ": a command must be a finite torque")
     if not np.all(np.isfinite(fresh)):
-        raise InputRefused(f'controller "{own.name}" returned a state that is not finite {place}')
+        raise refused("a state that is not finite")
     return fresh, torque

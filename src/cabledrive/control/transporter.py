@@ -17,6 +17,7 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
 from cabledrive.control.load_schedule import ScheduledLaw
+from cabledrive.control.observers import gathered_noise
 from cabledrive.control.reference import lagged
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -93,15 +94,10 @@ def correction_at(
     density[BODIES:STATES] = tuning.acceleration
     density[STATES] = tuning.disturbance
     density[STATES + 1] = 2.0 * tuning.wind**2 / tuning.wind_time
-    block = np.zeros((2 * OBSERVED, 2 * OBSERVED))
-    block[:OBSERVED, :OBSERVED], block[:OBSERVED, OBSERVED:] = -system, np.diag(density)
-    block[OBSERVED:, OBSERVED:] = system.T
-    power = expm(block * interval)
-    noise = power[OBSERVED:, OBSERVED:].T @ power[:OBSERVED, OBSERVED:]
     output = np.eye(OBSERVED)[list(reads)]
     reading = np.eye(len(reads)) * tuning.reading * count**2 / 12.0
     # in counts: the equation is solved with numbers of one size
-    scaled = 0.5 * (noise + noise.T) / count**2
+    scaled = gathered_noise(system, density, interval) / count**2
     spread = solve_discrete_are(transition.T, output.T, scaled, reading / count**2)
     gain = spread @ output.T @ np.linalg.inv(output @ spread @ output.T + reading / count**2)
     correction = np.zeros((OBSERVED, len(ENCODERS)))

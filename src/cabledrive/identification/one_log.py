@@ -178,8 +178,24 @@ def _options_of(content: dict[str, Any]) -> IdentifyOptions:
     for key in content:
         if key not in ("identify", "log"):
             raise InputRefused(f"{key}: unknown table{nearest(key, ('identify', 'log'))}")
-    columns = column_map(table_of("log", content.get("log", {})))
-    return with_model(_options(table_of("identify", content.get("identify", {})), columns), None)
+    table = table_of("identify", content.get("identify", {}))
+    for key in table:
+        if key not in KEYS:
+            raise InputRefused(f"identify.{key}: unknown key{nearest(key, KEYS)}")
+    friction = FrictionModel(
+        slope=_above_zero(table, "slope", "s/rad") or PRINTED_SLOPE,
+        fading=_above_zero(table, "fading", "rad/s") or 0.0,
+    )
+    bandwidth, kind = _above_zero(table, "bandwidth", "Hz"), _word(table, "filter", "zero-phase", FILTERS)
+    options = IdentifyOptions(
+        model=_word(table, "model", "rigid-axis", ("rigid-axis", *MODELS, TWO_INERTIA)),
+        method=_word(table, "method", "auto", METHODS),
+        axis=AxisOptions(friction=friction, bandwidth=bandwidth, filter=kind),
+        columns=column_map(table_of("log", content.get("log", {}))),
+        check=flag_of("identify.check", table.get("check", True)),
+        torque=_word(table, "torque", "found", TIMINGS),
+    )
+    return with_model(options, None)
 
 
 def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
@@ -208,14 +224,20 @@ def identify(
 ) -> Identification:
     """Identify one axis from one log or several, with intervals, and say where the model does not fit.
 
-    Parameters ---------- logs : path, Log, or sequence of them options : IdentifyOptions, optional model :
-    str, optional One of `MODELS`, or "two-inertia". method : str, optional "inverse-dynamics": least squares
-    on the torque, its own errors in the intervals. "output-error": refined by simulating the motion, without
-    the bias of the encoder's noise. "prediction-error": from what an observer does not predict, also inside a
-    feedback loop. "auto", the default: output error where nothing but spectral lines moves the axis and the
-    model follows the log by itself; else prediction error, or inverse dynamics where an observer loses the
-    log. progress : callable, optional Called with a line now and then while a log is read that does not fit
-    into memory.
+    Parameters
+    ----------
+    logs : path, Log, or sequence of them
+    options : IdentifyOptions, optional
+    model : str, optional
+        One of `MODELS`, or "two-inertia".
+    method : str, optional
+        "inverse-dynamics": least squares on the torque, its own errors in the intervals; "output-error":
+        refined by simulating the motion, without the bias of the encoder's noise; "prediction-error": from
+        what an observer does not predict, also inside a feedback loop; "auto", the default: output error
+        where nothing but spectral lines moves the axis and the model follows the log by itself, else
+        prediction error, or inverse dynamics where an observer loses the log.
+    progress : callable, optional
+        Called with a line now and then while a log is read that does not fit into memory.
 
     Returns
     -------
@@ -253,29 +275,6 @@ def identify(
             return identify_two_inertia(read, progress=progress)
         request = Request(axis=options.axis, method=method, check=options.check, torque=options.torque)
         return answer(read, request)
-
-
-def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
-    for key in table:
-        if key not in KEYS:
-            raise InputRefused(f"identify.{key}: unknown key{nearest(key, KEYS)}")
-    friction = FrictionModel(
-        slope=_above_zero(table, "slope", "s/rad") or PRINTED_SLOPE,
-        fading=_above_zero(table, "fading", "rad/s") or 0.0,
-    )
-    axis = AxisOptions(
-        friction=friction,
-        bandwidth=_above_zero(table, "bandwidth", "Hz"),
-        filter=_word(table, "filter", "zero-phase", FILTERS),
-    )
-    return IdentifyOptions(
-        model=_word(table, "model", "rigid-axis", ("rigid-axis", *MODELS, TWO_INERTIA)),
-        method=_word(table, "method", "auto", METHODS),
-        axis=axis,
-        columns=columns,
-        check=flag_of("identify.check", table.get("check", True)),
-        torque=_word(table, "torque", "found", TIMINGS),
-    )
 
 
 def _above_zero(table: Mapping[str, Any], key: str, unit: str) -> float | None:

@@ -59,16 +59,6 @@ def multisine_lines(
     return lines
 
 
-def schroeder_phases(count: int) -> Array:
-    r"""Phases (count,) [rad] of a flat multisine of low crest, :math:`\varphi_k = -\pi k(k-1)/N`.
-
-    M. R. Schroeder, "Synthesis of low-peak-factor signals and binary sequences with low autocorrelation",
-    IEEE Trans. Inf. Theory 16(1), 85-89, 1970.
-    """
-    k = np.arange(1, count + 1)
-    return -pi * k * (k - 1) / count
-
-
 def random_multisine(samples: int, lines: Integers, trials: int, rng: np.random.Generator) -> Array:
     """The lowest crest of some draws of random phases, `idinput` 'sine', Eqs. (4.13), (4.14), (samples,)."""
     drawn = [_summed(samples, lines, rng.uniform(0.0, 2 * pi, lines.size)) for _ in range(trials)]
@@ -77,14 +67,15 @@ def random_multisine(samples: int, lines: Integers, trials: int, rng: np.random.
 
 
 def low_crest_multisine(samples: int, lines: Integers, passes: int = 200) -> Array:
-    """Schroeder phases, then clipping in turn with restoring of the amplitudes, (samples,), largest value 1.
+    r"""Schroeder phases, then clipping in turn with restoring of the amplitudes, (samples,), largest value 1.
 
-    E. Van der Ouderaa, J. Schoukens, J. Renneboog, "Peak factor minimization using a time-frequency domain
-    swapping algorithm", IEEE Trans. Instrum. Meas. 37(1), 145-147, 1988.
+    :math:`\varphi_k = -\pi k(k-1)/N`: M. R. Schroeder, IEEE Trans. Inf. Theory 16(1), 85-89, 1970; clipping:
+    E. Van der Ouderaa, J. Schoukens, J. Renneboog, IEEE Trans. Instrum. Meas. 37(1), 145-147, 1988.
     """
-    values = best = _summed(samples, lines, schroeder_phases(lines.size))
-    for k in range(passes):
-        level = (0.75 + 0.2 * k / passes) * np.abs(values).max()
+    k = np.arange(1, lines.size + 1)
+    values = best = _summed(samples, lines, -pi * k * (k - 1) / lines.size)
+    for number in range(passes):
+        level = (0.75 + 0.2 * number / passes) * np.abs(values).max()
         phases = np.angle(np.fft.rfft(np.clip(values, -level, level))[lines]) + 0.5 * pi
         values = _summed(samples, lines, phases)
         if crest_factor(values) < crest_factor(best):
@@ -306,13 +297,11 @@ def plan_test(
         )
     errors = predicted_errors(speed, interval, guess, instruments)
     sizes = (guess.inertia, guess.viscous, guess.coulomb, guess.offset)
-    relative = {
-        name: errors[name] / abs(size) if size else float("inf")
-        for name, size in zip(NAMES, sizes, strict=True)
-    }
+    pairs = zip(errors.items(), sizes, strict=True)
+    relative = {name: error / abs(size) if size else float("inf") for (name, error), size in pairs}
     findings = [
         f"{name} reaches {peaks[name]:.4g}, above its limit of {limit:.4g}"
-        for name, limit in checked_limits(limits).items()
+        for name, limit in _checked(limits or {}).items()
         if peaks[name] > limit
     ]
     findings += [
@@ -329,17 +318,16 @@ def plan_test(
     )
 
 
-def checked_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
-    """Limits that are known and positive."""
-    for name, limit in (limits or {}).items():
+def _checked(limits: Mapping[str, float]) -> Mapping[str, float]:
+    for name, limit in limits.items():
         if name not in LIMITS or not limit > 0.0:
             raise InputRefused(f"limit {name} = {limit:g}: give {', '.join(LIMITS)}, each positive")
-    return dict(limits or {})
+    return limits
 
 
 def largest_amplitude(torque: Array, interval: float, guess: AxisGuess, limits: Mapping[str, float]) -> float:
     """Factor, found to 1e-4 of itself, by which a torque can be multiplied without passing a limit."""
-    limits = checked_limits(limits)
+    limits = _checked(limits)
 
     def within(scale: float) -> bool:
         _, peaks = _moved(scale * torque, interval, guess)

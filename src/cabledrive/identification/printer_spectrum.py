@@ -83,8 +83,13 @@ def read_printer_spectrum(path: str | Path) -> PrinterSpectrum:
         frequency, density, even, notes = _of_densities(table, heads)
         duration = None
     elif "time" in heads and any(f"accel_{name}" in heads for name in _DIRECTIONS):
-        frequency, density, duration, notes = _of_samples(table, heads)
-        even = True
+        rate, parts, remarks = _even(table, heads)
+        length, window = window_length(rate), ("kaiser", KAISER)
+        frequency, powers = signal.welch(
+            np.array(parts), rate, window, nperseg=length, noverlap=length // 2, detrend="constant"
+        )
+        density = normalized(frequency, powers.sum(axis=0))
+        even, duration, notes = True, parts[0].size / rate, tuple(remarks)
     else:
         raise InputRefused(
             f"{table.source}: no columns freq and psd_xyz, nor time and accel_x, accel_y, accel_z (found: "
@@ -100,9 +105,10 @@ def read_printer_spectrum(path: str | Path) -> PrinterSpectrum:
     largest = float(density.max())
     if not 1e-290 < largest < 1e290:
         raise InputRefused(f"{table.source}: the largest density is {largest:.3g}: no vibration was measured")
+    named = {name.lower() for name in _NAMED.findall(table.source.rpartition(".")[0] or table.source)}
     return PrinterSpectrum(
         source=table.source,
-        axis=_axis_of(table.source),
+        axis=named.pop() if len(named) == 1 else None,
         frequency=frequency,
         density=density / largest,
         even=even,
@@ -115,11 +121,6 @@ def normalized(frequency: Array, density: Array) -> Array:
     """A measured density over the frequency, and little of it below 10 Hz, as Klipper normalises it."""
     low = np.minimum(0.0, 1.0 - (2.0 * LOWEST / (frequency + 0.1)) ** 2)
     return density / (frequency + 0.1) * np.exp(low)
-
-
-def _axis_of(source: str) -> str | None:
-    found = {name.lower() for name in _NAMED.findall(source.rpartition(".")[0] or source)}
-    return found.pop() if len(found) == 1 else None
 
 
 def _columns(table: Table, names: list[str], most: int) -> list[Array]:
@@ -162,11 +163,8 @@ def _of_densities(table: Table, heads: dict[str, str]) -> tuple[Array, Array, bo
 
 def _put_back(frequency: Array, source: str) -> tuple[Array, bool]:
     """The even grid of a Fourier transform, of which one decimal was written; others as they are."""
-    steps = np.diff(frequency)
-    even = np.linspace(frequency[0], frequency[-1], frequency.size)
-    if frequency[-1] > frequency[0] and np.abs(frequency - even).max() < min(
-        0.101, 0.3 * (even[1] - even[0])
-    ):
+    steps, even = np.diff(frequency), np.linspace(frequency[0], frequency[-1], frequency.size)
+    if np.abs(frequency - even).max() < min(0.101, 0.3 * (even[1] - even[0])):
         return even, True
     if (steps <= 0.0).any():
         row = int(np.argmax(steps <= 0.0))
@@ -221,17 +219,6 @@ def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list
     if len(names) < len(_DIRECTIONS):
         notes.append(f"the sum of {', '.join(names)} is used")
     return rate, [np.interp(grid, check.stamps, values[check.keep]) for values in parts], notes
-
-
-def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, float, tuple[str, ...]]:
-    """Frequency, normalised density, duration [s], notes, by Welch's method."""
-    rate, parts, notes = _even(table, heads)
-    length = window_length(rate)
-    frequency, density = signal.welch(
-        np.array(parts), rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
-    )
-    total = normalized(frequency, density.sum(axis=0))
-    return np.asarray(frequency, dtype=float), total, parts[0].size / rate, tuple(notes)
 
 
 HIGHEST_FREQUENCY = 150.0
@@ -347,17 +334,13 @@ def fit_shapers(
 
 
 def _tried(
-    type: str,
-    spectra: Sequence[PrinterSpectrum],
-    damping: float,
-    corner_speed: float,
-    max_smoothing: float | None,
+    type: str, spectra: Sequence[PrinterSpectrum], damping: float, corner_speed: float, most: float | None
 ) -> list[ShaperFit]:
     """A type at every frequency, upwards."""
     frequencies = np.round(np.arange(LOWEST_FREQUENCY[type], HIGHEST_FREQUENCY, STEP), 6)
     shapers = [input_shaper(type, float(frequency), damping) for frequency in frequencies]
     rounding = np.array([smoothing(shaper, corner_speed=corner_speed) for shaper in shapers])
-    allowed = np.flatnonzero(rounding <= (np.inf if max_smoothing is None else max_smoothing))
+    allowed = np.flatnonzero(rounding <= (np.inf if most is None else most))
     if allowed.size == 0:
         return []
     left = remaining_vibration(input_shaper(type, 1.0, damping), frequencies[allowed], spectra)

@@ -32,21 +32,12 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 
-LINKS = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
+_JOINT, _CABLE = ("joint_stiffness", "joint_damping"), ("cable_stiffness", "cable_damping")
 PARAMETERS = {
     1: ("inertia", "viscous_friction"),
-    2: ("motor_inertia", "load_inertia", "viscous_friction", "joint_stiffness", "joint_damping"),
-    3: ("drive_inertia", "load_inertia", "viscous_friction", "cable_stiffness", "cable_damping"),
-    4: (
-        "motor_inertia",
-        "drive_inertia",
-        "load_inertia",
-        "viscous_friction",
-        "joint_stiffness",
-        "joint_damping",
-        "cable_stiffness",
-        "cable_damping",
-    ),
+    2: ("motor_inertia", "load_inertia", "viscous_friction", *_JOINT),
+    3: ("drive_inertia", "load_inertia", "viscous_friction", *_CABLE),
+    4: ("motor_inertia", "drive_inertia", "load_inertia", "viscous_friction", *_JOINT, *_CABLE),
 }
 MOST_EVALUATIONS = 60
 MOST_AKAIKE = 30.0
@@ -64,9 +55,6 @@ class ResponseFit:
     # measured deviation
     values: Array
     errors: Array
-    # low, high: (p,): 95 % bounds; on the logarithm, so always positive
-    low: Array
-    high: Array
     fixed: dict[str, float]  # parameters that were given
     misfit: float  # root mean square of the weighted residual; 1 where the model explains all but the noise
     criterion: float  # Akaike's, smaller is better
@@ -75,20 +63,21 @@ class ResponseFit:
     def __getitem__(self, name: str) -> float:
         return float(self.values[self.names.index(name)]) if name in self.names else self.fixed[name]
 
-    def bounds(self, name: str, level: float) -> tuple[float, float]:
-        """Interval of one parameter at another level, as 0.999."""
+    def bounds(self, name: str, level: float = 0.95) -> tuple[float, float]:
+        """Interval of one parameter, on the logarithm, so always positive."""
         k = self.names.index(name)
         width = float(stats.t.ppf(0.5 + level / 2, self.freedom) * self.errors[k] / self.values[k])
-        return float(self.values[k] * np.exp(-width)), float(self.values[k] * np.exp(width))
+        low, high = self.values[k] * np.exp(np.clip([-width, width], -500.0, 500.0))
+        return float(low), float(high)
 
 
 def chain_for(model: int, values: Mapping[str, float], radius: float) -> LumpedChain:
     """The lumped chain of a model, both radii [m] alike, two spans as in (6.11), (6.13)."""
     inertias = [values[name] for name in PARAMETERS[model] if name.endswith("inertia")]
     pairs = []
-    if "joint" in LINKS[model]:
+    if "joint_stiffness" in PARAMETERS[model]:
         pairs.append((values["joint_stiffness"], values["joint_damping"]))
-    if "cable" in LINKS[model]:
+    if "cable_stiffness" in PARAMETERS[model]:
         pairs.append((2 * values["cable_stiffness"] * radius**2, 2 * values["cable_damping"] * radius))
     n = len(inertias)
     return LumpedChain(
@@ -103,6 +92,35 @@ def chain_for(model: int, values: Mapping[str, float], radius: float) -> LumpedC
     )
 
 
+def _matched(
+    model: Callable[[Array], Complex],
+    measured: FrequencyResponse,
+    least: float,
+    begin: Array,
+    reach: Array | tuple[Array, Array],
+    most: int,
+) -> tuple[optimize.OptimizeResult, Callable[[Array], Array]]:
+    """Weighted least squares in the complex plane from a start, and the residual (2 m,), real parts first.
+
+    ``least``: deviation below which none counts; ``reach``: of the search, or its bounds.
+    """
+    weight = 1.0 / np.maximum(measured.deviation, least)
+
+    def residual(x: Array) -> Array:
+        off = (model(x) - measured.response) * weight
+        return np.concatenate([off.real, off.imag])
+
+    limits = reach if isinstance(reach, tuple) else (begin - reach, begin + reach)
+    found = optimize.least_squares(residual, begin, bounds=limits, x_scale="jac", max_nfev=most)
+    return found, residual
+
+
+def _claimed(slopes: Array, scale: float) -> Array:
+    """Standard errors (p,) that the weights claim; each part of a response carries half the variance."""
+    inverse = np.linalg.pinv(np.linalg.qr(slopes, mode="r"), rcond=1e-12)
+    return np.sqrt(0.5 * scale * (inverse**2).sum(axis=1))
+
+
 def fit_response(
     measured: FrequencyResponse,
     model: int,
@@ -110,13 +128,11 @@ def fit_response(
     *,
     radius: float = 1.0,
     fixed: Mapping[str, float] | None = None,
-    lowpass: float | None = None,
 ) -> ResponseFit:
     """Fit one of the Models 1 to 4 to a response from torque to motor speed [rad/(N m s)].
 
     ``start``: rough values of `PARAMETERS`, within a factor of a few; ``radius``: of both pulleys [m];
-    ``fixed``: parameters known already, as inertias from bench tests; ``lowpass``: half a sample of delay or
-    a filter between the channels [s].
+    ``fixed``: parameters known already, as inertias from bench tests.
     """
     fixed = dict(fixed or {})
     names = tuple(name for name in PARAMETERS[model] if name not in fixed)
@@ -125,32 +141,21 @@ def fit_response(
             f"{measured.frequency.size} lines are too few for {len(names)} parameters: widen the band"
         )
     omega = 2 * np.pi * measured.frequency
-    delay = np.exp(-1j * omega * (lowpass or 0.0))
-    weight = 1.0 / np.maximum(measured.deviation, 1e-3 * np.abs(measured.response).min())
 
-    def residual(logs: Array) -> Array:
+    def response_at(logs: Array) -> Complex:
         values = fixed | dict(zip(names, np.exp(logs), strict=True))
-        model_response = speed_response(chain_for(model, values, radius), omega) * delay
-        off = (model_response - measured.response) * weight
-        return np.concatenate([off.real, off.imag])
+        return speed_response(chain_for(model, values, radius), omega)
 
-    begin = np.log([start[name] for name in names])
-    limits = (begin - np.log(SPREAD), begin + np.log(SPREAD))
-    found = optimize.least_squares(residual, begin, bounds=limits, x_scale="jac", max_nfev=MOST_EVALUATIONS)
+    begin, least = np.log([start[name] for name in names]), 1e-3 * float(np.abs(measured.response).min())
+    found, _ = _matched(response_at, measured, least, begin, np.log(SPREAD), MOST_EVALUATIONS)
     rows, p = found.jac.shape
     freedom = max(1, rows - p)
-    # Weights are deviations of the complex response: each of its parts carries half the variance.
-    squares = 2.0 * float(found.fun @ found.fun)
-    inverse = np.linalg.pinv(np.linalg.qr(found.jac, mode="r"), rcond=1e-12)
-    errors = np.sqrt(0.5 * max(1.0, squares / freedom) * (inverse**2).sum(axis=1))
-    width, values = np.minimum(stats.t.ppf(0.975, freedom) * errors, 500.0), np.exp(found.x)
+    squares, values = 2.0 * float(found.fun @ found.fun), np.exp(found.x)
     return ResponseFit(
         model=model,
         names=names,
         values=values,
-        errors=values * errors,
-        low=values * np.exp(-width),
-        high=values * np.exp(width),
+        errors=values * _claimed(found.jac, max(1.0, squares / freedom)),
         fixed=fixed,
         misfit=float(np.sqrt(squares / freedom)),
         criterion=float(rows * np.log(squares / rows) + 2 * p),
@@ -231,68 +236,57 @@ class AmplifierFit:
 
 
 def amplifier_response(
-    frequency: Array,
-    gain: float,
-    bandwidth: float,
-    delay: float,
-    *,
-    held: float = 0.0,
-    averaged: float = 0.0,
+    frequency: Array, gain: float, bandwidth: float, delay: float, interval: float = 0.0
 ) -> Complex:
     """Response (m,) from command to logged torque at frequencies [Hz]; a bandwidth [Hz] may be infinite.
 
-    ``held``: time for which each command stands [s], 0: it is continuous; ``averaged``: interval, centred on
-    the time stamp, over which a torque is the mean [s], 0: an instant; ``gain`` [N m/V], ``delay`` [s].
+    ``gain`` [N m/V], ``delay`` [s]; ``interval`` [s]: for which each command stands, and over which, centred
+    on the time stamp, a torque is the mean; 0: both are continuous.
     """
-    shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / held if held > 0.0 else np.zeros(1)
+    shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / interval if interval > 0.0 else np.zeros(1)
     f = frequency[:, None] + shifts
     lag = 1.0 / (1.0 + 1j * f / bandwidth)
-    hold = np.sinc(f * held) * np.exp(-1j * pi * f * held)
-    return gain * np.sum(lag * hold * np.sinc(f * averaged) * np.exp(-2j * pi * f * delay), axis=1)
+    hold = np.sinc(f * interval) * np.exp(-1j * pi * f * interval)
+    return gain * np.sum(lag * hold * np.sinc(f * interval) * np.exp(-2j * pi * f * delay), axis=1)
 
 
-def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: float = 0.0) -> AmplifierFit:
+def fit_amplifier(measured: FrequencyResponse, interval: float = 0.0) -> AmplifierFit:
     """Gain, bandwidth and dead time by weighted complex least squares, from a response [N m/V]."""
     count = measured.frequency.size
     if count < FEWEST_LINES:
         raise InputRefused(f"{count} lines are too few for an amplifier: give at least {FEWEST_LINES}")
-    weight = 1.0 / np.maximum(measured.deviation, 1e-6 * np.abs(measured.response))
-    top = float(measured.frequency[-1])
+    top, least = float(measured.frequency[-1]), 1e-6 * np.abs(measured.response)
 
-    def residual(x: Array) -> Array:
-        model = amplifier_response(
-            measured.frequency, np.exp(x[0]), np.exp(x[1]), x[2] / top, held=held, averaged=averaged
-        )
-        off = (model - measured.response) * weight
-        return np.concatenate([off.real, off.imag])
+    def response_at(x: Array) -> Complex:
+        return amplifier_response(measured.frequency, np.exp(x[0]), np.exp(x[1]), x[2] / top, interval)
 
-    begin = np.array(
-        [np.log(np.abs(measured.response[: max(3, count // 10)]).mean()), np.log(3.0 * top), 0.0]
-    )
-    limits = [begin[0] - 3, np.log(0.01 * top), -3.0], [begin[0] + 3, np.log(FARTHEST * top), 3.0]
-    found = optimize.least_squares(residual, begin, bounds=limits, x_scale="jac", max_nfev=100)
-    freedom = 2 * count - 3
-    squares = 2.0 * float(found.fun @ found.fun)  # each part of the response carries half the variance
-    scale = max(1.0, squares / freedom)
-    errors, freedom_of_errors = _errors(found.jac, found.fun, scale)
-    least = _least_bandwidth(residual, found.x, found.cost + 0.25 * T_SQUARED * scale, top)
-    return _fit(found.x, errors, freedom_of_errors, (top, least), float(np.sqrt(squares / freedom)))
-
-
-def _errors(slopes: Array, residual: Array, scale: float) -> tuple[Array, int]:
-    """Standard errors with their degrees of freedom, from the scores of groups of neighbouring lines.
-
-    Lines share noise through their window, and their weights are estimates: the squares alone show neither.
-    With too few lines for `FEWEST_SEGMENTS` groups the errors are those that the weights claim.
-    """
-    count = residual.size // 2
+    size = np.log(np.abs(measured.response[: max(3, count // 10)]).mean())
+    limits = np.array([size - 3, np.log(0.01 * top), -3.0]), np.array([size + 3, np.log(FARTHEST * top), 3.0])
+    begin = np.array([size, np.log(3.0 * top), 0.0])
+    found, residual = _matched(response_at, measured, least, begin, limits, 100)
+    squares, freedom = 2.0 * float(found.fun @ found.fun), 2 * count - 3
+    misfit, scale = float(np.sqrt(squares / freedom)), max(1.0, squares / freedom)
+    # Lines share noise through their window, and their weights are estimates: the squares alone show neither.
     groups = min(MOST_GROUPS, count // GROUP)
     if groups < FEWEST_SEGMENTS:
-        inverse = np.linalg.pinv(np.linalg.qr(slopes, mode="r"), rcond=1e-12)
-        return np.sqrt(0.5 * scale * (inverse**2).sum(axis=1)), 2 * count - slopes.shape[1]
-    by_line = np.arange(2 * count).reshape(2, count).T.ravel()
-    fit = solve(factor(slopes[by_line], -residual[by_line], ("gain", "bandwidth", "delay"), groups))
-    return np.sqrt(np.diag(fit.covariance)), fit.freedom
+        errors = _claimed(found.jac, scale)
+    else:
+        by_line = np.arange(2 * count).reshape(2, count).T.ravel()
+        fit = solve(factor(found.jac[by_line], -found.fun[by_line], ("gain", "bandwidth", "delay"), groups))
+        errors, freedom = np.sqrt(np.diag(fit.covariance)), fit.freedom
+    t, x, findings = float(stats.t.ppf(0.975, freedom)), found.x, []
+    bandwidth = _exponential(x[1], errors[1], t, "Hz")
+    if t * errors[1] > 1.0 or x[1] > np.log(0.9 * FARTHEST * top):
+        lowest = _least_bandwidth(residual, x, found.cost + 0.25 * T_SQUARED * scale, top)
+        findings = [f"a constant gain up to {top:.4g} Hz: its bandwidth lies above {lowest:.4g} Hz"]
+        bandwidth = replace(Estimate.unknown("Hz", findings[0]), low=lowest)
+    return AmplifierFit(
+        gain=_exponential(x[0], errors[0], t, "N m/V"),
+        bandwidth=bandwidth,
+        delay=Estimate.of(x[2] / top, "s", errors[2] / top, t * float(errors[2]) / top),
+        misfit=misfit,
+        findings=tuple(findings),
+    )
 
 
 def _least_bandwidth(residual: Callable[[Array], Array], x: Array, cost: float, top: float) -> float:
@@ -311,40 +305,18 @@ def _least_bandwidth(residual: Callable[[Array], Array], x: Array, cost: float, 
 
 
 def identify_amplifier(
-    log: Log,
-    *,
-    command: str = "command_voltage",
-    torque: str = "torque",
-    segment: float = 0.5,
-    held: bool = True,
-    averaged: bool = True,
+    log: Log, *, command: str = "command_voltage", torque: str = "torque", segment: float = 0.5
 ) -> AmplifierFit:
     """Gain and bandwidth from a log with channels of command and torque.
 
-    ``segment``: length of the Hann windows [s]; ``held``: whether the command stands from sample to sample;
-    ``averaged``: whether the torque is logged as its mean over a sample's interval.
+    The command stands from sample to sample, the torque is its mean over a sample's interval; ``segment``:
+    length of the Hann windows [s].
     """
     found = response_by_segments(
         log.channel(command), log.channel(torque), log.interval, segment=segment, overlap=0.5 * segment
     )
     kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate).independent(LEAST_COHERENCE)
-    interval = log.interval
-    return fit_amplifier(kept, held=interval if held else 0.0, averaged=interval if averaged else 0.0)
-
-
-def _fit(x: Array, errors: Array, freedom: int, band: tuple[float, float], misfit: float) -> AmplifierFit:
-    t, (top, least), findings = float(stats.t.ppf(0.975, freedom)), band, []
-    bandwidth = _exponential(x[1], errors[1], t, "Hz")
-    if t * errors[1] > 1.0 or x[1] > np.log(0.9 * FARTHEST * top):
-        findings = [f"a constant gain up to {top:.4g} Hz: its bandwidth lies above {least:.4g} Hz"]
-        bandwidth = replace(Estimate.unknown("Hz", findings[0]), low=least)
-    return AmplifierFit(
-        gain=_exponential(x[0], errors[0], t, "N m/V"),
-        bandwidth=bandwidth,
-        delay=Estimate.of(x[2] / top, "s", errors[2] / top, t * float(errors[2]) / top),
-        misfit=misfit,
-        findings=tuple(findings),
-    )
+    return fit_amplifier(kept, log.interval)
 
 
 def _exponential(log_value: float, log_error: float, t: float, unit: str) -> Estimate:

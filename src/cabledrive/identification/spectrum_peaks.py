@@ -67,11 +67,9 @@ def _window_power(fine: int) -> Array:
     return np.asarray(power / power.sum())
 
 
-@cache
-def _alike() -> float:
-    """Number of neighbouring lines whose errors are alike for noise through the window."""
-    window = np.kaiser(256, KAISER)
-    return float(window.size * np.sum(window**4) / np.sum(window**2) ** 2)
+_WINDOW = np.kaiser(256, KAISER)
+ALIKE = float(_WINDOW.size * np.sum(_WINDOW**4) / np.sum(_WINDOW**2) ** 2)
+"""Number of neighbouring lines whose errors are alike for noise through the window."""
 
 
 class SpectrumFit:
@@ -135,7 +133,7 @@ class SpectrumFit:
             crossed = moments[lag:].T @ moments[:-lag]
             middle += (1.0 - lag / (CORRELATED + 1)) * (crossed + crossed.T)
         # Few lines estimate correlations badly: no smaller than the window alone would make it.
-        plain = _alike() * (errors @ errors) / free * inverse
+        plain = ALIKE * (errors @ errors) / free * inverse
         robust = inverse @ middle @ inverse
         return np.maximum(np.diag(robust), np.diag(plain)), free
 
@@ -170,7 +168,6 @@ HEIGHT = 0.05
 PROMINENCE = 0.3
 """By how much of its height a peak rises above the valleys beside it; less may be chance."""
 MOST_PEAKS = 6
-CONFIDENCE = 0.95
 LEAST_WIDTH = (0.01, 0.01)
 """Half an interval at least, as the test sweeps instead of resting at a frequency: of a frequency in steps of
 the spectrum, of a damping ratio relative to it."""
@@ -209,7 +206,10 @@ class SpectrumPeak:
 def spectrum_peaks(spectrum: PrinterSpectrum) -> tuple[SpectrumPeak, ...]:
     """Find the peaks of a spectrum and fit a mode to each, from the lowest frequency up."""
     frequency, density = spectrum.frequency, spectrum.density
-    smooth = _smoothed(spectrum)
+    smooth, width = density, min(int(RESOLUTION / spectrum.interval), density.size // 4)
+    if width >= 3:  # the resolution of the firmware, so that chance makes no peaks of a fine one
+        weights = np.hanning(width + 2)
+        smooth = np.asarray(np.convolve(density, weights / weights.sum(), "same"))
     found, _ = signal.find_peaks(smooth, height=HEIGHT * smooth.max())
     depth = signal.peak_prominences(smooth, found)[0]
     found = found[(depth > PROMINENCE * smooth[found]) & (frequency[found] > FIRST)]
@@ -219,26 +219,15 @@ def spectrum_peaks(spectrum: PrinterSpectrum) -> tuple[SpectrumPeak, ...]:
     first, last = frequency[places[0]], frequency[places[-1]]
     top = min(ABOVE * last, max(SWEPT, 1.1 * last))
     used = np.flatnonzero((frequency > max(2 * LOWEST, BELOW * first)) & (frequency < top))
+    peaks = [
+        SpectrumPeak(source=spectrum.source, frequency=float(frequency[k]), height=float(density[k]))
+        for k in places
+    ]
     if not spectrum.even or used.size < 4 * places.size + 6:
         why = "the frequencies are not even" if not spectrum.even else "too few frequencies about it"
-        return tuple(replace(_peak(spectrum, place), reason=why) for place in places)
+        return tuple(replace(peak, reason=why) for peak in peaks)
     fit = _best_fit(spectrum, used, frequency[places])
-    return tuple(_fitted(spectrum, place, fit, k) for k, place in enumerate(places))
-
-
-def _peak(spectrum: PrinterSpectrum, place: int) -> SpectrumPeak:
-    """A peak as the density shows it."""
-    frequency, height = float(spectrum.frequency[place]), float(spectrum.density[place])
-    return SpectrumPeak(source=spectrum.source, frequency=frequency, height=height)
-
-
-def _smoothed(spectrum: PrinterSpectrum) -> Array:
-    """The density at the resolution of the firmware, so that chance makes no peaks of a fine one."""
-    width = min(int(RESOLUTION / spectrum.interval), spectrum.density.size // 4)
-    if width < 3:
-        return spectrum.density
-    weights = np.hanning(width + 2)
-    return np.asarray(np.convolve(spectrum.density, weights / weights.sum(), "same"))
+    return tuple(_fitted(peak, spectrum.interval, fit, k) for k, peak in enumerate(peaks))
 
 
 def _best_fit(spectrum: PrinterSpectrum, used: Integers, seen: Array) -> ModeFit:
@@ -262,15 +251,14 @@ def _best_fit(spectrum: PrinterSpectrum, used: Integers, seen: Array) -> ModeFit
     return best if best.misfit < HIDDEN * found.misfit else found
 
 
-def _fitted(spectrum: PrinterSpectrum, place: int, fit: ModeFit, k: int) -> SpectrumPeak:
-    """One peak, as the mode number k of the fit."""
-    at, ratio, seen = float(fit.frequency[k]), float(fit.damping[k]), _peak(spectrum, place)
-    times = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, fit.free))
-    reach = float(np.hypot(LEAST_WIDTH[0] * spectrum.interval, times * fit.frequency_error[k]))
+def _fitted(seen: SpectrumPeak, interval: float, fit: ModeFit, k: int) -> SpectrumPeak:
+    """One peak, as the mode number k of the fit; ``interval``: of the spectrum [Hz]."""
+    at, ratio, times = float(fit.frequency[k]), float(fit.damping[k]), float(stats.t.ppf(0.975, fit.free))
+    reach = float(np.hypot(LEAST_WIDTH[0] * interval, times * fit.frequency_error[k]))
     spread = float(np.hypot(LEAST_WIDTH[1], times * fit.damping_error[k]))
     if fit.at_bound[k]:
         return replace(seen, reason="no single mode fits it, or it is narrower than the window")
-    if not (spread < np.log(1.0 + WIDEST) and reach < MOVED * spectrum.interval):
+    if not (spread < np.log(1.0 + WIDEST) and reach < MOVED * interval):
         return replace(seen, reason=f"its interval is wider than {100 * WIDEST:.0f} %")
     return replace(
         seen,

@@ -87,20 +87,14 @@ def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSp
         per_tension=slope,
         total=tuple(_estimate(free, k, "N m") for k in range(levels.size)),
         tensions=tuple(map(float, tensions)),
-        strokes=sum(len(set(own.stroke)) for own in rows),
+        strokes=sum(len(set(own[-1])) for own in rows),
         findings=tuple(findings),
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """Filtered samples of one log away from reversals, each with the number of its stroke."""
-
-    torque: Array
-    sign: Array
-    motion: Array  # (rows, 2): acceleration and speed
-    torque_rates: Array  # (rows, 2): first and second
-    stroke: NDArray[np.intp]
+_Rows = tuple[Array, Array, Array, Array, NDArray[np.intp]]
+"""Filtered torque, sign of the speed, acceleration and speed (rows, 2), two rates of the torque (rows, 2),
+number of the stroke; away from reversals."""
 
 
 def _rows(log: Log) -> _Rows:
@@ -123,7 +117,7 @@ def _rows(log: Log) -> _Rows:
     rate = difference(torque, step)
     motion = np.column_stack([difference(speed, step), speed])
     rates = np.column_stack([rate, difference(rate, step)])
-    return _Rows(torque[keep], sign[keep], motion[keep], rates[keep], stroke)
+    return torque[keep], sign[keep], motion[keep], rates[keep], stroke
 
 
 def _fit(rows: Sequence[_Rows], frictions: Sequence[Array]) -> tuple[Fit, Array]:
@@ -132,13 +126,13 @@ def _fit(rows: Sequence[_Rows], frictions: Sequence[Array]) -> tuple[Fit, Array]
     ``frictions``: of each log, by what the direction makes each of them, shape (frictions,).
     """
     blocks, strokes, number = [], [], 0
-    for log, (own, share) in enumerate(zip(rows, frictions, strict=True)):
-        offsets = np.zeros((own.torque.size, len(rows)))
+    for log, ((_, sign, motion, rates, stroke), share) in enumerate(zip(rows, frictions, strict=True)):
+        offsets = np.zeros((sign.size, len(rows)))
         offsets[:, log] = 1.0
-        blocks.append(np.hstack([np.outer(own.sign, share), own.motion, offsets, own.torque_rates]))
-        strokes.append(own.stroke + number)
-        number += int(own.stroke.max()) + 1
-    matrix, torque = np.vstack(blocks), np.concatenate([own.torque for own in rows])
+        blocks.append(np.hstack([np.outer(sign, share), motion, offsets, rates]))
+        strokes.append(stroke + number)
+        number += int(stroke.max()) + 1
+    matrix, torque = np.vstack(blocks), np.concatenate([own[0] for own in rows])
     whole = by_label(matrix, torque, np.concatenate(strokes))
     fit, rigid = solve(whole), solve(only(whole, whole.names[:-2]))
     return fit, np.abs(fit.values[: len(frictions[0])] - rigid.values[: len(frictions[0])])

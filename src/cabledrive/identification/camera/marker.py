@@ -68,7 +68,9 @@ def track_marker(
         )
     place, spots, repeated = _go_through(clip, levels, None)
     chosen, moving = _movers(clip.source, spots, markers)
-    if any(_clears_its_place(track) for track in chosen):
+    # those that move by enough of their own size, height and width, show what is behind them
+    sizes = [CLEARS * np.nanmedian(track[:, 3:], axis=0) for track in chosen]
+    if any(np.any(np.nanstd(t[:, :2], axis=0) > size) for t, size in zip(chosen, sizes, strict=True)):
         place, spots, repeated = _go_through(clip, levels, _still(clip, levels, place, chosen))
         chosen, moving = _movers(clip.source, spots, markers)
     if moving > markers:
@@ -148,15 +150,11 @@ def _linked(spots: list[Array]) -> list[Array]:
             distance = np.linalg.norm(last[:, None] - seen[None, :, :2], axis=2)
             for flat in np.argsort(distance, axis=None):
                 track, spot = divmod(int(flat), len(seen))
-                if (
-                    distance[track, spot] > FURTHEST
-                    or spot not in free
-                    or np.isfinite(tracks[track][number, 0])
-                ):
-                    continue
-                tracks[track][number] = seen[spot]
-                last[track] = seen[spot, :2]
-                free.remove(spot)
+                open_ = spot in free and not np.isfinite(tracks[track][number, 0])
+                if open_ and distance[track, spot] <= FURTHEST:
+                    tracks[track][number] = seen[spot]
+                    last[track] = seen[spot, :2]
+                    free.remove(spot)
         for spot in free:
             if len(tracks) < 400:
                 track_rows = np.full((len(spots), 5), np.nan)
@@ -190,17 +188,6 @@ def _followed(spots: list[Array], rough: list[Array]) -> list[Array]:
     return found
 
 
-def _motion(track: Array) -> float:
-    """Standard deviation of a track's place [pixel]."""
-    return float(np.hypot(np.nanstd(track[:, 0]), np.nanstd(track[:, 1])))
-
-
-def _clears_its_place(track: Array) -> bool:
-    """Whether a marker moves by enough of its own size to show what is behind it."""
-    high, wide = np.nanmedian(track[:, 3:], axis=0)
-    return bool(np.nanstd(track[:, 0]) > CLEARS * high or np.nanstd(track[:, 1]) > CLEARS * wide)
-
-
 def _movers(source: str, spots: list[Array], markers: int) -> tuple[list[Array], int]:
     """The tracks that move most, of those that last, and how many of these move."""
     lasting = [track for track in _linked(spots) if np.isfinite(track[:, 0]).mean() > LASTING]
@@ -209,9 +196,9 @@ def _movers(source: str, spots: list[Array], markers: int) -> tuple[list[Array],
             f"{source}: no marker: {len(lasting)} bright spots last through half of {len(spots)} frames, "
             f"{markers} wanted: light it, or slow its motion below {FURTHEST:g} pixels per frame"
         )
-    motions = [_motion(track) for track in lasting]
-    moving = sum(motion > max(MOVING, SHARE * max(motions)) for motion in motions)
-    return sorted(lasting, key=lambda track: -_motion(track))[:markers], moving
+    motions = np.array([np.hypot(*np.nanstd(track[:, :2], axis=0)) for track in lasting])
+    moving = int(np.sum(motions > max(MOVING, SHARE * motions.max())))
+    return [lasting[k] for k in np.argsort(-motions, kind="stable")[:markers]], moving
 
 
 def _findings(place: Integers, rows: Array, repeated: int) -> list[str]:

@@ -227,7 +227,7 @@ def innovations(probe: ObserverNumbers, torque: Array, readings: Array) -> Array
 @njit_in_place
 def predict_along(probe: ObserverNumbers, torque: Array, readings: Array, memory: Array, out: Array) -> None:
     """The Kalman filter along a log; ``memory``, shape (4, states or more), is zero at the start."""
-    output, held = probe.output, memory[3, :2]
+    output, held, commands = probe.output, memory[3, :1], memory[3, 1:3]
     estimate, fresh, taken = memory[0, : output.shape[1]], memory[1], memory[2, : probe.chosen.size]
     for k in range(readings.shape[0]):
         for j in range(readings.shape[1]):
@@ -235,5 +235,6 @@ def predict_along(probe: ObserverNumbers, torque: Array, readings: Array, memory
             for i in range(estimate.size):
                 predicted += output[j, i] * estimate[i]
             out[k, j] = readings[k, j] - predicted
-        correct(probe, k, estimate, readings[k], taken, fresh)
-        predict(probe, estimate, held, torque[k], torque[k], fresh)
+        correct(probe, float(k), estimate, readings[k], taken, fresh)
+        commands[0] = commands[1] = torque[k]
+        predict(probe, 0.0, estimate, held, commands, fresh)
