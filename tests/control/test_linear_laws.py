@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from cabledrive.control.law_kernels import adapt, linear_command, reference_model_command
+from cabledrive.control.law_kernels import adapt, feedback_command, reference_model_command
 from cabledrive.control.linear_laws import (
     MARGIN,
     hinf_gain,
@@ -100,7 +100,7 @@ def load_error(law, torque, number=4):
     for k, held in enumerate(torque):
         found[k] = x[len(a) // 2 - 1]
         kept.states[:] = x
-        u, _ = linear_command(law, kept, still, 0)
+        u, _ = feedback_command(law, kept, still, 0)
         x = a @ x + b * (u + held)
     return found
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cabledrive.control.controller_kernels import new_target_state, start_target, target_step
-from cabledrive.control.law_kernels import learn_from_innovations, learning_command, reference_model_command
+from cabledrive.control.law_kernels import feedback_command, learn_from_innovations, reference_model_command
 from cabledrive.control.linear_laws import pd_law
 from cabledrive.control.load_schedule import (
     ScheduledLaw,
@@ -235,7 +235,8 @@ def test_an_innovation_is_passed_over_beyond_the_gate_in_its_own_spread(share, l
 def test_the_command_follows_a_reference_that_carries_the_estimates():
     kept, numbers = kept_state(), law()
     before = kept.memory.copy()
-    command, load = learning_command(numbers, kept, reference(), 0)
+    learn_from_innovations(numbers, kept, reference(), 0)
+    command, load = feedback_command(numbers, kept, reference(), 0)
     estimate = kept.parameters[:3]
     error = kept.states - WANTED - estimate @ CARRIED
     both = np.concatenate((before, error))

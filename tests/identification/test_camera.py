@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.identification.camera.clip import clip_of, open_clip
+from cabledrive.identification.camera.clip import Clip, open_clip
 from cabledrive.identification.camera.marker import marker_log, track_marker
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.tension.tones import Tones, fit_tones
@@ -13,6 +13,13 @@ from painted_marker import VirtualCamera, filmed
 
 RATE = 480.0
 TONES = (34.2, 71.7, 143.1)
+
+
+def clip_of(frames, rate):
+    """Frames in memory."""
+    return Clip(
+        source="frames", frame_rate=rate, frames=lambda: enumerate(np.asarray(f, float) for f in frames)
+    )
 
 
 def swinging(rng, amplitudes, duration=2.0, exposure=0.5, middle=80.3):

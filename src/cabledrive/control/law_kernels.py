@@ -129,28 +129,6 @@ def darc_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) 
 
 
 @njit_in_place
-def linear_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
-    """Feedback of a linear law on the errors of angles and speeds, added to the reference's own torque."""
-    matrix, row, memory, states, fresh = law.matrix, law.rows, c.memory, c.states, c.work
-    m, n2 = memory.size, states.size
-    u = reference[k, n2]
-    for i in range(m):
-        u += row[0, i] * memory[i]
-    for j in range(n2):
-        u += row[0, m + j] * (states[j] - reference[k, j])
-    for i in range(m):
-        value = matrix[i, m + n2] * c.held[1]
-        for j in range(m):
-            value += matrix[i, j] * memory[j]
-        for j in range(n2):
-            value += matrix[i, m + j] * (states[j] - reference[k, j])
-        fresh[i] = value
-    for i in range(m):
-        memory[i] = fresh[i]
-    return u, 0.0
-
-
-@njit_in_place
 def learn_from_innovations(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> None:
     """Least squares with directional forgetting on the innovations of the filter, which ``c.work`` holds.
 
@@ -193,14 +171,13 @@ def learn_from_innovations(law: LawNumbers, c: ControllerState, reference: Array
 
 
 @njit_in_place
-def learning_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
-    """Feedback about a reference that carries the estimated torque of the load: command, error of the load.
+def feedback_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
+    """Feedback on the errors about a reference with the estimated torque of the load: command, load's error.
 
-    ``c.work`` comes with the innovations of the filter. Row k of the reference: wanted states, torque, then
-    for each parameter the states that go with a unit of it less what the filter misses of them, its torque,
-    and the innovations that it makes.
+    Row k of the reference: wanted states, torque, then for each parameter of a law that learns the states
+    that go with a unit of it less what the filter misses of them, its torque, and the innovations that it
+    makes. Without parameters the second number is 0.
     """
-    learn_from_innovations(law, c, reference, k)
     matrix, rows, estimate = law.matrix, law.rows, c.parameters
     memory, states, fresh = c.memory, c.states, c.work
     p, n2, m = law.learning.shape[1], states.size, memory.size
@@ -222,7 +199,7 @@ def learning_command(law: LawNumbers, c: ControllerState, reference: Array, k: i
         u += rows[0, m + i] * e
         for j in range(m):
             fresh[j] += matrix[j, m + i] * e
-        if i == n2 // 2 - 1:
+        if p > 0 and i == n2 // 2 - 1:
             load = e
     for i in range(m):
         memory[i] = fresh[i]
@@ -262,11 +239,10 @@ def law_step(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> t
     if law.kind == DARC:
         u, sigma = darc_command(law, c, reference, k)
         drive = sigma
-    elif law.kind == LINEAR:
-        u, sigma = linear_command(law, c, reference, k)
-        drive = 0.0
-    elif law.kind == LEARNING:
-        u, sigma = learning_command(law, c, reference, k)
+    elif law.kind == LINEAR or law.kind == LEARNING:
+        if law.kind == LEARNING:
+            learn_from_innovations(law, c, reference, k)
+        u, sigma = feedback_command(law, c, reference, k)
         drive = 0.0
     elif law.kind == SCHEDULED:
         u, sigma = scheduled_command(law, c, reference, k)

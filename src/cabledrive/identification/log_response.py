@@ -149,18 +149,12 @@ TAIL = 0.025
 """Share of the input's power on either side of the band in which it is judged."""
 
 
-def driven_band(input_: Array, interval: float) -> tuple[float, float]:
-    """Band that holds all of a signal's power but its tails [Hz]; its mean counts for nothing."""
+def coherence_words(found: FrequencyResponse, input_: Array, interval: float) -> tuple[str, list[str]]:
+    """The coherence in the band that the input drives, and a warning where it is low."""
     power = np.abs(np.fft.rfft((input_ - input_.mean()) * np.hanning(input_.size))) ** 2
     total = np.cumsum(power)
     ends = np.searchsorted(total, [TAIL * total[-1], (1.0 - TAIL) * total[-1]])
     low, high = np.fft.rfftfreq(input_.size, interval)[np.minimum(ends, power.size - 1)]
-    return float(low), float(high)
-
-
-def coherence_words(found: FrequencyResponse, input_: Array, interval: float) -> tuple[str, list[str]]:
-    """The coherence in the band that the input drives, and a warning where it is low."""
-    low, high = driven_band(input_, interval)
     inside = (found.frequency >= low) & (found.frequency <= high)
     if not inside.any():
         distance = np.abs(found.frequency - 0.5 * (low + high))
@@ -204,18 +198,17 @@ def read_response(path: str | Path) -> FrequencyResponse:
     """
     table = open_table(path)
     heads = {name.lower().strip(): name for name in table.names}
-    frequency = next((heads[name] for name in FREQUENCIES if name in heads), None)
-    magnitude = next((heads[name] for name in MAGNITUDES if name in heads), None)
-    phase = next((heads[name] for name in PHASES if name in heads), None)
-    if frequency is None or magnitude is None or phase is None:
+    known = (FREQUENCIES, MAGNITUDES, PHASES)
+    names = tuple(heads[name] for names in known for name in [n for n in names if n in heads][:1])
+    if len(names) < 3:
         raise InputRefused(
             f"{table.source}: no columns omega or frequency, magnitude and phase (found: "
             f"{', '.join(table.names)[:90]}): name them so, or give --input and --response of a log"
         )
     if (table.rows or 0) > MOST_ROWS:
         raise InputRefused(f"{table.source}: more than {MOST_ROWS} rows: average them first")
-    blocks = list(table.read((frequency, magnitude, phase)))
-    columns = [np.concatenate([block[name] for block in blocks]) for name in (frequency, magnitude, phase)]
+    blocks, (frequency, magnitude, phase) = list(table.read(names)), names
+    columns = [np.concatenate([block[name] for block in blocks]) for name in names]
     if not all(np.isfinite(column).all() for column in columns) or columns[0].min() <= 0.0:
         raise InputRefused(f"{table.source}: a number is missing, or a frequency is not above 0: correct it")
     hertz = columns[0] * _factor(table, frequency, FREQUENCIES, "rad/s") / (2 * np.pi)

@@ -136,12 +136,21 @@ def shaper(
     InputRefused
         If a log cannot be read, the logs are of several axes, or no shaper is as smooth as asked.
     """
-    paths = [logs] if isinstance(logs, str | Path) else list(logs)
-    _check(paths, axis, damping, corner_speed, max_smoothing)
+    paths, smooth = [logs] if isinstance(logs, str | Path) else list(logs), max_smoothing
+    if not 1 <= len(paths) <= MOST_LOGS:
+        raise InputRefused(f"{len(paths)} logs, not from 1 to {MOST_LOGS}: give those of one axis")
+    if axis is not None and axis not in AXES:
+        raise InputRefused(f'axis = "{axis}" must be x, y or z')
+    if not 0.0 <= damping <= max(LARGEST_DAMPING.values()):
+        raise InputRefused(f"damping = {damping:.4g} must lie from 0 to 0.99: 0.1 is a damping ratio of 10 %")
+    if not 0.0 <= corner_speed <= 1.0:
+        raise InputRefused(f"corner-speed = {corner_speed:.4g} m/s must lie from 0 to 1 m/s: 5 mm/s is usual")
+    if smooth is not None and not (smooth > 0.0 and isfinite(smooth)):
+        raise InputRefused(f"max-smoothing = {smooth:.4g} m must be above 0: 0.2 mm is usual")
     spectra = tuple(read_printer_spectrum(path) for path in paths)
     axis, findings = _axis(spectra, axis)
     peaks = tuple(peak for spectrum in spectra for peak in spectrum_peaks(spectrum))
-    fits, best = fit_shapers(spectra, damping=damping, corner_speed=corner_speed, max_smoothing=max_smoothing)
+    fits, best = fit_shapers(spectra, damping=damping, corner_speed=corner_speed, max_smoothing=smooth)
     ratios = np.array([peak.damping for peak in peaks if peak.damping is not None])
     left = None
     if ratios.size:
@@ -166,21 +175,6 @@ def shaper(
         notes=tuple(notes),
     )
     return replace(found, findings=(*findings, *_doubts_of(found)))
-
-
-def _check(
-    paths: list[str | Path], axis: str | None, damping: float, corner_speed: float, smooth: float | None
-) -> None:
-    if not 1 <= len(paths) <= MOST_LOGS:
-        raise InputRefused(f"{len(paths)} logs, not from 1 to {MOST_LOGS}: give those of one axis")
-    if axis is not None and axis not in AXES:
-        raise InputRefused(f'axis = "{axis}" must be x, y or z')
-    if not 0.0 <= damping <= max(LARGEST_DAMPING.values()):
-        raise InputRefused(f"damping = {damping:.4g} must lie from 0 to 0.99: 0.1 is a damping ratio of 10 %")
-    if not 0.0 <= corner_speed <= 1.0:
-        raise InputRefused(f"corner-speed = {corner_speed:.4g} m/s must lie from 0 to 1 m/s: 5 mm/s is usual")
-    if smooth is not None and not (smooth > 0.0 and isfinite(smooth)):
-        raise InputRefused(f"max-smoothing = {smooth:.4g} m must be above 0: 0.2 mm is usual")
 
 
 def _axis(spectra: Sequence[PrinterSpectrum], given: str | None) -> tuple[str | None, list[Finding]]:

@@ -95,7 +95,7 @@ def chain_for(model: int, values: Mapping[str, float], radius: float) -> LumpedC
 def _matched(
     model: Callable[[Array], Complex],
     measured: FrequencyResponse,
-    least: float,
+    least: Array | float,
     begin: Array,
     reach: Array | tuple[Array, Array],
     most: int,

@@ -242,30 +242,19 @@ def response_by_segments(
     )
     keep, excess = explained_records(input_, output, starts, length)
     keep = keep | (not robust)
-    averages = _independent(int(keep.sum()), length, hop, window)
+    shared, records = 0.0, int(keep.sum())  # of overlapping windows, so many averages are independent
+    for k in range(1, min(records, -(-length // hop))):
+        overlapping = float(window[k * hop :] @ window[: length - k * hop]) / float(window @ window)
+        shared += (1 - k / records) * overlapping**2
+    averages = records / (1 + 2 * shared)
     frequency = np.asarray(np.fft.rfftfreq(length, interval)[1:], dtype=float)
     found = replace(_estimated(frequency, u[keep], y[keep], averages, estimator), left_out=int((~keep).sum()))
-    reason = "the output moves as neither the input nor its own past explains, {:.3g} times as much as usual"
-    blows = tuple(
-        LeftOut(
-            start=float(starts[k] * interval),
-            end=float((starts[k] + length) * interval),
-            reason=reason.format(np.sqrt(excess[k])),
-        )
-        for k in np.flatnonzero(~keep)
-    )
-    return replace(found, blows=blows)
-
-
-def _independent(records: int, length: int, hop: int, window: Array) -> float:
-    """Number of independent averages behind overlapping windows."""
-    shared = 0.0
-    power = float(window @ window)
-    for k in range(1, records):
-        if k * hop >= length:
-            break
-        shared += (1 - k / records) * (float(window[k * hop :] @ window[: length - k * hop]) / power) ** 2
-    return records / (1 + 2 * shared)
+    reason, blows = "the output moves as neither the input nor its own past explains", []
+    for k in np.flatnonzero(~keep):
+        begin, end = float(starts[k] * interval), float((starts[k] + length) * interval)
+        words = f"{reason}, {np.sqrt(excess[k]):.3g} times as much as usual"
+        blows.append(LeftOut(start=begin, end=end, reason=words))
+    return replace(found, blows=tuple(blows))
 
 
 def _estimated(
@@ -276,11 +265,14 @@ def _estimated(
     uy = (np.conj(u) * y).mean(axis=0)
     tiny = 1e-300
     coherence = np.clip(np.abs(uy) ** 2 / np.maximum(uu * yy, tiny), 0.0, 1.0)
-    h1: Complex = uy / np.maximum(uu, tiny)
+    h: Complex = uy / np.maximum(uu, tiny)
     if estimator == "H2":
         h = np.asarray(yy / np.where(np.abs(uy) > 0, np.conj(uy), tiny), dtype=complex)
-    else:
-        h = h1 if estimator == "H1" else _total_least_squares(uu, yy, uy)
+    elif estimator == "Hv":  # noise in both channels, alike once each is scaled by its mean spectrum
+        scale = np.sqrt(yy / np.maximum(uu, tiny))
+        more, cross = yy / np.maximum(scale, tiny) ** 2 - uu, np.abs(uy) / np.maximum(scale, tiny)
+        gain = (more + np.sqrt(more**2 + 4 * cross**2)) / (2 * np.maximum(cross, tiny))
+        h = gain * scale * np.exp(1j * np.angle(uy))
     relative = np.sqrt((1 - coherence) / np.maximum(coherence, 1e-12) / averages)
     return FrequencyResponse(
         frequency=frequency,
@@ -289,15 +281,6 @@ def _estimated(
         coherence=coherence,
         averages=averages,
     )
-
-
-def _total_least_squares(uu: Array, yy: Array, uy: Complex) -> Complex:
-    """Hv: noise in both channels, alike once each is scaled by its mean spectrum."""
-    scale = np.sqrt(yy / np.maximum(uu, 1e-300))
-    scaled, power = yy / np.maximum(scale, 1e-300) ** 2, uu
-    cross = np.abs(uy) / np.maximum(scale, 1e-300)
-    gain = (scaled - power + np.sqrt((scaled - power) ** 2 + 4 * cross**2)) / (2 * np.maximum(cross, 1e-300))
-    return gain * scale * np.exp(1j * np.angle(uy))
 
 
 def explained_records(
@@ -315,16 +298,21 @@ def explained_records(
     u, y = (values - values.mean() for values in (input_, output))
     if step > 1:
         u, y = (zero_phase(values, 1.0, 0.4 / step)[::step] for values in (u, y))
+    keep, excess = np.ones(starts.size, dtype=bool), np.ones(starts.size)
     if y.size < 6 * ORDER:
-        return np.ones(starts.size, dtype=bool), np.ones(starts.size)
-    keep = np.ones(starts.size, dtype=bool)
-    excess = np.ones(starts.size)
+        return keep, excess
+    rows = np.arange(ORDER, y.size)
+    past = [*(y[rows - k] for k in range(1, ORDER + 1)), *(u[rows - k] for k in range(ORDER + 1))]
+    table = np.column_stack([*past, np.ones(rows.size)])
+    parts = [slice(start // step, (start + length) // step) for start in starts]
     for _ in range(ROUNDS):
         used = np.zeros(y.size, dtype=bool)
-        for start in starts[keep]:
-            used[start // step : (start + length) // step] = True
-        innovations = _innovations(u, y, used)
-        power = np.array([np.mean(innovations[s // step : (s + length) // step] ** 2) for s in starts])
+        for k in np.flatnonzero(keep):
+            used[parts[k]] = True
+        fitted = used[rows]
+        coefficients = np.linalg.lstsq(table[fitted], y[rows[fitted]], rcond=1e-10)[0]
+        innovations = np.concatenate([np.zeros(ORDER), y[rows] - table @ coefficients])
+        power = np.array([np.mean(innovations[part] ** 2) for part in parts])
         power = np.maximum(power, LEAST_SHARE * float(np.var(y)))
         excess = power / np.median(power)
         spread = 1.4826 * float(np.median(np.abs(np.log(excess))))
@@ -333,13 +321,3 @@ def explained_records(
             break
         keep = ordinary
     return keep, excess
-
-
-def _innovations(u: Array, y: Array, used: NDArray[np.bool_]) -> Array:
-    """What one set of coefficients, fitted where it is used, leaves over everywhere."""
-    rows = np.arange(ORDER, y.size)
-    columns = [y[rows - k] for k in range(1, ORDER + 1)] + [u[rows - k] for k in range(ORDER + 1)]
-    table = np.column_stack([*columns, np.ones(rows.size)])
-    fitted = used[rows]
-    coefficients = np.linalg.lstsq(table[fitted], y[rows[fitted]], rcond=1e-10)[0]
-    return np.concatenate([np.zeros(ORDER), y[rows] - table @ coefficients])

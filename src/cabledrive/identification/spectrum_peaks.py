@@ -46,12 +46,10 @@ MOST_LEVERAGE = 0.9
 class ModeFit:
     """Modes fitted to a spectrum."""
 
-    # frequency, damping: (k,): undamped natural frequencies [Hz], damping ratios
-    frequency: Array
-    damping: Array
-    # frequency_error, damping_error: (k,): standard errors [Hz], of the logarithm of the ratio [-]
-    frequency_error: Array
-    damping_error: Array
+    # values, errors: (2, k): undamped natural frequencies [Hz] and damping ratios; standard errors, of the
+    # ratios those of their logarithm
+    values: Array
+    errors: Array
     at_bound: NDArray[np.bool_]  # (k,)
     free: int  # degrees of freedom
     misfit: float  # root mean square of the relative errors
@@ -103,24 +101,17 @@ class SpectrumFit:
         columns = np.column_stack(seen)
         return np.asarray(columns / np.abs(columns).max(axis=0) * self.scale[:, None])
 
-    def amplitudes(self, basis: Array) -> Array:
-        """Linear amplitudes that fit best, shape (2 k + 2,)."""
-        return np.asarray(np.linalg.lstsq(basis, self.target * self.scale, rcond=1e-12)[0])
-
     def errors(self, parameters: Array) -> Array:
-        """Relative errors with the amplitudes that fit best, shape (lines,)."""
-        basis = self.basis(parameters)
-        return np.asarray(basis @ self.amplitudes(basis) - self.target * self.scale)
+        """Relative errors with the linear amplitudes that fit best, shape (lines,)."""
+        basis, wanted = self.basis(parameters), self.target * self.scale
+        return np.asarray(basis @ np.linalg.lstsq(basis, wanted, rcond=1e-12)[0] - wanted)
 
     def variance(self, parameters: Array) -> tuple[Array, int]:
         """Of each parameter, errors of neighbours being alike; degrees of freedom."""
         errors, slopes = self.errors(parameters), []
-        for k in range(parameters.size):
-            delta = np.zeros_like(parameters)
-            delta[k] = 1e-5 * max(1.0, abs(parameters[k]))
-            slopes.append(
-                (self.errors(parameters + delta) - self.errors(parameters - delta)) / (2.0 * delta[k])
-            )
+        for k, step in enumerate(1e-5 * np.maximum(1.0, np.abs(parameters))):
+            delta = step * np.eye(parameters.size)[k]
+            slopes.append((self.errors(parameters + delta) - self.errors(parameters - delta)) / (2.0 * step))
         slope = np.column_stack(slopes)
         free = errors.size - 2 * parameters.size - 2
         inverse = np.linalg.pinv(slope.T @ slope, rcond=1e-12)
@@ -150,13 +141,10 @@ class SpectrumFit:
         )
         found = min(tried, key=lambda fitted: fitted.cost)
         variance, free = self.variance(found.x)
-        error = np.sqrt(variance)
         held = (found.x - low < 1e-6) | (high - found.x < 1e-6)
         return ModeFit(
-            frequency=found.x[:count],
-            damping=np.exp(found.x[count:]),
-            frequency_error=error[:count],
-            damping_error=error[count:],
+            values=np.array([found.x[:count], np.exp(found.x[count:])]),
+            errors=np.sqrt(variance).reshape(2, -1),
             at_bound=held[:count] | held[count:],
             free=free,
             misfit=float(np.sqrt(2.0 * found.cost / free)),
@@ -253,9 +241,9 @@ def _best_fit(spectrum: PrinterSpectrum, used: Integers, seen: Array) -> ModeFit
 
 def _fitted(seen: SpectrumPeak, interval: float, fit: ModeFit, k: int) -> SpectrumPeak:
     """One peak, as the mode number k of the fit; ``interval``: of the spectrum [Hz]."""
-    at, ratio, times = float(fit.frequency[k]), float(fit.damping[k]), float(stats.t.ppf(0.975, fit.free))
-    reach = float(np.hypot(LEAST_WIDTH[0] * interval, times * fit.frequency_error[k]))
-    spread = float(np.hypot(LEAST_WIDTH[1], times * fit.damping_error[k]))
+    (at, ratio), errors = fit.values[:, k].tolist(), float(stats.t.ppf(0.975, fit.free)) * fit.errors[:, k]
+    reach = float(np.hypot(LEAST_WIDTH[0] * interval, errors[0]))
+    spread = float(np.hypot(LEAST_WIDTH[1], errors[1]))
     if fit.at_bound[k]:
         return replace(seen, reason="no single mode fits it, or it is narrower than the window")
     if not (spread < np.log(1.0 + WIDEST) and reach < MOVED * interval):

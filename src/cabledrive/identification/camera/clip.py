@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,16 +36,6 @@ class Clip:
     findings: tuple[str, ...] = ()
 
 
-def clip_of(frames: Sequence[Any], frame_rate: float, source: str = "frames") -> Clip:
-    """A clip from arrays in memory, each (rows, columns) or (rows, columns, 3); ``frame_rate`` [Hz]."""
-    check_rate(frame_rate, source)
-    return Clip(
-        source=source,
-        frame_rate=frame_rate,
-        frames=lambda: ((k, grey(np.asarray(frame))) for k, frame in enumerate(frames)),
-    )
-
-
 def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
     """Open a video, or a folder of numbered pictures.
 
@@ -53,8 +43,8 @@ def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
     the file says.
     """
     path = Path(path)
-    if frame_rate is not None:
-        check_rate(frame_rate, path.name)
+    if frame_rate is not None and not 0.0 < frame_rate <= 1e7:
+        raise InputRefused(f"{path.name}: frame rate {frame_rate:g} Hz must lie above 0 and up to 1e7 Hz")
     if path.is_dir():
         return _pictures(path, frame_rate)
     if not path.is_file():
@@ -64,12 +54,6 @@ def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
             f"{path.name}: videos end in {', '.join(VIDEOS)}: give one, or a folder of pictures"
         )
     return _video(path, frame_rate)
-
-
-def check_rate(frame_rate: float, source: str) -> None:
-    """Refuse a frame rate [Hz] that no camera has."""
-    if not (np.isfinite(frame_rate) and 0.0 < frame_rate <= 1e7):
-        raise InputRefused(f"{source}: frame rate {frame_rate:g} Hz must lie above 0 and up to 1e7 Hz")
 
 
 def grey(frame: NDArray[Any]) -> Array:
@@ -112,9 +96,8 @@ def _picture(path: Path) -> Array:
     try:
         with Image.open(path) as image:
             _check_size(image.size, path.name)
-            return grey(
-                np.asarray(image.convert("RGB" if image.mode not in ("L", "I;16", "F") else image.mode))
-            )
+            plain = image.mode in ("L", "I;16", "F")
+            return grey(np.asarray(image if plain else image.convert("RGB")))
     except InputRefused:
         raise
     except Exception as error:

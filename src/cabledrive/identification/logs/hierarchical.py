@@ -96,13 +96,14 @@ def is_hdf5(path: Path) -> bool:
 
 
 def open_hdf5(path: Path) -> Table:
-    """Open an HDF5 log: a column is a dataset ``a.b``, or a row of one, ``a.b[0]``.
+    """Open an HDF5 log: a column is a dataset ``a.b``, or a row of one, ``a.b[0]``; tried before."""
 
-    It is opened, and its first block read, in a process of its own before.
-    """
-    require_readable(
-        path, lambda: [next(table.read((n,))) for table in (_opened(path),) for n in table.names[:TRIED]]
-    )
+    def tried() -> None:
+        table = _opened(path)
+        for name in table.names[:TRIED]:
+            next(table.read((name,)))
+
+    require_readable(path, tried)
     return _opened(path)
 
 
@@ -116,7 +117,17 @@ def _opened(path: Path) -> Table:
     def visit(name: str, entry: Any) -> None:
         if not isinstance(entry, h5py.Dataset) or entry.shape is None or name.startswith("#"):
             return
-        _require_inside(name, entry, path.name)
+        if entry.external or entry.is_virtual:
+            raise InputRefused(
+                f'{path.name}: "{name}" lies in other files (external or virtual): write one file, as '
+                "with h5repack"
+            )
+        size = int(np.prod(entry.chunks)) * entry.dtype.itemsize if entry.chunks else 0
+        if size > LARGEST_CHUNK:
+            raise InputRefused(
+                f"{path.name}: has chunks of {size / 2**20:.0f} MiB, at most {LARGEST_CHUNK / 2**20:.0f} are "
+                "unpacked at once: write smaller ones"
+            )
         if entry.dtype.kind not in "fiu":
             return
         column, shape = name.replace("/", "."), tuple(k for k in entry.shape if k != 1)
@@ -148,23 +159,10 @@ def _opened(path: Path) -> Table:
     )
 
 
-def _require_inside(name: str, entry: Any, source: str) -> None:
-    """Refuse numbers of other files, and chunks that unpack to more than memory should hold."""
-    if entry.external or entry.is_virtual:
-        raise InputRefused(
-            f'{source}: "{name}" lies in other files (external or virtual storage): write one file, as with '
-            "h5repack"
-        )
-    size = int(np.prod(entry.chunks)) * entry.dtype.itemsize if entry.chunks else 0
-    if size > LARGEST_CHUNK:
-        raise InputRefused(
-            f"{source}: has chunks of {size / 2**20:.0f} MiB, at most {LARGEST_CHUNK / 2**20:.0f} are "
-            "unpacked at once: write smaller ones"
-        )
-
-
-def open_classic_netcdf(path: Path) -> Table:
-    """Open a NetCDF 3 log, which is read whole."""
+def open_netcdf(path: Path, reading: Reading) -> Table:
+    """Open a NetCDF log, of HDF5 or of the classic kind, which is read whole."""
+    if is_hdf5(path):
+        return open_hdf5(path)
     from scipy.io import netcdf_file
 
     require_fitting(path, path.stat().st_size)
@@ -179,11 +177,6 @@ def open_classic_netcdf(path: Path) -> Table:
 
     rows = max((len(values) for values, _ in vectors.values()), default=0)
     return Table(source=path.name, names=tuple(vectors), units=units, rows=rows, read=read)
-
-
-def open_netcdf(path: Path, reading: Reading) -> Table:
-    """Open a NetCDF log of either kind."""
-    return open_hdf5(path) if is_hdf5(path) else open_classic_netcdf(path)
 
 
 def _read(path: Path, columns: dict[str, tuple[str, int | None]], names: tuple[str, ...]) -> Blocks:
@@ -205,13 +198,12 @@ def _read(path: Path, columns: dict[str, tuple[str, int | None]], names: tuple[s
 def _scaled(values: Any, attributes: Any) -> Array:
     """Packed values unpacked, and the fill value as NaN."""
     array = np.array(values, dtype=float)
-    if "_FillValue" in attributes:
-        array[array == np.ravel(attributes["_FillValue"])[0]] = np.nan
-    if "scale_factor" in attributes:
-        array *= float(np.ravel(attributes["scale_factor"])[0])
-    if "add_offset" in attributes:
-        array += float(np.ravel(attributes["add_offset"])[0])
-    return array
+    fill, factor, offset = (
+        np.ravel(attributes[name])[0] if name in attributes else default
+        for name, default in (("_FillValue", np.nan), ("scale_factor", 1.0), ("add_offset", 0.0))
+    )
+    array[array == fill] = np.nan
+    return array * float(factor) + float(offset)
 
 
 def _text(value: Any) -> str:
@@ -228,9 +220,7 @@ def open_matlab(path: Path, reading: Reading) -> Table:
     try:
         found = io.loadmat(path, squeeze_me=True, struct_as_record=False)
     except Exception as error:  # scipy raises many kinds for a damaged file
-        raise InputRefused(
-            f"{path.name}: is no readable MATLAB file ({error}): save it again with -v7"
-        ) from None
+        raise InputRefused(f"{path.name}: is no readable MATLAB file ({error}): save it with -v7") from None
     columns: dict[str, Array] = {}
     scalars: dict[str, float] = {}
     for name, value in found.items():

@@ -25,11 +25,11 @@ from cabledrive.identification.logs.log import (
     BLOCK_ROWS,
     LARGEST_UNPACKED,
     Blocks,
-    DataReport,
     Log,
     Reading,
     Table,
     floats_of,
+    log_of,
 )
 from cabledrive.identification.logs.messages import open_mcap, open_rosbag
 from cabledrive.identification.logs.text import open_delimited
@@ -303,16 +303,15 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
                 findings.append(f"{name} stands at the end of its range for {share:.2g} % of the samples")
     if check.uneven:
         repaired.append("uneven samples put onto an even grid by straight lines, as asked")
-    grid = check.grid
-    report = DataReport(
+    found = log_of(check.grid, even, {name: recording.units[name] for name in even}, source)
+    report = replace(
+        found.report,
         rows=int(time.size),
-        duration=float(grid[-1] - grid[0]),
         interval=check.interval,
         jitter=check.jitter,
         quantum=quanta,
         repaired=tuple(repaired),
         findings=tuple(findings),
     )
-    units = {name: recording.units[name] for name in even}
-    log = Log(source=source, time=grid, channels=even, units=units, report=report, saturated=flat)
+    log = replace(found, report=report, saturated=flat)
     return log if wanted.start is None and wanted.end is None else log.part(wanted.start, wanted.end)

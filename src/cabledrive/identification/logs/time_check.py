@@ -100,17 +100,18 @@ def lost_counts(values: Array, quantum: float) -> int:
 def saturated(values: Array) -> NDArray[np.bool_]:
     """Samples (samples,) that stand at an end of the channel's range for three or more in a row.
 
-    A smooth torque that is rounded stands at its largest level too, at most about twice as long as at the
-    levels beside it; one that is cut stands there longer. Where levels of plateaus lie beside an end, as of
-    steps, only others count, and only if fewer samples stand within the range. Of a channel that is not
-    rounded every such stand counts; one of few levels, like a square wave, does not saturate.
+    A smooth torque that is rounded stands at its largest level at most about twice as long as at the levels
+    beside it; one that is cut stands there longer. Beside plateaus, as of steps, only other levels count, and
+    only if fewer samples stand within the range. Every stand counts where the channel is not rounded, none
+    where it has few levels, like a square wave.
     """
     first = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1))
     length, level = np.diff(np.append(first, values.size)), values[first]
     end = (level == values.max()) | (level == values.min())
     long = length >= 3
     stands = int(length[end & long].sum())
-    every, inner = (_beside(run) for run in (length, np.where(end, 0, length)))
+    within = np.where(end, 0, length)
+    every, inner = (np.append(n[1:], 0) + np.insert(n[:-1], 0, 0) for n in (length, within))  # of both sides
     plateaus = int(length[long & ~end & (length > CUT * every)].sum())
     cut = stands > CUT * every[end & long].sum()
     levels = np.unique(level).size
@@ -119,11 +120,6 @@ def saturated(values: Array) -> NDArray[np.bool_]:
     if levels <= FEW_LEVELS or not cut or stands < 0.001 * values.size:
         return np.zeros(values.size, dtype=bool)
     return np.repeat(end & long, length)
-
-
-def _beside(length: Integers) -> Integers:
-    """Samples of the runs before and after each, shape (runs,)."""
-    return np.append(length[1:], 0) + np.insert(length[:-1], 0, 0)
 
 
 LONGEST_GAP = 5
@@ -137,13 +133,11 @@ LONGEST_STEP = 2.5
 """Steps, in intervals, that jitter may make of one where samples may be resampled; longer is a gap."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class TimeCheck:
     """An even grid for a log, and where its rows belong on it."""
 
-    # start, interval: [s]
-    start: float
-    interval: float
+    interval: float  # [s]
     keep: Integers  # rows of the file that are used
     place: Integers  # place of each of them on the grid
     stamps: Array  # their time stamps [s]
@@ -155,9 +149,10 @@ class TimeCheck:
     @property
     def grid(self) -> Array:
         """Times of the even grid [s], up to the last sample."""
-        whole = int((self.stamps[-1] - self.start) / self.interval + 1e-6)
+        start = float(self.stamps[0])
+        whole = int((self.stamps[-1] - start) / self.interval + 1e-6)
         count = whole if self.uneven else int(self.place[-1])
-        return np.asarray(self.start + self.interval * np.arange(count + 1), dtype=float)
+        return np.asarray(start + self.interval * np.arange(count + 1), dtype=float)
 
     def on_grid(self, values: Array) -> Array:
         """A channel of the rows that are used at the times of the grid."""
@@ -184,24 +179,24 @@ def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck
     centred = place - place.mean()
     fitted = float(centred @ (stamps - stamps[0]) / (centred @ centred))
     interval = fitted if abs(fitted / interval - 1.0) > 1e-12 else interval
-    _check_gaps(stamps, place, interval, source, repaired)
+    missing = np.diff(place) - 1
+    total, longest = int(missing.sum()), int(missing.max(initial=0))
+    if longest > LONGEST_GAP or total > MOST_MISSING * place[-1]:
+        at = stamps[int(np.argmax(missing))]
+        raise InputRefused(
+            f"{source}: {total} of {place[-1] + 1} rows are missing ({100 * total / (place[-1] + 1):.2g} %, "
+            f"longest gap {longest * interval:.4g} s at {at:.6g} s); at most {100 * MOST_MISSING:g} % and "
+            f"{LONGEST_GAP} rows are filled: cut the log there"
+        )
+    if total:
+        repaired.append(f"{total} missing rows filled by straight lines (longest gap {longest} rows)")
     off = (stamps - stamps[0]) / interval - place
     off -= np.median(off)
     uneven = bool(np.abs(off).max() > LARGEST_JITTER)
     jitter = float(off.std())
     if jitter > 1e-3:
         findings.append(f"time stamps jitter by {jitter:.2g} of an interval of {interval:.4g} s")
-    return TimeCheck(
-        start=float(stamps[0]),
-        interval=interval,
-        keep=keep,
-        place=place,
-        stamps=stamps,
-        jitter=jitter,
-        uneven=uneven,
-        repaired=repaired,
-        findings=findings,
-    )
+    return TimeCheck(interval, keep, place, stamps, jitter, uneven, repaired, findings)
 
 
 def _without_doubles(time: Array, source: str, repaired: list[str]) -> Integers:
@@ -247,17 +242,3 @@ def _places(stamps: Array, interval: float, resample: bool) -> Integers:
     return np.concatenate(
         ([0], np.cumsum(np.maximum(1, np.rint(np.diff(stamps) / interval)).astype(np.int64)))
     )
-
-
-def _check_gaps(stamps: Array, place: Integers, interval: float, source: str, repaired: list[str]) -> None:
-    missing = np.diff(place) - 1
-    total, longest = int(missing.sum()), int(missing.max(initial=0))
-    if longest > LONGEST_GAP or total > MOST_MISSING * place[-1]:
-        at = stamps[int(np.argmax(missing))]
-        raise InputRefused(
-            f"{source}: {total} of {place[-1] + 1} rows are missing ({100 * total / (place[-1] + 1):.2g} %, "
-            f"longest gap {longest * interval:.4g} s at {at:.6g} s); at most {100 * MOST_MISSING:g} % and "
-            f"{LONGEST_GAP} rows are filled: cut the log there"
-        )
-    if total:
-        repaired.append(f"{total} missing rows filled by straight lines (longest gap {longest} rows)")

@@ -110,8 +110,12 @@ def prepared_recording(
     least, levels = 0.0, np.unique(values)
     if factor == 2.0 and 1 < levels.size < 0.1 * values.size:
         least = LEAST_COUNT * float(np.diff(levels).min())
-    peaks: Peaks | None = None
-    lengths = _lengths(clear, round(3.0 / (low * log.interval)))
+    # spectra of all, and of what sounds, half of all at most
+    width, peaks = round(3.0 / (low * log.interval)), None
+    power = signal.convolve(clear**2, np.full(width, 1.0 / width), mode="valid")
+    energy = np.cumsum(power - float(np.median(power[-max(1, power.size // 5) :])))
+    early = max(int(1.5 * np.argmax(energy > SOUNDING * energy.max())), 3 * width)
+    lengths = [clear.size, min(early, clear.size // 2)]
     for size in lengths:
         window = np.hanning(size)
         part = (clear[:size] - clear[:size].mean()) * window
@@ -153,15 +157,6 @@ def _without_pulley_modes(
             reach = max(share * harmonic * mode.frequency, 3.0 * (frequency[4] - frequency[0]))
             cleared[np.abs(frequency - harmonic * mode.frequency) < reach] = 0.0
     return cleared
-
-
-def _lengths(values: Array, width: int) -> list[int]:
-    """Samples whose spectra are searched: all, and those in which the ping sounds, half of all at most."""
-    power = signal.convolve(values**2, np.full(width, 1.0 / width), mode="valid")
-    floor = float(np.median(power[-max(1, power.size // 5) :]))
-    energy = np.cumsum(power - floor)
-    early = max(int(1.5 * np.argmax(energy > SOUNDING * energy.max())), 3 * width)
-    return [values.size, min(early, values.size // 2)]
 
 
 def _without_sidebands(peaks: Peaks, drive: Drive | RoutedDrive, high: float) -> Peaks:
@@ -236,11 +231,8 @@ def read_wav(path: str | Path) -> Log:
 
     path = Path(path)
     require_regular(path, "give the path of a recording")
-    size = path.stat().st_size
-    if size > LARGEST_SOUND:
-        raise InputRefused(
-            f"{path.name}: has {size / 2**20:.0f} MB, at most 512 MB are read: cut out the ping"
-        )
+    if (size := path.stat().st_size / 2**20) > LARGEST_SOUND / 2**20:
+        raise InputRefused(f"{path.name}: has {size:.0f} MB, at most 512 MB are read: cut out the ping")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", wavfile.WavFileWarning)
@@ -255,7 +247,7 @@ def read_wav(path: str | Path) -> Log:
     if values.dtype.kind in "iu":
         full = float(np.iinfo(values.dtype).max) + 1.0
         rows = rows / full if values.dtype.kind == "i" else 2.0 * rows / full - 1.0
-    channels = {("sound" if k == 0 else f"sound_{k + 1}"): rows[:, k] for k in range(rows.shape[1])}
+    channels = {("sound" if k == 0 else f"sound_{k + 1}"): row for k, row in enumerate(rows.T)}
     time = np.arange(rows.shape[0], dtype=np.float64) / rate
     log = log_of(time, channels, dict.fromkeys(channels, "full scale"), source=path.name)
     clipped = [name for name, row in channels.items() if np.mean(np.abs(row) >= 0.999) > 1e-3]

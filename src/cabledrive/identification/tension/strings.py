@@ -111,67 +111,51 @@ def _require_string(prepared: PreparedRecording, fit: TonesFit, apart: float) ->
     """Refuse a knock: one decaying tone alone, or decaying tones that are no partials of one string."""
     if prepared.channel.rpartition("_")[2] not in HEARD and not prepared.channel.startswith("sound"):
         return
-    own, name = fit.tones.family == 0, f"{prepared.log.source}: {prepared.channel}"
-    hertz, decays = fit.tones.frequency, fit.decays
+    own, words, hertz, decays = fit.tones.family == 0, "", fit.tones.frequency, fit.decays
     second = float(fit.tones.scale[0] * np.sort(next(iter(prepared.teeth.values())))[1])
-    if own.sum() == 1 and second < prepared.band[1]:
-        raise NotComputed(
-            f"{name}: no string: one tone at {hertz[own][0]:.4g} Hz without partials, as of a "
-            "knock: pluck the span nearer to an end, or record closer to it"
-        )
     falling, standing = own & decays, own & ~decays
-    if falling.any() and np.any(hertz[standing] > hertz[falling].min()):
-        raise NotComputed(
-            f"{name}: the tone at {hertz[standing].max():.4g} Hz does not decay, that at "
-            f"{hertz[falling].min():.4g} Hz does: hum beside the tones: record without it"
-        )
-    if _share(fit) < 0.5 or (own.sum() == 2 and apart > MATCHED):
+    if own.sum() == 1 and second < prepared.band[1]:
+        words = f"no string: one tone at {hertz[own][0]:.4g} Hz without partials, as of a knock: pluck the "
+        words += "span nearer to an end, or record closer to it"
+    elif falling.any() and np.any(hertz[standing] > hertz[falling].min()):
+        words = f"the tone at {hertz[standing].max():.4g} Hz does not decay, that at "
+        words += f"{hertz[falling].min():.4g} Hz does: hum beside the tones: record without it"
+    elif _share(fit) < 0.5 or (own.sum() == 2 and apart > MATCHED):
         heard = ", ".join(f"{f:.4g}" for f in np.sort(hertz[decays | own]))
-        raise NotComputed(
-            f"{name}: no string: the tones ({heard} Hz) have "
-            "not the ratios of the span's modes, as of a knock: pluck the span and damp the others"
-        )
+        words = f"no string: the tones ({heard} Hz) have not the ratios of the span's modes, as of a knock: "
+        words += "pluck the span and damp the others"
+    if words:
+        raise NotComputed(f"{prepared.log.source}: {prepared.channel}: {words}")
 
 
 def _findings(string: PingedString, prepared: PreparedRecording, fit: TonesFit, apart: float) -> list[str]:
-    channel, tones = prepared.channel, fit.tones
-    own = tones.family == 0
-    found = []
+    tones, own, found = fit.tones, fit.tones.family == 0, []
     if own.sum() == 1:
-        found.append(
-            f"{channel}: from a single partial, assumed to be mode {tones.number[own][0]}: an overtone would "
-            "give a wrong tension"
-        )
+        assumed = f"assumed to be mode {tones.number[own][0]}: an overtone would give a wrong tension"
+        found.append(f"from a single partial, {assumed}")
     if not fit.decays[own].all():
-        found.append(f"{channel}: the ping hardly decays: its frequency holds for its amplitude only")
+        found.append("the ping hardly decays: its frequency holds for its amplitude only")
     if apart > MATCHED:
-        found.append(
-            f"{channel}: partials disagree by {100 * apart:.2g} % of the tension: a stiff cable, a load on "
-            "it, or two vibrating spans"
-        )
+        cause = "a stiff cable, a load on it, or two vibrating spans"
+        found.append(f"partials disagree by {100 * apart:.2g} % of the tension: {cause}")
     first = int(np.argmin(np.where(own, tones.frequency, np.inf)))
     ratio = tones.frequency / tones.frequency[first]
     near = ~own & fit.decays & (ratio > 0.7) & (ratio < 1.4)
     others = near & (fit.amplitude > LOUD * fit.amplitude[first])
     if others.any() and prepared.factor == 1.0:
         loudest = tones.frequency[int(np.argmax(np.where(others, fit.amplitude, 0.0)))]
-        found.append(
-            f"{channel}: another tone at {loudest:.4g} Hz beside {tones.frequency[first]:.4g} Hz: "
-            f"{string.remedy}"
-        )
-    return found
+        beside = f"another tone at {loudest:.4g} Hz beside {tones.frequency[first]:.4g} Hz"
+        found.append(f"{beside}: {string.remedy}")
+    return [f"{prepared.channel}: {words}" for words in found]
 
 
 def channels_of(log: Log) -> list[str]:
     """Channels of a recording that can contain a ping, the direct ones first."""
     swings = [c for c in log.channels if c.rpartition("_")[2] in ("position", "velocity", "acceleration")]
     direct = [c for c in swings if "along" not in c.split("_")]  # of a camera: across the cable
-    direct = direct or [c for c in log.channels if c == "sound"]
-    if direct:
-        return direct
-    for name in ("load_angle", "angle", "drive_angle", "tension", "force"):
-        if name in log.channels:
-            return [name]
+    felt = ("sound", "load_angle", "angle", "drive_angle", "tension", "force")
+    if found := direct or [name for name in felt if name in log.channels][:1]:
+        return found
     raise InputRefused(
         f"{log.source}: no channel that can contain a ping (has {', '.join(log.channels)}): name one"
     )
