@@ -216,7 +216,7 @@ def measured_response(chain: LumpedChain) -> tuple[Array, Complex, float]:
     slow = difference(zero_phase(angle, h, 60.0), h)  # the speed whose sign the friction takes
     torque = compensated_torque(log.channel("torque"), slow, chain.coulomb[0], chain.offsets[0])
     used = slice(round(3.0 / h), round(8.0 / h))
-    found = response_by_segments(torque[used], difference(angle, h)[used], h, segment=2.5, overlap=0.2)
+    found = response_by_segments(torque[used], difference(angle, h)[used], h, (2.5, 0.2))
     kept = (found.frequency >= 1.0) & (found.frequency <= 500.0)
     frequency, response = found.frequency[kept], found.response[kept]
     band = (frequency >= 5.0) & (frequency <= 100.0)

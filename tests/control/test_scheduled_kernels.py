@@ -142,7 +142,7 @@ def test_the_recursion_ends_where_a_regression_on_all_readings_does(states, enco
     output = rng.standard_normal((encoders, states))
     readings = [rng.standard_normal(encoders) for _ in range(12)]
     gains = np.zeros((12, states, encoders))
-    assert gain_schedule(transition, noise, output, reading, start, gains, 0.0) == 11
+    assert gain_schedule(transition, noise, output, reading, start, gains) == 11
     state = np.zeros(states)
     for k, (gain, row) in enumerate(zip(gains, readings, strict=True)):
         state = transition @ state if k > 0 else state
@@ -155,7 +155,7 @@ def test_a_settled_gain_ends_the_schedule():
     """A walk read with as much noise as it walks: gain 1/(1/2 + sqrt(5)/2), the golden ratio's inverse."""
     one = np.eye(1)
     gains = np.zeros((400, 1, 1))
-    used = gain_schedule(one, one, one, one, 100.0 * one, gains, 1e-7)
+    used = gain_schedule(one, one, one, one, 100.0 * one, gains)
     assert 100 < used < 399
     assert gains[used, 0, 0] == pytest.approx((np.sqrt(5.0) - 1.0) / 2.0, rel=1e-12)
 

@@ -8,13 +8,13 @@ from cabledrive.identification.axis.equation import SPARE, answers, loosen, obse
 pytestmark = pytest.mark.kernel
 H = 1e-3
 AXIS = np.array([2e-3, 3e-3, 0.02, 0.001])  # inertia, viscous and Coulomb friction, offset
-GAINS = np.array([0.1, 3.0])
+GAINS = np.array([0.1, 3.0, H])
 TIME = H * np.arange(300)
 
 
 def observed(torque):
     out = np.zeros((5, TIME.size))
-    observe(AXIS, GAINS, torque, np.zeros(TIME.size), np.array([0.0, 5.0]), H, out)
+    observe(AXIS, GAINS, torque, np.zeros(TIME.size), np.array([0.0, 5.0]), out)
     return out
 
 
@@ -25,7 +25,7 @@ def test_what_a_disturbance_adds_to_the_angle_is_the_derivative_of_the_observer(
     *_, side, jump = observed(torque)
     assert np.all(side == 1.0)
     found = np.zeros_like(disturbances)
-    answers(AXIS, GAINS, disturbances, side, jump, H, found)
+    answers(AXIS, GAINS, disturbances, side, jump, found)
     step = 1e-5
     for answer, disturbance in zip(found, disturbances, strict=True):
         up, down = (observed(torque + sign * step * disturbance)[0] for sign in (1.0, -1.0))
@@ -37,7 +37,7 @@ def test_what_a_disturbance_adds_to_the_angle_is_the_derivative_of_the_observer(
 def test_a_disturbance_adds_nothing_more_where_the_axis_sticks():
     side, jump = np.zeros(5), np.zeros(5)
     found = np.zeros((1, 5))
-    answers(AXIS, GAINS, np.ones((1, 5)), side, jump, H, found)
+    answers(AXIS, GAINS, np.ones((1, 5)), side, jump, found)
     np.testing.assert_array_equal(found, 0.0)
 
 
@@ -60,13 +60,14 @@ def test_a_loose_load_is_caught_after_the_play_and_takes_back_what_the_motor_got
 
 def test_the_shadow_of_a_frictionless_axis_is_the_semi_discrete_servo():
     """Inertia alone under a held torque: angle and speed by the exact step of a double integrator."""
-    axis, gains = np.array([2e-3, 0.0, 0.0, 0.0]), np.array([0.5, 0.02])
+    axis, gains = np.array([2e-3, 0.0, 0.0, 0.0]), np.array([0.5, 0.02, H])
     angle, speed = np.sin(8.0 * TIME), 8.0 * np.cos(8.0 * TIME)
-    torque, moved, acting = 0.01 * np.cos(30.0 * TIME), np.zeros(TIME.size), np.zeros(TIME.size)
-    shadow(axis, gains, torque, angle, speed, H, moved, acting)
+    torque, out = 0.01 * np.cos(30.0 * TIME), np.zeros((2, TIME.size))
+    shadow(axis, gains, torque, angle, speed, out)
+    moved, acting = out
     state = np.array([angle[0], speed[0]])
     for k in range(TIME.size):
-        u = torque[k] + gains @ (np.array([angle[k], speed[k]]) - state)
+        u = torque[k] + gains[:2] @ (np.array([angle[k], speed[k]]) - state)
         assert moved[k] == pytest.approx(state[0], rel=1e-12, abs=1e-15)
         assert acting[k] == pytest.approx(u, rel=1e-12, abs=1e-15)
         state = np.array([[1.0, H], [0.0, 1.0]]) @ state + np.array([0.5 * H * H, H]) * u / axis[0]

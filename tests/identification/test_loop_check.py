@@ -32,10 +32,9 @@ def named_first(findings, rig):
 
 def free_motion(torque):
     """Angle of a rigid axis under a torque that stands from sample to sample."""
-    moved, acting = np.empty_like(torque), np.empty_like(torque)
-    still = np.zeros_like(torque)
-    shadow(VALUES, np.zeros(2), torque, still, still, STEP, moved, acting)
-    return moved
+    still, out = np.zeros_like(torque), np.empty((2, torque.size))
+    shadow(VALUES, np.array([0.0, 0.0, STEP]), torque, still, still, out)
+    return out[0]
 
 
 def sticking_torque(size=3000):
@@ -48,7 +47,7 @@ def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
     """cabledrive.identification.axis.equation: no innovation without noise, to round-off."""
     torque = sticking_torque()
     angle, out = free_motion(torque), np.empty((5, torque.size))
-    observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), STEP, out)
+    observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), out)
     assert np.abs(out[0]).max() < 1e-12 * np.ptp(angle), f"observed {np.abs(out[0]).max():.2g} rad"
     assert 0.2 < np.mean(out[3] == 0.0) < 0.8, "the motion must hold sticking and slipping"
 

@@ -185,7 +185,7 @@ def test_a_sweep_keeps_the_records_in_which_it_passes_the_resonance(noise, measu
     """Peak of 25 at 9.8 Hz: within a line of 0.125 Hz and what windows of 8 s can show of it."""
     u, move = resonance(120.0)
     y = move(u) + noise * np.random.default_rng(3).normal(size=u.size)
-    found = response_by_segments(u, y, 0.002, segment=8.0, overlap=6.0).between(0.5, 40.0)
+    found = response_by_segments(u, y, 0.002, (8.0, 6.0)).between(0.5, 40.0)
     peak = int(np.argmax(found.magnitude))
     message = (
         f"{found.magnitude[peak]:.2f} at {found.frequency[peak]:.3f} Hz, {found.left_out} records left out"
@@ -203,12 +203,12 @@ def test_a_blow_beside_a_sweep_is_left_out_with_its_time_and_kept_on_request():
     blow[35_000:35_010] = np.hanning(10)
     blow *= 2.0 * np.abs(move(u)).max() / np.abs(move(blow)).max()
     y = move(u + blow) + 0.01 * np.random.default_rng(3).normal(size=u.size)
-    found = response_by_segments(u, y, 0.002, segment=2.0, overlap=1.0)
+    found = response_by_segments(u, y, 0.002, (2.0, 1.0))
     assert 1 <= found.left_out <= 3, found.blows
     for record in found.blows:
         assert record.start <= 70.02, found.blows
         assert record.end >= 70.0, found.blows
-    assert response_by_segments(u, y, 0.002, segment=2.0, overlap=1.0, robust=False).left_out == 0
+    assert response_by_segments(u, y, 0.002, (2.0, 1.0), robust=False).left_out == 0
 
 
 def test_a_response_from_a_file_is_averaged_without_its_outliers(tmp_path):

@@ -105,6 +105,10 @@ def predict(
     held[0] = scalars[2] * torque + scalars[3] * before + scalars[4] * after
 
 
+SETTLED = 1e-7
+"""Change of the gains in a hundred samples, over the largest, at which the recursion ends."""
+
+
 @njit
 def _product(one: Array, other: Array, into: Array) -> None:
     for i in range(one.shape[0]):
@@ -146,13 +150,7 @@ def _solve_positive(matrix: Array, sides: Array) -> None:
 
 @njit
 def gain_schedule(
-    transition: Array,
-    noise: Array,
-    output: Array,
-    reading: Array,
-    start: Array,
-    gains: Array,
-    settled: float,
+    transition: Array, noise: Array, output: Array, reading: Array, start: Array, gains: Array
 ) -> int:
     """Covariance recursion in Joseph's form; writes each sample's gain, returns the number of the last.
 
@@ -194,7 +192,7 @@ def gain_schedule(
         for a in range(n):
             for b in range(n):
                 covariance[a, b] += noise[a, b]
-        if k > 100 and change <= settled * largest:
+        if k > 100 and change <= SETTLED * largest:
             return k
     return gains.shape[0] - 1
 

@@ -19,7 +19,6 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 
 LONGEST_SCHEDULE = 20_000
-SETTLED = 1e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,7 +165,7 @@ def _recursion(shape: tuple[int, int], *parts: bytes) -> Array:
         np.frombuffer(part).reshape(of).copy() for part, of in zip(parts, shapes, strict=True)
     )
     gains = np.zeros((LONGEST_SCHEDULE, n, m))
-    used = gain_schedule(transition, noise, output, reading, start, gains, SETTLED)
+    used = gain_schedule(transition, noise, output, reading, start, gains)
     return gains[: used + 1].copy()
 
 

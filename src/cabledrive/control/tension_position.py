@@ -152,12 +152,12 @@ def step_in_place(
     m, interval = machine.mass.size, gains.interval
     q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]
     lag, filtered = state[3 * m : 3 * m + 2], state[3 * m + 2 : 3 * m + 4]
-    force, got, innovation = work[:m], work[m : 2 * m], work[2 * m : 3 * m]
+    force, got = work[:m], work[m : 2 * m]
     rest = work[3 * m :]
     stiffness, tension, bend, wanted = rest[:2], rest[2:4], rest[4:6], rest[6:8]
     shortfall, free, low, high = rest[8:10], rest[10:12], rest[12:14], rest[14:16]
-    below, above, left = rest[16:18], rest[18:20], rest[20:22]
-    observe(gains, q, v, d, measurement, along, stiffness, tension, bend, innovation, left)
+    below, above = rest[16:18], rest[18:20]
+    observe(gains, state, measurement, along, work)
     for j in range(m):
         asked = reference[2 * m + j] + gains.position**2 * (reference[j] - q[j])
         asked += 2.0 * gains.position * (reference[m + j] - v[j]) - d[j]
@@ -203,25 +203,16 @@ def step_in_place(
 
 
 @njit_in_place
-def observe(
-    gains: TensionGains,
-    q: Array,
-    v: Array,
-    d: Array,
-    measurement: Array,
-    along: Array,
-    stiffness: Array,
-    tension: Array,
-    bend: Array,
-    innovation: Array,
-    left: Array,
-) -> None:
+def observe(gains: TensionGains, state: Array, measurement: Array, along: Array, work: Array) -> None:
     """Correct place, speed and disturbance of the body by the measurement; write lines and tensions.
 
-    ``along``, shape (2, m): dL/dq; ``stiffness``, ``tension``, ``bend``, shape (2,): c [N/m], T [N], and
-    the part of the line's acceleration that its turning makes [m/s^2]; ``innovation``, ``left``: space.
+    ``along``, shape (2, m): dL/dq; into ``work``, as `step_in_place` has it: c [N/m], T [N], and the part of
+    the lines' accelerations that their turning makes [m/s^2].
     """
-    machine, m = gains.machine, q.size
+    machine, m = gains.machine, gains.machine.mass.size
+    q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]
+    innovation, rest = work[2 * m : 3 * m], work[3 * m :]
+    stiffness, tension, bend, left = rest[:2], rest[2:4], rest[4:6], rest[20:22]
     for i in range(2):
         length, free, _ = line_at(machine, i, q, along[i])
         tension[i] = measurement[2 + i]
@@ -330,22 +321,12 @@ def _impulse(above: Coefficients, below: Coefficients, time: Array) -> Array:
     return found
 
 
-def place_bound(
-    answers: PlaceAnswers,
-    interval: float,
-    *,
-    unexpected: Array,
-    tension: Array,
-    counts: Array,
-    place_noise: Array,
-    acceleration_noise: Array,
-) -> Array:
-    """Bound of each coordinate [m], shape (m,).
+def place_bound(answers: PlaceAnswers, interval: float, largest: Array, noise: Array) -> Array:
+    """Bound of each coordinate [m], shape (m,); ``interval``: sample time [s].
 
-    ``interval``: sample time [s]; ``unexpected``, ``tension``: largest a and a_e [m/s^2]; ``counts``: largest
-    error of the place by rounding [m]; ``place_noise``, ``acceleration_noise``: standard deviations of n [m]
-    and a_g [m/s^2] of a sample; each of shape (m,).
+    ``largest``, (3, m): a and a_e [m/s^2], error of the place by rounding [m]; ``noise``, (2, m): standard
+    deviations of n [m] and a_g [m/s^2] of a sample.
     """
-    bounded = answers.unexpected * unexpected + answers.tension * tension + answers.place * counts
-    noisy = np.hypot(answers.noisy_place * place_noise, answers.noisy_acceleration * acceleration_noise)
+    bounded = np.array(answers[:3]) @ largest
+    noisy = np.hypot(answers.noisy_place * noise[0], answers.noisy_acceleration * noise[1])
     return np.asarray(bounded + DEVIATIONS * np.sqrt(interval) * noisy)

@@ -136,8 +136,7 @@ def response(
         source,
         target,
         log.interval,
-        segment=segment,
-        overlap=min(OVERLAP, 0.5 * segment) if overlap is None else overlap,
+        (segment, min(OVERLAP, 0.5 * segment) if overlap is None else overlap),
         estimator=estimator,
         robust=robust,
     )

@@ -313,7 +313,7 @@ def identify_amplifier(
     length of the Hann windows [s].
     """
     found = response_by_segments(
-        log.channel(command), log.channel(torque), log.interval, segment=segment, overlap=0.5 * segment
+        log.channel(command), log.channel(torque), log.interval, (segment, 0.5 * segment)
     )
     kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate).independent(LEAST_COHERENCE)
     return fit_amplifier(kept, log.interval)

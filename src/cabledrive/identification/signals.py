@@ -205,18 +205,18 @@ def response_by_segments(
     input_: Array,
     output: Array,
     interval: float,
+    window: tuple[float, float] = (1.0, 0.2),
     *,
-    segment: float = 1.0,
-    overlap: float = 0.2,
     estimator: str = "H1",
     robust: bool = True,
 ) -> FrequencyResponse:
     """Response by windowed segments, what `tfestimate` does, Eq. (4.15).
 
-    ``segment``, ``overlap``: of the Hann windows [s]; ``estimator``, {"H1", "H2", "Hv"}; ``robust``: leave
-    out records in which the output does what neither its past nor the input explains. Refused if windows do
-    not advance, the log is shorter than two of them, or the input stands still.
+    ``window``: length of the Hann windows and by how much they overlap [s]; ``estimator``, {"H1", "H2",
+    "Hv"}; ``robust``: leave out records in which the output does what neither its past nor the input
+    explains. Refused if windows do not advance, the log is too short, or the input stands still.
     """
+    segment, overlap = window
     if estimator not in ESTIMATORS:
         raise InputRefused(f'estimator "{estimator}" is unknown: take one of {", ".join(ESTIMATORS)}')
     if segment <= 0.0:
@@ -234,25 +234,24 @@ def response_by_segments(
         )
     if np.ptp(input_) == 0.0:
         raise InputRefused("the input is constant: a response needs an excitation")
-    window = signal.get_window("hann", length)
+    hann = signal.get_window("hann", length)
     rows = starts[:, None] + np.arange(length)
     u, y = (
-        np.fft.rfft(signal.detrend(values[rows], axis=1) * window, axis=1)[:, 1:]
-        for values in (input_, output)
+        np.fft.rfft(signal.detrend(values[rows], axis=1) * hann, axis=1)[:, 1:] for values in (input_, output)
     )
     keep, excess = explained_records(input_, output, starts, length)
     keep = keep | (not robust)
-    shared, records = 0.0, int(keep.sum())  # of overlapping windows, so many averages are independent
+    records, shared = int(keep.sum()), 0.0  # of overlapping windows, so many averages are independent
     for k in range(1, min(records, -(-length // hop))):
-        overlapping = float(window[k * hop :] @ window[: length - k * hop]) / float(window @ window)
+        overlapping = float(hann[k * hop :] @ hann[: length - k * hop]) / float(hann @ hann)
         shared += (1 - k / records) * overlapping**2
     averages = records / (1 + 2 * shared)
     frequency = np.asarray(np.fft.rfftfreq(length, interval)[1:], dtype=float)
     found = replace(_estimated(frequency, u[keep], y[keep], averages, estimator), left_out=int((~keep).sum()))
     reason, blows = "the output moves as neither the input nor its own past explains", []
-    for k in np.flatnonzero(~keep):
-        begin, end = float(starts[k] * interval), float((starts[k] + length) * interval)
-        words = f"{reason}, {np.sqrt(excess[k]):.3g} times as much as usual"
+    for number in np.flatnonzero(~keep):
+        begin, end = float(starts[number] * interval), float((starts[number] + length) * interval)
+        words = f"{reason}, {np.sqrt(excess[number]):.3g} times as much as usual"
         blows.append(LeftOut(start=begin, end=end, reason=words))
     return replace(found, blows=tuple(blows))
 

@@ -125,7 +125,7 @@ def _response(
         torque = compensated_torque(torque, speed, coulomb, offset)
         fine = np.geomspace(0.5, 0.4 * log.sample_rate, 300)
         model = (fine, 1.0 / (2j * np.pi * fine * inertia + viscous))
-    measured = response_by_segments(torque, speed, log.interval, segment=window, overlap=0.5 * window)
+    measured = response_by_segments(torque, speed, log.interval, (window, 0.5 * window))
     unit = "m/(N s)" if linear else "rad/(N m s)"
     drawn = measured_picture("log-response", measured.between(0.0, 0.4 * log.sample_rate), model, unit)
     return Figure(

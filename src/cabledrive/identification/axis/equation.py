@@ -207,13 +207,13 @@ def one_sample(p: Array, v: float, u: float, h: float) -> tuple[float, float, fl
 
 
 @njit
-def observe(p: Array, gains: Array, torque: Array, angle: Array, start: Array, h: float, out: Array) -> None:
+def observe(p: Array, gains: Array, torque: Array, angle: Array, start: Array, out: Array) -> None:
     """Innovation, predicted speed, acceleration, direction and jump of a sensitivity at every sample.
 
-    ``torque[k]`` stands from sample k to the next; ``gains`` correct angle and speed by the innovation.
-    ``out`` has the rows innovation, speed, acceleration, direction, jump.
+    ``torque[k]`` stands from sample k to the next; ``gains`` correct angle and speed by the innovation, the
+    third of them is the interval. ``out`` has the rows innovation, speed, acceleration, direction, jump.
     """
-    x, v = start[0], start[1]
+    x, v, h = start[0], start[1], gains[2]
     for k in range(angle.size):
         e = angle[k] - x
         x += gains[0] * e
@@ -229,8 +229,9 @@ def observe(p: Array, gains: Array, torque: Array, angle: Array, start: Array, h
 
 
 @njit
-def answers(p: Array, gains: Array, torques: Array, side: Array, jump: Array, h: float, out: Array) -> None:
+def answers(p: Array, gains: Array, torques: Array, side: Array, jump: Array, out: Array) -> None:
     """What small disturbing torques would add to the predicted angle, both of shape (m, samples)."""
+    h = gains[2]
     decay = 1.0 - h * p[1] / p[0]
     for c in range(torques.shape[0]):
         x, v = 0.0, 0.0
@@ -273,17 +274,15 @@ def loosen(net: Array, speed: Array, gap: float, h: float, contact: int, added: 
 
 
 @njit
-def shadow(
-    p: Array, gains: Array, torque: Array, angle: Array, speed: Array, h: float, moved: Array, acting: Array
-) -> None:
+def shadow(p: Array, gains: Array, torque: Array, angle: Array, speed: Array, out: Array) -> None:
     """A rigid axis under the torque and a soft servo along the angle: where it goes, and what acts on it.
 
-    ``gains`` are torque per angle and torque per speed.
+    ``gains`` are torque per angle and torque per speed, and the interval; ``out``: angle and torque.
     """
     x, v = angle[0], speed[0]
     for k in range(angle.size):
-        moved[k] = x
-        acting[k] = torque[k] + gains[0] * (angle[k] - x) + gains[1] * (speed[k] - v)
-        end, gone, _a, _side, _jump = one_sample(p, v, acting[k], h)
+        out[0, k] = x
+        out[1, k] = torque[k] + gains[0] * (angle[k] - x) + gains[1] * (speed[k] - v)
+        end, gone, _a, _side, _jump = one_sample(p, v, out[1, k], gains[2])
         x += gone
         v = end

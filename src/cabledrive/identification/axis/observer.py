@@ -96,7 +96,7 @@ class Prediction:
 
     @property
     def gains(self) -> Array:
-        """Of angle and speed."""
+        """Of angle and speed, and the interval."""
         return observer_gains(self.bandwidth, self.track.interval)
 
     @property
@@ -108,7 +108,7 @@ class Prediction:
         """What disturbing torques add to the innovation, shape (disturbances, samples)."""
         out = np.empty((len(torques), self.track.position.size))
         columns = np.array(list(torques.values()))
-        answers(self.values, self.gains, columns, self.direction, self.jump, self.track.interval, out)
+        answers(self.values, self.gains, columns, self.direction, self.jump, out)
         return out
 
     def regression(self, torques: Mapping[str, Array], segments: int) -> Factors:
@@ -234,14 +234,14 @@ def run_of(track: Track, values: Array, bandwidth: float) -> Prediction:
     """Run the observer."""
     out = np.empty((5, track.position.size))
     start, gains = np.array([track.position[0], track.start]), observer_gains(bandwidth, track.interval)
-    observe(np.array(values, dtype=float), gains, track.torque, track.position, start, track.interval, out)
+    observe(np.array(values, dtype=float), gains, track.torque, track.position, start, out)
     names = ("innovation", "speed", "acceleration", "direction", "jump")
     return Prediction(track=track, values=values, bandwidth=bandwidth, **dict(zip(names, out, strict=True)))
 
 
 def observer_gains(bandwidth: float, interval: float) -> Array:
-    """Gains of angle and speed, for two poles with the damping 0.7; ``bandwidth`` [rad/s]."""
-    return np.array([np.sqrt(2.0) * bandwidth * interval, bandwidth**2 * interval])
+    """Gains of angle and speed for two poles of damping 0.7, and the interval; ``bandwidth`` [rad/s]."""
+    return np.array([np.sqrt(2.0) * bandwidth * interval, bandwidth**2 * interval, interval])
 
 
 def best_bandwidth(track: Track, values: Array) -> float:
@@ -287,11 +287,10 @@ def _beside(track: Track, values: Array) -> tuple[Array, Array]:
     """Angle of a sound axis that a soft servo keeps along the motion, and the torque that acts on it."""
     along = zero_phase(track.position, track.interval, min(SMOOTH, 0.2 / track.interval))
     omega = 2 * np.pi * SERVO
-    gains = np.array([values[0] * omega**2, 2 * values[0] * omega])
-    moved, acting = np.empty_like(along), np.empty_like(along)
-    speed = difference(along, track.interval)
-    shadow(values, gains, track.torque, along, speed, track.interval, moved, acting)
-    return moved, acting
+    gains = np.array([values[0] * omega**2, 2 * values[0] * omega, track.interval])
+    out, speed = np.empty((2, along.size)), difference(along, track.interval)
+    shadow(values, gains, track.torque, along, speed, out)
+    return out[0], out[1]
 
 
 def _noises(run: Prediction) -> tuple[float, float]:
@@ -300,8 +299,8 @@ def _noises(run: Prediction) -> tuple[float, float]:
     power = float(np.median([part.mean() for part in np.array_split(run.innovation**2, MOST_SEGMENTS)]))
     # of the innovation for white noise of power 1 in the angle, and in the torque
     forward = np.array([[1.0, h], [0.0, 1.0]])
-    corrected = forward @ (np.eye(2) - np.outer(run.gains, [1.0, 0.0]))
-    noise = forward @ run.gains, np.array([0.5 * h**2, h]) / run.values[0]
+    corrected = forward @ (np.eye(2) - np.outer(run.gains[:2], [1.0, 0.0]))
+    noise = forward @ run.gains[:2], np.array([0.5 * h**2, h]) / run.values[0]
     angle, by_torque = (float(solve_discrete_lyapunov(corrected, np.outer(b, b))[0, 0]) for b in noise)
     by_angle = 1.0 + angle
     rough = track.quantum**2 / 12.0 if track.quantum > 0.0 else 0.5 * power / by_angle

@@ -239,17 +239,14 @@ def bound_of_place(setup: Setup) -> Array:
     turns, pulls = np.abs(np.linalg.pinv(along)), np.abs(along)
     stretch = (sensors.load_cell_noise or 0.0) * free / numbers.rigidity
     rounded = np.pi / (sensors.motor_encoder or np.inf) * numbers.drum
-    return place_bound(
-        place_answers(gains.position, gains.filter, gains.observer),
-        gains.interval,
-        unexpected=(design.gust + numbers.coulomb) / numbers.mass,
-        tension=np.einsum("kim,i->km", pulls, design.margin).max(axis=0) / numbers.mass,
-        counts=np.einsum("kmi,i->km", turns, rounded).max(axis=0),
-        place_noise=np.sqrt(np.einsum("kmi,ki->km", turns**2, stretch**2)).max(axis=0),
-        acceleration_noise=(sensors.load_cell_noise or 0.0)
-        * np.sqrt((pulls**2).sum(axis=1)).max(axis=0)
-        / numbers.mass,
-    )
+    unexpected = (design.gust + numbers.coulomb) / numbers.mass
+    tension = np.einsum("kim,i->km", pulls, design.margin).max(axis=0) / numbers.mass
+    counts = np.einsum("kmi,i->km", turns, rounded).max(axis=0)
+    of_place = np.sqrt(np.einsum("kmi,ki->km", turns**2, stretch**2)).max(axis=0)
+    of_rate = (sensors.load_cell_noise or 0.0) * np.sqrt((pulls**2).sum(axis=1)).max(axis=0) / numbers.mass
+    answers = place_answers(gains.position, gains.filter, gains.observer)
+    largest, noise = np.array([unexpected, tension, counts]), np.array([of_place, of_rate])
+    return place_bound(answers, gains.interval, largest, noise)
 
 
 def part_used(bound: Array, error: Array) -> float:
