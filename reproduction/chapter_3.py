@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from cabledrive.modal import longitudinal_modes, modes, natural_frequencies
-from cabledrive.modal.rigid_supports import rigid_support_longitudinal
+from cabledrive.modal.rigid_supports import against_rigid_supports
 from cabledrive.parameters import Carriage, Drive, Layout, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.simulation import Pluck, Scheme, Start, simulate
@@ -58,7 +58,7 @@ def table_3_2(quick: bool) -> Outcome:
         drive = load_drive(f"dissertation-{number}")
         cable, across = drive.cable, modes(drive, count=1).transverse[0].frequency
         stretched = replace(drive, layout=Layout(span_length=drive.pulley_distance))
-        right = *natural_frequencies(drive, count=3), across, rigid_support_longitudinal(drive)
+        right = *natural_frequencies(drive, count=3), across, against_rigid_supports(drive)[0].simple
         forces = np.array([cable.pretension, cable.axial_rigidity])
         fixed = np.sqrt(forces / cable.mass_per_length) / (2.0 * drive.span_length)
         for head, values in (

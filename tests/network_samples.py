@@ -42,7 +42,7 @@ def random_network(rng, moving):
     ]
     fixed = [Fixed(MASS, value, ((i, 1.0),)) for i, value in enumerate(mass) if value > 0]
     fixed += [Fixed(SPRING, value, ((i, 1.0),)) for i, value in enumerate(spring) if value > 0]
-    component = Component(range(n), waves, [], fixed)
+    component = Component(range(n), [*waves, *fixed])
     others = np.array([one.ropes - 1 for one in strings])
     return component, strings, np.diag(mass), np.diag(spring), others
 
@@ -53,7 +53,7 @@ def _row(values):
 
 def _with(component, ropes):
     """The component with ropes besides."""
-    return Component(component.columns, component.waves, ropes, component.fixed)
+    return Component(component.columns, [*component.waves, *ropes, *component.fixed])
 
 
 def random_elastic_network(rng):

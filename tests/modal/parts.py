@@ -40,7 +40,7 @@ def alone(rope):
     own = {
         key: getattr(rope, key) for key in ("length", "hold", "density", "tags", "direction", "pull", "bend")
     }
-    return Component((), [], [Rope(none, none, **own)], [])
+    return Component((), [Rope(none, none, **own)])
 
 
 def finite_elements(chain, top, held=(), degree=46):

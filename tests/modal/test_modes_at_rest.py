@@ -95,7 +95,7 @@ def random_rope(rng):
         for i, (size, *own) in enumerate(stretches)
     ]
     fixed = [Fixed(MASS, mass, row) for mass, row in zip(masses, rows[1:-1], strict=True)]
-    return Component(range(masses.size), [], ropes, fixed), determinant
+    return Component(range(masses.size), [*ropes, *fixed]), determinant
 
 
 def even(own, size, x):

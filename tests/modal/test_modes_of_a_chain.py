@@ -204,7 +204,6 @@ def batch(chains: list[Chain]) -> ChainBatch:
         grounds=np.array([chain.ground_springs for chain in chains]),
         impedance=np.array([chain.impedance for chain in chains]),
         pendant=np.array([[own.stiffness, own.mass, own.ground] for own in pendants]),
-        closed=chains[0].closed,
     )
 
 

@@ -414,5 +414,5 @@ def test_a_torque_that_ends_says_when_and_a_run_says_how_fine_it_is():
 
 
 def test_a_run_shorter_than_a_record_has_one():
-    grid = time_grid(1e-4, largest_step=1e-3, rate=10.0, nodes=10, cfl=0.9, step=None)
+    grid = time_grid(1e-4, 1e-3, Scheme(), rate=10.0, nodes=10)
     assert (grid.records, grid.every) == (1, 1)

@@ -32,7 +32,7 @@ from cabledrive.simulation import (
     simulate,
 )
 from cabledrive.simulation.methods import largest_stable_step
-from cabledrive.simulation.signals import check_lasts, signal_of
+from cabledrive.simulation.signals import checked_signal, signal_of
 from cabledrive.simulation.start import place_at_start
 from oracles.catenary import catenary_sag
 
@@ -251,7 +251,10 @@ def test_numbers_and_functions_are_signals_too():
         (lambda: Multisine(amplitudes=(1.0,), frequencies=(1.0, 2.0)), "1 amplitudes, 2 frequencies"),
         (lambda: Multisine(amplitudes=(1.0,), frequencies=(np.nan,)), "not finite"),
         (lambda: signal_of("much", "torque"), "torque is a str"),
-        (lambda: check_lasts(Sampled(values=np.zeros(10), rate=10.0), 1.0, "torque"), "torque ends at 0.9 s"),
+        (
+            lambda: checked_signal(Sampled(values=np.zeros(10), rate=10.0), "torque", 1.0, 0.01),
+            "torque ends at 0.9 s",
+        ),
     ],
 )
 def test_a_signal_that_makes_no_sense_is_refused(make, words):

@@ -1,6 +1,5 @@
 """The four cable laws, a law of the user's own, and any of them as a cable that goes slack."""
 
-from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
@@ -196,8 +195,13 @@ class _Hookean(CableLaw):
         """K [N]."""
         return self.stiffness
 
-    @abstractmethod
-    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array: ...
+    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Derivative of the apparent strain with respect to (u', v', w') [-]; of the truncated one."""
+        return np.ones_like(u_x), v_x, w_x
+
+    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """What the slopes add to the strain; of the linear law in its energy only, as T0 v' and T0 w'."""
+        return 0.5 * (v_x**2 + w_x**2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,13 +254,6 @@ class WeakLaw(_Hookean):
     name: ClassVar[str] = "weak"
     has_potential: ClassVar[bool] = False
 
-    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        return 0.5 * (v_x**2 + w_x**2)
-
-    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
-        return np.ones_like(u_x), v_x, w_x
-
     def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         """Components above the pretension, free of cancellation at small displacements [N]."""
         strain = self.strain(u_x, v_x, w_x)
@@ -284,13 +281,6 @@ class ConsistentWeakLaw(_Hookean):
 
     name: ClassVar[str] = "weak-consistent"
 
-    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        return 0.5 * (v_x**2 + w_x**2)
-
-    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
-        return np.ones_like(u_x), v_x, w_x
-
     def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         """Components above the pretension, free of cancellation at small displacements [N]."""
         excess = self.stiffness * self.strain(u_x, v_x, w_x)
@@ -315,9 +305,6 @@ class LinearLaw(_Hookean):
     """
 
     name: ClassVar[str] = "linear"
-
-    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        return 0.5 * (v_x**2 + w_x**2)  # in the energy only, where it makes T0 v' and T0 w'
 
     def strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Apparent strain [-]."""

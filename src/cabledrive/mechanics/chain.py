@@ -1,6 +1,5 @@
 """Wave-carrying segments joined at point masses, and what joints and segments are on the machine."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import sqrt
@@ -149,7 +148,11 @@ class LabelledChain:
 
 def own_chain(chain: Chain) -> LabelledChain:
     """A chain with joints "joint 0" and on, "pendant 0" and on, and spans "segment 0" and on, checked."""
-    chain = _in_arrays(chain)
+    given: dict[str, Any] = {}  # arrays of floats where lists of numbers were given
+    for name in ("rigidity", "density", "lengths", "masses", "grounds"):
+        value = getattr(chain, name)
+        given[name] = value if np.ndim(value) == 0 else np.asarray(value, dtype=float)
+    chain = replace(chain, pendants=tuple(chain.pendants), **given)
     _check(chain)
     pendants = tuple(f"pendant {i}" for i in range(len(chain.pendants)))
     return LabelledChain(
@@ -164,18 +167,21 @@ def own_chain(chain: Chain) -> LabelledChain:
     )
 
 
-def _in_arrays(chain: Chain) -> Chain:
-    """The chain with arrays of floats where lists of numbers were given."""
-    given: dict[str, Any] = {}
-    for name in ("rigidity", "density", "lengths", "masses", "grounds"):
-        value = getattr(chain, name)
-        given[name] = value if np.ndim(value) == 0 else np.asarray(value, dtype=float)
-    return replace(chain, pendants=tuple(chain.pendants), **given)
-
-
 def _check(chain: Chain) -> None:
     """Refuse what is not positive, not finite, or not there once for each segment or joint."""
-    for place, name, unit, values, zero in _quantities(chain):
+    quantities: list[tuple[str, str, str, ArrayLike, bool]] = [  # whether it may be zero
+        ("segment", "rigidity", "N", chain.rigidity, False),
+        ("segment", "density", "kg/m", chain.density, False),
+        ("segment", "length", "m", chain.lengths, False),
+        ("joint", "mass", "kg", chain.masses, True),
+        ("joint", "grounds", "N/m", chain.ground_springs, True),
+    ]
+    for number, pendant in enumerate(chain.pendants):
+        place = f"pendant {number}"
+        quantities.append((place, "stiffness", "N/m", pendant.stiffness, False))
+        quantities.append((place, "mass", "kg", pendant.mass, False))
+        quantities.append((place, "ground", "N/m", pendant.ground, True))
+    for place, name, unit, values, zero in quantities:
         array = np.asarray(values, dtype=float)
         parts = chain.masses.size if place == "joint" else chain.lengths.size
         if array.shape not in ((), (parts,)):
@@ -195,17 +201,3 @@ def _check(chain: Chain) -> None:
             raise InputRefused(
                 f"pendant {number}: joint = {pendant.joint} must be one of 0 to {chain.masses.size - 1}"
             )
-
-
-def _quantities(chain: Chain) -> Iterator[tuple[str, str, str, ArrayLike, bool]]:
-    """Place, name, unit and values of every quantity, and whether it may be zero."""
-    yield "segment", "rigidity", "N", chain.rigidity, False
-    yield "segment", "density", "kg/m", chain.density, False
-    yield "segment", "length", "m", chain.lengths, False
-    yield "joint", "mass", "kg", chain.masses, True
-    yield "joint", "grounds", "N/m", chain.ground_springs, True
-    for number, pendant in enumerate(chain.pendants):
-        place = f"pendant {number}"
-        yield place, "stiffness", "N/m", pendant.stiffness, False
-        yield place, "mass", "kg", pendant.mass, False
-        yield place, "ground", "N/m", pendant.ground, True

@@ -64,6 +64,11 @@ def for_kernels(function: F) -> F:
     return function
 
 
+def njit_inner(function: F) -> F:
+    """As `njit_in_place`, called by kernels alone, see `for_kernels`."""
+    return njit_in_place(for_kernels(function))
+
+
 @cache
 def numba_at_hand() -> bool:
     """Whether kernels can be compiled here: not without numba, nor where NUMBA_DISABLE_JIT is set."""

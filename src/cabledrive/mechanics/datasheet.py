@@ -11,7 +11,6 @@ from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, s
 from cabledrive.mechanics.sag import irvine_parameter, midspan_sag, squared_shear, tension_with_sag
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.drive_parts import Pulley
 from cabledrive.parameters.fields import described, figure
 from cabledrive.parameters.route.drive import require_two_pulleys
 
@@ -192,16 +191,12 @@ def _of_the_cable(drive: Drive) -> dict[str, Any]:
         "span_length": drive.span_length,
         "pulley_distance": drive.pulley_distance,
         "stretched_mass_per_length": cable.stretched_mass_per_length,
-        "cable_mass": _cable_mass(drive),
+        "cable_mass": len(drive.spans) * drive.span_length * cable.mass_per_length,
         "cable_stiffness": cable.axial_rigidity / drive.span_length,
         "lumped_cable_stiffness": drive.lumped.cable_stiffness if drive.lumped else None,
         "lowest_static_tension": lowest_static_tension(drive),
         "transverse_frequency_hz": cable.transverse_wave_speed / (2.0 * drive.pulley_distance),
     }
-
-
-def _cable_mass(drive: Drive) -> float:
-    return len(drive.spans) * drive.span_length * drive.cable.mass_per_length
 
 
 def _of_the_sag(drive: Drive) -> dict[str, Any]:
@@ -230,26 +225,24 @@ def _of_the_sag(drive: Drive) -> dict[str, Any]:
 
 
 def _of_the_pulleys(drive: Drive) -> dict[str, Any]:
-    rims = [None if s.fixed else s.rim_mass / _cable_mass(drive) for s in shafts_of(drive)[:2]]
+    mass = len(drive.spans) * drive.span_length * drive.cable.mass_per_length
+    rims = [None if s.fixed else s.rim_mass / mass for s in shafts_of(drive)[:2]]
+    modes = [omega and omega / (2.0 * pi) for omega in (lumped_cable_mode(drive), lumped_joint_mode(drive))]
+    slips: list[float | None] = []
+    for pulley in drive.pulley:
+        friction, wrap = pulley.capstan_friction, pulley.wrap_angle
+        known = drive.kind != "line" and friction is not None and wrap is not None
+        tension = drive.cable.pretension
+        slips.append(no_slip_torque(pulley.radius, tension, friction or 0.0, wrap or 0.0) if known else None)
     return {
         "chi1": rims[0],
         "chi2": rims[1],
         "slack_torque": len(drive.spans) * drive.drive_pulley.radius * drive.cable.pretension,
-        "no_slip_torque_drive": _no_slip_torque(drive, drive.drive_pulley),
-        "no_slip_torque_load": _no_slip_torque(drive, drive.load_pulley),
-        "cable_mode_frequency_hz": _hertz(lumped_cable_mode(drive)),
-        "joint_mode_frequency_hz": _hertz(lumped_joint_mode(drive)),
+        "no_slip_torque_drive": slips[0],
+        "no_slip_torque_load": slips[1],
+        "cable_mode_frequency_hz": modes[0],
+        "joint_mode_frequency_hz": modes[1],
     }
-
-
-def _no_slip_torque(drive: Drive, pulley: Pulley) -> float | None:
-    if drive.kind == "line" or pulley.wrap_angle is None or pulley.capstan_friction is None:
-        return None
-    return no_slip_torque(pulley.radius, drive.cable.pretension, pulley.capstan_friction, pulley.wrap_angle)
-
-
-def _hertz(omega: float | None) -> float | None:
-    return None if omega is None else omega / (2.0 * pi)
 
 
 def _of_the_motor_and_sensors(drive: Drive) -> dict[str, Any]:

@@ -42,16 +42,6 @@ def motor_condition(drive: Drive, motor: str | None = None) -> str:
     return motor
 
 
-def joint_stiffness(drive: Drive) -> float | None:
-    """Stiffness [N m/rad] of the joint between motor and drive pulley; None without motor or if rigid."""
-    return drive.motor.joint_stiffness if drive.motor is not None else None
-
-
-def carriage_joint(number: int) -> str:
-    """Name of a carriage among the joints of a chain, "carriage 0" for number 0 of the drive file."""
-    return f"carriage {number}"
-
-
 def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
     """Joints of the drive's chains by the names that a user gives them; others are refused.
 
@@ -61,9 +51,8 @@ def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
         hold = (hold,)
     known = {name: name for name in PULLEYS}
     for number, carriage in enumerate(drive.carriage):
-        known |= {carriage_joint(number): carriage_joint(number)}
-        if carriage.name:
-            known[carriage.name] = carriage_joint(number)
+        own = f"carriage {number}"
+        known |= {own: own} | ({carriage.name: own} if carriage.name else {})
     for name in hold:
         if name not in known:
             hint = ': the rotor is held by motor = "held"' if name == MOTOR else nearest(name[:60], known)
@@ -121,30 +110,18 @@ class Joint:
 
 def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
     """Drive pulley, a motor on a rigid joint included; load pulley; a motor on a flexible joint."""
-    pulleys = [
-        Shaft(
-            name=name,
-            radius=pulley.radius,
-            inertia=pulley.inertia,
-            viscous_friction=pulley.viscous_friction,
-            coulomb_friction=pulley.coulomb_friction,
-            fixed=pulley.fixed,
-        )
-        for name, pulley in zip(("drive", "load"), drive.pulley, strict=True)
-    ]
-    if drive.motor is None:
-        return tuple(pulleys)
-    rigid = drive.motor.joint_stiffness is None
-    base = pulleys[0]
-    motor = Shaft(
-        name="drive" if rigid else "motor",
-        radius=base.radius,
-        inertia=drive.motor.inertia + (base.inertia if rigid else 0.0),
-        viscous_friction=drive.motor.viscous_friction + (base.viscous_friction if rigid else 0.0),
-        coulomb_friction=drive.motor.coulomb_friction + (base.coulomb_friction if rigid else 0.0),
-        holding_stiffness=drive.motor.holding_stiffness or 0.0,
+    keys, motor = ("inertia", "viscous_friction", "coulomb_friction"), drive.motor
+    base, load = (
+        Shaft(name=name, radius=own.radius, fixed=own.fixed, **{key: getattr(own, key) for key in keys})
+        for name, own in zip(("drive", "load"), drive.pulley, strict=True)
     )
-    return (motor, pulleys[1]) if rigid else (*pulleys, motor)
+    if motor is None:
+        return base, load
+    rigid, holding = motor.joint_stiffness is None, motor.holding_stiffness or 0.0
+    own = {key: getattr(motor, key) + (getattr(base, key) if rigid else 0.0) for key in keys}
+    if rigid:
+        return replace(base, fixed=False, holding_stiffness=holding, **own), load
+    return base, load, Shaft(name="motor", radius=base.radius, holding_stiffness=holding, **own)
 
 
 def joint_of(drive: Drive) -> Joint | None:

@@ -92,11 +92,21 @@ def mesh_of(drive: Drive, segments: int) -> Mesh:
     Refused: too few segments, or too many to be stored.
     """
     _check_segments(segments)
-    stops = [_stops(drive, span) for span in drive.spans]
+    stretch, stops = drive.pulley_distance / drive.span_length, []
+    for span in drive.spans:  # places where there must be a node: rims and carriages
+        carried = [carriage.position * stretch for carriage in drive.carriages_on(span)]
+        stops.append(np.array([0.0, *carried, drive.pulley_distance]))
     segments = max(segments, *(len(stop) - 1 for stop in stops))
-    counts = [_share_out(np.diff(stop), segments) for stop in stops]
-    position = np.array([_subdivide(stop, count) for stop, count in zip(stops, counts, strict=True)])
-    carriage_node = _carriage_nodes(drive, counts, segments)
+    places, node = [], {}
+    for number, (span, stop) in enumerate(zip(drive.spans, stops, strict=True)):
+        counts = _share_out(np.diff(stop), segments)
+        parts = zip(stop[:-1], stop[1:], counts, strict=True)
+        places.append(np.concatenate([a + (b - a) * np.arange(n) / n for a, b, n in parts] + [stop[-1:]]))
+        joints = np.cumsum(counts)[:-1] + number * segments
+        for carriage, place in zip(drive.carriages_on(span), joints, strict=True):
+            node[carriage.span, carriage.position] = place
+    position = np.array(places)
+    carriage_node = np.array([node[own.span, own.position] for own in drive.carriage], dtype=np.intp)
     density = drive.cable.stretched_mass_per_length
     nodes = segments * len(drive.spans) + 1
     carriage_mass = np.zeros(nodes)
@@ -134,13 +144,6 @@ def _check_segments(segments: int) -> None:
         raise InputRefused(f"segments = {segments} per span, at most {MOST_SEGMENTS} are taken: give fewer")
 
 
-def _stops(drive: Drive, span: str) -> Array:
-    """Places on the pretensioned span where there must be a node: rims and carriages."""
-    stretch = drive.pulley_distance / drive.span_length
-    places = [carriage.position * stretch for carriage in drive.carriages_on(span)]
-    return np.array([0.0, *places, drive.pulley_distance])
-
-
 def _share_out(gaps: Array, segments: int) -> NDArray[np.intp]:
     """Segments for each gap, at least one, as equal in length as can be."""
     count = np.maximum(1, np.rint(segments * gaps / gaps.sum())).astype(np.intp)
@@ -149,24 +152,6 @@ def _share_out(gaps: Array, segments: int) -> NDArray[np.intp]:
     while count.sum() > segments:
         count[np.argmin(np.where(count > 1, gaps / np.maximum(count - 1, 1), np.inf))] -= 1
     return count
-
-
-def _subdivide(stops: Array, count: NDArray[np.intp]) -> Array:
-    pieces = [
-        start + (end - start) * np.arange(n) / n
-        for start, end, n in zip(stops[:-1], stops[1:], count, strict=True)
-    ]
-    return np.concatenate([*pieces, stops[-1:]])
-
-
-def _carriage_nodes(drive: Drive, counts: list[NDArray[np.intp]], segments: int) -> NDArray[np.intp]:
-    """Node of each carriage, in the order of the drive file."""
-    node = {}
-    for number, (span, count) in enumerate(zip(drive.spans, counts, strict=True)):
-        places = np.cumsum(count)[:-1] + number * segments
-        for carriage, place in zip(drive.carriages_on(span), places, strict=True):
-            node[carriage.span, carriage.position] = place
-    return np.array([node[carriage.span, carriage.position] for carriage in drive.carriage], dtype=np.intp)
 
 
 def _cells(
@@ -207,11 +192,7 @@ def cable_forces(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
     Returns shape (3, nodes): along u, v, w [N]. At the drive rim of a loop both spans pull; in a line each
     pulley is taken to carry the constant torque that balances the pretension.
     """
-    return nodal_differences(mesh, np.stack(law.excess_components(*gradients(mesh, displacement))))
-
-
-def nodal_differences(mesh: Mesh, components: Array) -> Array:
-    """Force on each node, shape (3, nodes) [N], by what each segment carries, shape (3, segments) [N]."""
+    components = np.stack(law.excess_components(*gradients(mesh, displacement)))
     force = np.zeros((3, mesh.nodes))
     force[:, :-1] += components
     force[:, 1:] -= components

@@ -1,8 +1,9 @@
 """From the drive to its chains: what moves along the cable, and what moves across it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +15,11 @@ from cabledrive.mechanics.holding import (
     LOAD_PULLEY,
     MOTOR,
     PULLEYS,
-    carriage_joint,
     held_joints,
-    joint_stiffness,
     motor_condition,
 )
 from cabledrive.mechanics.rest import RestingSection, RestState, rest_state
-from cabledrive.parameters import Carriage, Drive, NotComputed
+from cabledrive.parameters import Drive, NotComputed
 
 
 def longitudinal_chains(
@@ -53,7 +52,7 @@ def longitudinal_chains(
     """
     condition, held = motor_condition(drive, motor), held_joints(drive, hold)
     held |= {name for name, pulley in zip(PULLEYS, drive.pulley, strict=True) if pulley.fixed}
-    if condition == HELD and joint_stiffness(drive) is None:
+    if condition == HELD and (drive.motor is None or drive.motor.joint_stiffness is None):
         held |= {DRIVE_PULLEY}
     pieces = [pair for span in drive.spans for pair in pairwise(_span(drive, span))]
     starts = [number for number, (joint, _) in enumerate(pieces) if joint.name in held]
@@ -103,13 +102,30 @@ def transverse_chains(drive: Drive, *, rest: RestState | None = None) -> tuple[L
     chains: list[LabelledChain] = []
     for span in drive.spans:
         joints = _span(drive, span)
-        held = [0, *(i for i, joint in enumerate(joints) if joint.held_across), len(joints) - 1]
-        for a, b in pairwise(held):
+        for a, b in pairwise(i for i, joint in enumerate(joints) if joint.held_across):
             rigidity = drive.cable.pretension / (1.0 + drive.cable.prestrain)
             if rest is not None:
-                rigidity = _uniform_rigidity(drive, rest.sections[len(chains)])
-            chains.append(_transverse(rigidity, drive, joints[a : b + 1]))
+                section = rest.sections[len(chains)]
+                if section.lowest_tension <= 0.0:
+                    raise NotComputed(
+                        f"the {section.span} span hangs slack at rest between {section.start:.4g} m and "
+                        f"{section.end:.4g} m (lowest tension {section.lowest_tension:.4g} N): raise "
+                        "cable.pretension"
+                    )
+                rigidity = _uniform_rigidity(drive, section)
+            own = joints[a : b + 1]
+            chains.append(_chain(drive, rigidity, own, list(pairwise(own))))
     return tuple(chains)
+
+
+def _uniform_rigidity(drive: Drive, section: RestingSection) -> float:
+    """R of the uniform string on which a wave takes as long."""
+    stretches = section.stretches
+    if len(stretches) == 1 and stretches[0].load == (0.0, 0.0):
+        tension = stretches[0].force[0]  # to the last digit what the formula of the straight drive gives
+        return tension / (1.0 + tension / drive.cable.axial_rigidity)
+    time = sum(stretch.travel_time for stretch in stretches)
+    return ((section.end - section.start) / time) ** 2
 
 
 def strings_at_rest(drive: Drive, *, at_torque: float = 0.0) -> tuple[LabelledChain, ...]:
@@ -134,56 +150,31 @@ def strings_at_rest(drive: Drive, *, at_torque: float = 0.0) -> tuple[LabelledCh
     return transverse_chains(drive, rest=rest_state(drive, at_torque=at_torque))
 
 
-def _uniform_rigidity(drive: Drive, section: RestingSection) -> float:
-    if section.lowest_tension <= 0.0:
-        raise NotComputed(
-            f"the {section.span} span hangs slack at rest between {section.start:.4g} m and "
-            f"{section.end:.4g} m (lowest tension {section.lowest_tension:.4g} N): raise cable.pretension"
-        )
-    time = sum(stretch.travel_time for stretch in section.stretches)
-    if all(stretch.load == (0.0, 0.0) for stretch in section.stretches) and len(section.stretches) == 1:
-        tension = section.stretches[0].force[
-            0
-        ]  # to the last digit what the formula of the straight drive gives
-        return tension / (1.0 + tension / drive.cable.axial_rigidity)
-    return ((section.end - section.start) / time) ** 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Joint:
+class _Joint(NamedTuple):
     name: str
     span: str
     position: float
     mass: float
-    held_across: bool = False
+    held_across: bool
 
 
 def _span(drive: Drive, span: str) -> list[_Joint]:
-    """Joints of one span in order, both pulleys included."""
-    numbers = {id(carriage): number for number, carriage in enumerate(drive.carriage)}
-
-    def carried(carriage: Carriage) -> _Joint:
-        name = carriage_joint(numbers[id(carriage)])
-        return _Joint(
-            name=name, span=span, position=carriage.position, mass=carriage.mass, held_across=carriage.guided
-        )
-
-    ends = [(DRIVE_PULLEY, _drive_mass(drive)), (LOAD_PULLEY, drive.load_pulley.rim_mass)]
-    if span == "lower":
-        ends.reverse()
-    start, end = (
-        _Joint(name=name, span=span, position=position, mass=mass)
-        for (name, mass), position in zip(ends, (0.0, drive.span_length), strict=True)
-    )
-    return [start, *map(carried, drive.carriages_on(span)), end]
-
-
-def _drive_mass(drive: Drive) -> float:
-    """Inertia at the drive pulley's rim, with a rigidly joined motor."""
-    motor = drive.motor
+    """Joints of one span in order, both pulleys included, the drive pulley with a rigidly joined motor."""
+    motor, first = drive.motor, drive.drive_pulley
     rigid = motor is not None and motor.joint_stiffness is None
-    added = motor.inertia / drive.drive_pulley.radius**2 if motor is not None and rigid else 0.0
-    return drive.drive_pulley.rim_mass + added
+    added = motor.inertia / first.radius**2 if motor is not None and rigid else 0.0
+    ends = [(DRIVE_PULLEY, first.rim_mass + added), (LOAD_PULLEY, drive.load_pulley.rim_mass)]
+    (start, near), (end, far) = ends if span == "upper" else ends[::-1]
+    numbers = {id(carriage): number for number, carriage in enumerate(drive.carriage)}
+    carried = [
+        _Joint(f"carriage {numbers[id(own)]}", span, own.position, own.mass, own.guided)
+        for own in drive.carriages_on(span)
+    ]
+    return [
+        _Joint(start, span, 0.0, near, True),
+        *carried,
+        _Joint(end, span, drive.span_length, far, True),
+    ]
 
 
 def _longitudinal(
@@ -195,64 +186,49 @@ def _longitudinal(
     held: frozenset[str] = frozenset(),
     driven: bool = True,
 ) -> LabelledChain:
-    """Chain of neighbouring pieces of cable, with what holds the rotor if it is on this one (`driven`)."""
+    """Chain of neighbouring pieces of cable, with the motor if it is on this one (``driven``)."""
     joints = [first for first, _ in pieces] + ([] if closed else [pieces[-1][1]])
-    stretches = tuple(Stretch(span=a.span, start=a.position, end=b.position) for a, b in pieces)
-    names = [joint.name for joint in joints]
-    chain = Chain(
-        rigidity=drive.cable.axial_rigidity,
-        density=drive.cable.mass_per_length,
-        lengths=np.array([stretch.end - stretch.start for stretch in stretches]),
-        masses=np.array([joint.mass for joint in joints]),
-        closed=closed,
-        fixed=(False, False) if closed else (names[0] in held, names[-1] in held),
-    )
-    if driven and DRIVE_PULLEY in names:
-        return _with_motor(drive, chain, tuple(names), stretches, condition)
-    return LabelledChain(chain=chain, joints=tuple(names), stretches=stretches)
-
-
-def _with_motor(
-    drive: Drive, chain: Chain, names: tuple[str, ...], stretches: tuple[Stretch, ...], condition: str
-) -> LabelledChain:
-    """The motor behind its joint as spring and mass at the rim; what holds it as springs to the ground."""
-    joint, holding, square = joint_stiffness(drive), 0.0, drive.drive_pulley.radius**2
-    place, ground = names.index(DRIVE_PULLEY), ""
+    names = tuple(joint.name for joint in joints)
+    fixed = (False, False) if closed else (names[0] in held, names[-1] in held)
+    labelled = _chain(drive, drive.cable.axial_rigidity, joints, pieces, closed=closed, fixed=fixed)
+    motor, square = drive.motor, drive.drive_pulley.radius**2
+    if not driven or DRIVE_PULLEY not in names or motor is None:
+        return labelled
+    place, joint = names.index(DRIVE_PULLEY), motor.joint_stiffness
+    holding, ground = 0.0, ""
     if condition == HOLDING:
-        assert drive.motor is not None
-        assert drive.motor.holding_stiffness is not None
-        holding, ground = drive.motor.holding_stiffness / square, HOLDING_SPRING
+        assert motor.holding_stiffness is not None
+        holding, ground = motor.holding_stiffness / square, HOLDING_SPRING
     if joint is not None and condition != HELD:
-        assert drive.motor is not None
-        chain = replace(
-            chain,
-            pendants=(
-                Pendant(
-                    stiffness=joint / square,
-                    mass=drive.motor.inertia / square,
-                    joint=place,
-                    ground=holding,
-                ),
-            ),
-        )
-        return LabelledChain(chain=chain, joints=(*names, MOTOR), stretches=stretches, ground=ground)
+        mass = motor.inertia / square
+        pendant = Pendant(stiffness=joint / square, mass=mass, joint=place, ground=holding)
+        chain = replace(labelled.chain, pendants=(pendant,))
+        return replace(labelled, chain=chain, joints=(*names, MOTOR), ground=ground)
     if joint is not None:
         holding, ground = joint / square, MOTOR_JOINT
     if holding:
-        grounds = np.zeros(chain.masses.size)
+        grounds = np.zeros(len(joints))
         grounds[place] = holding
-        chain = replace(chain, grounds=grounds)
-    return LabelledChain(chain=chain, joints=names, stretches=stretches, ground=ground)
+        labelled = replace(labelled, chain=replace(labelled.chain, grounds=grounds))
+    return replace(labelled, ground=ground)
 
 
-def _transverse(rigidity: float, drive: Drive, joints: list[_Joint]) -> LabelledChain:
-    pairs = pairwise(joints)
-    stretches = tuple(Stretch(span=a.span, start=a.position, end=b.position) for a, b in pairs)
+def _chain(
+    drive: Drive,
+    rigidity: float,
+    joints: list[_Joint],
+    pieces: list[tuple[_Joint, _Joint]],
+    *,
+    closed: bool = False,
+    fixed: tuple[bool, bool] = (True, True),
+) -> LabelledChain:
+    stretches = tuple(Stretch(span=a.span, start=a.position, end=b.position) for a, b in pieces)
     chain = Chain(
         rigidity=rigidity,
         density=drive.cable.mass_per_length,
         lengths=np.array([stretch.end - stretch.start for stretch in stretches]),
         masses=np.array([joint.mass for joint in joints]),
-        fixed=(True, True),
+        closed=closed,
+        fixed=fixed,
     )
     return LabelledChain(chain=chain, joints=tuple(joint.name for joint in joints), stretches=stretches)

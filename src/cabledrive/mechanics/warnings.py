@@ -1,7 +1,7 @@
 """Warnings about a drive, to be read before its results are used."""
 
 from collections.abc import Iterator
-from math import degrees
+from math import degrees, inf
 
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.parameters.drive import Drive
@@ -29,19 +29,7 @@ def drive_warnings(drive: Drive) -> tuple[str, ...]:
     """
     require_two_pulleys(drive, "`drive_warnings`")
     sheet = derived_quantities(drive)
-    checks = (
-        _static,
-        _elastic,
-        _sag,
-        _slack,
-        _slip,
-        _light,
-        _stiffness,
-        _joint,
-        _rotor,
-        _goal,
-        _sampling,
-    )
+    checks = (_static, _elastic, _sag, _torque, _light, _stiffness, _motor, _goal_and_sampling)
     return tuple(line for check in checks for line in check(drive, sheet))
 
 
@@ -53,12 +41,7 @@ def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
 
 def largest_pretension(drive: Drive) -> float:
     """Pretension [N] that strains the cable to ``cable.strain_limit``, or without one to `ELASTIC_RULE`."""
-    return _elastic_strain(drive) * drive.cable.axial_rigidity
-
-
-def _elastic_strain(drive: Drive) -> float:
-    stated = drive.cable.strain_limit
-    return ELASTIC_RULE if stated is None else stated
+    return (drive.cable.strain_limit or ELASTIC_RULE) * drive.cable.axial_rigidity
 
 
 def elastic_range(drive: Drive) -> str:
@@ -90,7 +73,7 @@ def _static(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
 
 def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A prestrain out of the elastic range."""
-    limit = _elastic_strain(drive)
+    limit = drive.cable.strain_limit or ELASTIC_RULE
     if sheet.prestrain > limit:
         stated = drive.cable.strain_limit is not None
         origin = "cable.strain_limit" if stated else "a rule of thumb: give cable.strain_limit"
@@ -115,27 +98,22 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         )
 
 
-def _slack(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A motor that can unload a span."""
+def _torque(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A motor that can unload a span, or make the cable slip on either pulley."""
     limit = drive.motor.torque_limit if drive.motor else None
-    if limit is not None and limit > sheet.slack_torque:
+    if limit is None:
+        return
+    if limit > sheet.slack_torque:
         formula = "2 r1 T0" if drive.kind == "loop" else "r1 T0"
         needed = drive.cable.pretension * limit / sheet.slack_torque
         yield (
             f"motor.torque_limit = {limit:.4g} N m is above {sheet.slack_torque:.4g} N m, the slack torque "
             f"{formula}: a span can go slack; limit the torque{_or_raise(drive, needed)}"
         )
-
-
-def _slip(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A motor that can make the cable slip, on either pulley."""
-    limit = drive.motor.torque_limit if drive.motor else None
     pulleys = zip(drive.pulley, (sheet.no_slip_torque_drive, sheet.no_slip_torque_load), strict=True)
     for number, (pulley, margin) in enumerate(pulleys):
-        if limit is None or margin is None:
-            continue
         asked = limit * pulley.radius / drive.drive_pulley.radius
-        if asked > margin:
+        if margin is not None and asked > margin:
             needed = drive.cable.pretension * asked / margin
             yield (
                 f"motor.torque_limit asks {asked:.4g} N m of pulley.{number}, which slips at {margin:.4g} N "
@@ -166,8 +144,8 @@ def _stiffness(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         )
 
 
-def _joint(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A motor joint softer than the cable."""
+def _motor(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A motor joint softer than the cable, a rotor that is heavier than the motor it is a part of."""
     joint, cable = sheet.joint_mode_frequency_hz, sheet.cable_mode_frequency_hz
     if joint is not None and cable is not None and joint < cable:
         yield (
@@ -175,10 +153,6 @@ def _joint(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             "keep the joint in the model, or stiffen motor.joint_stiffness by a factor above "
             f"{(cable / joint) ** 2:.3g}"
         )
-
-
-def _rotor(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A rotor that is heavier than the motor it is a part of."""
     reflected = sheet.reflected_rotor_inertia
     if drive.motor is not None and reflected is not None and reflected > drive.motor.inertia * (1.0 + 1e-9):
         yield (
@@ -188,11 +162,9 @@ def _rotor(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         )
 
 
-def _goal(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A tracking goal finer than the backlash or the encoder at the load."""
-    goal = drive.goal.tracking_error if drive.goal else None
-    if goal is None:
-        return
+def _goal_and_sampling(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A tracking goal finer than backlash or encoder at the load; too low a sample rate for the modes."""
+    goal = drive.goal.tracking_error if drive.goal and drive.goal.tracking_error is not None else inf
     asked = f"goal.tracking_error = {degrees(goal):.3g} deg"
     if drive.motor is not None and drive.motor.backlash > goal:
         yield (
@@ -205,10 +177,6 @@ def _goal(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             f"one count of sensors.load_encoder is {degrees(count):.3g} deg, above {asked}: use a finer "
             "encoder or relax the goal"
         )
-
-
-def _sampling(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A sample rate too low for the modes that a controller meets."""
     rate = drive.sensors.sample_rate if drive.sensors else None
     highest = max(sheet.cable_mode_frequency_hz or 0.0, sheet.joint_mode_frequency_hz or 0.0)
     if rate is not None and rate < SAMPLES_PER_CYCLE * highest:

@@ -32,7 +32,6 @@ class ChainBatch:
     # (n, 3): stiffness [N/m], mass [kg] and stiffness to the ground [N/m] of the motor behind a flexible
     # joint, on the first joint; zeros where there is none
     pendant: Array
-    closed: bool  # whether the chains are rings; a line has free ends
 
 
 def many_spectra(chains: ChainBatch, wanted: int) -> tuple[Array, NDArray[np.bool_]]:
@@ -101,7 +100,7 @@ def _table(chains: ChainBatch, here: slice) -> Table:
         for i in range(times.shape[1])
     ]
     rows = [Fixed(kind, float(factor.mean()), row) for kind, factor, row in fixed]
-    nominal = Component(range(joints + hung), waves, [], rows)
+    nominal = Component(range(joints + hung), [*waves, *rows])
     cut = Cut(nominal, 1.0, np.ones(len(waves), dtype=bool))
     return cut.table._replace(
         z=z[cut.wave], time=times.T[cut.wave], a=np.array([factor for _, factor, _ in fixed])
@@ -169,5 +168,4 @@ class LoopBatch:
             grounds=np.column_stack((self.grounds, np.zeros_like(time))),
             impedance=np.sqrt(self.rigidity * self.density),
             pendant=np.column_stack(self.pendant),
-            closed=True,
         )

@@ -36,10 +36,11 @@ class Fixed(NamedTuple):
 class Component:
     """Coordinates tied together, with what ties them; ``columns``: their numbers in the network."""
 
-    def __init__(
-        self, columns: Sequence[int], waves: list[Wave], ropes: list[Rope], fixed: list[Fixed]
-    ) -> None:
-        self.columns, self.waves, self.ropes, self.fixed = np.array(columns, np.intp), waves, ropes, fixed
+    def __init__(self, columns: Sequence[int], parts: Sequence[Wave | Rope | Fixed]) -> None:
+        self.columns = np.array(columns, np.intp)
+        self.waves = waves = [part for part in parts if isinstance(part, Wave)]
+        self.ropes = ropes = [part for part in parts if isinstance(part, Rope)]
+        self.fixed = fixed = [part for part in parts if isinstance(part, Fixed)]
         place = {int(c): i for i, c in enumerate(self.columns)}
         self.size = len(place)
         self.near = _columns([(i, place[c], v) for i, own in enumerate(waves) for c, v in own.start])
@@ -118,23 +119,18 @@ class Component:
         if self.twin is not self:
             return self.twin.counts(omega)
         key = omega.tobytes()
-        if key not in self._counts:
-            self._counts[key] = self._counted(omega)
-        return self._counts[key]
-
-    def _counted(self, omega: Array) -> Array:
+        if key in self._counts:
+            return self._counts[key]
+        found = np.zeros(omega.size)
         if not self.size and not self.ropes:
-            return sum(
-                (
-                    np.floor(omega * own.time / np.sqrt(1.0 + (own.ring / omega) ** 2) / np.pi)
-                    for own in self.waves
-                ),
-                np.zeros(omega.size),
-            )
-        cut = self.cut(float(omega[-1]))
-        if not cut.table.size:  # one segment, too short for a mode of its own
-            return np.zeros(omega.size)
-        return np.maximum(counted(cut.table, lanes_at(omega)) - self.rigid, 0.0)
+            for own in self.waves:
+                found += np.floor(omega * own.time / np.sqrt(1.0 + (own.ring / omega) ** 2) / np.pi)
+        elif (
+            table := self.cut(float(omega[-1])).table
+        ).size:  # else a segment too short for a mode of its own
+            found = np.maximum(counted(table, lanes_at(omega)) - self.rigid, 0.0)
+        self._counts[key] = found
+        return found
 
     def count(self, omega: float) -> int:
         """Modes below a frequency [rad/s], without motions that strain nothing."""

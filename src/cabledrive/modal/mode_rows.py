@@ -1,6 +1,6 @@
 """Modes as people count them, and as a table to read."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
@@ -48,7 +48,15 @@ class ModeRow:
     def where(self) -> str:
         """Spans and planes of a string; of a longitudinal mode where its kinetic energy is."""
         if self.kind == LONGITUDINAL:
-            return _energy(self.modes[0].kinetic_shares)
+            # the largest first; carriages taken together
+            shares = self.modes[0].kinetic_shares
+            carriages = [name for name in shares if name.startswith("carriage")]
+            parts = {name: share for name, share in shares.items() if name not in carriages}
+            if carriages:
+                together = carriages[0] if len(carriages) == 1 else "carriages"
+                parts[together] = sum(shares[name] for name in carriages)
+            large = sorted((one for one in parts.items() if one[1] >= _WORTH_NAMING), key=lambda one: -one[1])
+            return ", ".join(f"{name} {share:.0%}" for name, share in large[:3])
         named = {mode.span or "" for mode in self.modes}
         if not named <= {"upper", "lower", BOTH}:
             ways = sorted({_OF_ROUTES[mode.plane or ""] for mode in self.modes})
@@ -66,27 +74,15 @@ def mode_rows(found: Modes | Iterable[Mode]) -> tuple[ModeRow, ...]:
     """
     rows: list[list[Mode]] = []
     for mode in found.modes if isinstance(found, Modes) else found:
-        row = next((row for row in rows[-3:] if _alike(row[0], mode)), None)
-        if row is None:
-            rows.append([mode])
+        for row in rows[-3:]:
+            one = row[0]
+            near = abs(one.frequency - mode.frequency) <= SAME * mode.frequency
+            if near and one.kind == mode.kind != LONGITUDINAL and one.family == mode.family:
+                row.append(mode)
+                break
         else:
-            row.append(mode)
+            rows.append([mode])
     return tuple(ModeRow(modes=tuple(row)) for row in rows)
-
-
-def _alike(a: Mode, b: Mode) -> bool:
-    near = abs(a.frequency - b.frequency) <= SAME * b.frequency
-    return near and a.kind == b.kind != LONGITUDINAL and a.family == b.family
-
-
-def _energy(shares: dict[str, float]) -> str:
-    """The parts that hold the kinetic energy, the largest first; carriages taken together."""
-    carriages = [name for name in shares if name.startswith("carriage")]
-    parts = {name: share for name, share in shares.items() if name not in carriages}
-    if carriages:
-        parts[carriages[0] if len(carriages) == 1 else "carriages"] = sum(shares[name] for name in carriages)
-    large = sorted((item for item in parts.items() if item[1] >= _WORTH_NAMING), key=lambda item: -item[1])
-    return ", ".join(f"{name} {share:.0%}" for name, share in large[:3])
 
 
 def _section(modes: tuple[Mode, ...]) -> str:
@@ -105,10 +101,17 @@ def mode_table(found: Modes) -> str:
 
     Returns lines of text; the first is the header.
     """
-    rows = [HEADER, *(_cells(row) for row in mode_rows(found))]
+    rows = [HEADER]
+    rows += [
+        (f"{row.frequency:.9g}", str(row.count), row.kind, row.family, row.where) for row in mode_rows(found)
+    ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    below = [certificate_line(found), *_remarks(found)]
-    return "\n".join([*(_line(row, widths) for row in rows), "", *below])
+    lines = []
+    for row in rows:  # numbers stand at the right
+        cells = [cell.rjust(width) for cell, width in zip(row[:2], widths[:2], strict=True)]
+        cells += [cell.ljust(width) for cell, width in zip(row[2:], widths[2:], strict=True)]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join([*lines, "", certificate_line(found), *_remarks(found)])
 
 
 def certificate_line(found: Modes) -> str:
@@ -145,14 +148,3 @@ def _models(found: Modes) -> str:
     if len({models for _, models in parts}) == 1:
         return parts[0][1]
     return "; ".join(f"{models} {plane}" for plane, models in parts)
-
-
-def _cells(row: ModeRow) -> tuple[str, ...]:
-    return f"{row.frequency:.9g}", str(row.count), row.kind, row.family, row.where
-
-
-def _line(row: Sequence[str], widths: Sequence[int]) -> str:
-    frequency, count, *words = row
-    cells = [frequency.rjust(widths[0]), count.rjust(widths[1])]
-    cells += [word.ljust(width) for word, width in zip(words, widths[2:], strict=True)]
-    return "  ".join(cells).rstrip()

@@ -1,19 +1,16 @@
 """Modes in the terms of the machine: where their energy is, what mainly moves, and how each is named."""
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from functools import cached_property
-from math import atan2, ceil, cos, pi, sin
-from typing import Any
+from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.modal.elements import ACROSS, ALONG, OUT, Tag
+from cabledrive.modal.elements import ACROSS, ALONG, OUT, Wave
 from cabledrive.modal.mode import BOTH, LONGITUDINAL, STRING, TRANSVERSE, Mode
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.rows import Array
+from cabledrive.modal.shapes import Place, Shape, SlopeWave, Values
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import refuse_route
 
@@ -22,95 +19,9 @@ ALONE = 0.99
 """Share of one section in the strain energy across above which a mode is called its own."""
 _AT_REST = 1e-6
 
-Values = NDArray[Any]
-Place = tuple[str, str, tuple[float, float]]  # span, direction, places between which it is held across
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SlopeWave:
-    r"""The slope of a mode on one piece of cable, :math:`\operatorname{Re} S e^{ik(s - s_0)}`, Eq. (A.3).
-
-    ``start``, ``length``: from the pulley where the span starts [m]; ``wave_number``: k [rad/m]; ``slope``:
-    S.
-    """
-
-    span: str
-    start: float
-    length: float
-    wave_number: float
-    slope: complex
-
-    def slope_at(self, position: float) -> complex:
-        """Complex slope with its phase at another position of the piece [m]."""
-        phase = self.wave_number * (position - self.start)
-        return self.slope * complex(cos(phase), sin(phase))
-
-    @property
-    def largest_displacement(self) -> float:
-        """Largest displacement on the piece."""
-        first = atan2(self.slope.imag, self.slope.real) - pi / 2
-        amplitude, last = abs(self.slope) / self.wave_number, first + self.wave_number * self.length
-        if ceil(first / pi) * pi <= last:
-            return amplitude
-        return amplitude * max(abs(cos(first)), abs(cos(last)))
-
-
-class Motion(ABC):
-    """Shapes of a mode in the terms of the machine; what each kind of shapes knows of itself is behind it."""
-
-    network: ModalNetwork
-
-    @property
-    @abstractmethod
-    def multiplicity(self) -> int:
-        """Number of shapes."""
-
-    @property
-    @abstractmethod
-    def clamped(self) -> bool:
-        """Whether it is one rope between ends at rest."""
-
-    @property
-    @abstractmethod
-    def tags(self) -> list[Tag]:
-        """Pieces and directions that take part."""
-
-    @property
-    @abstractmethod
-    def places(self) -> dict[Place, float]:
-        """Share of the strain energy by span, direction and section."""
-
-    @property
-    @abstractmethod
-    def springs(self) -> dict[str, float]:
-        """Share of the strain energy by name of the spring."""
-
-    @property
-    @abstractmethod
-    def coordinates(self) -> dict[str, Values]:
-        """Each coordinate of the network that takes part, shape (multiplicity,)."""
-
-    @property
-    @abstractmethod
-    def kinetic(self) -> dict[str, float]:
-        """Share of the kinetic energy by coordinate, and of the "cable"; mean over the shapes."""
-
-    @property
-    @abstractmethod
-    def mass(self) -> float:
-        """Of all that takes part, waves and masses [kg]."""
-
-    @abstractmethod
-    def displacement(self, span: str, way: str, positions: Array) -> Values:
-        """Displacement of a span in one direction, shape (multiplicity, p), of unit modal mass [kg^-1/2]."""
-
-    @abstractmethod
-    def slopes(self, coordinate: str) -> tuple[Array, Array]:
-        """Slope just before and just after a joint along the cable, shape (multiplicity,) each."""
-
-    @abstractmethod
-    def slope_waves(self, shape: int = 0) -> "tuple[SlopeWave, ...]":
-        """The waves of one shape of a mode whose ropes are straight and do not run, piece by piece."""
+class Motion(Shape):
+    """Shapes of a mode in the terms of the machine."""
 
     @cached_property
     def kind(self) -> str:
@@ -208,17 +119,14 @@ class Motion(ABC):
         if kind == TRANSVERSE:
             return "string"
         spring = max(self.springs, key=lambda name: self.springs[name], default="")
-        return spring if self.springs.get(spring, 0.0) >= 0.5 else self._rims()
-
-    def _rims(self) -> str:
+        if self.springs.get(spring, 0.0) >= 0.5:
+            return spring
         if not self.network.rims:
             return "chain"
         rims = {name: self.joints[name] for name in self.network.rims}
         turning = [name for name, u in rims.items() if np.sum(u**2) * self.mass > _AT_REST**2]
-        if not turning:
-            return "pulleys at rest"
-        if len(turning) == 1:
-            return f"{turning[0]} turning"
+        if len(turning) < 2:
+            return f"{turning[0]} turning" if turning else "pulleys at rest"
         drive, load = rims[DRIVE_PULLEY], rims[LOAD_PULLEY]
         product, size = np.sum(drive * load), np.sqrt(np.sum(drive**2) * np.sum(load**2))
         if abs(product) < 0.5 * size:
@@ -239,9 +147,57 @@ class Motion(ABC):
             )
         return self.slopes(joint)
 
+
+class HeldMotion(Motion):
+    """A harmonic of ropes between ends that rest; ``waves``: with how many ropes have it."""
+
+    def __init__(self, network: ModalNetwork, waves: tuple[tuple[Wave, int], ...], number: int) -> None:
+        self.network, self.waves, self.number, self.clamped = network, waves, number, True
+        self.multiplicity = sum(times for _, times in waves)
+        self.tags = [wave.tag for wave, _ in waves]
+        self.mass = sum(wave.z * wave.time for wave, _ in waves)
+        self.coordinates = {}
+
+    @cached_property
+    def _energies(self) -> tuple[dict[Place, float], dict[str, float], dict[str, float]]:
+        """Shares of the strain energy by place; no spring and no coordinate takes part."""
+        found: dict[Place, float] = {}
+        for wave, times in self.waves:
+            piece = self.network.pieces[wave.tag[0]]
+            key = piece.span, wave.tag[1], piece.section
+            found[key] = found.get(key, 0.0) + times / self.multiplicity
+        return found, {}, {"cable": 1.0}
+
     def model(self, span: str, way: str) -> str:
-        """What the rope of a span is taken for in one direction."""
+        """A string."""
         return STRING
+
+    def displacement(self, span: str, way: str, positions: Array) -> Values:
+        """Sine of n half waves in each span, shape (multiplicity, p), of unit modal mass [kg^-1/2]."""
+        rows = []
+        for wave, times in self.waves:
+            piece = self.network.pieces[wave.tag[0]]
+            share = (positions - piece.start) / (piece.end - piece.start)
+            inside = (piece.span == span) & (wave.tag[1] == way) & (share >= 0.0) & (share <= 1.0)
+            # A rope of impedance Z and travel time tau has the modal mass Z tau.
+            values = np.sqrt(2.0 / (wave.z * wave.time)) * np.sin(self.number * pi * share)
+            if wave.lag:
+                values = values * np.exp(1j * self.number * pi * wave.lag / wave.time * share)
+            rows += [np.where(inside, values, 0.0)] * times
+        return np.array(rows)
+
+    def slope_waves(self, shape: int = 0) -> tuple[SlopeWave, ...]:
+        """The wave of one shape."""
+        wave = [own for own, times in self.waves for _ in range(times)][shape]
+        piece = self.network.pieces[wave.tag[0]]
+        length = piece.end - piece.start
+        k = self.number * pi / length
+        slope = k * complex(np.sqrt(2.0 / (wave.z * wave.time)), 0.0)
+        return (SlopeWave(span=piece.span, start=piece.start, length=length, wave_number=k, slope=slope),)
+
+    def slopes(self, coordinate: str) -> tuple[Array, Array]:
+        """Refused: no joint takes part."""
+        raise InputRefused(f"slopes at {coordinate}: no joint takes part in this mode")
 
 
 def mode_of(motion: Motion, frequency: float, enclosure: float | None) -> Mode:

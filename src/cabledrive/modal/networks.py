@@ -6,6 +6,7 @@ constructors of it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import ceil, inf, pi, sqrt
 from typing import Any
 
@@ -27,7 +28,7 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.ranges import slack_line
 from cabledrive.modal.rows import MASS, SPRING, Array
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import Cable, Drive, InputRefused, NotComputed
 
 EVEN = 5e-6
 """Change of the tension along a piece, relative, below which it is even."""
@@ -102,28 +103,16 @@ class ModalNetwork:
         named: dict[int, list[int]] = {}
         for c in range(len(self.names)):
             named.setdefault(find(c), []).append(c)
-        content: dict[int, tuple[list[Wave], list[Rope], list[Fixed]]] = {key: ([], [], []) for key in named}
+        content: dict[int, list[Wave | Rope | Fixed]] = {key: [] for key in named}
         held: list[tuple[Component, int]] = []
         for part, own in zip(parts, columns, strict=True):
             if own:
-                waves, ropes, fixed = content[find(own[0])]
-                if isinstance(part, Wave):
-                    waves.append(part)
-                elif isinstance(part, Rope):
-                    ropes.append(part)
-                else:
-                    fixed.append(part)
+                content[find(own[0])].append(part)
             if not isinstance(part, Fixed) and part.ropes > bool(own):
-                held.append((_alone(part), part.ropes - bool(own)))
-        return [Component(own, *content[key]) for key, own in named.items()], held
-
-
-def _alone(part: Wave | Rope) -> Component:
-    """One rope between ends at rest."""
-    if isinstance(part, Wave):
-        return Component((), [replace(part, start=(), end=(), ropes=1)], [], [])
-    none = ((),) * len(part.start)
-    return Component((), [], [replace(part, start=none, end=none, ropes=1)], [])
+                none: Any = () if isinstance(part, Wave) else ((),) * len(part.start)
+                alone = replace(part, start=none, end=none, ropes=1)
+                held.append((Component((), [alone]), part.ropes - bool(own)))
+        return [Component(own, content[key]) for key, own in named.items()], held
 
 
 def network_of_chain(labelled: LabelledChain, way: str = ALONG) -> ModalNetwork:
@@ -178,153 +167,113 @@ def network_of_drive(
     taut: bool = False,
 ) -> ModalNetwork:
     """A loop or line about its state of rest; ``taut``: what moves along it, without weights."""
-    return _TwoPulleys(drive, motor, hold, None if taut else at_torque).network()
+    condition, held = motor_condition(drive, motor), set(held_joints(drive, hold))
+    held |= {name for name, own in zip(PULLEYS, drive.pulley, strict=True) if own.fixed}
+    joint = drive.motor.joint_stiffness if drive.motor is not None else None
+    held |= {DRIVE_PULLEY} if condition == HELD and joint is None else set()
+    index: dict[str, int] = {}
 
-
-class _TwoPulleys:
-    """Rims, carriages and rotor of a loop or line, and its cable piece by piece."""
-
-    def __init__(self, drive: Drive, motor: str | None, hold: Sequence[str], torque: float | None) -> None:
-        self.drive, self.names, self.taut = drive, list[str](), torque is None
-        self.condition, self.held = motor_condition(drive, motor), set(held_joints(drive, hold))
-        self.held |= {name for name, own in zip(PULLEYS, drive.pulley, strict=True) if own.fixed}
-        joint = drive.motor.joint_stiffness if drive.motor is not None else None
-        self.held |= {DRIVE_PULLEY} if self.condition == HELD and joint is None else set()
-        self.index: dict[str, int] = {}
-        self.fixed: list[Fixed] = []
-        self._pulleys(joint)
-        rest = None
-        if torque is not None and (drive.layout.gravity or torque):
-            rest = rest_state(drive, at_torque=torque)
-            if rest.lowest_tension <= 0.0 and not drive.layout.gravity:
-                slack = next(own for own in rest.sections if own.lowest_tension <= 0.0)
-                raise NotComputed(slack_line(slack))
-        self.sections = rest.sections if rest else ()
-        self.pieces: list[PieceOfSpan] = []
-        self.waves: list[Wave] = []
-        self.ropes: list[Rope] = []
-
-    def row(self, name: str, way: str = ALONG) -> Row:
+    def row(name: str, way: str = ALONG) -> Row:
         """How a joint moves in one direction."""
-        if name in self.held or (way != ALONG and name in PULLEYS):
+        if name in held or (way != ALONG and name in PULLEYS):
             return ()
         name = name if way == ALONG else f"{name} {way}"
-        if name not in self.index:
-            self.index[name] = len(self.names)
-            self.names.append(name)
-        return ((self.index[name], 1.0),)
+        return ((index.setdefault(name, len(index)), 1.0),)
 
-    def _pulleys(self, joint: float | None) -> None:
-        drive, motor, square = self.drive, self.drive.motor, self.drive.drive_pulley.radius**2
-        rigid = motor.inertia / square if motor is not None and joint is None else 0.0
-        rim = self.row(DRIVE_PULLEY)
-        self.fixed += [
-            Fixed(MASS, drive.drive_pulley.rim_mass + rigid, rim),
-            Fixed(MASS, drive.load_pulley.rim_mass, self.row(LOAD_PULLEY)),
+    rotor, square = drive.motor, drive.drive_pulley.radius**2
+    rigid = rotor.inertia / square if rotor is not None and joint is None else 0.0
+    shaft = rim = row(DRIVE_PULLEY)
+    fixed = [
+        Fixed(MASS, drive.drive_pulley.rim_mass + rigid, rim),
+        Fixed(MASS, drive.load_pulley.rim_mass, row(LOAD_PULLEY)),
+    ]
+    if rotor is not None and joint is not None:
+        shaft = row("motor") if condition != HELD else ()
+        fixed.append(Fixed(SPRING, joint / square, (*shaft, *((c, -v) for c, v in rim)), MOTOR_JOINT))
+        fixed.append(Fixed(MASS, rotor.inertia / square, shaft))
+    if condition == HOLDING and rotor is not None and rotor.holding_stiffness is not None:
+        fixed.append(Fixed(SPRING, rotor.holding_stiffness / square, shaft, HOLDING_SPRING))
+    sections: tuple[RestingSection, ...] = ()
+    if not taut and (drive.layout.gravity or at_torque):
+        rest = rest_state(drive, at_torque=at_torque)
+        sections = rest.sections
+        if rest.lowest_tension <= 0.0 and not drive.layout.gravity:
+            raise NotComputed(slack_line(next(own for own in sections if own.lowest_tension <= 0.0)))
+    at_rest = {(own.span, own.start): (own, section) for section in sections for own in section.stretches}
+    numbers = {id(own): number for number, own in enumerate(drive.carriage)}
+    pieces: list[PieceOfSpan] = []
+    parts: list[Wave | Rope] = []
+    for span in drive.spans:
+        joints: list[tuple[float, str, bool]] = [
+            (own.position, f"carriage {numbers[id(own)]}", own.guided) for own in drive.carriages_on(span)
         ]
-        shaft = rim
-        if motor is not None and joint is not None:
-            shaft = self.row("motor") if self.condition != HELD else ()
-            strain = (*shaft, *((c, -v) for c, v in rim))
-            self.fixed.append(Fixed(SPRING, joint / square, strain, MOTOR_JOINT))
-            self.fixed.append(Fixed(MASS, motor.inertia / square, shaft))
-        if self.condition == HOLDING and motor is not None and motor.holding_stiffness is not None:
-            self.fixed.append(Fixed(SPRING, motor.holding_stiffness / square, shaft, HOLDING_SPRING))
+        ends = (DRIVE_PULLEY, LOAD_PULLEY) if span == "upper" else (LOAD_PULLEY, DRIVE_PULLEY)
+        joints = [(0.0, ends[0], True), *joints, (drive.span_length, ends[1], True)]
+        still = [guided or name in held for _, name, guided in joints]  # across
+        bounds = [at for (at, _, _), own in zip(joints, still, strict=True) if own]
+        rows = [
+            [row(name), *((() if own or taut else row(name, way)) for way in (ACROSS, OUT))]
+            for (_, name, _), own in zip(joints, still, strict=True)
+        ]
+        for i, ((start, near, _), (end, far, _)) in enumerate(pairwise(joints)):
+            section = max(b for b in bounds if b <= start), min(b for b in bounds if b >= end)
+            own = drive.cable, end - start, rows[i], rows[i + 1], len(pieces)
+            parts += _parts_of_piece(own, taut, at_rest.get((span, start)))
+            pieces.append(PieceOfSpan(span, start, end, section, (near, far)))
+    for number, carriage in enumerate(drive.carriage):
+        names = (f"carriage {number}", f"carriage {number} {ACROSS}", f"carriage {number} {OUT}")
+        fixed += [Fixed(MASS, carriage.mass, ((index[name], 1.0),)) for name in names if name in index]
+    return ModalNetwork(
+        names=tuple(index),
+        pieces=tuple(pieces),
+        waves=tuple(part for part in parts if isinstance(part, Wave)),
+        ropes=tuple(part for part in parts if isinstance(part, Rope)),
+        fixed=tuple(own for own in fixed if own.factor > 0.0 and own.row),
+        rims=PULLEYS,
+        slack=tuple(own for own in sections if own.lowest_tension <= 0.0),
+    )
 
-    def network(self) -> ModalNetwork:
-        """All spans with what they carry."""
-        drive, numbers = self.drive, {id(own): number for number, own in enumerate(self.drive.carriage)}
-        stretches = {
-            (own.span, own.start): (own, section) for section in self.sections for own in section.stretches
-        }
-        for span in drive.spans:
-            joints: list[tuple[float, str, bool]] = [
-                (own.position, f"carriage {numbers[id(own)]}", own.guided) for own in drive.carriages_on(span)
-            ]
-            ends = (DRIVE_PULLEY, LOAD_PULLEY) if span == "upper" else (LOAD_PULLEY, DRIVE_PULLEY)
-            joints = [(0.0, ends[0], True), *joints, (drive.span_length, ends[1], True)]
-            across = [guided or name in self.held for _, name, guided in joints]
-            bounds = [at for (at, _, _), own in zip(joints, across, strict=True) if own]
-            rows = [
-                [
-                    self.row(name),
-                    *((() if own or self.taut else self.row(name, way)) for way in (ACROSS, OUT)),
-                ]
-                for (_, name, _), own in zip(joints, across, strict=True)
-            ]
-            for i in range(len(joints) - 1):
-                start, end = joints[i][0], joints[i + 1][0]
-                section = max(b for b in bounds if b <= start), min(b for b in bounds if b >= end)
-                self.pieces.append(PieceOfSpan(span, start, end, section, (joints[i][1], joints[i + 1][1])))
-                self._piece(end - start, rows[i], rows[i + 1], stretches.get((span, start)))
-        for number, own in enumerate(drive.carriage):
-            names = (f"carriage {number}", f"carriage {number} {ACROSS}", f"carriage {number} {OUT}")
-            self.fixed += [
-                Fixed(MASS, own.mass, ((self.index[name], 1.0),)) for name in names if name in self.index
-            ]
-        return ModalNetwork(
-            names=tuple(self.names),
-            pieces=tuple(self.pieces),
-            waves=tuple(self.waves),
-            ropes=tuple(self.ropes),
-            fixed=tuple(own for own in self.fixed if own.factor > 0.0 and own.row),
-            rims=PULLEYS,
-            slack=tuple(own for own in self.sections if own.lowest_tension <= 0.0),
-        )
 
-    def _piece(
-        self,
-        length: float,
-        near: list[Row],
-        far: list[Row],
-        rest: tuple[RestingStretch, RestingSection] | None,
-    ) -> None:
-        """One piece in all its directions."""
-        cable, number = self.drive.cable, len(self.pieces) - 1
-        ea, rho = cable.axial_rigidity, cable.mass_per_length
-        along = Wave(near[0], far[0], sqrt(ea * rho), length / sqrt(ea / rho), (number, ALONG))
-        if self.taut:
-            self.waves.append(along)
-            return
-        if rest is None:
-            even = cable.pretension / (1.0 + cable.prestrain)
-            time = length * sqrt(rho / even)
-            self.waves.append(along)
-            self.waves += [
-                Wave(near[i], far[i], rho * length / time, time, (number, way))
-                for i, way in ((1, ACROSS), (2, OUT))
-            ]
-            return
-        stretch, section = rest
-        if section.lowest_tension <= 0.0:
-            self.waves.append(along)
-            return
-        tension = stretch.tension_at(stretch.start + np.linspace(0.0, length, 9))
-        time = sqrt(rho) * stretch.travel_time
-        force = _Force(stretch)
+def _parts_of_piece(
+    piece: tuple[Cable, float, list[Row], list[Row], int],
+    taut: bool,
+    rest: tuple[RestingStretch, RestingSection] | None,
+) -> list[Wave | Rope]:
+    """One piece (cable, length, rows of its ends, number) in all its directions; ``rest``: where it hangs."""
+    cable, length, near, far, number = piece
+    ea, rho = cable.axial_rigidity, cable.mass_per_length
+    along = Wave(near[0], far[0], sqrt(ea * rho), length / sqrt(ea / rho), (number, ALONG))
+    if taut or (rest is not None and rest[1].lowest_tension <= 0.0):
+        return [along]
+    if rest is None:
+        time = length * sqrt(rho / (cable.pretension / (1.0 + cable.prestrain)))
+        both = ((1, ACROSS), (2, OUT))
+        return [along, *(Wave(near[i], far[i], rho * length / time, time, (number, way)) for i, way in both)]
+    stretch, section = rest
+    tension = stretch.tension_at(stretch.start + np.linspace(0.0, length, 9))
+    time, force = sqrt(rho) * stretch.travel_time, _Force(stretch)
 
-        def string(i: int, way: str) -> Wave | Rope:
-            if np.ptp(tension) <= EVEN * tension.min():
-                return Wave(near[i], far[i], rho * length / time, time, (number, way))
-            return Rope((near[i],), (far[i],), length, force.hold, rho, ((number, way),))
+    def string(i: int, way: str) -> Wave | Rope:
+        if np.ptp(tension) <= EVEN * tension.min():
+            return Wave(near[i], far[i], rho * length / time, time, (number, way))
+        return Rope((near[i],), (far[i],), length, force.hold, rho, ((number, way),))
 
-        parts: list[Wave | Rope] = [string(2, OUT)]
-        edge = straight_above(section, rho)
-        if edge:
-            straight = (_curved(along, stretch), string(1, ACROSS))
-            rows = (tuple(near[:2]), tuple(far[:2]))
-            tags = ((number, ALONG), (number, ACROSS))
-            own: dict[str, Any] = {
-                "direction": force.direction,
-                "pull": ea,
-                "straight": straight,
-                "edge": edge,
-            }
-            parts.append(Rope(*rows, length, force.hold, rho, tags, **own))
-        else:
-            parts += [along, string(1, ACROSS)]
-        self.waves += [part for part in parts if isinstance(part, Wave)]
-        self.ropes += [part for part in parts if isinstance(part, Rope)]
+    edge = straight_above(section, rho)
+    if not edge:
+        return [string(2, OUT), along, string(1, ACROSS)]
+    hanging = Rope(
+        tuple(near[:2]),
+        tuple(far[:2]),
+        length,
+        force.hold,
+        rho,
+        ((number, ALONG), (number, ACROSS)),
+        direction=force.direction,
+        pull=ea,
+        straight=(_curved(along, stretch), string(1, ACROSS)),
+        edge=edge,
+    )
+    return [string(2, OUT), hanging]
 
 
 def _curved(along: Wave, stretch: RestingStretch) -> Wave:

@@ -235,9 +235,8 @@ def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
         slowest = min(rope.wave_speed(float(network.statics.mean[i])) for i in spans)
         if abs(route.speed) > FAST * slowest:
             yield (
-                f"route {route.name} runs at {abs(route.speed):.4g} m/s, "
-                f"{abs(route.speed) / slowest:.0%} of the wave "
-                f"speed {slowest:.4g} m/s at which its spans lose their stiffness"
+                f"route {route.name} runs at {abs(route.speed):.4g} m/s, {abs(route.speed) / slowest:.0%} of "
+                f"the wave speed {slowest:.4g} m/s at which its spans lose their stiffness"
             )
         if route.speed and network.drive.ropes[number].bending_stiffness:
             most = max(bending_error(network, i) for i in spans)

@@ -24,28 +24,12 @@ class Comparison:
         return self.simple / self.exact - 1.0
 
 
-def rigid_support_longitudinal(drive: Drive) -> float:
-    r"""Lowest longitudinal frequency of a bare span between rigid supports, Eq. (3.14a), with Le for L.
-
-    .. math:: f = \frac{c_u}{2 L_e} = \frac{1}{2 L}\sqrt{EA/\rho_0}
-
-    Returns frequency [Hz].
-    """
-    return drive.cable.axial_wave_speed / (2.0 * drive.pulley_distance)
-
-
-def rigid_support_transverse(drive: Drive) -> float:
-    r"""Lowest transverse frequency of a bare span between rigid supports, Eq. (3.14b), with Le for L.
-
-    .. math:: f = \frac{c_w}{2 L_e}
-
-    Returns frequency [Hz].
-    """
-    return drive.cable.transverse_wave_speed / (2.0 * drive.pulley_distance)
-
-
 def against_rigid_supports(drive: Drive) -> tuple[Comparison, Comparison]:
-    """How far rigid supports in place of pulleys and carriages lead astray.
+    r"""How far rigid supports in place of pulleys and carriages lead astray.
+
+    Eqs. (3.14a), (3.14b) with Le for L:
+
+    .. math:: f_u = \frac{c_u}{2 L_e} = \frac{1}{2 L}\sqrt{EA/\rho_0}, \qquad f_w = \frac{c_w}{2 L_e}
 
     Parameters
     ----------
@@ -56,10 +40,10 @@ def against_rigid_supports(drive: Drive) -> tuple[Comparison, Comparison]:
     longitudinal, transverse : Comparison
         The bare span between rigid supports against the lowest certified mode of each kind.
     """
-    found = modes(drive, count=1)
+    found, cable, twice = modes(drive, count=1), drive.cable, 2.0 * drive.pulley_distance
     return (
-        Comparison(simple=rigid_support_longitudinal(drive), exact=found.longitudinal[0].frequency),
-        Comparison(simple=rigid_support_transverse(drive), exact=found.transverse[0].frequency),
+        Comparison(simple=cable.axial_wave_speed / twice, exact=found.longitudinal[0].frequency),
+        Comparison(simple=cable.transverse_wave_speed / twice, exact=found.transverse[0].frequency),
     )
 
 

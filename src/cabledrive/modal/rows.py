@@ -248,18 +248,14 @@ def counted(t: Table, lanes: Lanes) -> Array:
             negative, growth = negative_pivots(turned_round(band[..., bad]))
             found[bad] = negative + hidden[bad]
             for lane in bad[~(growth <= GROWTH)]:
-                found[lane] = negative_values(dense(band[..., lane])) + hidden[lane]
+                try:
+                    values = np.linalg.eigvalsh(dense(band[..., lane]))
+                except np.linalg.LinAlgError:
+                    raise NotComputed(
+                        "modes cannot be counted: stiffnesses and masses of the machine lie too far apart"
+                    ) from None
+                found[lane] = int(np.sum(values < 0.0)) + hidden[lane]
     return found
-
-
-def negative_values(matrix: NDArray[Any]) -> int:
-    """Negative eigenvalues of one matrix; raises `NotComputed` where they are not to be had."""
-    try:
-        return int(np.sum(np.linalg.eigvalsh(matrix) < 0.0))
-    except np.linalg.LinAlgError:
-        raise NotComputed(
-            "modes cannot be counted: stiffnesses and masses of the machine lie too far apart"
-        ) from None
 
 
 def dense(band: NDArray[Any]) -> NDArray[Any]:

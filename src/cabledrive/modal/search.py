@@ -120,7 +120,10 @@ def searched(
         for m in np.unique(modes[ready]):
             own = queue.take(ready & (modes == m))
             stay = np.ones(own.low.size, dtype=bool)
-            for i, solutions in enumerate(_refined_and_proven(t, own, int(m))):
+            together = max(1, TOGETHER // (t.first.size * int(m)))
+            parts = (own.take(slice(i, i + together)) for i in range(0, own.low.size, together))
+            proven = [one for part in parts for one in _proven(t, part, *refined(t, part, int(m)))]
+            for i, solutions in enumerate(proven):  # none where iteration leaves its bracket
                 key = (int(own.machine[i]), int(own.below[i]))
                 if solutions and all(one.enclosure for one in solutions):
                     found += solutions
@@ -169,17 +172,6 @@ def _split(t: Table, own: _Brackets) -> _Brackets:
     above: Integers = np.insert(here, ends, own.above).astype(np.intp)
     which = np.repeat(np.arange(cuts.size), cuts + 1)
     return _Brackets(low, high, below, above, own.machine[which], own.limit[which])
-
-
-def _refined_and_proven(t: Table, own: _Brackets, m: int) -> list[list[Solved]]:
-    """The modes of every bracket that holds m of them; none where iteration leaves it."""
-    lanes = max(1, TOGETHER // (t.first.size * m))
-    out: list[list[Solved]] = []
-    for first in range(0, own.low.size, lanes):
-        part = own.take(slice(first, first + lanes))
-        good, omegas, shapes = refined(t, part, m)
-        out += _proven(t, part, good, omegas, shapes)
-    return out
 
 
 def _proven(

@@ -1,47 +1,69 @@
 """Shapes of the modes of a network: on every span and joint, and where their energy is."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from math import cos, pi, sin
+from math import atan2, ceil, cos, pi, sin
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
 from cabledrive.modal.mode import BEAM, BOTH, HEAVY_STRING, SAGGING, STRING
-from cabledrive.modal.motion import Motion, Place, SlopeWave, Values
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.rows import MASS, SPRING, Array
 from cabledrive.modal.search import Solved
-from cabledrive.parameters.errors import InputRefused
 
 _EDGE = 1e-12
 
+Values = NDArray[Any]
+Place = tuple[str, str, tuple[float, float]]  # span, direction, places between which it is held across
 
-@dataclass(frozen=True, eq=False)
-class Shape(Motion):
-    """Shapes of a mode that a table of rows has given."""
 
-    network: ModalNetwork
-    cut: Cut
-    solved: Solved
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlopeWave:
+    r"""The slope of a mode on one piece of cable, :math:`\operatorname{Re} S e^{ik(s - s_0)}`, Eq. (A.3).
+
+    ``start``, ``length``: from the pulley where the span starts [m]; ``wave_number``: k [rad/m]; ``slope``:
+    S.
+    """
+
+    span: str
+    start: float
+    length: float
+    wave_number: float
+    slope: complex
+
+    def slope_at(self, position: float) -> complex:
+        """Complex slope with its phase at another position of the piece [m]."""
+        phase = self.wave_number * (position - self.start)
+        return self.slope * complex(cos(phase), sin(phase))
 
     @property
-    def multiplicity(self) -> int:
-        """Number of shapes."""
-        return self.solved.multiplicity
+    def largest_displacement(self) -> float:
+        """Largest displacement on the piece."""
+        first = atan2(self.slope.imag, self.slope.real) - pi / 2
+        amplitude, last = abs(self.slope) / self.wave_number, first + self.wave_number * self.length
+        if ceil(first / pi) * pi <= last:
+            return amplitude
+        return amplitude * max(abs(cos(first)), abs(cos(last)))
+
+
+class Shape:
+    """Shapes of a mode that a table of rows has given."""
+
+    def __init__(self, network: ModalNetwork, cut: Cut, solved: Solved) -> None:
+        self.network, self.cut, self.solved = network, cut, solved
+        self.multiplicity = solved.multiplicity
+        self.clamped = not cut.own.size  # one rope between ends at rest
 
     @cached_property
     def tags(self) -> list[Tag]:
         """Pieces and directions that take part."""
         parts: list[Wave | Rope] = [*self.cut.own.waves, *self.cut.own.ropes]
         return [tag for part in parts for tag in part.tags]
-
-    @property
-    def clamped(self) -> bool:
-        """Whether it is one rope between ends at rest."""
-        return not self.cut.own.size
 
     def model(self, span: str, way: str) -> str:
         """What the rope of a span is taken for in one direction."""
@@ -203,88 +225,3 @@ class Shape(Motion):
                 if any(c == number for c, _ in row):
                     sides[side] = segments.slope_along(omega, ends, at).real
         return sides[0], sides[1]
-
-
-@dataclass(frozen=True, eq=False)
-class HeldShape(Motion):
-    """A harmonic of ropes between ends that rest; ``waves``: with how many ropes have it."""
-
-    network: ModalNetwork
-    waves: tuple[tuple[Wave, int], ...]
-    number: int
-
-    @property
-    def clamped(self) -> bool:
-        """It is."""
-        return True
-
-    @property
-    def springs(self) -> dict[str, float]:
-        """None takes part."""
-        return {}
-
-    @property
-    def coordinates(self) -> dict[str, Values]:
-        """None takes part."""
-        return {}
-
-    def with_other(self, other: "HeldShape") -> "HeldShape":
-        """Both, of one frequency."""
-        return replace(self, waves=self.waves + other.waves)
-
-    @property
-    def multiplicity(self) -> int:
-        """How many ropes have it."""
-        return sum(times for _, times in self.waves)
-
-    @property
-    def tags(self) -> list[Tag]:
-        """Pieces and directions that take part."""
-        return [wave.tag for wave, _ in self.waves]
-
-    @cached_property
-    def places(self) -> dict[Place, float]:
-        """Share of the strain energy by span, direction and section."""
-        found: dict[Place, float] = {}
-        for wave, times in self.waves:
-            piece = self.network.pieces[wave.tag[0]]
-            key = piece.span, wave.tag[1], piece.section
-            found[key] = found.get(key, 0.0) + times / self.multiplicity
-        return found
-
-    @property
-    def kinetic(self) -> dict[str, float]:
-        """All in the cable."""
-        return {"cable": 1.0}
-
-    @property
-    def mass(self) -> float:
-        """Of the ropes [kg]."""
-        return sum(wave.z * wave.time for wave, _ in self.waves)
-
-    def displacement(self, span: str, way: str, positions: Array) -> Values:
-        """Sine of n half waves in each span, shape (multiplicity, p), of unit modal mass [kg^-1/2]."""
-        rows = []
-        for wave, times in self.waves:
-            piece = self.network.pieces[wave.tag[0]]
-            share = (positions - piece.start) / (piece.end - piece.start)
-            inside = (piece.span == span) & (wave.tag[1] == way) & (share >= 0.0) & (share <= 1.0)
-            # A rope of impedance Z and travel time tau has the modal mass Z tau.
-            values = np.sqrt(2.0 / (wave.z * wave.time)) * np.sin(self.number * pi * share)
-            if wave.lag:
-                values = values * np.exp(1j * self.number * pi * wave.lag / wave.time * share)
-            rows += [np.where(inside, values, 0.0)] * times
-        return np.array(rows)
-
-    def slope_waves(self, shape: int = 0) -> tuple[SlopeWave, ...]:
-        """The wave of one shape."""
-        wave = [own for own, times in self.waves for _ in range(times)][shape]
-        piece = self.network.pieces[wave.tag[0]]
-        k = self.number * pi / (piece.end - piece.start)
-        slope = k * complex(np.sqrt(2.0 / (wave.z * wave.time)), 0.0)
-        length = piece.end - piece.start
-        return (SlopeWave(span=piece.span, start=piece.start, length=length, wave_number=k, slope=slope),)
-
-    def slopes(self, coordinate: str) -> tuple[Array, Array]:
-        """Refused: no joint takes part."""
-        raise InputRefused(f"slopes at {coordinate}: no joint takes part in this mode")

@@ -8,13 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.modal.component import Component
-from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
 from cabledrive.modal.mode import LONGITUDINAL, SAME, TRANSVERSE, Mode, multiplets
-from cabledrive.modal.motion import mode_of
+from cabledrive.modal.motion import HeldMotion, Motion, mode_of
 from cabledrive.modal.networks import ModalNetwork
-from cabledrive.modal.search import ENCLOSURE, Solved
-from cabledrive.modal.shapes import HeldShape, Shape
+from cabledrive.modal.search import ENCLOSURE
 
 ONE_WAVE = 1e-12
 """Harmonics of equal ropes along are one mode when closer than this, relative."""
@@ -98,13 +96,11 @@ class Spectrum:
                     self._windows.append(_Window(at, inf, above))
                     break
 
-    def _window(self, omega: float) -> _Window:
-        self._reach(omega)
-        return next(own for own in self._windows if omega <= own.high)
-
     def count(self, omega: float, kinds: set[str] | None = None) -> int:
         """Modes below a frequency [rad/s], without rigid-body modes; of parts that may have some kinds."""
-        return _counted(self._window(omega).parts, omega, kinds)
+        self._reach(omega)
+        window = next(own for own in self._windows if omega <= own.high)
+        return _counted(window.parts, omega, kinds)
 
     def below(self, omega: float) -> list[Mode]:
         """All modes below a frequency [rad/s], ascending."""
@@ -183,14 +179,21 @@ class Spectrum:
 
     def _in_order(self, modes: list[Mode]) -> list[Mode]:
         """Ascending, with waves of one frequency along ropes between ends at rest as one mode."""
-        modes = sorted(modes, key=order_of)
         found: list[Mode] = []
-        for mode in modes:
+        for mode in sorted(modes, key=order_of):
             last = found[-1] if found else None
-            if last is not None and _one_wave(last, mode):
-                assert isinstance(last._motion, HeldShape)
-                assert isinstance(mode._motion, HeldShape)
-                found[-1] = mode_of(last._motion.with_other(mode._motion), last.frequency, ENCLOSURE)
+            # the same harmonic of equal ropes along
+            if (
+                last is not None
+                and last.kind == mode.kind == LONGITUDINAL
+                and isinstance(last._motion, HeldMotion)
+                and isinstance(mode._motion, HeldMotion)
+                and last._motion.number == mode._motion.number
+                and mode.frequency <= last.frequency * (1.0 + ONE_WAVE)
+            ):
+                waves = last._motion.waves + mode._motion.waves
+                both = HeldMotion(last._motion.network, waves, last._motion.number)
+                found[-1] = mode_of(both, last.frequency, ENCLOSURE)
             else:
                 found.append(mode)
         return found
@@ -209,20 +212,16 @@ class Spectrum:
             wave = part.own.waves[0]
             first = int(low * wave.time_at(low) / pi) if low > 0.0 else 0
             for number in range(first + 1, int(top * wave.time_at(top) / pi) + 1):
-                motion = HeldShape(part.network, ((wave, part.times),), number)
+                motion = HeldMotion(part.network, ((wave, part.times),), number)
                 yield mode_of(motion, wave.held(number) / (2.0 * pi), ENCLOSURE)
             return
         for cut, solved in part.own.modes(low, top):
             if solved.enclosure:
                 self.enclosure = max(self.enclosure, solved.enclosure)
-            yield self._mode(part, cut, solved)
-
-    def _mode(self, part: _Part, cut: Cut, solved: Solved) -> Mode:
-        if part.times > 1:
-            shapes = np.repeat(solved.shapes, part.times, axis=1)
-            solved = solved._replace(shapes=shapes, multiplicity=part.times * solved.multiplicity)
-        motion = Shape(part.network, cut, solved)
-        return mode_of(motion, solved.omega / (2 * pi), solved.enclosure)
+            if part.times > 1:
+                shapes = np.repeat(solved.shapes, part.times, axis=1)
+                solved = solved._replace(shapes=shapes, multiplicity=part.times * solved.multiplicity)
+            yield mode_of(Motion(part.network, cut, solved), solved.omega / (2 * pi), solved.enclosure)
 
 
 def _parts(network: ModalNetwork) -> list[_Part]:
@@ -237,14 +236,6 @@ def _parts(network: ModalNetwork) -> list[_Part]:
 
 def _counted(parts: list[_Part], omega: float, kinds: set[str] | None = None) -> int:
     return sum(part.count(omega) for part in parts if kinds is None or part.kinds & kinds)
-
-
-def _one_wave(a: Mode, b: Mode) -> bool:
-    """Whether two modes are the same harmonic of equal ropes along."""
-    if a.kind != LONGITUDINAL or not (isinstance(a._motion, HeldShape) and isinstance(b._motion, HeldShape)):
-        return False
-    same = a._motion.number == b._motion.number and b.kind == LONGITUDINAL
-    return same and b.frequency <= a.frequency * (1.0 + ONE_WAVE)
 
 
 def order_of(mode: Mode) -> tuple[float, str, bool, tuple[float, ...], str, str]:

@@ -125,9 +125,14 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
     pairs = []
     for place, chain in enumerate(strings_at_rest(drive)):
         section = (chain.stretches[0].start, chain.stretches[-1].end)
-        kept = numbers or _up_to_tuning(chain, 2 * pi * pulley)
+        turns = pulley * float(chain.chain.travel_times.sum())  # up to half the pulley mode
+        kept = numbers or max(FEWEST_NUMBERS, min(MOST_NUMBERS, int(turns + 1.0)))
         for number, omega in enumerate(section_frequencies(chain, kept), start=1):
-            tuned, reason = _or_reason(drive, place, number)
+            tuned, reason = None, ""
+            try:
+                tuned = _tuned_at_rest(drive, place, number)
+            except (InputRefused, NotComputed) as refusal:
+                reason = str(refusal)
             pairs.append(
                 Pair(
                     span=chain.stretches[0].span,
@@ -152,19 +157,6 @@ def section_modes(chain: LabelledChain, numbers: int) -> list[Mode]:
     """Lowest transverse modes of one section."""
     spectrum = Spectrum(network_of_chain(chain, ACROSS))
     return spectrum.first({TRANSVERSE: numbers}, distinct=False)[TRANSVERSE][0][:numbers]
-
-
-def _up_to_tuning(chain: LabelledChain, pulley: float) -> int:
-    """Number of modes of a section up to a little above half the pulley mode's frequency."""
-    turns = 0.5 * pulley * float(chain.chain.travel_times.sum()) / pi
-    return max(FEWEST_NUMBERS, min(MOST_NUMBERS, int(turns + 1.0)))
-
-
-def _or_reason(drive: Drive, place: int, number: int) -> tuple[float | None, str]:
-    try:
-        return _tuned_at_rest(drive, place, number), ""
-    except (InputRefused, NotComputed) as refusal:
-        return None, str(refusal)
 
 
 def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:

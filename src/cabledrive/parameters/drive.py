@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
@@ -42,10 +43,20 @@ class Drive:
             check_text(key, getattr(self, key))
         object.__setattr__(self, "pulley", tuple(self.pulley))
         object.__setattr__(self, "carriage", tuple(self.carriage))
-        _check_pulleys(self)
-        _check_carriages(self)
-        _check_names(self)
-        _check_couplings(self)
+        if len(self.pulley) != 2:
+            raise InputRefused(
+                f"pulley: {len(self.pulley)} given, but a drive has 2: the drive pulley, then the load pulley"
+            )
+        if self.motor is not None and self.drive_pulley.fixed:
+            raise InputRefused(
+                "pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out"
+            )
+        check_count(len(self.carriage))
+        seen: dict[Any, int] = {}
+        for number, carriage in enumerate(self.carriage):
+            _check_carriage(self, number, carriage, seen)
+        for number, carriage in enumerate(self.carriage):
+            _check_coupling(self, number, carriage)
         check_excitation(self.excitation, self.motor)
         if self.excitation is not None and self.excitation.orders:
             raise InputRefused(
@@ -142,15 +153,6 @@ class Drive:
         return tuple(sorted((c for c in self.carriage if c.span == span), key=lambda c: c.position))
 
 
-def _check_pulleys(drive: Drive) -> None:
-    if len(drive.pulley) != 2:
-        raise InputRefused(
-            f"pulley: {len(drive.pulley)} given, but a drive has 2: the drive pulley, then the load pulley"
-        )
-    if drive.motor is not None and drive.drive_pulley.fixed:
-        raise InputRefused("pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out")
-
-
 def check_excitation(excitation: StatedExcitation | None, motor: Motor | None) -> None:
     """Refuse a torque ripple without the torque limit that it is a share of."""
     if excitation is None or excitation.torque_ripple is None:
@@ -167,58 +169,43 @@ def check_count(carriages: int) -> None:
         )
 
 
-def _check_carriages(drive: Drive) -> None:
-    check_count(len(drive.carriage))
-    length = drive.span_length
-    seen: dict[tuple[str, float], int] = {}
-    for number, carriage in enumerate(drive.carriage):
-        place = f"carriage.{number}.position = {carriage.position:.9g} m"
-        if carriage.span not in drive.spans:
+def _check_carriage(drive: Drive, number: int, carriage: Carriage, seen: dict[Any, int]) -> None:
+    """Its place lies inside a span; place and name are its own, which ``seen`` keeps."""
+    place = f"carriage.{number}.position = {carriage.position:.9g} m"
+    if carriage.span not in drive.spans:
+        raise InputRefused(f'carriage.{number}.span = "lower", but a "line" has no lower span: write "upper"')
+    if not 0.0 < carriage.position < drive.span_length:
+        raise InputRefused(
+            f"{place} lies outside its span of {drive.span_length:.9g} m (unstretched): move it inside"
+        )
+    other = seen.setdefault((carriage.span, carriage.position), number)
+    if other != number:
+        raise InputRefused(
+            f"{place} is taken by carriage.{other} on the same span: add the masses or move one"
+        )
+    name = f'carriage.{number}.name = "{carriage.name[:60]}"'
+    if carriage.name in PART_NAMES or re.fullmatch(r"carriage \d+", carriage.name):
+        raise InputRefused(f"{name} is the name of another part: choose another")
+    other = seen.setdefault(carriage.name, number) if carriage.name else number
+    if other != number:
+        raise InputRefused(f"{name} is taken by carriage.{other}: choose another")
+
+
+def _check_coupling(drive: Drive, number: int, carriage: Carriage) -> None:
+    """It is coupled to one that is there, and round a ring of couplings the directions agree."""
+    if not carriage.coupled:
+        if carriage.direction != 1:
             raise InputRefused(
-                f'carriage.{number}.span = "lower", but a "line" has no lower span: write "upper"'
+                f"carriage.{number}.direction = {carriage.direction} needs carriage.{number}.coupled, "
+                "the carriage that it moves with: add it, or leave direction out"
             )
-        if not 0.0 < carriage.position < length:
-            raise InputRefused(
-                f"{place} lies outside its span of {length:.9g} m (unstretched): move it inside"
-            )
-        other = seen.setdefault((carriage.span, carriage.position), number)
-        if other != number:
-            raise InputRefused(
-                f"{place} is taken by carriage.{other} on the same span: add the masses or move one"
-            )
-
-
-def _check_names(drive: Drive) -> None:
-    """A name calls one carriage, and is none of the names that other parts have."""
-    seen: dict[str, int] = {}
-    for number, carriage in enumerate(drive.carriage):
-        name = carriage.name
-        if not name:
-            continue
-        place = f'carriage.{number}.name = "{name[:60]}"'
-        if name in PART_NAMES or re.fullmatch(r"carriage \d+", name):
-            raise InputRefused(f"{place} is the name of another part: choose another")
-        other = seen.setdefault(name, number)
-        if other != number:
-            raise InputRefused(f"{place} is taken by carriage.{other}: choose another")
-
-
-def _check_couplings(drive: Drive) -> None:
-    """A carriage is coupled to one that is there, and round a ring of couplings the directions agree."""
-    for number, carriage in enumerate(drive.carriage):
-        if not carriage.coupled:
-            if carriage.direction != 1:
-                raise InputRefused(
-                    f"carriage.{number}.direction = {carriage.direction} needs carriage.{number}.coupled, "
-                    "the carriage that it moves with: add it, or leave direction out"
-                )
-            continue
-        place = f'carriage.{number}.coupled = "{carriage.coupled[:60]}"'
-        other = drive.carriage_number(carriage.coupled)
-        if other is None:
-            names = [own.name or f"carriage {n}" for n, own in enumerate(drive.carriage) if n != number]
-            raise InputRefused(f"{place} is no carriage of this drive{nearest(carriage.coupled[:60], names)}")
-        if other == number:
-            raise InputRefused(f"{place} is the carriage itself: name the one that it moves with")
-        if drive.moving_with(number)[other] != carriage.direction:
-            raise InputRefused(f"{place} contradicts another coupling: check the directions")
+        return
+    place = f'carriage.{number}.coupled = "{carriage.coupled[:60]}"'
+    other = drive.carriage_number(carriage.coupled)
+    if other is None:
+        names = [own.name or f"carriage {n}" for n, own in enumerate(drive.carriage) if n != number]
+        raise InputRefused(f"{place} is no carriage of this drive{nearest(carriage.coupled[:60], names)}")
+    if other == number:
+        raise InputRefused(f"{place} is the carriage itself: name the one that it moves with")
+    if drive.moving_with(number)[other] != carriage.direction:
+        raise InputRefused(f"{place} contradicts another coupling: check the directions")

@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Iterable
 from functools import cache
 from importlib import resources
+from math import inf
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,7 +17,7 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.strain_free import POSE, is_pose_key, moved
 from cabledrive.parameters.route.tables import ROUTE_ARRAYS, routed_from_tables, tables_from_routed
 from cabledrive.parameters.tables import ARRAYS, check_schema, drive_from_tables, tables_from_drive
-from cabledrive.parameters.toml_values import LARGEST_FILE, toml_of
+from cabledrive.parameters.toml_values import content_of, toml_of
 from cabledrive.parameters.units import to_si
 
 DEEPEST_KEY = 3  # pulley.0.inertia
@@ -63,7 +64,13 @@ def _built(data: dict[str, Any], overrides: Iterable[str]) -> Drive | RoutedDriv
     for setting in overrides:
         key, _, value = (part.strip() for part in setting.partition("="))
         if is_pose_key(data, key):
-            pose[key] = _pose_value(key, _setting(value))
+            unit, number = POSE[key.rpartition(".")[2]], _setting(value)
+            number = to_si(number, unit) if isinstance(number, str) else number
+            if isinstance(number, bool) or not isinstance(number, int | float) or not abs(number) < inf:
+                raise InputRefused(
+                    f'--set "{key[:80]}" needs one number in {unit}: write, for instance, {key}="0.1 {unit}"'
+                )
+            pose[key] = float(number)
         else:
             _override(data, setting)
     if data.get("kind") != "route":
@@ -71,16 +78,6 @@ def _built(data: dict[str, Any], overrides: Iterable[str]) -> Drive | RoutedDriv
     check_schema(data)
     drive = routed_from_tables(data)
     return moved(drive, pose) if pose else drive
-
-
-def _pose_value(key: str, value: Any) -> float:
-    unit = POSE[key.rpartition(".")[2]]
-    number = to_si(value, unit) if isinstance(value, str) else value
-    if isinstance(number, bool) or not isinstance(number, (int, float)) or not abs(number) < float("inf"):
-        raise InputRefused(
-            f'--set "{key[:80]}" needs one number in {unit}: write, for instance, {key}="0.1 {unit}"'
-        )
-    return float(number)
 
 
 def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
@@ -184,10 +181,7 @@ def _read(source: str | Path) -> bytes:
     try:
         if str(source) in packaged_drives() and not path.is_file():
             return (resources.files("cabledrive.parameters") / "drives" / f"{source}.toml").read_bytes()
-        if path.exists() and not path.is_dir() and not path.is_file():
-            raise InputRefused("is a device or a pipe, no regular file: give the path of a drive file")
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
+        return content_of(path)
     except InputRefused:
         raise
     except IsADirectoryError:
@@ -198,11 +192,6 @@ def _read(source: str | Path) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputRefused(f"cannot be read ({reason}): check the path") from None
-    if len(content) > LARGEST_FILE:
-        raise InputRefused(
-            f"larger than the {LARGEST_FILE / 1e6:.0f} MB that are read: lump carriages together"
-        )
-    return content
 
 
 def _override(data: dict[str, Any], setting: str) -> None:
@@ -230,9 +219,10 @@ def _enter(table: Any, step: str, path: list[str]) -> Any:
         if named:
             return named[0]
         if not re.fullmatch("[0-9]{1,6}", step) or int(step) > len(table):
+            names = [str(row["name"]) for row in table if isinstance(row, dict) and row.get("name")]
             raise InputRefused(
                 f'--set: "{place}" does not exist: {path[-2]} has {len(table)} entries, numbered from 0'
-                f"{_names(table)}"
+                + (f", or by name: {', '.join(names)}" if names else "")
             )
         if int(step) == len(table):
             table.append({})
@@ -241,12 +231,6 @@ def _enter(table: Any, step: str, path: list[str]) -> Any:
         raise InputRefused(f'--set: "{place}" is inside a value, not a table: shorten the key')
     # One motor may be a plain table also where several could be listed.
     return table.setdefault(step, [] if step in ARRAYS or (step in ROUTE_ARRAYS and step != "motor") else {})
-
-
-def _names(table: list[Any]) -> str:
-    """Names by which the entries of an array can be called as well."""
-    names = [str(row["name"]) for row in table if isinstance(row, dict) and row.get("name")]
-    return f", or by name: {', '.join(names)}" if names else ""
 
 
 def _setting(text: str) -> Any:

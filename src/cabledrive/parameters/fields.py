@@ -129,9 +129,11 @@ def check_fields(table: Any) -> None:
             check_text(field.name, value)
         elif "pair" in field.metadata and not (value is None and field.default is None):
             object.__setattr__(table, field.name, _checked_pair(field, value))
-        elif "options" in field.metadata and not _among(value, field.metadata["options"]):
-            options = " or ".join(written(option) for option in field.metadata["options"])
-            raise InputRefused(f"{field.name} = {written(value)} is not one of its values: write {options}")
+        elif (options := field.metadata.get("options")) and not any(
+            type(value) is type(option) and value == option for option in options
+        ):
+            known = " or ".join(written(option) for option in options)
+            raise InputRefused(f"{field.name} = {written(value)} is not one of its values: write {known}")
 
 
 def check_text(key: str, text: Any) -> None:
@@ -147,10 +149,6 @@ def check_text(key: str, text: Any) -> None:
 def _unseen(text: str) -> str:
     """First character of a text that cannot be shown; empty: none. Rows of a campaign share their texts."""
     return next((c for c in text if c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cs")), "")
-
-
-def _among(value: Any, options: tuple[Any, ...]) -> bool:
-    return any(type(value) is type(option) and value == option for option in options)
 
 
 def kind_of(value: Any) -> str:
@@ -187,28 +185,19 @@ def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
     number = value if type(value) is float else _number(key_of(field), value, unit)
     least = SMALLEST if bound == "positive" else -LARGEST
     holds, words = _BOUNDS[bound]
-    if not (least <= number <= LARGEST and holds(number)):
-        raise _refusal(field, number, words, holds(number))
-    if unit == "count":
-        if number != int(number):
-            raise InputRefused(f"{_shown(field, number)} must be a whole number of counts per revolution")
+    fits = least <= number <= LARGEST and holds(number)
+    if fits and unit == "count" and number == int(number):
         return int(number)
-    return number + 0.0  # not -0.0: equal drives have equal hashes
-
-
-def _refusal(field: dataclasses.Field[Any], number: float, words: str, holds: bool) -> InputRefused:
-    """Why a number is not that of a field; its text is made for those that are refused alone."""
-    shown = _shown(field, number)
+    if fits and unit != "count":
+        return number + 0.0  # not -0.0: equal drives have equal hashes
+    shown = f"{key_of(field)} = {number:.9g}" + ("" if unit in ("1", "count") else f" {unit}")
     if not math.isfinite(number):
-        return InputRefused(f"{shown} must be finite: give a number")
-    if not holds:
-        return InputRefused(f"{shown} {words}: {field.metadata['meaning']}")
-    return InputRefused(f"{shown} is no size of a machine ({SMALLEST:g} to {LARGEST:g}): check its unit")
-
-
-def _shown(field: dataclasses.Field[Any], number: float) -> str:
-    unit = field.metadata["unit"]
-    return f"{key_of(field)} = {number:.9g}" + ("" if unit in ("1", "count") else f" {unit}")
+        raise InputRefused(f"{shown} must be finite: give a number")
+    if not holds(number):
+        raise InputRefused(f"{shown} {words}: {field.metadata['meaning']}")
+    if fits:
+        raise InputRefused(f"{shown} must be a whole number of counts per revolution")
+    raise InputRefused(f"{shown} is no size of a machine ({SMALLEST:g} to {LARGEST:g}): check its unit")
 
 
 def _checked_pair(field: dataclasses.Field[Any], value: Any) -> tuple[float, float]:

@@ -70,43 +70,25 @@ def _two_pulley_schema() -> dict[str, Any]:
     schema["properties"]["layout"] |= {
         "oneOf": [{"required": ["span_length"]}, {"required": ["pulley_distance"]}]
     }
-    schema["properties"]["cable"] |= {"anyOf": [_of_a_type(), _with_rigidity()]}
+    # a cable of the packaged table, or one whose mass and rigidity the file gives
+    of_a_type = {"properties": {"type": {"enum": list(cable_types())}}, "required": ["type"]}
+    either = {"anyOf": [{"required": ["youngs_modulus"]}, {"required": ["area"]}]}
+    with_rigidity = {
+        "required": ["mass_per_length"],
+        "not": {"required": ["type"]},
+        "oneOf": [
+            {"required": ["youngs_modulus", "area"], "not": {"required": ["axial_rigidity"]}},
+            {"required": ["axial_rigidity"], "not": either},
+        ],
+    }
+    schema["properties"]["cable"] |= {"anyOf": [of_a_type | {"not": _both_rigidities()}, with_rigidity]}
     schema["properties"]["cable"]["required"] = ["pretension"]
     schema["required"] = ["schema", *schema["required"]]
     return schema
 
 
-def _of_a_type() -> dict[str, Any]:
-    """A cable of the packaged table: what the file does not say, the table does."""
-    return {
-        "properties": {"type": {"enum": list(cable_types())}},
-        "required": ["type"],
-        "not": _both_rigidities(),
-    }
-
-
-def _with_rigidity() -> dict[str, Any]:
-    """A cable whose mass and rigidity the file gives."""
-    return {
-        "required": ["mass_per_length"],
-        "not": {"required": ["type"]},
-        "oneOf": [
-            {"required": ["youngs_modulus", "area"], "not": {"required": ["axial_rigidity"]}},
-            {
-                "required": ["axial_rigidity"],
-                "not": {"anyOf": [{"required": ["youngs_modulus"]}, {"required": ["area"]}]},
-            },
-        ],
-    }
-
-
 def _both_rigidities() -> dict[str, Any]:
-    return {
-        "anyOf": [
-            {"required": ["axial_rigidity", "youngs_modulus"]},
-            {"required": ["axial_rigidity", "area"]},
-        ]
-    }
+    return {"anyOf": [{"required": ["axial_rigidity", key]} for key in ("youngs_modulus", "area")]}
 
 
 def _route_schema() -> dict[str, Any]:
@@ -141,8 +123,8 @@ def _route_schema() -> dict[str, Any]:
     keys["carriage"] |= {"maxItems": MOST_CARRIAGES}
     motor = keys["motor"]
     keys["motor"] = {"anyOf": [motor, motor["items"]]}
-    for key, needed in (("pulley", "name"), ("anchor", "name"), ("route", "name")):
-        keys[key]["items"]["required"] = [needed, *keys[key]["items"]["required"]]
+    for key in ("pulley", "anchor"):
+        keys[key]["items"]["required"].insert(0, "name")
     keys["route"]["items"]["required"] = ["name", "path"]
     schema["required"] = ["schema", "kind", "name", "route"]
     return schema
@@ -201,16 +183,13 @@ def content_hash(drive: Drive | RoutedDrive) -> str:
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
     """
     if isinstance(drive, RoutedDrive):
-        return _digest(tables_from_routed(drive, words=False))
-    content = tables_from_drive(drive, words=False)
-    if isinstance(drive, AxisDrive):
-        content["machine"] = tables_from_routed(drive.machine, words=False)
-    for number, carriage in enumerate(drive.carriage):
-        if carriage.coupled:  # by the number of the other one, which a new name does not change
-            content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
-    return _digest(content)
-
-
-def _digest(content: dict[str, Any]) -> str:
+        content = tables_from_routed(drive, words=False)
+    else:
+        content = tables_from_drive(drive, words=False)
+        if isinstance(drive, AxisDrive):
+            content["machine"] = tables_from_routed(drive.machine, words=False)
+        for number, carriage in enumerate(drive.carriage):
+            if carriage.coupled:  # by the number of the other one, which a new name does not change
+                content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()

@@ -43,16 +43,14 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
     """
     check_schema(data)
     check_keys(data, Drive, "")
-    return Drive(**_content(data))
-
-
-def _content(data: dict[str, Any]) -> dict[str, Any]:
-    """Plain data of a file as the fields of a drive."""
     content = single_tables(data, TABLES)
     for key, table in ARRAYS.items():
         if key in data:
-            content[key] = _array(data[key], table, key)
-    return content
+            rows = rows_of(data, key)
+            if key == "carriage":
+                check_count(len(rows))
+            content[key] = tuple(table_from(row, table, f"{key}.{i}") for i, row in enumerate(rows))
+    return Drive(**content)
 
 
 def single_tables(data: dict[str, Any], tables: Mapping[str, type]) -> dict[str, Any]:
@@ -100,12 +98,12 @@ def _fields_by_key(table: type) -> dict[str, dataclasses.Field[Any]]:
     return {key_of(field): field for field in dataclasses.fields(table)}
 
 
-def _array(rows: Any, table: type, key: str) -> tuple[Any, ...]:
+def rows_of(data: dict[str, Any], key: str) -> list[Any]:
+    """Tables of one array of a file."""
+    rows = data[key]
     if not isinstance(rows, list):
         raise InputRefused(f"{key} is {kind_of(rows)}, not an array of tables: write [[{key}]] above each")
-    if key == "carriage":
-        check_count(len(rows))
-    return tuple(table_from(row, table, f"{key}.{number}") for number, row in enumerate(rows))
+    return list(rows)
 
 
 def table_from(data: Any, table: type, place: str) -> Any:
@@ -123,29 +121,18 @@ def table_from(data: Any, table: type, place: str) -> Any:
 
 
 def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
-    if "pair" in field.metadata:
-        return _pair(value, field.metadata["pair"], key)
-    unit = field.metadata.get("unit")
-    if unit is None:
-        return value
-    if value is None or isinstance(value, (list, dict)):
+    """A value of a file, texts with a unit as numbers; `check_fields` refuses what is no pair."""
+    unit, pair = field.metadata.get("unit"), field.metadata.get("pair")
+    try:
+        if pair and isinstance(value, list):
+            return tuple(to_si(part, pair) if isinstance(part, str) else part for part in value)
+        if unit and isinstance(value, str):
+            return to_si(value, "1" if unit == "count" else unit)
+    except InputRefused as refusal:
+        raise InputRefused(f"{key} = {refusal}") from None
+    if unit and (value is None or isinstance(value, (list, dict))):
         raise InputRefused(f"{key} is {kind_of(value)}, not a quantity in {unit}: write one number or text")
-    if not isinstance(value, str):
-        return value
-    try:
-        return to_si(value, "1" if unit == "count" else unit)
-    except InputRefused as refusal:
-        raise InputRefused(f"{key} = {refusal}") from None
-
-
-def _pair(value: Any, unit: str, key: str) -> Any:
-    """Two quantities, texts with a unit made numbers; what is no list is refused where fields are checked."""
-    if not isinstance(value, list):
-        return value
-    try:
-        return tuple(to_si(part, unit) if isinstance(part, str) else part for part in value)
-    except InputRefused as refusal:
-        raise InputRefused(f"{key} = {refusal}") from None
+    return value
 
 
 def tables_from_drive(drive: Drive, *, words: bool = True) -> dict[str, Any]:

@@ -22,16 +22,8 @@ Made = TypeVar("Made")
 def read_toml(path: str | Path, remedy: str, make: Callable[[dict[str, Any]], Made]) -> Made:
     """What ``make`` makes of a TOML file, which its refusals name; refused if unreadable or none."""
     path = Path(path)
-    content = _read(path, remedy)
     try:
-        return make(content)
-    except InputRefused as refusal:
-        raise refusal.at(path.name) from None
-
-
-def _read(path: Path, remedy: str) -> dict[str, Any]:
-    try:
-        return toml_of(_content(path))
+        content = toml_of(content_of(path))
     except FileNotFoundError:
         raise InputRefused("is not there: check the path").at(str(path)) from None
     except IsADirectoryError:
@@ -40,11 +32,16 @@ def _read(path: Path, remedy: str) -> dict[str, Any]:
         reason = getattr(error, "strerror", None)
         shown = f"cannot be read ({reason}): check the path" if reason else f"{error}; {remedy}"
         raise InputRefused(shown).at(str(path) if reason else path.name) from None
+    try:
+        return make(content)
+    except InputRefused as refusal:
+        raise refusal.at(path.name) from None
 
 
-def _content(path: Path) -> bytes:
+def content_of(path: Path) -> bytes:
+    """Bytes of a file of moderate size; a device or a pipe is refused."""
     if path.exists() and not path.is_dir() and not path.is_file():
-        raise InputRefused("is a device or a pipe, no regular file")
+        raise InputRefused("is a device or a pipe, no regular file: give the path of a file")
     with path.open("rb") as file:
         content = file.read(LARGEST_FILE + 1)
     if len(content) > LARGEST_FILE:

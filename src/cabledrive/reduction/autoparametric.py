@@ -27,7 +27,7 @@ from cabledrive.mechanics.holding import (
 )
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
-from cabledrive.modal.motion import SlopeWave
+from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.tuning import PulleyMode, pulley_mode
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array

@@ -67,20 +67,15 @@ def pulley_modes(loops: LoopBatch, omega: Array) -> PulleyModes:
     scale = u2 - u1
     larger = np.where(np.abs(u2) > np.abs(u1), u2, u1)
     scale = np.where(np.abs(scale) < ALONE * np.abs(larger), larger, scale)
-    cable = _squared_displacement(phase, u1, u2) * loops.length
+    mean = np.zeros_like(phase)  # of the squared displacement on a span between its rims
+    for place, share in zip((PLACES + 1.0) / 2.0, SHARES / 2.0, strict=True):
+        shape = u1 * np.sin(phase * (1.0 - place)) + u2 * np.sin(phase * place)
+        mean += share * (shape / np.sin(phase)) ** 2
+    cable = mean * loops.length
     moved = first * u1**2 + second * u2**2 + pendant * motor**2 + 2.0 * loops.density * cable
     return PulleyModes(
         omega=omega, drive=u1 / scale, load=u2 / scale, motor=motor / scale, mass=moved / scale**2
     )
-
-
-def _squared_displacement(phase: Array, near: Array, far: Array) -> Array:
-    """Mean of the squared displacement on a span between two rims, shape (n,)."""
-    total = np.zeros_like(phase)
-    for place, share in zip((PLACES + 1.0) / 2.0, SHARES / 2.0, strict=True):
-        shape = near * np.sin(phase * (1.0 - place)) + far * np.sin(phase * place)
-        total += share * (shape / np.sin(phase)) ** 2
-    return total
 
 
 def straight_spans(loops: LoopBatch, pretension: Array) -> TautSpans:
@@ -131,13 +126,27 @@ def many_models(loops: LoopBatch, modes: PulleyModes, spans: TautSpans) -> Autop
     across = number * np.pi / loops.length
     bent = 0.5 * across**2 * (modes.load - modes.drive) * (1.0 + along**2 / (along**2 - 4.0 * across**2))
     coupling = 0.5 * loops.rigidity / stretch**2 * bent / (0.5 * loops.density * loops.length)
-    turning = _turning(loops, modes)
+    arm, twist = radius**2, modes.motor - modes.drive
+    # friction at the rim of what turns with the rigid rotation [N s/m], and its displacement per q
+    turning = [
+        (loops.viscous[0] / arm, modes.drive),
+        (loops.viscous[1] / loops.radius[1] ** 2, modes.load),
+        (loops.motor_viscous / arm, modes.motor),
+    ]
+    springs = loops.joint_stiffness * twist**2 + loops.holding_stiffness * modes.motor**2
+    strain = modes.omega**2 - springs / arm / modes.mass
+    lost = sum(viscous * shape**2 for viscous, shape in turning) + loops.joint_damping / arm * twist**2
     free = np.full(lanes, 0.0 if loops.held else 1.0)
     moving = sum(loops.masses) + 2.0 * loops.density * loops.length + loops.pendant[1]
+    # largest strain of each pulley mode per q: inside a span where it has a node there
+    near, far, phase = modes.drive, modes.load, along * loops.length
+    ends = np.maximum(np.abs(far - near * np.cos(phase)), np.abs(far * np.cos(phase) - near))
+    crest = np.sqrt(np.maximum(near**2 + far**2 - 2.0 * near * far * np.cos(phase), 0.0))
+    steepest = along * np.where(near * far < 0.0, crest, ends) / np.sin(phase)
     values: dict[str, Any] = {
         "natural": modes.omega,
         "modal_mass": modes.mass,
-        "modal_damping": _modal_damping(loops, modes),
+        "modal_damping": loops.axial_damping / loops.rigidity * strain + lost / modes.mass,
         "rims": (modes.drive, modes.load),
         "torque_arm": modes.motor / radius,
         "rigid_arm": free / radius,
@@ -151,7 +160,7 @@ def many_models(loops: LoopBatch, modes: PulleyModes, spans: TautSpans) -> Autop
         "transverse_damping": loops.transverse_damping,
         "coupling": coupling[None],
         "stiffening": np.zeros((1, 1)),
-        "slack_amplitude": spans.lowest / (loops.rigidity * _largest_slope(loops, modes)),
+        "slack_amplitude": spans.lowest / (loops.rigidity * steepest),
         "uneven": np.zeros(1),
         "load_radius": loops.radius[1],
         "pretension": spans.pretension,
@@ -159,32 +168,3 @@ def many_models(loops: LoopBatch, modes: PulleyModes, spans: TautSpans) -> Autop
         "tension_offset": np.zeros(1),
     }
     return AutoparametricModel(**values)
-
-
-def _turning(loops: LoopBatch, modes: PulleyModes) -> list[tuple[Array, Array]]:
-    """Friction at the rim of what turns with the rigid rotation [N s/m], and its displacement per q."""
-    arm = loops.radius[0] ** 2
-    return [
-        (loops.viscous[0] / arm, modes.drive),
-        (loops.viscous[1] / loops.radius[1] ** 2, modes.load),
-        (loops.motor_viscous / arm, modes.motor),
-    ]
-
-
-def _modal_damping(loops: LoopBatch, modes: PulleyModes) -> Array:
-    """Damping c_q of each pulley mode, `cabledrive.reduction.autoparametric.modal_damping` [1/s]."""
-    arm, twist = loops.radius[0] ** 2, modes.motor - modes.drive
-    springs = loops.joint_stiffness * twist**2 + loops.holding_stiffness * modes.motor**2
-    strain = modes.omega**2 - springs / arm / modes.mass
-    lost = sum(viscous * shape**2 for viscous, shape in _turning(loops, modes))
-    lost = lost + loops.joint_damping / arm * twist**2
-    return np.asarray(loops.axial_damping / loops.rigidity * strain + lost / modes.mass)
-
-
-def _largest_slope(loops: LoopBatch, modes: PulleyModes) -> Array:
-    """Largest strain of each pulley mode per q [1/m]: inside a span where it has a node there."""
-    k = modes.omega * np.sqrt(loops.density / loops.rigidity)
-    near, far, phase = modes.drive, modes.load, k * loops.length
-    ends = np.maximum(np.abs(far - near * np.cos(phase)), np.abs(far * np.cos(phase) - near))
-    crest = np.sqrt(np.maximum(near**2 + far**2 - 2.0 * near * far * np.cos(phase), 0.0))
-    return np.asarray(k * np.where(near * far < 0.0, crest, ends) / np.sin(phase))

@@ -69,7 +69,8 @@ def follow_branch(
     Returns what was found, also where it cannot go on.
     """
     curve = _Curve(residual, jacobian, np.asarray(scale, dtype=float))
-    point = curve.at_parameter(np.append(state, parameter) / curve.scale)
+    across = np.append(np.zeros(len(state)), 1.0)
+    point = curve.correct(np.append(state, parameter) / curve.scale, across, 0.0)
     if point is None:
         return _branch(
             curve, [], [], f"cannot go on: no steady state near the start, parameter {parameter:.6g}"
@@ -133,11 +134,6 @@ class _Curve:
     def eigenvalues(self, y: Array) -> NDArray[np.complex128]:
         x = y * self.scale
         return np.asarray(np.linalg.eigvals(self._jacobian(x[:-1], float(x[-1]))), dtype=complex)
-
-    def at_parameter(self, y: Array) -> Array | None:
-        across = np.zeros(y.size)
-        across[-1] = 1.0
-        return self.correct(y, across, 0.0)
 
     def correct(self, origin: Array, tangent: Array, length: float) -> Array | None:
         y = origin + length * tangent

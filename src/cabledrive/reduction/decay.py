@@ -8,10 +8,9 @@ with the amplitude A demodulated at the mode's own frequency, while it is well a
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.arrays import Array
 
 PERIODS = 6
 GUESS = 0.01
@@ -61,7 +60,14 @@ def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> 
     periods = (t[-1] - t[0]) * frequency
     if periods < 30:
         raise InputRefused(f"decay: {periods:.3g} periods of {frequency:.4g} Hz recorded, 30 are needed")
-    centre, turned = _demodulated(t, x - np.mean(x), 2 * np.pi * frequency)
+    omega, x = 2 * np.pi * frequency, x - np.mean(x)
+    interval = t[1] - t[0]
+    length = round(PERIODS * 2 * np.pi / omega / interval)
+    weight = np.hanning(length + 1)[:-1]
+    starts = np.arange(0, t.size - length, max(1, length // 2))
+    rows = starts[:, None] + np.arange(length)
+    turned = 2.0 * (x[rows] * np.exp(-1j * omega * t[rows]) * weight).sum(axis=1) / weight.sum()
+    centre = t[starts] + 0.5 * length * interval
     size = np.abs(turned)
     kept = size > max(3.0 * float(np.min(size)), 1e-12) if np.min(size) < 0.05 * size[0] else size > 0.0
     last = int(np.argmin(kept)) if not kept.all() else kept.size
@@ -78,16 +84,6 @@ def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> 
         frequency=frequency + float(drift) / (2 * np.pi),
         curvature=float(-2 * (second - first)),
     )
-
-
-def _demodulated(t: Array, x: Array, omega: float) -> tuple[Array, NDArray[np.complex128]]:
-    interval = t[1] - t[0]
-    length = round(PERIODS * 2 * np.pi / omega / interval)
-    weight = np.hanning(length + 1)[:-1]
-    starts = np.arange(0, t.size - length, max(1, length // 2))
-    rows = starts[:, None] + np.arange(length)
-    turned = 2.0 * (x[rows] * np.exp(-1j * omega * t[rows]) * weight).sum(axis=1) / weight.sum()
-    return t[starts] + 0.5 * length * interval, turned
 
 
 def guessed_damping(frequency: float) -> float:

@@ -15,7 +15,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.version import __version__
-from cabledrive.reduction.fast_simulation import FastScheme, check_band, grid_of, start_amplitudes
+from cabledrive.reduction.fast_simulation import SPANS, FastScheme, check_band, grid_of, start_amplitudes
 from cabledrive.reduction.uniform_tension import (
     STEEPEST,
     UniformTensionModel,
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import xarray
 
 
-SPANS = ("upper", "lower")
 OF_THE_CABLE = ("pretension", "transverse_damping", "axial_damping")
 OF_THE_LOAD = {"load_inertia": "inertia", "load_friction": "viscous_friction"}
 UNITS = {

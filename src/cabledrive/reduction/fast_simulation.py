@@ -4,7 +4,6 @@ import time
 from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -26,10 +25,11 @@ from cabledrive.reduction.uniform_tension import (
 from cabledrive.simulation import Recording, Signal, SimulationResult, SlackEvent, Start
 from cabledrive.simulation.channels import COLUMN, WIDTH
 from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
-from cabledrive.simulation.methods import check_resolved
 from cabledrive.simulation.netcdf import write_netcdf
-from cabledrive.simulation.signals import Function, check_lasts, signal_of
+from cabledrive.simulation.signals import Function, checked_signal
 from cabledrive.simulation.start import place_at_start, velocity_at_start
+
+SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
 
 def bounded_part(recorded: IntegratedMotion, longest: float) -> tuple[IntegratedMotion, int | None]:
@@ -56,7 +56,7 @@ def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Ar
     a, b = recorded.across[:, 0], recorded.across[:, 1]
     rows = np.zeros((q.shape[0], WIDTH + 6))
     shafts = np.column_stack((model.rims / model.radii, model.torque_shape))
-    for column, shape in zip(("drive", "load", "motor"), shafts.T, strict=True):
+    for column, shape in zip(SHAFTS, shafts.T, strict=True):
         rows[:, COLUMN[f"{column}_angle"]] = q @ shape
         rows[:, COLUMN[f"{column}_speed"]] = p @ shape
     stretched = np.einsum("npjm,m->nj", a**2, 0.25 * model.wave_numbers**2 * model.span)
@@ -68,7 +68,7 @@ def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Ar
     carried = 0.5 * model.transverse_mass * model.carrier * stretched**2 * 4.0 / model.span
     pumping = np.einsum("nk,kjm,npjm->nj", q, model.coupling, a**2)
     strain = string + 0.5 * carried + pumping + 0.25 * ((q * model.natural) ** 2).sum(axis=1)[:, None]
-    for j, span in enumerate(("upper", "lower")):
+    for j, span in enumerate(SPANS):
         rows[:, COLUMN[f"mean_tension_{span}"]] = model.pretension + tension[:, j]
         rows[:, COLUMN[f"least_tension_{span}"]] = model.pretension + tension[:, j]
         rows[:, COLUMN[f"transverse_energy_{span}"]] = swing[:, j]
@@ -84,16 +84,11 @@ def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Ar
     rows[:, COLUMN["torque_work"]] = recorded.tallies[:, 0]
     rows[:, COLUMN["transverse_loss"]] = recorded.tallies[:, 1]
     rows[:, COLUMN["viscous_loss"]] = recorded.tallies[:, 2]
-    rows[:, COLUMN["balance"]] = _balance(rows)
+    kept = [f"{name}_energy_{span}" for name in ("axial", "transverse", "strain") for span in SPANS]
+    kept += ["weight_energy", "transverse_loss", "viscous_loss"]
+    work = rows[:, COLUMN["torque_work"]]
+    rows[:, COLUMN["balance"]] = rows[:, [COLUMN[name] for name in kept]].sum(axis=1) - work
     return rows
-
-
-def _balance(rows: Array) -> Array:
-    """Energy plus losses minus work."""
-    kept = ("axial_energy_", "transverse_energy_", "strain_energy_")
-    names = [f"{name}{span}" for name in kept for span in ("upper", "lower")]
-    names += ["weight_energy", "transverse_loss", "viscous_loss"]
-    return rows[:, [COLUMN[name] for name in names]].sum(axis=1) - rows[:, COLUMN["torque_work"]]
 
 
 def fast_result(
@@ -117,22 +112,47 @@ def fast_result(
     events, stopped = _limits(model, recorded, rows, times, diverged)
     at_rest = -0.5 * model.transverse_mass * np.sum((model.gravity_load / model.transverse) ** 2)
     handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
-    spans = ("upper", "lower")
+    # least and largest of the records, which are as dense as the step unless a rate was asked for
+    extremes = {}
+    for shaft in SHAFTS:
+        angle = rows[:, COLUMN[f"{shaft}_angle"]]
+        extremes[f"{shaft}_angle_min"], extremes[f"{shaft}_angle_max"] = (
+            float(angle.min()),
+            float(angle.max()),
+        )
+    for j, span in enumerate(SPANS):
+        for plane, column in (("v", 1), ("w", 2)):
+            extremes[f"{span}_{plane}_peak"] = float(np.max(np.abs(rows[:, WIDTH + 3 * j + column])))
     return SimulationResult(
         time=times,
         rows=rows,
-        probes=tuple((span, 0.5 * model.span) for span in spans),
+        probes=tuple((span, 0.5 * model.span) for span in SPANS),
         field_time=np.empty(0),
         fields=np.empty((0, 3, 0)),
-        spans=spans,
+        spans=SPANS,
         position=np.tile([0.0, 0.5 * model.span, model.span], (2, 1)),
         steps=steps,
         step=step,
         largest_step=pi / max(model.natural.max(), model.transverse.max()),
         energy_handled=float(handled),
         slack_events=events,
-        extremes=_extremes(rows),
-        provenance=_provenance(drive, model, steps, step, torque),
+        extremes=extremes,
+        provenance={
+            "cabledrive": __version__,
+            "drive": drive.name,
+            "drive_hash": content_hash(drive),
+            "method": {
+                "name": "uniform-tension modes",
+                "model": "fast",
+                "sines": model.transverse.size,
+                "longitudinal_modes": int(np.count_nonzero(model.natural)),
+                "step": step,
+                "ends_at_hz": HIGHEST_SHARE * model.span_resonance / (2 * pi),
+            },
+            "duration": steps * step,
+            "torque": torque,
+            "torque_offset": drive.motor.offset_torque if drive.motor else 0.0,
+        },
         stopped=stopped,
         wall_time=0.0,
     )
@@ -143,14 +163,13 @@ def _limits(
 ) -> tuple[tuple[SlackEvent, ...], str | None]:
     """Slack and steepness, over all steps."""
     slope = float(model.wave_numbers[0] * recorded.peaks[:, 1].max())
-    for j, span in enumerate(("upper", "lower")):
+    for j, span in enumerate(SPANS):
         if recorded.peaks[j, 0] < 0.0:
             tension = rows[:, COLUMN[f"mean_tension_{span}"]]
             first = int(np.argmax(tension < 0.0)) if np.any(tension < 0.0) else int(np.argmin(tension))
-            event = SlackEvent(
-                time=float(times[first]), span=span, position=0.0, tension=float(tension[first])
-            )
-            line = f"the {span} span goes slack at t = {times[first]:.6g} s"
+            when, least = float(times[first]), float(tension[first])
+            line = f"the {span} span goes slack at t = {when:.6g} s"
+            event = SlackEvent(time=when, span=span, position=0.0, tension=least)
             return (event,), f"{line}: lower the torque or use --model exact"
     if diverged:
         line = f"the displacement exceeds the span after t = {times[-1]:.6g} s"
@@ -159,39 +178,6 @@ def _limits(
         line = f"the cable reaches a slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
         return (), f"{line}: use --model exact"
     return (), None
-
-
-def _extremes(rows: Array) -> dict[str, float]:
-    """Least and largest of the records; they are as dense as the step unless a rate was asked for."""
-    found = {}
-    for shaft in ("drive", "load", "motor"):
-        angle = rows[:, COLUMN[f"{shaft}_angle"]]
-        found[f"{shaft}_angle_min"], found[f"{shaft}_angle_max"] = float(angle.min()), float(angle.max())
-    for j, span in enumerate(("upper", "lower")):
-        for plane, column in (("v", 1), ("w", 2)):
-            found[f"{span}_{plane}_peak"] = float(np.max(np.abs(rows[:, WIDTH + 3 * j + column])))
-    return found
-
-
-def _provenance(
-    drive: Drive, model: UniformTensionModel, steps: int, step: float, torque: str
-) -> dict[str, Any]:
-    return {
-        "cabledrive": __version__,
-        "drive": drive.name,
-        "drive_hash": content_hash(drive),
-        "method": {
-            "name": "uniform-tension modes",
-            "model": "fast",
-            "sines": model.transverse.size,
-            "longitudinal_modes": int(np.count_nonzero(model.natural)),
-            "step": step,
-            "ends_at_hz": HIGHEST_SHARE * model.span_resonance / (2 * pi),
-        },
-        "duration": steps * step,
-        "torque": torque,
-        "torque_offset": drive.motor.offset_torque if drive.motor else 0.0,
-    }
 
 
 HIDDEN_SHARE = 1e-3
@@ -261,10 +247,14 @@ def simulate_fast(
     scheme, start, recording = scheme or FastScheme(), start or Start(), recording or Recording()
     model = uniform_tension_model(drive, scheme.sines)
     steps, stride, step = grid_of(model, duration, scheme, recording)
-    _check_memory(model, steps, steps // stride + 1)
-    signal = signal_of(torque, "torque")
-    check_lasts(signal, duration, "torque")
-    check_resolved(signal, step)
+    # torque and its spectrum per step, amplitudes and row per record
+    size = 64 * steps + 8 * (steps // stride + 1) * (8 * scheme.sines + 2 * model.natural.size + 100)
+    if size > MOST_MEMORY:
+        raise InputRefused(
+            f"this run takes {size / 1e9:.3g} GB of memory, at most {MOST_MEMORY / 1e9:.0f} GB are used: "
+            "lower rate or shorten it"
+        )
+    signal = checked_signal(torque, "torque", duration, step)
     samples = signal.at(np.arange(steps + 1, dtype=np.float64) * step) + (
         drive.motor.offset_torque if drive.motor else 0.0
     )
@@ -279,19 +269,14 @@ def simulate_fast(
         grid=(steps, step, stride), torque=signal.fingerprint, diverged=kept is not None,
     )  # fmt: skip
     result = replace(result, wall_time=time.perf_counter() - began)
-    if path is not None:
-        _keep(result, path, force=force)
-        result = replace(result, path=path)
-    return result
-
-
-def _keep(result: SimulationResult, path: Path, *, force: bool) -> None:
-    """Write the result, beside what another process may be writing under the same name."""
-    with one_process(part_of(path)):
+    if path is None:
+        return result
+    with one_process(part_of(path)):  # another process may be writing under the same name
         try:
             write_netcdf(result.content, path, part_of(path) / RESULT, force=force)
         except OSError as error:
             raise not_written(path, error) from None
+    return replace(result, path=path)
 
 
 def grid_of(
@@ -317,16 +302,6 @@ def finest_step(model: UniformTensionModel) -> float:
     return float(
         min(2 * pi / (_PER_PULLEY_PERIOD * model.natural.max()), _PER_SINE_RADIAN / model.transverse.max())
     )
-
-
-def _check_memory(model: UniformTensionModel, steps: int, records: int) -> None:
-    """Refuse what does not fit: the torque and its spectrum per step, amplitudes and row per record."""
-    size = 64 * steps + 8 * records * (8 * model.transverse.size + 2 * model.natural.size + 100)
-    if size > MOST_MEMORY:
-        raise InputRefused(
-            f"this run takes {size / 1e9:.3g} GB of memory, at most {MOST_MEMORY / 1e9:.0f} GB are used: "
-            "lower rate or shorten it"
-        )
 
 
 def check_band(model: UniformTensionModel, samples: Array, step: float) -> None:

@@ -237,43 +237,32 @@ def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
     """
     model = highest_model(drive) if model is None else model
     _check(drive, model)
-    drive_pulley, load = drive.drive_pulley, drive.load_pulley
-    ratio = drive_pulley.radius / load.radius
-    flexible_joint, flexible_cable = FLEXIBLE_JOINT[model], FLEXIBLE_CABLE[model]
-    names, rows = ["drive"], [_shaft(drive_pulley)]
-    if drive.motor is not None:
-        motor = (*_shaft(drive.motor), drive.motor.offset_torque)
-        rows[0] = (*rows[0], 0.0)
-        if flexible_joint:
-            names, rows = ["motor", "drive"], [motor, rows[0]]
-        else:
-            names, rows = ["motor"], [tuple(a + b for a, b in zip(motor, rows[0], strict=True))]
-    rows = [(*row, 0.0)[:4] for row in rows]
-    j, b, c = _shaft(load)
-    if flexible_cable:
-        names.append("load")
-        rows.append((j, b, c, 0.0))
+    motor, pulley, load = drive.motor, drive.drive_pulley, drive.load_pulley
+    rows = {"drive": np.array([*_shaft(pulley), 0.0])}
+    links: list[tuple[float, float, tuple[float, float]]] = []
+    if motor is not None:
+        own = np.array([*_shaft(motor), motor.offset_torque])
+        rows = {"motor": own, **rows} if FLEXIBLE_JOINT[model] else {"motor": own + rows["drive"]}
+        if FLEXIBLE_JOINT[model]:
+            links.append((motor.joint_stiffness or 0.0, motor.joint_damping, (1.0, 1.0)))
+    if FLEXIBLE_CABLE[model]:
+        rows["load"] = np.array([*_shaft(load), 0.0])
+        links.append((*rim_spring(drive), (pulley.radius, load.radius)))
     else:
-        turned = (j * ratio**2, b * ratio**2, c * ratio, 0.0)
-        rows[-1] = tuple(a + t for a, t in zip(rows[-1], turned, strict=True))
-    links = []
-    if flexible_joint:
-        assert drive.motor is not None
-        assert drive.motor.joint_stiffness is not None
-        links.append((drive.motor.joint_stiffness, drive.motor.joint_damping, (1.0, 1.0)))
-    if flexible_cable:
-        links.append((*rim_spring(drive), (drive_pulley.radius, load.radius)))
-    columns = list(zip(*rows, strict=True))
+        ratio = pulley.radius / load.radius
+        rows[list(rows)[-1]] += np.array([*_shaft(load), 0.0]) * np.array([ratio**2, ratio**2, ratio, 0.0])
+    inertias, viscous, coulomb, offsets = np.array(list(rows.values())).T.tolist()
+    stiffness, damping, ratios = zip(*links, strict=True) if links else ((), (), ())
     return LumpedChain(
-        names=tuple(names),
-        inertias=columns[0],
-        viscous=columns[1],
-        coulomb=columns[2],
-        offsets=columns[3],
-        stiffness=tuple(link[0] for link in links),
-        damping=tuple(link[1] for link in links),
-        ratios=tuple(link[2] for link in links),
-        holding=(drive.motor.holding_stiffness or 0.0) if drive.motor is not None else 0.0,
+        names=tuple(rows),
+        inertias=tuple(inertias),
+        viscous=tuple(viscous),
+        coulomb=tuple(coulomb),
+        offsets=tuple(offsets),
+        stiffness=stiffness,
+        damping=damping,
+        ratios=ratios,
+        holding=(motor.holding_stiffness or 0.0) if motor is not None else 0.0,
     )
 
 

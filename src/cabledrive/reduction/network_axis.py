@@ -80,8 +80,10 @@ def axis_drive(chain: NetworkChain) -> AxisDrive:
     motors = list(machine.motor)
     joint = motors[0].joint_stiffness is not None
     radius, gain = machine.pulley[machine.driven[0]].radius, abs(chain.gain)
-    slides = (chain.load.rpartition(".")[2] in ("x", "y", ALONG) and "." in chain.load) or _is_carriage(chain)
-    friction = _Friction(chain, slides)
+    motion = chain.network.motion
+    carriages = [f"{motion.carriage_name(number)} {ALONG}" for number in range(len(machine.carriage))]
+    slides = chain.load in carriages or chain.load.endswith((".x", ".y", f".{ALONG}"))
+    (viscous, coulomb), (load_viscous, load_coulomb) = _friction(chain, slides)
     inertia = sum(motor.inertia for motor in motors)
     first = chain.inertias[0]
     if not joint:  # of the inertia of the rigid joint only the sum counts
@@ -103,14 +105,14 @@ def axis_drive(chain: NetworkChain) -> AxisDrive:
             Pulley(
                 radius=radius,
                 inertia=float(chain.inertias[1] if joint else first - inertia),
-                viscous_friction=friction.viscous,
-                coulomb_friction=friction.coulomb,
+                viscous_friction=viscous,
+                coulomb_friction=coulomb,
             ),
             Pulley(
                 radius=radius * per_load,
                 inertia=float(chain.inertias[-1]) * per_load**2,
-                viscous_friction=friction.load_viscous,
-                coulomb_friction=friction.load_coulomb,
+                viscous_friction=load_viscous,
+                coulomb_friction=load_coulomb,
             ),
         ),
         motor=_motor(motors, float(first) if joint else inertia, chain),
@@ -197,6 +199,12 @@ def axis_notes(drive: Drive) -> tuple[str, ...]:
 
 def chain_words(chain: NetworkChain) -> dict[str, Any]:
     """What a result says of the chain."""
+    coupled = None  # what of the other axis the chain leaves out
+    if chain.other is not None and chain.cross > MOST_CROSS:
+        coupled = (
+            f"{chain.load} and {chain.other} couple: the other axis' motors turn by {100 * chain.cross:.3g} "
+            f"% of this one's as it vibrates, and the chain takes {chain.other} as at rest"
+        )
     return {
         "load": chain.load,
         "motors": chain.motors,
@@ -207,23 +215,13 @@ def chain_words(chain: NetworkChain) -> dict[str, Any]:
         "off_the_end": chain.off_the_end,
         "coupling": chain.cross,
         "other": chain.other,
-        "coupled": _coupled(chain),
+        "coupled": coupled,
         "frequencies_hz": chain.frequencies.tolist(),
         "neglected": chain.neglected,
         "neglected_strings": chain.strings,
         "reason": chain.refusal,
         "sag": straight_limit(chain.network, 4 * np.pi * chain.frequencies[0], kind=LONGITUDINAL),
     }
-
-
-def _coupled(chain: NetworkChain) -> str | None:
-    """What of the other axis the chain leaves out; None where the axes do not couple."""
-    if chain.other is None or chain.cross <= MOST_CROSS:
-        return None
-    return (
-        f"{chain.load} and {chain.other} couple: the other axis' motors turn by {100 * chain.cross:.3g} % of "
-        f"this one's as it vibrates, and the chain takes {chain.other} as at rest"
-    )
 
 
 def slack_torque(chain: NetworkChain) -> float:
@@ -250,13 +248,6 @@ def _motor_turn(network: Network, motors: dict[str, float]) -> Array:
     return np.asarray(sum(turns) / len(turns))
 
 
-def _is_carriage(chain: NetworkChain) -> bool:
-    """Whether the load is a carriage on a rope, which slides."""
-    motion = chain.network.motion
-    names = [motion.carriage_name(number) for number in range(len(motion.drive.carriage))]
-    return chain.load in [f"{name} {ALONG}" for name in names]
-
-
 def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Motor:
     """All motors of an axis as one; each takes the same torque, so the weakest one limits it."""
     first, count = motors[0], len(motors)
@@ -269,11 +260,13 @@ def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Mo
         return float(sum(getattr(motor, name) or 0.0 for motor in motors))
 
     limit, volts = least("torque_limit"), least("torque_per_volt")
+    machine = chain.network.drive
+    named = zip((machine.pulley[number].name for number in machine.driven), motors, strict=True)
     return Motor(
         inertia=inertia,
         viscous_friction=total("viscous_friction"),
         coulomb_friction=total("coulomb_friction"),
-        offset_torque=float(sum(chain.motors[name] * m.offset_torque for name, m in _named(chain, motors))),
+        offset_torque=float(sum(chain.motors[name] * m.offset_torque for name, m in named)),
         joint_stiffness=float(chain.stiffness[0]) if first.joint_stiffness is not None else None,
         joint_damping=total("joint_damping"),
         torque_limit=None if limit is None else count * limit,
@@ -286,51 +279,41 @@ def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Mo
     )
 
 
-def _named(chain: NetworkChain, motors: list[RoutedMotor]) -> list[tuple[str, RoutedMotor]]:
-    machine = chain.network.drive
-    return [
-        (machine.pulley[number].name, motor) for number, motor in zip(machine.driven, motors, strict=True)
-    ]
-
-
-class _Friction:
-    """Friction of load at the load angle, of the rest at the motor [N m s/rad], [N m], by rigid motion."""
-
-    def __init__(self, chain: NetworkChain, slides: bool) -> None:
-        network = chain.network
-        rigid = chain.shapes[:, 0] / float(_motor_turn(network, chain.motors) @ chain.shapes[:, 0])
-        own = network.motion.unit(chain.load)
-        scale = abs(chain.gain) if slides else 1.0  # load angle of a slide: its place over the gain
-        self.viscous = self.coulomb = self.load_viscous = self.load_coulomb = 0.0
-        for viscous, coulomb, row in _frictions(network):
-            if np.array_equal(row, own):
-                self.load_viscous += viscous * scale**2
-                self.load_coulomb += coulomb * scale
-            else:
-                moved = abs(float(row @ rigid))
-                self.viscous += viscous * moved**2
-                self.coulomb += coulomb * moved
-
-
-def _frictions(network: Network) -> list[tuple[float, float, Array]]:
-    """Viscous and Coulomb friction of bodies and pulleys with their rows; motors have their own."""
-    machine, motion = network.drive, network.motion
+def _friction(chain: NetworkChain, slides: bool) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Viscous and Coulomb friction of the rest at the motor and of the load at its angle, by rigid motion."""
+    network, machine, motion = chain.network, chain.network.drive, chain.network.motion
+    rigid = chain.shapes[:, 0] / float(_motor_turn(network, chain.motors) @ chain.shapes[:, 0])
+    own = motion.unit(chain.load)
+    scale = abs(chain.gain) if slides else 1.0  # load angle of a slide: its place over the gain
     found = [
         (body.damping, body.coulomb_friction, motion.unit(f"{body.name}.{move}"))
         for body in machine.body
         for move in body.moves
     ]
-    return found + [
+    found += [
         (pulley.viscous_friction, pulley.coulomb_friction, relative_turn(network, number))
         for number, pulley in enumerate(machine.pulley)
         if not pulley.fixed
     ]
+    total = np.zeros((2, 2))  # of the rest and of the load; motors have their own
+    for viscous, coulomb, row in found:
+        at_load = np.array_equal(row, own)
+        moved = scale if at_load else abs(float(row @ rigid))
+        total[int(at_load)] += viscous * moved**2, coulomb * moved
+    (viscous, coulomb), (load_viscous, load_coulomb) = total.tolist()
+    return (viscous, coulomb), (load_viscous, load_coulomb)
 
 
 def _link_damping(chain: NetworkChain) -> float:
     """Damper of the last link that loses in the first mode what the ropes lose in it [N m s/rad]."""
+    stiffness = np.zeros((chain.inertias.size, chain.inertias.size))
+    for i, k in enumerate(chain.stiffness):
+        stiffness[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    root = 1.0 / np.sqrt(chain.inertias)
+    vectors = np.linalg.eigh(root[:, None] * stiffness * root)[1] * root[:, None]
+    stretch = float(vectors[-1, 1] - vectors[-2, 1])  # of the last link in the first mode [rad]
     shape = chain.shapes[:, 1]
-    return float(shape @ _rope_damping(chain.network) @ shape) / _last_stretch(chain) ** 2
+    return float(shape @ _rope_damping(chain.network) @ shape) / stretch**2
 
 
 def _rope_damping(network: Network) -> Array:
@@ -342,14 +325,3 @@ def _rope_damping(network: Network) -> Array:
     stretch = (network.end - network.start)[along]
     lengths = network.time[along] * rigidity / network.impedance[along]
     return np.asarray((stretch.T * (network.ropes[along] * damping / lengths)) @ stretch)
-
-
-def _last_stretch(chain: NetworkChain) -> float:
-    """Stretch of the chain's last link in its first mode of unit modal mass [rad]."""
-    n = chain.inertias.size
-    stiffness = np.zeros((n, n))
-    for i, k in enumerate(chain.stiffness):
-        stiffness[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    root = 1.0 / np.sqrt(chain.inertias)
-    vectors = np.linalg.eigh(root[:, None] * stiffness * root)[1] * root[:, None]
-    return float(vectors[-1, 1] - vectors[-2, 1])

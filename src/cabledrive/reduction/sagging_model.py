@@ -27,11 +27,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.chain import LabelledChain
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, shaft_frictions
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.motion import SlopeWave
 from cabledrive.modal.networks import network_of_chain
+from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
@@ -76,9 +75,9 @@ class SaggingModel:
     mass: Array  # (b, m): modal mass [kg]
     loss: Array  # (b, m): damping [1/s]
     direct: Array  # (k, b, m): L [N/m kg^-1/2]
-    coupling: Array  # (k, b, m, 2 BAND + 1): G of neighbours, row j from mode j - BAND on [N/m^2 kg^-1/2]
+    coupling: Array  # (k, b, m, m): G, zero beyond BAND from the diagonal [N/m^2 kg^-1/2]
     bend: Array  # (b, m): P per amplitude, the sag's part [-]
-    square: Array  # (b, m, 2 BAND + 1): P per product of amplitudes, in the same form [1/m]
+    square: Array  # (b, m, m): P per product of amplitudes, in the same form [1/m]
     carried: float  # EA^2 / (4 K Lambda) [N/m]
     rigidity: float  # K = EA + T0, tension per strain of the pretensioned cable [N]
     followers: NDArray[np.int64]  # shafts whose force the followers take, of `SHAFTS`
@@ -87,35 +86,27 @@ class SaggingModel:
 
 def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int = 0) -> LongitudinalModes:
     """Longitudinal modes below ``top`` [rad/s], ``least`` to `MOST_MODES` of them, and segments' strain."""
-    rows = [row for chain in longitudinal_chains(drive) for row in _of_chain(drive, state, chain, top, least)]
+    rows: list[tuple[float, Array, Array]] = []
+    for chain in longitudinal_chains(drive):
+        parts = chain.chain
+        if parts.rigid_body_modes:
+            mass = float(parts.masses.sum() + parts.cable_mass)
+            mass += parts.pendant.mass if parts.pendant else 0.0
+            rows.append((0.0, np.full(3, mass**-0.5), np.zeros(state.mesh.spacing.size)))
+        wanted = max(least, FEWEST_MODES, parts.masses.size)
+        reach = max(top, 1.5 * wanted * pi / float(parts.travel_times.sum()))
+        solved = Spectrum(network_of_chain(chain)).below(reach)
+        kept = max(wanted, sum(2 * pi * mode.frequency < top for mode in solved))
+        for mode in solved[: min(kept, MOST_MODES)]:
+            for shape in range(mode.multiplicity):
+                at = {name: float(values[shape]) for name, values in mode.joints.items()}
+                rim = at.get(DRIVE_PULLEY, 0.0)
+                rims = np.array([rim, at.get(LOAD_PULLEY, 0.0), at.get(MOTOR, rim)])
+                strain = _strain(drive, state, mode._motion.slope_waves(shape))
+                rows.append((2 * pi * mode.frequency, rims, strain))
     rows.sort(key=lambda row: row[0])
-    rows = rows[: MOST_MODES + 1]
-    natural, rims, strain = zip(*rows, strict=True)
-    return LongitudinalModes(natural=np.array(natural), rims=np.array(rims), strain=np.array(strain))
-
-
-def _of_chain(
-    drive: Drive, state: StaticState, chain: LabelledChain, top: float, least: int
-) -> list[tuple[float, Array, Array]]:
-    """Frequency, rims and strain of each mode of one chain."""
-    rows, parts = [], chain.chain
-    if parts.rigid_body_modes:
-        mass = float(parts.masses.sum() + parts.cable_mass)
-        mass += parts.pendant.mass if parts.pendant else 0.0
-        rows.append((0.0, np.full(3, mass**-0.5), np.zeros(state.mesh.spacing.size)))
-    wanted = max(least, FEWEST_MODES, parts.masses.size)
-    reach = max(top, 1.5 * wanted * pi / float(parts.travel_times.sum()))
-    spectrum = Spectrum(network_of_chain(chain))
-    solved = spectrum.below(reach)
-    kept = max(wanted, sum(2 * pi * mode.frequency < top for mode in solved))
-    for mode in solved[: min(kept, MOST_MODES)]:
-        for shape in range(mode.multiplicity):
-            at = {name: float(values[shape]) for name, values in mode.joints.items()}
-            rim = at.get(DRIVE_PULLEY, 0.0)
-            rims = np.array([rim, at.get(LOAD_PULLEY, 0.0), at.get(MOTOR, rim)])
-            pieces = mode._motion.slope_waves(shape)
-            rows.append((2 * pi * mode.frequency, rims, _strain(drive, state, pieces)))
-    return rows
+    natural, moved, strains = (np.array(own) for own in zip(*rows[: MOST_MODES + 1], strict=True))
+    return LongitudinalModes(natural=natural, rims=moved, strain=strains)
 
 
 def _strain(drive: Drive, state: StaticState, pieces: Sequence[SlopeWave]) -> Array:
@@ -155,21 +146,6 @@ def _fixed_length(drive: Drive) -> float:
     return (1.0 + drive.cable.prestrain) * sum(float(chain.lengths.sum()) for chain in chains)
 
 
-def _banded(dense: Array) -> Array:
-    """Neighbours of each row of square matrices, shape (..., m, 2 BAND + 1)."""
-    m = dense.shape[-1]
-    wide = np.zeros((*dense.shape[:-1], m + 2 * BAND))
-    wide[..., BAND : BAND + m] = dense
-    return np.stack([wide[..., j, j : j + 2 * BAND + 1] for j in range(m)], axis=-2)
-
-
-def _left_out(drive: Drive, state: StaticState, modes: LongitudinalModes, shafts: NDArray[np.int64]) -> Array:
-    """Static strain per force at some shafts less that of the kept modes, shape (shafts, segments)."""
-    softness = np.divide(1.0, modes.natural**2, out=np.zeros(modes.natural.size), where=modes.natural > 0.0)
-    kept = (modes.rims[:, shafts] * softness[:, None]).T @ modes.strain
-    return static_strain(drive, state.mesh, [SHAFTS[shaft] for shaft in shafts]) - kept
-
-
 def sagging_model(
     drive: Drive, state: StaticState, modes: LongitudinalModes, numbers: Sequence[Sequence[int]]
 ) -> SaggingModel:
@@ -180,20 +156,23 @@ def sagging_model(
     stretches, planes = (*flat, *flat), ("w",) * len(flat) + ("v",) * len(flat)
     friction = _friction(drive)
     followers = np.flatnonzero((friction > 0.0) | (np.arange(len(SHAFTS)) == SHAFTS.index(MOTOR)))
-    rows = np.concatenate([modes.strain, _left_out(drive, state, modes, followers)])
-    behind = (0, followers.size)
+    # static strain per force at the shafts of the followers, less that of the kept modes
+    softness = np.divide(1.0, modes.natural**2, out=np.zeros(modes.natural.size), where=modes.natural > 0.0)
+    kept = (modes.rims[:, followers] * softness[:, None]).T @ modes.strain
+    left_out = static_strain(drive, state.mesh, [SHAFTS[shaft] for shaft in followers]) - kept
+    rows, behind = np.concatenate([modes.strain, left_out]), (0, followers.size)
     size = (len(stretches), most)
     transverse, mass, loss, bend = np.ones(size), np.ones(size), np.zeros(size), np.zeros(size)
-    square = np.zeros((*size, 2 * BAND + 1))
-    direct = np.zeros((len(rows), *size))
-    coupling = np.zeros((len(rows), *size, 2 * BAND + 1))
+    square, direct = np.zeros((*size, most)), np.zeros((len(rows), *size))
+    coupling = np.zeros((len(rows), *size, most))
     for b, (part, plane) in enumerate(zip(stretches, planes, strict=True)):
         m, here = part.omega.size, part.segments
         slopes = part.slopes * np.sqrt(spacing[here])
         transverse[b, :m], mass[b, :m], loss[b, :m] = part.omega, part.mass, part.loss
         strain = rows[:, here]
-        coupling[:, b, :m] = rigidity * _banded(np.einsum("ki,ai,bi->kab", strain, slopes, slopes))
-        square[b, :m] = _banded(slopes @ slopes.T)
+        near = np.tri(m, k=BAND) * np.tri(m, k=BAND).T
+        coupling[:, b, :m, :m] = rigidity * near * np.einsum("ki,ai,bi->kab", strain, slopes, slopes)
+        square[b, :m, :m] = near * (slopes @ slopes.T)
         if plane == "w":
             sag = state.slope[here] * np.sqrt(spacing[here])
             direct[:, b, :m] = rigidity * np.einsum("ki,i,ai->ka", strain, sag, slopes)
@@ -278,16 +257,25 @@ def exact_spring(omega: Array, h: float) -> Array:
 
 def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float = 0.0) -> SaggingNumbers:
     """Prepare an integration of step h [s], all transverse frequencies changed by a share ``detuned``."""
-    modes = model.natural.size
+    modes, (rows, most) = model.natural.size, model.transverse.shape
     solve = np.asarray(np.linalg.inv(np.eye(modes) + 0.5 * h * model.damping), dtype=np.float64)
     solved = model.friction_shape @ solve.T
     natural = model.transverse * (1.0 + detuned)
-    watched = _watched(model, state)
-    rigidity = 4.0 * model.carried
-    compliance = np.divide(1.0, model.natural**2, out=np.zeros(modes), where=model.natural > 0.0)
+    mesh = state.mesh
+    cuts = {0, mesh.spacing.size, mesh.segments, *(int(node) for node in mesh.carriage_node)}
+    ends = itertools.pairwise(sorted(cut for cut in cuts if cut <= mesh.spacing.size))
+    # the tension is watched at ends and middle of each piece between two joints
+    watched = sorted({i for first, last in ends for i in (first, (first + last) // 2, last - 1)})
+    points = min(PROBES, 2 * max(number for part in model.stretches for number in part.numbers) + 5)
+    probes = np.zeros((rows, most, points))
+    for r, part in enumerate(model.stretches):
+        places = np.linspace(0, part.shapes.shape[1] - 1, points + 2).round().astype(int)
+        at = np.unique(places[1:-1])
+        probes[r, : part.omega.size, : at.size] = part.shapes[:, at]
+    table = np.concatenate([model.square[None], model.coupling]).transpose(1, 3, 0, 2)
     return SaggingNumbers(
         stiff=exact_spring(model.natural, h),
-        compliance=compliance,
+        compliance=np.divide(1.0, model.natural**2, out=np.zeros(modes), where=model.natural > 0.0),
         kept=solve @ (np.eye(modes) - 0.5 * h * model.damping),
         solve=solve,
         torque_shape=model.torque_shape,
@@ -301,51 +289,16 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         mass=model.mass,
         loss=model.loss,
         direct=model.direct,
-        table=_table(model),
+        table=table.reshape(rows, most, -1),
         bend=model.bend,
         carried=model.carried,
-        raised=0.5 * rigidity,
-        probes=_probes(model),
+        raised=2.0 * model.carried,
+        probes=probes,
         rest=np.ascontiguousarray(state.tension[watched]),
         watched=np.ascontiguousarray(model.rigidity * model.strain[:, watched]),
         followers=model.followers,
         rim_force=model.rim_force,
     )
-
-
-def _table(model: SaggingModel) -> Array:
-    """What the amplitudes are multiplied with, shape (b, m, (1 + k) m): a row for each of them."""
-    rows, most = model.transverse.shape
-    banded = np.stack([model.square, *model.coupling])
-    found = np.zeros((rows, most, banded.shape[0], most))
-    for i in range(most):
-        for j in range(max(0, i - BAND), min(most, i + BAND + 1)):
-            found[:, i, :, j] = banded[:, :, j, i - j + BAND].T
-    return found.reshape(rows, most, -1)
-
-
-def _probes(model: SaggingModel) -> Array:
-    """Shapes at the watched points, shape (b, m, points)."""
-    rows, most = model.transverse.shape
-    highest = max(number for part in model.stretches for number in part.numbers)
-    points = min(PROBES, 2 * highest + 5)
-    found = np.zeros((rows, most, points))
-    for r, part in enumerate(model.stretches):
-        nodes = part.shapes.shape[1]
-        at = np.unique(np.linspace(0, nodes - 1, points + 2).round().astype(int)[1:-1])
-        found[r, : part.omega.size, : at.size] = part.shapes[:, at]
-    return found
-
-
-def _watched(model: SaggingModel, state: StaticState) -> NDArray[np.intp]:
-    """Segments at which the tension is watched: ends and middle of each piece between two joints."""
-    mesh = state.mesh
-    cuts = {0, mesh.spacing.size, mesh.segments, *(int(node) for node in mesh.carriage_node)}
-    ends = sorted(cut for cut in cuts if cut <= mesh.spacing.size)
-    found = set()
-    for first, last in itertools.pairwise(ends):
-        found |= {first, (first + last) // 2, last - 1}
-    return np.array(sorted(found), dtype=np.intp)
 
 
 def integrate(

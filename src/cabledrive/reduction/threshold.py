@@ -9,6 +9,7 @@ the last term being the third harmonic's share. Without damping of the pulley mo
 bound at its own frequency, and the threshold is zero.
 """
 
+from itertools import pairwise
 from math import log, pi
 
 import numpy as np
@@ -129,21 +130,16 @@ def growth_torque(model: AutoparametricModel, factor: float, duration: float) ->
     unit = np.array([pulley_amplitude(c, t) for t in time]).reshape(-1)
     wide = c._replace(**{key: getattr(c, key)[:, None] for key in ("pump", "transverse_detuning")})
 
-    def _missing(torque: float) -> float:
+    def missing(torque: float) -> float:
         rates = growth_rates(wide, torque * unit)
         return float(np.max(np.trapezoid(rates, time, axis=1))) - log(factor)
 
-    return _first_root(_missing, model.slack_amplitude / max(float(unit.max()), 1e-300))
-
-
-def _first_root(function, top: float) -> float:  # type: ignore[no-untyped-def]
     from scipy.optimize import brentq
 
-    trial = np.linspace(0.0, top, 65)[1:]
-    values = [function(float(torque)) for torque in trial]
-    for low, high, value in zip(np.append(0.0, trial), trial, values, strict=False):
-        if value >= 0.0:
-            return float(brentq(function, low, high, xtol=1e-14, rtol=1e-13))
+    trial = np.linspace(0.0, model.slack_amplitude / max(float(unit.max()), 1e-300), 65)
+    for low, high in pairwise(trial.tolist()):
+        if missing(high) >= 0.0:
+            return float(brentq(missing, low, high, xtol=1e-14, rtol=1e-13))
     return float("inf")
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from cabledrive.mechanics.chain import LabelledChain
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.motion import SlopeWave
+from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.tuning import section_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -23,11 +23,8 @@ from cabledrive.parameters.arrays import Array
 def _phase_integral(wave_number: float, length: float) -> complex:
     """E(p) of the module."""
     half = 0.5 * wave_number * length
-    return length * exp(1j * half) * _sinc(half)
-
-
-def _sinc(x: float) -> float:
-    return sin(x) / x if abs(x) > 1e-8 else 1.0 - x * x / 6.0
+    sinc = sin(half) / half if abs(half) > 1e-8 else 1.0 - half * half / 6.0
+    return length * exp(1j * half) * sinc
 
 
 def stretch_by(longitudinal: Sequence[SlopeWave], transverse: Sequence[SlopeWave]) -> float:
@@ -78,14 +75,10 @@ def largest_slope(longitudinal: Sequence[SlopeWave], span: str) -> float:
         if wave.span == span:
             ends = [abs(wave.slope_at(wave.start + share * wave.length).real) for share in (0.0, 1.0)]
             turned = wave.slope_at(wave.start)
-            inside = _passes_crest(turned, wave.wave_number * wave.length)
-            found = max(found, *ends, abs(turned) if inside else 0.0)
+            first = phase(turned)
+            crest = ceil(first / pi) * pi <= first + wave.wave_number * wave.length
+            found = max(found, *ends, abs(turned) if crest else 0.0)
     return found
-
-
-def _passes_crest(slope: complex, turn: float) -> bool:
-    first = phase(slope)
-    return ceil(first / pi) * pi <= first + turn
 
 
 def _overlaps(
@@ -127,12 +120,12 @@ class Section:
 
 def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> Section:
     """One transverse mode of a section: the given number, or the nearest to half the pulley mode [rad/s]."""
-    found = section_modes(chain, number or _enough(chain, pulley))
-    chosen = (
-        found[number - 1]
-        if number
-        else min(found, key=lambda mode: abs(2 * pi * mode.frequency - 0.5 * pulley))
-    )
+    # no more modes reach beyond half the pulley mode than of a string without masses
+    turns = 0.5 * pulley * float(chain.chain.travel_times.sum()) / pi
+    enough = min(HIGHEST_NUMBER, ceil(turns) + chain.chain.masses.size - 1)
+    found = section_modes(chain, number or enough)
+    near = min(found, key=lambda mode: abs(2 * pi * mode.frequency - 0.5 * pulley))
+    chosen = found[number - 1] if number else near
     pieces = chosen._motion.slope_waves()
     largest = max(wave.largest_displacement for wave in pieces)
     label = TransverseMode(
@@ -143,12 +136,6 @@ def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> 
     )
     unit = tuple(replace(wave, slope=wave.slope / largest) for wave in pieces)
     return Section(label=label, omega=2 * pi * chosen.frequency, mass=largest**-2, waves=unit)
-
-
-def _enough(chain: LabelledChain, pulley: float) -> int:
-    """How many modes reach beyond half the pulley mode: no more than of a string without masses."""
-    turns = 0.5 * pulley * float(chain.chain.travel_times.sum()) / pi
-    return min(HIGHEST_NUMBER, ceil(turns) + chain.chain.masses.size - 1)
 
 
 def coupling_of(drive: Drive, along: Sequence[SlopeWave], sections: Sequence[Section]) -> Array:
@@ -187,18 +174,13 @@ def stiffening_of(
     rigidity, stiffness = cable.axial_rigidity, cable.axial_rigidity * stretch
     squared = np.array([squared_slope(section.waves) for section in sections]) / stretch
     fourth = np.array([fourth_power_of_slope(section.waves) for section in sections]) / stretch**3
-    carried = rigidity**2 / (8 * stiffness) * _per_length(drive) * np.outer(squared, squared)
-    turned = np.outer(coupling, coupling) / (2 * pulley_stiffness)
-    return rigidity * cable.pretension / (2 * stiffness) * fourth, 4.0 * (carried + turned)
-
-
-def _per_length(drive: Drive) -> float:
-    """1 / Lambda of `stiffening_of` [1/m]."""
     (labelled,) = longitudinal_chains(drive)
     chain = labelled.chain
-    if chain.rigid_body_modes and not chain.closed:
-        return 0.0
-    return 1.0 / ((1.0 + drive.cable.prestrain) * float(chain.lengths.sum()))
+    free = chain.rigid_body_modes and not chain.closed
+    per_length = 0.0 if free else 1.0 / (stretch * float(chain.lengths.sum()))
+    carried = rigidity**2 / (8 * stiffness) * per_length * np.outer(squared, squared)
+    turned = np.outer(coupling, coupling) / (2 * pulley_stiffness)
+    return rigidity * cable.pretension / (2 * stiffness) * fourth, 4.0 * (carried + turned)
 
 
 def frequency_shift(tension: Array | float, rest: Array | float, rigidity: float) -> Array:

@@ -60,16 +60,16 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
     statics, moves = statics_of(drive), drive.body[body].moves
     order = sorted(range(2), key=lambda number: drive.driven.index(_ends(drive, number)[0]))
     lines = [_line(drive, number, motor, statics) for motor, number in enumerate(order)]
+    by_line = {name: np.array([line[name] for line in lines], dtype=np.float64) for name in lines[0]}
     frame = np.array([[1.0 if move == axis else 0.0 for move in moves] for axis in ("x", "y")])
     # Half of each last span rides with the body, as a rope shares its weight between its ends.
-    mass = drive.body[body].mass + sum(0.5 * line["mass"] for line in lines)
+    mass = drive.body[body].mass + sum(0.5 * line["rope_mass"] for line in lines)
     weight = frame.T @ (mass * gravity(drive) + np.array(drive.body[body].load))
-    along = np.array([line["bearing"] @ frame for line in lines])
-    rest = np.array([line["rest"] for line in lines])
+    along = by_line["bearing"] @ frame
     # Ropes have weight in statics and none here: the nearest tensions that hold the body.
+    rest = by_line["rest"]
     rest = rest + np.linalg.lstsq(along.T, weight - along.T @ rest, rcond=None)[0]
-    free = np.array([line["fixed"] + line["last"] for line in lines])
-    rigidity = np.array([line["rigidity"] for line in lines])
+    free = by_line["fixed"] + by_line["last"]
     n = len(moves)
     numbers = TwoMotors(
         mass=np.full(n, mass),
@@ -77,19 +77,9 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
         viscous=np.full(n, drive.body[body].damping),
         coulomb=np.full(n, drive.body[body].coulomb_friction),
         frame=frame,
-        centre=np.array([line["centre"] for line in lines]),
-        radius=np.array([line["radius"] for line in lines]),
-        anchor=np.array([line["anchor"] for line in lines]),
-        bearing=np.array([line["bearing"] for line in lines]),
-        fixed=np.array([line["fixed"] for line in lines], dtype=np.float64),  # none is an integer 0
-        unwound=-rest * free / rigidity,
-        rigidity=rigidity,
-        loss=np.array([line["loss"] for line in lines]),
-        drum=np.array([line["drum"] for line in lines]),
-        inertia=np.array([line["inertia"] for line in lines]),
-        turning_viscous=np.array([line["viscous"] for line in lines]),
-        turning_coulomb=np.array([line["coulomb"] for line in lines]),
+        unwound=-rest * free / by_line["rigidity"],
         limit=np.array([np.inf if m.torque_limit is None else m.torque_limit for m in drive.motor]),
+        **{name: values for name, values in by_line.items() if name in TwoMotors._fields},
     )
     return TwoMotorMachine(
         drive=drive,
@@ -99,7 +89,7 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
         spans=tuple(tuple(s.name for s in drive.free_spans if s.route == number) for number in order),
         motors=tuple(drive.pulley[number].name for number in drive.driven),
         tension=rest,
-        left_out=min(line["left_out"] for line in lines),
+        left_out=float(by_line["left_out"].min()),
     )
 
 
@@ -176,16 +166,16 @@ def _line(drive: RoutedDrive, number: int, motor: int, statics: Statics) -> dict
         "bearing": sense * np.array(span.along),
         "fixed": sum(one.length for _, one in spans[:-1]),
         "last": span.length,
-        "mass": route.ropes * rope.density * span.length,
+        "rope_mass": route.ropes * rope.density * span.length,
         "rest": route.ropes * statics.mean[index],
         "rigidity": route.ropes * rope.axial_rigidity,
         "loss": route.ropes * rope.axial_damping,
         "drum": drum.radius,
         "inertia": own.inertia + drum.inertia + sum(p.inertia * ratio**2 for p, ratio in turning),
-        "viscous": own.viscous_friction
+        "turning_viscous": own.viscous_friction
         + drum.viscous_friction
         + sum(p.viscous_friction * ratio**2 for p, ratio in turning),
-        "coulomb": own.coulomb_friction
+        "turning_coulomb": own.coulomb_friction
         + drum.coulomb_friction
         + sum(p.coulomb_friction * ratio for p, ratio in turning),
     }

@@ -50,16 +50,11 @@ def line_at(m: TwoMotors, i: int, q: Array, along: Array) -> tuple[float, float,
     # Unit vector of the tangent: turned from the line of centres by the angle whose sine is radius/distance.
     tx = (span * x - m.radius[i] * y) / squared
     ty = (span * y + m.radius[i] * x) / squared
-    turned = arc_between(m.bearing[i, 0], m.bearing[i, 1], tx, ty)
+    ax, ay = m.bearing[i, 0], m.bearing[i, 1]
+    turned = atan2(ax * ty - ay * tx, ax * tx + ay * ty)  # both ways up to half a turn
     for j in range(q.size):
         along[j] = tx * m.frame[0, j] + ty * m.frame[1, j]
     return span - before + m.radius[i] * turned, m.fixed[i] + span, span
-
-
-@njit
-def arc_between(ax: float, ay: float, bx: float, by: float) -> float:
-    """Angle from one unit vector to another, both ways up to half a turn [rad]."""
-    return atan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
 @njit

@@ -101,8 +101,9 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
     stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)
     density = cable.stretched_mass_per_length
     stretch = np.outer(shapes[:, 1] - shapes[:, 0], [1.0, -1.0])
-    x = (natural * length / cable.axial_wave_speed)[:, None, None]
-    uneven = 1.0 - x**2 / (4 * pi**2 * np.arange(1, sines + 1) ** 2 - x**2)
+    x, m = (natural * length / cable.axial_wave_speed)[:, None, None], np.arange(1, sines + 1)
+    uneven = 1.0 - x**2 / (4 * pi**2 * m**2 - x**2)
+    per_sine = 2.0 * (1.0 - np.cos(m * pi)) / (m * pi)  # -g on w1 and +g on w2 onto the sines, (2.26), (2.27)
     return UniformTensionModel(
         natural=natural,
         damping=_damping(drive, shapes, natural, stiffness),
@@ -115,7 +116,7 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
         transverse_damping=cable.transverse_damping,
         wave_numbers=wave_numbers,
         carrier=cable.axial_rigidity**2 / (stiffness * length * density),
-        gravity_load=_gravity(drive, sines),
+        gravity_load=np.outer([-drive.layout.gravity_across, drive.layout.gravity_across], per_sine),
         radii=(drive.drive_pulley.radius, drive.load_pulley.radius),
         pretension=cable.pretension,
         stiffness=stiffness,
@@ -126,26 +127,23 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
 
 
 def _check_fits(drive: Drive, sines: int) -> None:
-    pulleys = drive.pulley
-    friction = max(pulley.coulomb_friction for pulley in pulleys)
+    friction = max(pulley.coulomb_friction for pulley in drive.pulley)
     friction = max(friction, drive.motor.coulomb_friction if drive.motor else 0.0)
-    if drive.kind != "loop":
-        raise InputRefused(
-            f'kind = "{drive.kind}" does not fit the fast model, which needs a loop: use --model exact'
-        )
-    if drive.carriage:
-        raise InputRefused(
-            f"carriage: {len(drive.carriage)} given, the fast model carries none: use --model exact"
-        )
-    if any(pulley.fixed for pulley in pulleys):
-        raise InputRefused(
-            "pulley.fixed = true does not fit the fast model, where both turn: use --model exact"
-        )
-    if friction > 0.0:
-        raise InputRefused(
+    for refused, why in (
+        (drive.kind != "loop", f'kind = "{drive.kind}" does not fit the fast model, which needs a loop:'),
+        (drive.carriage, f"carriage: {len(drive.carriage)} given, the fast model carries none:"),
+        (
+            any(pulley.fixed for pulley in drive.pulley),
+            "pulley.fixed = true does not fit the fast model, where both turn:",
+        ),
+        (
+            friction > 0.0,
             f"coulomb_friction = {friction:.4g} N m does not fit the fast model, which is smooth: "
-            "set it to 0 or use --model exact"
-        )
+            "set it to 0 or",
+        ),
+    ):
+        if refused:
+            raise InputRefused(f"{why} use --model exact")
     if not 1 <= sines <= 400:
         raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")
 
@@ -174,14 +172,6 @@ def _damping(drive: Drive, shapes: Array, natural: Array, stiffness: float) -> A
     if motor is not None and motor.holding_stiffness is not None:
         elsewhere += motor.holding_stiffness / radius**2 * shapes[:, 2] ** 2
     return sum(b * np.outer(shape, shape) for b, shape in viscous) + np.diag(axial * (natural**2 - elsewhere))
-
-
-def _gravity(drive: Drive, sines: int) -> Array:
-    """Projection of -g on w1 and +g on w2 onto the sines, (2.26), (2.27), shape (2, m) [m/s^2]."""
-    m = np.arange(1, sines + 1)
-    per_sine = 2.0 * (1.0 - np.cos(m * pi)) / (m * pi)
-    across = drive.layout.gravity_across
-    return np.outer([-across, across], per_sine)
 
 
 class IntegratedMotion(NamedTuple):

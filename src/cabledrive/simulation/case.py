@@ -1,16 +1,15 @@
 """Everything that is decided before the first step of a run of a loop or a line."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import cable_law, taut_law
+from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.parameters.drive import Drive
@@ -18,16 +17,11 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH
-from cabledrive.simulation.methods import (
-    check_resolved,
-    largest_stable_step,
-    method_named,
-    time_grid,
-)
+from cabledrive.simulation.methods import largest_stable_step, method_named, time_grid
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
-from cabledrive.simulation.plan import State, plan_of, set_state
+from cabledrive.simulation.plan import State, new_state, plan_of
 from cabledrive.simulation.prepared import RopeRun
-from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
+from cabledrive.simulation.signals import Function, Signal, checked_signal
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, place_at_start, velocity_at_start
 
 
@@ -59,15 +53,9 @@ class Case(RopeRun):
         return why_interpreted(self.plan, self.law) if self.plan.law == at.OWN else why_plain()
 
     @property
-    def settings(self) -> dict[str, Any]:
-        """Law, inputs and start."""
-        return {
-            "law": law_fingerprint(self.law),
-            "torque": self.torques[0].fingerprint,
-            "forces": [signal.fingerprint for signal in self.forces],
-            "force_places": self.plan.force.tolist(),
-            "start": sha256(self.x.tobytes() + self.x_t.tobytes()).hexdigest(),
-        }
+    def width(self) -> int:
+        """Numbers per record."""
+        return WIDTH + 3 * len(self.plan.probe)
 
     def columns(self, found: Array) -> Array:
         """The columns of a loop or a line, from what the kernels record; the half cells at rims are cable."""
@@ -96,35 +84,10 @@ class Case(RopeRun):
         rows[:, WIDTH:] = found[:, 5 * spans : middle]
         return rows
 
-    def why(self, code: int, state: State, before: State, inputs: tuple[Array, ...]) -> str:
-        """Why steps ended early, in one line; ``before``: the state before these steps."""
-        if code == at.SLACK:
-            return self.slack_line(state)
-        if code == at.TOO_STIFF:
-            return self._too_stiff_line(state)
-        # Again step by step up to the first energy that is not finite.
-        set_state(state, before)
-        rows, no_fields = np.zeros((1, self.width)), np.zeros((0, 3, self.nodes))
-        for j in range(len(inputs[0])):
-            one = [given[j : j + 1] for given in inputs]
-            if self.integrate(state, one, 1, rows, no_fields) != at.DONE:
-                break
-        size = np.max(np.abs(state.x), axis=0)
-        farthest = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
-        span, segment = divmod(min(farthest, self.mesh.spacing.size - 1), self.mesh.segments)
-        when = state.counts[at.STEPS] * self.grid.step
-        place = f"{self.mesh.spans[span]} span at {self.mesh.position[span, segment]:.4g} m"
-        return (
-            f"diverged: the energy is not finite from t = {when:.6g} s on, the motion largest in the "
-            f"{place}: lower cfl or the input"
-        )
-
-    def place(self, piece: int, segment: int) -> tuple[str, float]:
-        """Span, and distance of the middle of a segment from its start [m]."""
-        return self.mesh.spans[piece], float(self.mesh.position[piece, segment : segment + 2].mean())
-
-    def _too_stiff_line(self, state: State) -> str:
-        """One line about the segment that is too stiff for the step."""
+    def why(self, code: int, state: State) -> str:
+        """Why steps ended early, in one line."""
+        if code != at.TOO_STIFF:
+            return super().why(code, state)
         over = stiffness_over_limit(self.plan, self.law, state.x)
         span, segment = divmod(int(np.argmax(over)), self.mesh.segments)
         return (
@@ -133,6 +96,10 @@ class Case(RopeRun):
             f"{self.mesh.position[span, segment]:.4g} m: give a step of at most "
             f"{self.grid.step / np.sqrt(over.max()):.4g} s"
         )
+
+    def place(self, piece: int, segment: int) -> tuple[str, float]:
+        """Span, and distance of the middle of a segment from its start [m]."""
+        return self.mesh.spans[piece], float(self.mesh.position[piece, segment : segment + 2].mean())
 
 
 def case_of(
@@ -152,17 +119,13 @@ def case_of(
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
     mesh = mesh_of(drive, scheme.segments)
     law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
-    method = replace(method_named(scheme.method), law=law)
-    largest = largest_stable_step(mesh, law)
-    grid = time_grid(
-        duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=mesh.nodes
+    method = method_named(scheme.method, law)
+    grid = time_grid(duration, largest_stable_step(mesh, law), scheme, recording.rate, mesh.nodes)
+    signal = checked_signal(torque, "torque", duration, grid.step)
+    pushes = tuple(
+        checked_signal(force.signal, f"force on carriage {force.carriage}", duration, grid.step)
+        for force in forces
     )
-    signal = signal_of(torque, "torque")
-    check_lasts(signal, duration, "torque")
-    check_resolved(signal, grid.step)
-    pushes = tuple(signal_of(force.signal, f"force on carriage {force.carriage}") for force in forces)
-    for force, push in zip(forces, pushes, strict=True):
-        check_lasts(push, duration, f"force on carriage {force.carriage}")
     plan = plan_of(
         mesh,
         law,
@@ -175,28 +138,29 @@ def case_of(
         forces=tuple(_place(drive, mesh, force) for force in forces),
     )
     method.check(plan)
-    displacement, rotor = place_at_start(mesh, law, start)
-    velocity = velocity_at_start(mesh, start)
+    x, rotor = place_at_start(mesh, law, start)
+    x_t = velocity_at_start(mesh, start)
     return Case(
         machine=drive,
         scheme=scheme,
         recording=recording,
         grid=grid,
         channels=CHANNELS,
-        width=WIDTH + 3 * len(plan.probe),
-        nodes=mesh.nodes,
-        law_name=taut_law(law).name,
         torques=(signal,),
         holding=np.array([drive.motor.offset_torque if drive.motor else 0.0]),
         plan=plan,
         method=method,
         laws=[law] * len(mesh.spans),
         forces=pushes,
-        x=displacement,
-        x_t=velocity,
-        q=np.array([*displacement[0, list(mesh.rims)], rotor]),
-        q_t=velocity[0, [*mesh.rims, 0]],
+        start=new_state(plan, x, x_t, np.array([*x[0, list(mesh.rims)], rotor]), x_t[0, [*mesh.rims, 0]]),
         mesh=mesh,
+        settings={
+            "law": law_fingerprint(law),
+            "torque": signal.fingerprint,
+            "forces": [push.fingerprint for push in pushes],
+            "force_places": plan.force.tolist(),
+            "start": sha256(x.tobytes() + x_t.tobytes()).hexdigest(),
+        },
     )
 
 

@@ -14,7 +14,7 @@ from math import tanh
 from typing import Any
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.mechanics.compiled import for_kernels, njit_inner, njit_strict
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TORQUE_WORK, VISCOUS_LOSS
 from cabledrive.simulation.observe import add_to
@@ -24,8 +24,7 @@ from cabledrive.simulation.segment_laws import add_pulls
 MOST_SWEEPS = 200
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def gather(plan: Plan, q: Array, torque: Array, work: Workspace) -> None:
     """Forces on the coordinates: springs, weights, motors and the ends of all pieces."""
     force, n = work.force, q.size
@@ -120,8 +119,7 @@ def smoothed(inertia: float, rest: float, coulomb: float, smooth: float, old: fl
     return 2.0 * mean - old
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def invert(matrix: Array, plan: Any, inverse: Array, mobility: Array, own: Array) -> None:
     """Inverse of a matrix without what is fixed or prescribed, and what friction does with it."""
     a, n = inverse, matrix.shape[0]
@@ -151,8 +149,7 @@ def invert(matrix: Array, plan: Any, inverse: Array, mobility: Array, own: Array
             own[k] += plan.rub[k, i] * total
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def place_ends(plan: Plan, q: Array, q_t: Array, x: Array, x_t: Array) -> None:
     """Ends of all pieces where the coordinates put them."""
     for piece in range(plan.nodes.shape[0]):
@@ -168,8 +165,7 @@ def place_ends(plan: Plan, q: Array, q_t: Array, x: Array, x_t: Array) -> None:
                 x_t[axis, node] = speed
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def end_speed(plan: Plan, piece: int, side: int, q_t: Array) -> float:
     """Speed of an end of a piece along it."""
     row, speed = 6 * piece + 3 * side, 0.0
@@ -178,8 +174,7 @@ def end_speed(plan: Plan, piece: int, side: int, q_t: Array) -> float:
     return speed
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def advance(plan: Plan, state: State, torque: Array, work: Workspace) -> None:
     """Speeds and places of the coordinates after the step, with works and losses over it."""
     q, q_t, new, right, n = state.q, state.q_t, work.new, work.right, state.q.size

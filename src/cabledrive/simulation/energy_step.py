@@ -9,7 +9,7 @@ for the energy V beyond the linear one and its forces F, Eqs. (L.1)-(L.3).
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.mechanics.compiled import for_kernels, njit_inner, njit_strict
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
@@ -23,8 +23,7 @@ from cabledrive.simulation.segment_laws import add_pulls, end_pulls, gradients, 
 MOST_TRIALS, SETTLED = 20, 1e-12
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def step_with_energy(
     plan: Plan, state: State, extra: Array, work: Workspace, torque: Array, forces: Array
 ) -> None:
@@ -86,16 +85,14 @@ def step_with_energy(
         work.trial[0, i] = sum_with_loss(extra, at.PLACES_LOST + i, q[i], plan.step * work.new[i])
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def place_compensated(state: State, work: Workspace) -> None:
     """Places of the coordinates after the step, with what rounding took of them."""
     for i in range(state.q.size):
         state.q[i] = work.trial[0, i]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def scaled_kick(plan: Plan, free: Array, x_t: Array, rest: Array, c: float) -> None:
     """Velocities after the kick of the components beyond the linear law, scaled by ``c``."""
     for axis in range(3):
@@ -114,8 +111,7 @@ def sum_with_loss(extra: Array, number: int, value: float, amount: float) -> flo
     return total
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def add_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
     """Components plus or minus those of the linear law."""
     for axis in range(3):
@@ -126,8 +122,7 @@ def add_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
             out[axis, i] = p[axis, i] + stiffness * slope
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def power(rest: Array, x_t: Array) -> float:
     """Power of components on the differences of velocities."""
     total = 0.0
@@ -137,8 +132,7 @@ def power(rest: Array, x_t: Array) -> float:
     return total
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def nonlinear_energy(plan: Plan, x: Array) -> float:
     """Elastic energy beyond that of the linear law."""
     total, rigidity = 0.0, plan.piece[0, at.RIGIDITY]
@@ -152,8 +146,7 @@ def nonlinear_energy(plan: Plan, x: Array) -> float:
     return 0.5 * rigidity * total
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def own_balance(plan: Plan, work: Workspace, after: Array, stored: float) -> float:
     """What the balance of this scheme has beyond that of Stoermer-Verlet; ``work.p`` holds the components."""
     x = work.before[0]

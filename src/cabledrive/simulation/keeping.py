@@ -9,7 +9,6 @@ import zipfile
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
-from zlib import crc32
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from cabledrive.parameters.files import LOCK, sync_folder
 from cabledrive.simulation.prepared import PreparedRun
 
 MOST_MEMORY = 4_000_000_000  # bytes
-BLOCK = 1 << 24  # bytes
 DIGEST = 64  # hexadecimal digits at the start of a checkpoint
 ROWS, FIELDS, CHECKPOINT, SETTING = "rows.f64", "fields.f64", "checkpoint", "run.json"
 RESULT, NEW = "result.nc", ".new"
@@ -30,8 +28,7 @@ class Records:
     """Rows and fields of a run as they come in, kept in memory."""
 
     def __init__(self, case: PreparedRun) -> None:
-        size = 8 * ((case.grid.records + 1) * case.width + case.field_records * 3 * case.nodes)
-        if size > MOST_MEMORY:
+        if (size := case.record_size) > MOST_MEMORY:
             raise InputRefused(
                 f"the records of this run take {size / 1e9:.1f} GB, at most {MOST_MEMORY / 1e9:.0f} GB are "
                 "kept in memory: lower rate or fields, or write to a file with output"
@@ -54,9 +51,9 @@ class Records:
 class RecordsInFolder(Records):
     """Records appended to plain files in a folder, with a checkpoint that always fits to what lies there.
 
-    The checkpoint is replaced as a whole after the records it stands for have reached the disk, and holds
-    their check sums. What lies behind it (a process was killed in between) is cut off on resuming; where less
-    lies there, or something else, the run is not resumed. The folder is held by this process alone.
+    The checkpoint is replaced as a whole after the records it stands for have reached the disk. What lies
+    behind them (a process was killed in between) is cut off on resuming; where less lies there, the run is
+    not resumed. The folder is held by this process alone.
     """
 
     def __init__(self, folder: Path, case: PreparedRun, *, resume: bool) -> None:
@@ -64,20 +61,27 @@ class RecordsInFolder(Records):
         self._shapes: tuple[tuple[int, ...], ...] = (case.width,), (3, case.nodes)
         self._every = case.recording.fields
         self.resumed: tuple[Any, int] | None = None
-        # Of the last two numbers of records: an interrupt may ask for the one before.
-        self._sums: list[tuple[int, ...]] = [(0, 0, 0)]
         left = left_behind(folder)
         if resume and set(left) - {SETTING + NEW}:  # else killed before it had begun
             self.resumed = self._load(case)
         else:
-            _check_room(folder.parent, case)
+            # once as they come in and once as the result
+            size, free = 2 * case.record_size, shutil.disk_usage(folder.parent).free
+            if size > free:
+                raise InputRefused(
+                    f"the records of this run take {size / 1e9:.3g} GB, {free / 1e9:.3g} GB are free in "
+                    f"{folder.parent}: lower rate or fields, shorten the run, or write to a larger disk"
+                )
             foreign = sorted(set(left) - MADE_HERE)
             if foreign:
                 raise InputRefused(f"{folder}: holds {foreign[0]}, which is no run's: move it elsewhere")
             _clear(folder, left)
             _replace_whole(folder / SETTING, json.dumps(case.fingerprint, indent=1).encode())
-        sizes = self._sizes(self._sums[-1][0])
-        self.files = [_open_at(folder / name, size) for name, size in zip((ROWS, FIELDS), sizes, strict=True)]
+        sizes = self._sizes(self.resumed[1] if self.resumed else 0)
+        self.files: list[BinaryIO] = []
+        for name, size in zip((ROWS, FIELDS), sizes, strict=True):
+            self.files.append((folder / name).open("ab"))
+            self.files[-1].truncate(size)
 
     def _sizes(self, records: int) -> tuple[int, int]:
         """Bytes of rows and of fields that belong to a number of records."""
@@ -101,10 +105,10 @@ class RecordsInFolder(Records):
                 raise ValueError(f"{CHECKPOINT} is damaged")
             with np.load(io.BytesIO(content[DIGEST:])) as saved:
                 state = type(first := case.first_state())(*(saved[name] for name in first._fields))
-                self._sums = [(records := int(saved["sums"][0]), *map(int, saved["sums"][1:]))]
-            parts = zip((ROWS, FIELDS), self._sizes(records), strict=True)
-            if tuple(_sum_of(self.folder / name, size) for name, size in parts) != self._sums[0][1:]:
-                raise ValueError("its records are not those that were written")
+                records = int(saved["records"])
+            for name, size in zip((ROWS, FIELDS), self._sizes(records), strict=True):
+                if (self.folder / name).stat().st_size < size:
+                    raise ValueError(f"{name} holds less than was written")
         except InputRefused:
             raise
         except (OSError, ValueError, TypeError, EOFError, RecursionError, zipfile.BadZipFile) as error:
@@ -113,11 +117,8 @@ class RecordsInFolder(Records):
 
     def append(self, rows: Array, fields: Array) -> None:
         """As of records in memory; `OSError` if the disk refuses."""
-        records, of_rows, of_fields = self._sums[-1]
         for file, added in zip(self.files, (rows, fields), strict=True):
             file.write(added.tobytes())
-        fresh = records + len(rows), crc32(rows.tobytes(), of_rows), crc32(fields.tobytes(), of_fields)
-        self._sums = [self._sums[-1], fresh]
 
     def commit(self, state: Any, records: int) -> None:
         """As of records in memory; `OSError` if the disk refuses."""
@@ -125,8 +126,7 @@ class RecordsInFolder(Records):
             file.flush()
             os.fsync(file.fileno())
         buffer = io.BytesIO()
-        sums = next(sums for sums in self._sums if sums[0] == records)
-        np.savez(buffer, **state._asdict(), sums=np.array(sums))
+        np.savez(buffer, **state._asdict(), records=records)
         data = buffer.getvalue()
         _replace_whole(self.folder / CHECKPOINT, hashlib.sha256(data).hexdigest().encode() + data)
 
@@ -167,15 +167,6 @@ def _clear(folder: Path, names: list[str]) -> None:
         (folder / name).unlink()
 
 
-def _open_at(path: Path, size: int) -> BinaryIO:
-    """Open a file, made where it is absent, for appending after the first bytes, which are kept."""
-    path.touch()
-    file = path.open("r+b")
-    file.truncate(size)
-    file.seek(size)
-    return file
-
-
 def _replace_whole(path: Path, content: bytes) -> None:
     """Write a file so that it is either the old one or the new one, on disk."""
     fresh = path.with_name(path.name + NEW)
@@ -185,28 +176,6 @@ def _replace_whole(path: Path, content: bytes) -> None:
         os.fsync(file.fileno())
     os.replace(fresh, path)
     sync_folder(path.parent)
-
-
-def _sum_of(path: Path, size: int) -> int:
-    """Check sum of the first bytes of a file; `OSError` if it holds less."""
-    found, left = 0, size
-    with path.open("rb") as file:
-        while left > 0:
-            if not (part := file.read(min(left, BLOCK))):
-                raise OSError(f"{path.name} holds {size - left} of {size} bytes")
-            found, left = crc32(part, found), left - len(part)
-    return found
-
-
-def _check_room(folder: Path, case: PreparedRun) -> None:
-    """Refuse records that the disk does not hold, once as they come in and once as the result."""
-    size = 16 * ((case.grid.records + 1) * case.width + case.field_records * 3 * case.nodes)
-    free = shutil.disk_usage(folder).free
-    if size > free:
-        raise InputRefused(
-            f"the records of this run take {size / 1e9:.3g} GB, {free / 1e9:.3g} GB are free in {folder}: "
-            "lower rate or fields, shorten the run, or write to a larger disk"
-        )
 
 
 def _mapped(path: Path, shape: tuple[int, ...]) -> Array:

@@ -17,7 +17,7 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.own_law import compiled_law, slack_of, stiffness_over_limit
 from cabledrive.simulation.plan import Plan, State, Workspace, law_of
-from cabledrive.simulation.signals import Signal, Sine
+from cabledrive.simulation.start import Scheme
 
 NONE = np.zeros(0)
 NAMES = ("verlet", "node-centred", "energy-conserving")
@@ -159,14 +159,11 @@ def _ask(law: CableLaw, plan: Plan, state: State, work: Workspace, recording: bo
     return slack_of(plan, law, state, gradients)
 
 
-METHODS = {name: Method(name=name) for name in NAMES}
-
-
-def method_named(name: str) -> Method:
+def method_named(name: str, law: CableLaw | None = None) -> Method:
     """Method of a name; others are refused."""
-    if name not in METHODS:
-        raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, METHODS)}')
-    return METHODS[name]
+    if name not in NAMES:
+        raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, NAMES)}')
+    return Method(name=name, law=law)
 
 
 MOST_STEPS = 10**12
@@ -236,16 +233,14 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
     return share * 2.0 / sqrt(max(float(np.max(rows)), joint_row, rim_row, motor_row))
 
 
-def time_grid(
-    duration: float, largest_step: float, *, step: float | None, cfl: float, rate: float, nodes: int = 1
-) -> TimeGrid:
+def time_grid(duration: float, largest_step: float, scheme: Scheme, rate: float, nodes: int = 1) -> TimeGrid:
     """Steps and records of a run, the last record exactly at its end.
 
-    ``duration``: length of the run [s]; ``largest_step``: largest stable step [s]; ``step``: step asked for
-    [s]; ``cfl``: share of the largest step to take if none was asked for; ``rate``: least number of records
-    per second [Hz]; ``nodes``: of the divided cable.
+    ``duration``: length of the run [s]; ``largest_step``: largest stable step [s]; ``rate``: least number of
+    records per second [Hz]; ``nodes``: of the divided cable.
     Raises `InputRefused` if the run has no end, the step is not stable, or the run takes too many steps.
     """
+    step = scheme.step
     if not (isfinite(duration) and duration > 0.0):
         raise InputRefused(f"duration = {duration} s must be above 0 and finite: give the length of the run")
     if not (isfinite(rate) and rate > 0.0):
@@ -254,7 +249,7 @@ def time_grid(
         raise InputRefused(
             f"step = {step:.6g} s is not stable: at most {largest_step:.6g} s (CFL 1), or fewer segments"
         )
-    wanted = min(cfl * largest_step if step is None else step, duration)
+    wanted = min(scheme.cfl * largest_step if step is None else step, duration)
     most = min(MOST_STEPS, MOST_NODE_STEPS / nodes)
     if duration / wanted > most:
         raise InputRefused(
@@ -265,12 +260,3 @@ def time_grid(
     interval = duration / records
     every = max(1, ceil(interval / wanted * (1.0 - 1e-12)))
     return TimeGrid(step=interval / every, largest_step=largest_step, every=every, records=records)
-
-
-def check_resolved(signal: Signal, step: float) -> None:
-    """Refuse a sine that has less than two steps [s] per period."""
-    if isinstance(signal, Sine) and abs(signal.frequency) * step > 0.5:
-        raise InputRefused(
-            f"frequency = {signal.frequency:.4g} Hz has less than two steps of {step:.3g} s per period: give "
-            f"at most {0.5 / step:.4g} Hz, or a shorter step"
-        )

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.mechanics.compiled import njit_inner
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
@@ -18,8 +18,7 @@ from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import end_pulls
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def move(
     plan: Plan, centred: Array | None, state: State, work: Workspace, torque: Array, forces: Array
 ) -> None:
@@ -35,8 +34,7 @@ def move(
     turn_and_damp(plan, state.q_t, state.x_t, state.tallies, work)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def kick_nodes(plan: Plan, x_t: Array, work: Workspace, forces: Array) -> None:
     """New speeds of all nodes but the rims, without axial damping; the old ones are kept."""
     node = plan.node
@@ -60,8 +58,7 @@ def kick_nodes(plan: Plan, x_t: Array, work: Workspace, forces: Array) -> None:
         x_t[axis, i] += node[at.KICK_U if axis == 0 else at.KICK_T, i] * forces[k]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def turn_and_damp(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Workspace) -> None:
     """New speeds of the coordinates, with axial damping those of the nodes as well."""
     if plan.axial == at.TRUE_DIRECTIONS:
@@ -72,8 +69,7 @@ def turn_and_damp(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Work
         end_damping(plan, q_t, x_t[0], tallies, work)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def finish(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
     """Displacements after the step, with the work of the forces and the transverse loss over it."""
     x, x_t, old, tallies = state.x, state.x_t, work.old, state.tallies
@@ -93,8 +89,7 @@ def finish(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
         add_to(tallies, int(TRANSVERSE_LOSS), 0.25 * plan.step * squares)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) -> None:
     """New speeds from the equations of motion written out at the nodes, Eqs. (2.33) and (2.34)."""
     h, node = plan.segment[at.INVERSE_SPACING, 0], plan.node
@@ -129,8 +124,7 @@ def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) ->
             x_t[2, i] = node[at.KEEP_T, i] * x_t[2, i] + damped * gained[2, i] + node[at.FALL_W, i]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Workspace) -> None:
     r"""Kelvin-Voigt damping, implicit: an unknown tension per segment, together with the coordinates' speeds.
 
@@ -176,8 +170,7 @@ def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Works
             x_t[axis, i] += kick[i] * (d[axis, i] * q[0, i] - d[axis, i - 1] * q[0, i - 1])
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
     """Damping tensions of a span, tridiagonal: constant part, answers to its rims' unit speeds, pivots."""
     d, q, link = work.direction, work.damp, 0.0
@@ -216,8 +209,7 @@ def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
             q[k, i] /= q[3, i]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def start_damping(plan: Plan, u_t: Array, work: Workspace) -> None:
     """Damping tensions along pieces between ends at rest, from the mean speeds of their kicked nodes."""
     q, p, pivot = work.damp[0], work.p[0], plan.damper[0]
@@ -239,8 +231,7 @@ def start_damping(plan: Plan, u_t: Array, work: Workspace) -> None:
         work.pull[piece, 1, 0] += q[last - 1]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def end_damping(plan: Plan, q_t: Array, u_t: Array, tallies: Array, work: Workspace) -> None:
     """Damping tensions along pieces with the ends' mean speeds, what they do to the nodes and take."""
     q, loss = work.damp[0], 0.0

@@ -6,7 +6,7 @@ coordinates, works and losses, the balance, places and speeds of the coordinates
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
+from cabledrive.mechanics.compiled import for_kernels, njit_inner, njit_strict
 from cabledrive.simulation import channels as column
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.plan import Plan, State, Workspace
@@ -33,8 +33,7 @@ def add_to(tallies: Array, number: int, amount: float) -> None:
     tallies[0, number] = total
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def keep_extremes(plan: Plan, state: State) -> None:
     """Least and largest of each coordinate, largest size of v and w at the middle of each piece."""
     x, extremes, peaks = state.x, state.extremes, state.peaks
@@ -48,8 +47,7 @@ def keep_extremes(plan: Plan, state: State) -> None:
             peaks[piece, axis - 1] = max(peaks[piece, axis - 1], size)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def copy_rows(source: Array, target: Array) -> None:
     """Copy an array of rows into another of the same shape."""
     for row in range(source.shape[0]):
@@ -57,8 +55,7 @@ def copy_rows(source: Array, target: Array) -> None:
             target[row, i] = source[row, i]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def keep_before(state: State, work: Workspace) -> None:
     """Keep what a record needs from before the kick."""
     copy_rows(state.x, work.before[0])
@@ -68,8 +65,7 @@ def keep_before(state: State, work: Workspace) -> None:
         work.before_q[0, i], work.before_q[1, i] = state.q[i], state.q_t[i]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def observe(plan: Plan, state: State, work: Workspace, torque: Array, row: Array) -> float:
     """Write one row; returns its balance.
 
@@ -107,8 +103,7 @@ def observe(plan: Plan, state: State, work: Workspace, torque: Array, row: Array
     return energy
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def observe_ropes(plan: Plan, after: Array, work: Workspace, row: Array) -> float:
     """Tensions and energies of the pieces; their part of the balance's correction."""
     h, p, mass, pieces = plan.segment[at.SPACING], work.p, plan.node[at.MASS], plan.nodes.shape[0]
@@ -135,8 +130,7 @@ def observe_ropes(plan: Plan, after: Array, work: Workspace, row: Array) -> floa
     return correction
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def observe_coordinates(plan: Plan, state: State, work: Workspace, energies: Array) -> float:
     """Energy of weights, kinetic energy and springs of the coordinates; their part of the correction."""
     n, x, correction = state.q.size, work.before[0], 0.0

@@ -109,6 +109,9 @@ STORED, SHIFT, STORED_LOST, PLACES_LOST = range(4)
 TENSION, ENERGY = 4, 5
 
 
+NO_NODES, NO_PAIRS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
+
+
 class Plan(NamedTuple):
     """Numbers of one run: pieces of rope between coordinates q, which move their ends.
 
@@ -152,11 +155,13 @@ class Plan(NamedTuple):
     wrap: Integers  # (frictions, 2): pieces before and behind a wrap, -1 elsewhere
     damper: Array  # (3, nodes - 1): along pieces: pivots, tension per speed of the start and of the end
     probe: Array  # (probes, 2): segment, and place between its ends from 0 to 1; first the middles of pieces
-    force: Integers  # (forces, 2): node, and axis
-    stop: Integers  # (stops,): nodes with a carriage or a force, in rising order
-    beside: Integers  # (number,): segments beside rims and stops
-    runs: Integers  # (runs, 2): first and last segment of each run of equal segments, the last not included
-    run: Array  # (runs, columns): their numbers, see `cabledrive.simulation.plan`
+    force: Integers = NO_PAIRS  # (forces, 2): node, and axis
+    stop: Integers = NO_NODES  # (stops,): nodes with a carriage or a force, in rising order
+    beside: Integers = NO_NODES  # (number,): segments beside rims and stops
+    runs: Integers = (
+        NO_PAIRS  # (runs, 2): first and last segment of each run of equal segments, the last not included
+    )
+    run: Array = np.zeros((0, 0))  # (runs, columns): their numbers, see `cabledrive.simulation.plan`
 
 
 class State(NamedTuple):
@@ -368,18 +373,21 @@ def new_workspace(plan: Plan) -> Workspace:
     nodes, n, pieces, k = plan.node.shape[1], len(plan.mass), len(plan.nodes), plan.bound.size
     segments, tallies = (3, nodes - 1), (2, TALLIES)
     shapes: tuple[tuple[int, ...], ...] = ((2, 3, nodes), (2, n), tallies, segments, segments)
-    shapes += ((3, nodes),) * 3 + (
-        segments,
-        (6, nodes - 1),
-        (pieces, 2, 3),
+    shapes += ((3, nodes), (3, nodes), (3, nodes), segments, (6, nodes - 1), (pieces, 2, 3))
+    shapes += (
         (n,),
         (2, n),
         (n,),
         (n,),
         (k,),
         (k,),
+        (n, n),
+        (n, n),
+        (n, k),
+        (k,),
+        tallies,
+        (3, 3, plan.stop.size),
     )
-    shapes += ((n, n), (n, n), (n, k), (k,), tallies, (3, 3, plan.stop.size))
     return Workspace(*(np.zeros(shape) for shape in shapes))
 
 
@@ -387,9 +395,3 @@ def copy_state(state: AnyState) -> AnyState:
     """Copy of a state, of this or another kind of run, that shares nothing with it."""
     copies: Any = (np.array(array) for array in state)
     return type(state)(*copies)
-
-
-def set_state(state: AnyState, other: AnyState) -> None:
-    """Write another state of the same run into this one."""
-    for mine, theirs in zip(state, other, strict=True):
-        mine[...] = theirs

@@ -12,35 +12,17 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
+from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import Channel, width_of
 from cabledrive.simulation.methods import Method, TimeGrid
-from cabledrive.simulation.plan import (
-    COMPLIANCE,
-    DONE,
-    EVENTS,
-    FALL_U,
-    FALL_W,
-    INVERSE_SPACING,
-    KEEP_T,
-    KICK_T,
-    KICK_U,
-    MOST_EVENTS,
-    NOT_FINITE,
-    ROPES,
-    UNDAMPED,
-    Plan,
-    State,
-    Workspace,
-    copy_state,
-    new_state,
-    new_workspace,
-)
+from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_workspace
 from cabledrive.simulation.result import SlackEvent
 from cabledrive.simulation.signals import Signal
 from cabledrive.simulation.start import Recording, Scheme
@@ -51,18 +33,31 @@ KEPT_OF_THE_LAST = {"extremes", "peaks", "reached", "events"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreparedRun(ABC):
-    """A run that has not begun. A state is a NamedTuple of arrays, the first of ``counts`` the steps done."""
+    """A run that has not begun. A state is a NamedTuple of arrays, the first of ``counts`` the steps done.
 
-    machine: Drive | RoutedDrive  # the drive of the run
+    ``channels`` are the columns of a record, of a loop the first ones, ``width`` the numbers in it, ``nodes``
+    those of all ropes; ``settings`` distinguish the run from others of its drive, scheme and recording.
+    """
+
+    machine: Drive | RoutedDrive
     scheme: Scheme
     recording: Recording
     grid: TimeGrid
-    channels: tuple[Channel, ...]  # columns of a record; of a loop the first ones
-    width: int  # numbers per record
-    nodes: int  # of all ropes
-    law_name: str  # of the cable law
     torques: tuple[Signal, ...]  # of each motor
     holding: Array  # (motors,): what is added to them [N m]
+    channels: tuple[Channel, ...]
+    settings: dict[str, Any]  # plain data
+    law_name = "exact"
+
+    @property
+    @abstractmethod
+    def nodes(self) -> int:
+        """Nodes of all ropes."""
+
+    @property
+    def width(self) -> int:
+        """Numbers per record."""
+        return len(self.channels)
 
     @property
     def field_records(self) -> int:
@@ -70,14 +65,14 @@ class PreparedRun(ABC):
         return 0 if self.recording.fields == 0 else self.grid.records // self.recording.fields + 1
 
     @property
+    def record_size(self) -> int:
+        """Bytes of all records."""
+        return 8 * ((self.grid.records + 1) * self.width + self.field_records * 3 * self.nodes)
+
+    @property
     def interpreted(self) -> str | None:
         """Why the steps are not compiled, in one line; None if they are."""
         return why_plain()
-
-    @property
-    @abstractmethod
-    def settings(self) -> dict[str, Any]:
-        """What distinguishes the run from others of its drive, scheme, recording and grid; plain data."""
 
     @abstractmethod
     def first_state(self) -> Any:
@@ -97,8 +92,8 @@ class PreparedRun(ABC):
         """Take the steps, the first of every ``every`` recorded; why they end."""
 
     @abstractmethod
-    def why(self, code: int, state: Any, before: Any, inputs: tuple[Array, ...]) -> str:
-        """Why steps ended early, in one line; ``before``: the state before these steps."""
+    def why(self, code: int, state: Any) -> str:
+        """Why steps ended early in a state, in one line."""
 
     @cached_property
     def fingerprint(self) -> dict[str, Any]:
@@ -142,14 +137,14 @@ class PreparedRun(ABC):
         Returns rows, shape (n, width), whole fields, and why n is less than ``count``, if so.
         """
         every, kept = self.grid.every, self.recording.fields
-        inputs, before = self.inputs(done * every, count * every), copy_state(state)
+        inputs = self.inputs(done * every, count * every)
         steps = _finite_steps(inputs, count * every)
         rows, fields = np.zeros((count, self.width)), np.zeros((count if kept else 0, 3, self.nodes))
         code = self.integrate(state, [given[:steps] for given in inputs], every, rows, fields)
         whole, stopped = -(-int(state.counts[0]) // every) - done, None
-        if code != DONE:
-            whole -= code == NOT_FINITE
-            stopped = self.why(code, state, before, inputs)
+        if code != at.DONE:
+            whole -= code == at.NOT_FINITE
+            stopped = self.why(code, state)
         elif steps < count * every:
             stopped = self._not_finite(done * every + steps)
         return rows[:whole], fields[:whole][-done % kept :: kept] if kept else fields, stopped
@@ -168,7 +163,7 @@ class PreparedRun(ABC):
         for name in KEPT_OF_THE_LAST & set(state._fields):
             getattr(state, name)[...] = getattr(beyond, name)
         state.counts[1:] = beyond.counts[1:]
-        return rows, fields, None if code == DONE else self.why(code, beyond, copy_state(state), inputs)
+        return rows, fields, None if code == at.DONE else self.why(code, beyond)
 
     def _not_finite(self, step: int) -> str:
         what = "torque or a force" if len(self.inputs(0, 1)) > 1 else "torque"
@@ -183,10 +178,17 @@ class RopeRun(PreparedRun):
     method: Method
     laws: list[CableLaw]  # of each piece
     forces: tuple[Signal, ...] = ()
-    x: Array  # (3, nodes): displacements at t = 0 [m]
-    x_t: Array  # (3, nodes): velocities at t = 0 [m/s]
-    q: Array  # (n,): coordinates at t = 0
-    q_t: Array  # (n,)
+    start: State  # displacements and velocities at t = 0
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of all ropes."""
+        return int(self.plan.node.shape[1])
+
+    @property
+    def law_name(self) -> str:  # type: ignore[override]
+        """Name of the cable law."""
+        return taut_law(self.laws[0]).name
 
     @cached_property
     def work(self) -> Workspace:
@@ -200,8 +202,7 @@ class RopeRun(PreparedRun):
     def first_state(self) -> State:
         """State before the first step: velocities half a step before the start."""
         (torque, *_), (forces, *_) = self.inputs(0, 1)
-        start = new_state(self.plan, self.x, self.x_t, self.q, self.q_t)
-        state = half_step_before(self.plan, self.laws, start, torque, forces)
+        state = half_step_before(self.plan, self.laws, copy_state(self.start), torque, forces)
         return state._replace(extra=self.method.extra(self.plan, state))
 
     def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
@@ -219,15 +220,21 @@ class RopeRun(PreparedRun):
 
     def slack_events(self, state: State) -> tuple[SlackEvent, ...]:
         """Where and when spans went slack up to a state, in order, the first thousand times."""
-        noted = state.events[: min(int(state.counts[EVENTS]), MOST_EVENTS)]
-        places = [self.place(int(piece), int(segment)) for _, piece, segment, _ in noted]
-        return tuple(
-            SlackEvent(time=float(step * self.grid.step), span=span, position=x, tension=float(tension))
-            for (step, _, _, tension), (span, x) in zip(noted, places, strict=True)
-        )
+        events = []
+        for step, piece, segment, tension in state.events[
+            : min(int(state.counts[at.EVENTS]), at.MOST_EVENTS)
+        ]:
+            span, x = self.place(int(piece), int(segment))
+            events.append(
+                SlackEvent(time=float(step * self.grid.step), span=span, position=x, tension=float(tension))
+            )
+        return tuple(events)
 
-    def slack_line(self, state: State) -> str:
-        """One line about the span that went slack last."""
+    def why(self, code: int, state: State) -> str:
+        """Why steps ended early, in one line."""
+        if code != at.SLACK:
+            when = state.counts[at.STEPS] * self.grid.step
+            return f"diverged: the energy is not finite from t = {when:.6g} s on: lower cfl or the input"
         event = self.slack_events(state)[-1]
         return (
             f"the {event.span} span goes slack at t = {event.time:.6g} s, x = {event.position:.4g} m "
@@ -255,28 +262,28 @@ def half_step_before(
     the same formula as all others. ``laws``: of each piece.
     """
     x, x_t, q, q_t = start.x, start.x_t, start.q, start.q_t
-    gradients, pull = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING], np.zeros((3, x.shape[1] - 1))
+    gradients, pull = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING], np.zeros((3, x.shape[1] - 1))
     on_q = plan.rest - plan.stiffness @ q + plan.motor.T @ torque - plan.damping.sum(axis=0) @ q_t
-    for number, ((first, last), law) in enumerate(zip(plan.nodes, laws, strict=True)):
+    for (first, last), law in zip(plan.nodes, laws, strict=True):
         here = slice(first, last)
         own = np.stack(law.excess_components(*gradients[:, here]))
-        if plan.axial != UNDAMPED and plan.segment[COMPLIANCE, first] > 0.0:
+        if plan.axial != at.UNDAMPED and plan.segment[at.COMPLIANCE, first] > 0.0:
             direction = np.stack(law.strain_gradient(*gradients[:, here]))
             rate = np.sum(direction * np.diff(x_t[:, first : last + 1], axis=1), axis=0)
-            own = own + direction * rate / plan.segment[COMPLIANCE, here]
+            own = own + direction * rate / plan.segment[at.COMPLIANCE, here]
         pull[:, here] = own
-        for side, sign in ((0, plan.piece[number, ROPES]), (1, -plan.piece[number, ROPES])):
-            for axis in range(3):
-                row = 6 * number + 3 * side + axis
-                entries = slice(plan.row_start[row], plan.row_start[row + 1])
-                np.add.at(on_q, plan.row_column[entries], sign * plan.row_value[entries] * own[axis, -side])
-    kick = plan.node[[KICK_U, KICK_T, KICK_T]]
+    # entries of the rows of the ends: row, piece, side and axis of each
+    row = np.repeat(np.arange(6 * len(plan.nodes)), np.diff(plan.row_start))
+    piece, side, axis = np.unravel_index(row, (len(plan.nodes), 2, 3))
+    sign = plan.piece[piece, at.ROPES] * (1 - 2 * side)
+    np.add.at(on_q, plan.row_column, sign * plan.row_value * pull[axis, plan.nodes[piece, side] - side])
+    kick = plan.node[[at.KICK_U, at.KICK_T, at.KICK_T]]
     gain = np.zeros_like(x_t)
     gain[:, 1:-1] = kick[:, 1:-1] * np.diff(pull, axis=1)
-    gain[[0, 2]] += plan.node[[FALL_U, FALL_W]]
-    for (node, axis), pushed in zip(plan.force, forces, strict=True):
-        gain[axis, node] += kick[axis, node] * pushed
-    damped = (1.0 - plan.node[KEEP_T]) / (1.0 + plan.node[KEEP_T])
+    gain[[0, 2]] += plan.node[[at.FALL_U, at.FALL_W]]
+    for (node, way), pushed in zip(plan.force, forces, strict=True):
+        gain[way, node] += kick[way, node] * pushed
+    damped = (1.0 - plan.node[at.KEEP_T]) / (1.0 + plan.node[at.KEEP_T])
     gain[1:] = gain[1:] * (1.0 + damped) - 2.0 * damped * x_t[1:]
 
     for k in np.flatnonzero(plan.stick >= 0):
@@ -291,10 +298,6 @@ def half_step_before(
     speeds = np.where(free, q_t, 0.0)
     speeds[free] -= 0.5 * plan.step * np.linalg.solve(plan.mass[np.ix_(free, free)], on_q[free])
     before = x_t - 0.5 * gain
-    for number, nodes in enumerate(plan.nodes):
-        for side, node in enumerate(nodes):
-            for axis in range(3):
-                row = 6 * number + 3 * side + axis
-                entries = slice(plan.row_start[row], plan.row_start[row + 1])
-                before[axis, node] = plan.row_value[entries] @ speeds[plan.row_column[entries]]
+    ends = np.bincount(row, plan.row_value * speeds[plan.row_column], 6 * len(plan.nodes))
+    before[:, plan.nodes] = ends.reshape(-1, 2, 3).transpose(2, 0, 1)
     return start._replace(x_t=before, q_t=speeds)

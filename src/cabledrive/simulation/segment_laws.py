@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place, njit_inner
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.plan import Plan, State, Workspace
 
@@ -17,15 +17,13 @@ Rope = tuple[int, bool, float, float]
 """Law, whether it goes slack, pretension [N], EA [N]."""
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def rope_of(plan: Plan, piece: int) -> Rope:
     """What the laws take of one rope of a piece."""
     return plan.law, plan.tension_only, plan.piece[piece, at.PRETENSION], plan.piece[piece, at.RIGIDITY]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def components(law: Any, numbers: Array, plan: Plan, x: Array, p: Array) -> int:
     """Components above the pretension of all segments, into ``p``; the number of slack ones."""
     inverse, slack = plan.segment[at.INVERSE_SPACING], 0
@@ -43,8 +41,7 @@ def law_components(law: Any, numbers: Array, x: Array, inverse: Array, p: Array)
     return law(numbers, x, inverse, p)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def segment_tensions(rope: Rope, here: tuple[int, int], x: Array, inverse: Array, p: Array) -> int:
     """Components above the pretension of segments from one to before another; the number of slack ones."""
     law, tension_only, pretension, rigidity = rope
@@ -114,8 +111,7 @@ def _truncated(rope: Rope, here: tuple[int, int], x: Array, inverse: Array, p: A
     return slack
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def transverse_stretch(law: int, u_x: float, v_x: float, w_x: float) -> float:
     """What the slopes add to the stretch of one segment."""
     slopes = v_x * v_x + w_x * w_x
@@ -124,24 +120,21 @@ def transverse_stretch(law: int, u_x: float, v_x: float, w_x: float) -> float:
     return 0.5 * slopes
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def gradients(x: Array, inverse: Array, i: int) -> tuple[float, float, float]:
     """Slopes of one segment."""
     h = inverse[i]
     return (x[0, i + 1] - x[0, i]) * h, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def segment_strain(law: int, x: Array, inverse: Array, i: int) -> float:
     """Apparent strain of one segment."""
     u_x, v_x, w_x = gradients(x, inverse, i)
     return u_x if law == at.LINEAR else u_x + transverse_stretch(law, u_x, v_x, w_x)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def segment_energy(rope: Rope, x: Array, inverse: Array, i: int) -> tuple[float, float]:
     """Tension and energy per length of one segment under a packaged law."""
     law, tension_only, pretension, rigidity = rope
@@ -155,8 +148,7 @@ def segment_energy(rope: Rope, x: Array, inverse: Array, i: int) -> tuple[float,
     return pull, pretension * slopes + 0.5 * stiffness * strain * strain
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def strains(plan: Plan, x: Array, tension: Array, stored: Array) -> None:
     """Tension and energy per length of all segments."""
     for piece in range(plan.nodes.shape[0]):
@@ -165,8 +157,7 @@ def strains(plan: Plan, x: Array, tension: Array, stored: Array) -> None:
             tension[i], stored[i] = segment_energy(rope, x, plan.segment[at.INVERSE_SPACING], i)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
     """Derivative of the strain of each segment, along which it is damped; zero where it is slack."""
     inverse = plan.segment[at.INVERSE_SPACING]
@@ -181,8 +172,7 @@ def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
         direction[0, i], direction[1, i], direction[2, i] = along, sideways * v_x, sideways * w_x
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def note_slack(plan: Plan, state: State) -> None:
     """Note where and when a piece goes slack that was taut at the step before."""
     for piece in range(plan.nodes.shape[0]):
@@ -200,8 +190,7 @@ def note_slack(plan: Plan, state: State) -> None:
         state.slack[piece] = 1 if place >= 0 else 0
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def end_pulls(plan: Plan, p: Array, work: Workspace) -> None:
     """Components beside both ends of all pieces."""
     for piece in range(plan.nodes.shape[0]):
@@ -210,8 +199,7 @@ def end_pulls(plan: Plan, p: Array, work: Workspace) -> None:
             work.pull[piece, 1, axis] = p[axis, plan.nodes[piece, 1] - 1]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def add_pulls(plan: Plan, work: Workspace, force: Array) -> None:
     """Add what the ends of all pieces do to the coordinates."""
     for piece in range(plan.nodes.shape[0]):

@@ -214,12 +214,19 @@ def signal_of(given: Signal | float | Function, what: str) -> Signal:
         ) from None
 
 
-def check_lasts(signal: Signal, duration: float, what: str) -> None:
-    """Refuse a signal, in the words for it, that ends before the run does [s]."""
+def checked_signal(given: Signal | float | Function, what: str, duration: float, step: float) -> Signal:
+    """As `signal_of`; refused in the words for it where it ends before the run [s], or outruns its step."""
+    signal = signal_of(given, what)
     if signal.lasts < duration * (1.0 - 1e-12):
         raise InputRefused(
             f"{what} ends at {signal.lasts:.9g} s, before the run of {duration:.9g} s: give more samples"
         )
+    if isinstance(signal, Sine) and abs(signal.frequency) * step > 0.5:
+        raise InputRefused(
+            f"frequency = {signal.frequency:.4g} Hz has less than two steps of {step:.3g} s per period: give "
+            f"at most {0.5 / step:.4g} Hz, or a shorter step"
+        )
+    return signal
 
 
 def _check_finite(signal: Signal, *names: str) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import Mesh, gradients
-from cabledrive.mechanics.statics import Equilibrium, equilibrium
+from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest
 
@@ -86,23 +86,16 @@ class Start:
         "start from where the cable hangs under gravity and carriages instead of the straight cable", False
     )
     hold: str = meaning(
-        "pulleys held while that equilibrium is searched, see "
-        "`cabledrive.mechanics.statics.equilibrium`. The motor holds the drive pulley: a flexible "
-        "joint starts with the twist that its torque gives it",
+        "pulleys held while that equilibrium is searched, see `cabledrive.mechanics.statics.equilibrium`. "
+        "The motor holds the drive pulley: a flexible joint starts with the twist that its torque gives it",
         "none",
     )
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("drive_angle", "rad"),
-            ("load_angle", "rad"),
-            ("drive_speed", "rad/s"),
-            ("load_speed", "rad/s"),
-        ):
-            if not isfinite(getattr(self, name)):
-                raise InputRefused(
-                    f"start: {name} = {getattr(self, name)} {unit} must be finite: give a number"
-                )
+        for name in ("drive_angle", "load_angle", "drive_speed", "load_speed"):
+            value, unit = getattr(self, name), "rad" if name.endswith("angle") else "rad/s"
+            if not isfinite(value):
+                raise InputRefused(f"start: {name} = {value} {unit} must be finite: give a number")
 
 
 def place_at_start(mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, float]:
@@ -115,23 +108,27 @@ def place_at_start(mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, floa
     if start.from_equilibrium:
         rest = equilibrium(mesh, law, hold=start.hold)
         total += rest.displacement
-        twist = _joint_twist(mesh, start, rest)
+        # The motor's torque or its holding stiffness carries the weights through a flexible joint, if either.
+        if mesh.joint is not None and (start.hold != "none" or mesh.shafts[2].holding_stiffness != 0.0):
+            twist = mesh.shafts[0].radius * float(rest.holding_torque[0]) / mesh.joint.stiffness
     for pluck in start.plucks:
         shape = _shaped(mesh, pluck)
-        _check_height(mesh, pluck, shape)
+        size, length = float(np.max(np.abs(shape))), float(mesh.position[0, -1])
+        if not size < length:
+            raise InputRefused(
+                f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {length:.6g} m: "
+                "lower it"
+            )
         total[PLANES.index(pluck.plane)] += shape
-    _check_taut(mesh, law, total)
+    tension = np.asarray(law.tension(*gradients(mesh, total)))
+    least = int(np.argmin(tension))
+    if tension[least] < 0.0 and not law.tension_only:
+        span, place = divmod(least, mesh.segments)
+        raise InputRefused(
+            f"start: the {mesh.spans[span]} span is slack at x = {mesh.position[span, place]:.6g} m "
+            f"({tension[least]:.4g} N): lower the pluck, raise cable.pretension or allow slack"
+        )
     return total, float(total[0, 0]) + twist
-
-
-def _joint_twist(mesh: Mesh, start: Start, rest: Equilibrium) -> float:
-    """Of a flexible joint that carries the weights from the rim to the rotor, at the rim [m].
-
-    The motor's torque or its holding stiffness balances them; where neither does, the joint carries nothing.
-    """
-    if mesh.joint is None or (start.hold == "none" and mesh.shafts[2].holding_stiffness == 0.0):
-        return 0.0
-    return mesh.shafts[0].radius * float(rest.holding_torque[0]) / mesh.joint.stiffness
 
 
 def velocity_at_start(mesh: Mesh, start: Start) -> Array:
@@ -157,15 +154,6 @@ def _following_rims(mesh: Mesh, drive: float, load: float, what: str) -> Array:
         first, last = rims[number], rims[1 - number]
         total[0, mesh.span_nodes(span)] = first + (last - first) * share
     return total
-
-
-def _check_height(mesh: Mesh, pluck: Pluck, shape: Array) -> None:
-    size, length = float(np.max(np.abs(shape))), float(mesh.position[0, -1])
-    if not size < length:
-        raise InputRefused(
-            f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {length:.6g} m: "
-            "lower it"
-        )
 
 
 def _shaped(mesh: Mesh, pluck: Pluck) -> Array:
@@ -199,8 +187,17 @@ def profile_of(pluck: Pluck, x: Array, held: Array) -> Array:
             raise InputRefused(
                 f"pluck: its place, x = {place:.6g} m, is held by a guided carriage: pluck beside it"
             )
-        inside = (x > first) & (x < last)
-        return np.where(inside, _named(pluck.shape, x, first, place, last), 0.0)
+        if pluck.shape == "triangle":
+            shape = np.minimum((x - first) / (place - first), (last - x) / (last - place))
+        else:
+            waves = {"half-sine": "1"}.get(pluck.shape, pluck.shape.removeprefix("sine-"))
+            if not waves.isdecimal() or int(waves) == 0:
+                raise InputRefused(
+                    f'pluck: shape = "{pluck.shape}" is not one of its values: write "triangle", '
+                    '"half-sine", "sine-2", ...'
+                )
+            shape = np.sin(int(waves) * np.pi * (x - first) / (last - first))
+        return np.where((x > first) & (x < last), shape, 0.0)
     values = pluck.shape(x) if callable(pluck.shape) else pluck.shape
     profile = np.asarray(values, dtype=np.float64)
     if profile.ndim != 1 or profile.size < 3 or not np.isfinite(profile).all():
@@ -210,31 +207,6 @@ def profile_of(pluck: Pluck, x: Array, held: Array) -> Array:
     if callable(pluck.shape):
         return profile
     return np.interp(x / x[-1], np.linspace(0.0, 1.0, profile.size), profile)
-
-
-def _named(name: str, x: Array, first: float, place: float, last: float) -> Array:
-    """Profile of height one between two held points; ``place``: corner of a triangle."""
-    if name == "triangle":
-        return np.minimum((x - first) / (place - first), (last - x) / (last - place))
-    waves = {"half-sine": "1"}.get(name, name.removeprefix("sine-"))
-    if not waves.isdecimal() or int(waves) == 0:
-        raise InputRefused(
-            f'pluck: shape = "{name}" is not one of its values: write "triangle", "half-sine", "sine-2", ...'
-        )
-    return np.sin(int(waves) * np.pi * (x - first) / (last - first))
-
-
-def _check_taut(mesh: Mesh, law: CableLaw, displacement: Array) -> None:
-    if law.tension_only:
-        return
-    tension = law.tension(*gradients(mesh, displacement))
-    least = int(np.argmin(tension))
-    if tension[least] < 0.0:
-        span, place = divmod(least, mesh.segments)
-        raise InputRefused(
-            f"start: the {mesh.spans[span]} span is slack at x = {mesh.position[span, place]:.6g} m "
-            f"({tension[least]:.4g} N): lower the pluck, raise cable.pretension or allow slack"
-        )
 
 
 SLACK = ("stop", "record", "tension-only")
@@ -273,8 +245,10 @@ class Scheme:
     smoothing_speed: float = meaning("angular speed over which friction is smoothed [rad/s]", 0.1)
 
     def __post_init__(self) -> None:
-        _check_word("slack", self.slack, SLACK)
-        _check_word("friction", self.friction, FRICTION)
+        for name, words in (("slack", SLACK), ("friction", FRICTION)):
+            value = getattr(self, name)
+            if value not in words:
+                raise InputRefused(f'{name} = "{value}" is not one of its values{nearest(str(value), words)}')
         if not 0.0 < self.cfl <= 1.0:
             raise InputRefused(f"cfl = {self.cfl}: the method is stable above 0 and up to 1: choose 0.9")
         if self.step is not None and not (isfinite(self.step) and self.step > 0.0):
@@ -285,8 +259,3 @@ class Scheme:
             raise InputRefused(
                 f"smoothing_speed = {self.smoothing_speed} rad/s must be above 0 and finite: give one"
             )
-
-
-def _check_word(name: str, value: str, words: tuple[str, ...]) -> None:
-    if value not in words:
-        raise InputRefused(f'{name} = "{value}" is not one of its values{nearest(str(value), words)}')

@@ -13,7 +13,7 @@ two records are taken in one call.
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place, njit_inner
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.coordinates import advance, gather, place_ends, turn
@@ -29,8 +29,7 @@ Out = tuple[Array, Array] | None
 Lines = tuple[Plane, Out]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def pulls_beside(plan: Plan, x: Array, p: Array) -> None:
     """Components of the segments beside rims and stops, into their places in p."""
     rope, inverse = rope_of(plan, 0), plan.segment[at.INVERSE_SPACING]
@@ -39,8 +38,7 @@ def pulls_beside(plan: Plan, x: Array, p: Array) -> None:
         segment_tensions(rope, here, x, inverse, p)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def kick_stops(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
     """Speeds of the stops after a step, from the components beside them; kept until the pass is over."""
     x, x_t, p, stop, node = state.x, state.x_t, work.p, work.stop, plan.node
@@ -59,8 +57,7 @@ def kick_stops(plan: Plan, state: State, work: Workspace, forces: Array) -> None
         stop[AFTER, 2, k] += node[at.FALL_W, i]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def move_stops(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
     """Write the stops' speeds and places over what the pass left there; work of forces, transverse loss."""
     x, x_t, stop, tallies = state.x, state.x_t, work.stop, state.tallies
@@ -89,8 +86,7 @@ def rows_of(state: State) -> Lines:
     return (u, w, u_t, w_t), (v, v_t) if v.any() or v_t.any() else None
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def move_run(plan: Plan, k: int, pulls: Pulls, plane: Plane, out: Out) -> tuple[int, float]:
     """Kick and drift of all nodes of a run but its last, before which the pulls h p act on the first.
 
@@ -146,8 +142,7 @@ def move_run(plan: Plan, k: int, pulls: Pulls, plane: Plane, out: Out) -> tuple[
     return outside, squares
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def step_taut(
     plan: Plan, state: State, work: Workspace, inputs: tuple[Array, Array], plane: Plane, out: Out
 ) -> bool:
@@ -193,8 +188,7 @@ def step_taut(
     return True
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def record_exact(plan: Plan, state: State, work: Workspace, torque: Array, row: Array) -> float:
     """Write the record of the step before which ``work.before`` was kept, under the exact law."""
     x, inverse = work.before[0], plan.segment[at.INVERSE_SPACING]

@@ -89,8 +89,8 @@ def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> li
             near = abs(detuning) < (NEAR if a == b else NEAR_SUM) * natural
             if not (near or (a == b and all_of_them)):
                 continue
-            itself = sqrt(abs(model.coupling[k, r, a, BAND] * model.coupling[k, r, b, BAND]))
-            if a != b and abs(model.coupling[k, r, a, b - a + BAND]) <= WEAKEST * itself:
+            itself = sqrt(abs(model.coupling[k, r, a, a] * model.coupling[k, r, b, b]))
+            if a != b and abs(model.coupling[k, r, a, b]) <= WEAKEST * itself:
                 continue
             torque = _threshold(model, k, r, a, b, detuning)
             found.append(
@@ -117,7 +117,7 @@ def _threshold(model: SaggingModel, k: int, r: int, a: int, b: int, detuning: fl
     """Threshold torque of one pair [N m]; infinite where there is none."""
     loss_a, loss_b = float(model.loss[r, a]), float(model.loss[r, b])
     natural, resistance = float(model.natural[k]), float(model.natural[k] * model.damping[k, k])
-    per_amplitude = abs(float(model.coupling[k, r, a, b - a + BAND])) / 4.0
+    per_amplitude = abs(float(model.coupling[k, r, a, b])) / 4.0
     turning = 0.25 * natural**2 if a == b else float(model.transverse[r, a] * model.transverse[r, b])
     per_amplitude /= sqrt(float(model.mass[r, a] * model.mass[r, b]) * turning)
     if _still(model, k) or per_amplitude == 0.0:

@@ -32,7 +32,6 @@ from cabledrive.simulation.plan import (
     Plan,
     State,
     copy_state,
-    set_state,
 )
 from oracles.readable_chain.observe import balance_of
 from oracles.readable_chain.verlet import (
@@ -79,7 +78,8 @@ def energy_step_reference(
     force = np.diff(rest, axis=1)
     kick = plan.node[[KICK_U, KICK_T, KICK_T], 1:-1]
     change, attempt, result = _settled(_trial, 0.25 * plan.step / root**2 * float(np.sum(kick * force**2)))
-    set_state(state, attempt)
+    for mine, theirs in zip(state, attempt, strict=True):
+        mine[...] = theirs
     state.extra[STORED] += result * (old + 0.5 * change)
 
 

@@ -184,7 +184,7 @@ def _masses(motion: Motion) -> tuple[Array, Array]:
         rigid = motor.inertia if motor is not None and motor.joint_stiffness is None else 0.0
         parts.append((pulley.inertia + rigid, motion.angle(number)))
         if motor is not None and motor.joint_stiffness is not None:
-            parts.append((motor.inertia, _rotor(motion, number)))
+            parts.append((motor.inertia, motion.rotor(number)))
     for number, carriage in enumerate(drive.carriage):
         name = motion.carriage_name(number)
         parts += [(carriage.mass, motion.unit(f"{name} {way}")) for way in DIRECTIONS]
@@ -197,15 +197,6 @@ def _stacked(parts: list[tuple[float, Array]], n: int) -> tuple[Array, Array]:
     return np.array([value for value, _ in parts]), rows
 
 
-def _rotor(motion: Motion, pulley: int) -> Array:
-    """Turn of the rotor behind a flexible joint; of a held one that of the body it is mounted on."""
-    part = motion.drive.pulley[pulley]
-    name = f"rotor of {part.name}"
-    if name in motion.names:
-        return motion.unit(name)
-    return motion.rotation(motion.drive.body_number(part.on, part.name))
-
-
 def _springs(motion: Motion) -> tuple[Array, Array, tuple[str, ...]]:
     """Springs of bodies, joints and holding stiffnesses, with the rows that strain them and their names."""
     drive = motion.drive
@@ -216,16 +207,14 @@ def _springs(motion: Motion) -> tuple[Array, Array, tuple[str, ...]]:
             parts += [(body.stiffness, motion.unit(f"{body.name}.{move}")) for move in body.moves]
             names += [f"spring of {body.name}"] * len(body.moves)
     for number, motor in zip(drive.driven, drive.motor, strict=True):
-        part = drive.pulley[number]
         shaft = motion.angle(number)
         if motor.joint_stiffness is not None:
-            rotor = _rotor(motion, number)
+            rotor = motion.rotor(number)
             parts.append((motor.joint_stiffness, rotor - shaft))
             names.append("motor joint")
             shaft = rotor
         if motion.motor == HOLDING and motor.holding_stiffness is not None:
-            mount = motion.rotation(drive.body_number(part.on, part.name))
-            parts.append((motor.holding_stiffness, shaft - mount))
+            parts.append((motor.holding_stiffness, shaft - motion.mount(number)))
             names.append("holding stiffness")
     kept = [(part, name) for part, name in zip(parts, names, strict=True) if part[1].any()]
     stiffness, rows = _stacked([part for part, _ in kept], len(motion.names))
@@ -264,26 +253,19 @@ def dampers_of(network: Network) -> tuple[Array, Array]:
         parts.append((motor.viscous_friction, rotor))
         if motor.joint_stiffness is not None:
             parts.append((motor.joint_damping, rotor - turn))
-    kept = [(value, row) for value, row in parts if value > 0.0 and row.any()]
-    rows = np.array([row for _, row in kept]) if kept else np.zeros((0, len(motion.names)))
-    return np.array([value for value, _ in kept]), rows
+    return _stacked([part for part in parts if part[0] > 0.0 and part[1].any()], len(motion.names))
 
 
 def relative_turn(network: Network, pulley: int) -> Array:
     """Turn of a pulley against what carries it, shape (n,)."""
-    part = network.drive.pulley[pulley]
-    mount = network.motion.rotation(network.drive.body_number(part.on, part.name))
-    return network.motion.angle(pulley) - mount
+    return network.motion.angle(pulley) - network.motion.mount(pulley)
 
 
 def rotor_turn(network: Network, pulley: int) -> Array:
     """Turn of the rotor that drives a pulley, against what carries the motor, shape (n,)."""
-    part = network.drive.pulley[pulley]
-    name = f"rotor of {part.name}"
-    if name not in network.motion.names:
+    if f"rotor of {network.drive.pulley[pulley].name}" not in network.motion.names:
         return relative_turn(network, pulley)
-    mount = network.motion.rotation(network.drive.body_number(part.on, part.name))
-    return network.motion.unit(name) - mount
+    return network.motion.rotor(pulley) - network.motion.mount(pulley)
 
 
 def coulomb_of(network: Network) -> list[tuple[str, Array, float]]:

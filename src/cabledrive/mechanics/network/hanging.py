@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import gravity
-from cabledrive.mechanics.network.pieces import Element, Piece, carriage_at, end_place, straight_element
+from cabledrive.mechanics.network.pieces import Element, carriage_at, end_place, straight_element
 from cabledrive.mechanics.sag import irvine_parameter
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.geometry import Place
@@ -84,16 +84,12 @@ def hanging_pieces(network: Network) -> list[Hanging]:
             )
         )
         if piece.end == span.length or drive.carriage[carriage_at(drive, piece.span, piece.end)].guided:
-            found += _on_chord(run)
+            # the shear that brings the ends of what hangs between two places of the chord there
+            rise = sum(own.mean(1) * own.length for own in run)
+            unit = sum(replace(own, shear=1.0, load=0.0).mean(1) * own.length for own in run)
+            found += [replace(own, shear=own.shear - rise / unit) for own in run]
             run = []
     return found
-
-
-def _on_chord(run: list[Hanging]) -> list[Hanging]:
-    """Pieces between two places on the chord, with the shear that brings their ends there."""
-    rise = sum(own.mean(1) * own.length for own in run)
-    unit = sum(replace(own, shear=1.0, load=0.0).mean(1) * own.length for own in run)
-    return [replace(own, shear=own.shear - rise / unit) for own in run]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,12 +120,18 @@ def hanging_elements(network: Network) -> dict[int, HangingElement]:
     """Elements of the pieces that hang, Eq. (N.13), by the number of the piece; none of ropes that run."""
     drive = network.drive
     hanging, irvine = _at_rest(network)
-    return {
-        number: _element(network, network.pieces[number], own)
-        for number, own in enumerate(hanging)
-        for span in [network.pieces[number].span]
-        if irvine[span] > STRAIGHT and not drive.route[drive.free_spans[span].route].speed
-    }
+    found: dict[int, HangingElement] = {}
+    for number, (piece, own) in enumerate(zip(network.pieces, hanging, strict=False)):
+        if irvine[piece.span] <= STRAIGHT or drive.route[drive.free_spans[piece.span].route].speed:
+            continue
+        straight = straight_element(drive, piece)
+        near, far = own.end_slopes.tolist()
+        before = _shift(end_place(drive, piece, True), near)
+        after = -_shift(end_place(drive, piece, False), far)
+        same = {one.name: getattr(straight, one.name) for one in fields(straight)}
+        same |= {"length": straight.length + before + after, "before": straight.before + before}
+        found[number] = HangingElement(**same, hanging=own, along=piece.length + before + after)
+    return found
 
 
 def _at_rest(network: Network) -> tuple[list[Hanging], Array]:
@@ -142,17 +144,6 @@ def _at_rest(network: Network) -> tuple[list[Hanging], Array]:
         rigidity = drive.ropes[drive.free_spans[piece.span].route].axial_rigidity
         irvine[piece.span] = max(irvine[piece.span], own.irvine(rigidity))
     return hanging, irvine
-
-
-def _element(network: Network, piece: Piece, own: Hanging) -> HangingElement:
-    drive = network.drive
-    straight = straight_element(drive, piece)
-    near, far = own.end_slopes.tolist()
-    before = _shift(end_place(drive, piece, True), near)
-    after = -_shift(end_place(drive, piece, False), far)
-    same = {one.name: getattr(straight, one.name) for one in fields(straight)}
-    longer = {"length": straight.length + before + after, "before": straight.before + before}
-    return HangingElement(**same | longer, hanging=own, along=piece.length + before + after)
 
 
 def _shift(place: Place | None, turned: float) -> float:

@@ -139,10 +139,17 @@ class Motion:
 
     def angle(self, pulley: int) -> Array:
         """Turn of a pulley, shape (n,) [rad]; a guide and a held pulley turn with their body."""
+        return self.unit(self.drive.pulley[pulley].name) if self.turns(pulley) else self.mount(pulley)
+
+    def mount(self, pulley: int) -> Array:
+        """Turn of what carries a pulley, shape (n,) [rad]."""
         part = self.drive.pulley[pulley]
-        if self.turns(pulley):
-            return self.unit(part.name)
         return self.rotation(self.drive.body_number(part.on, part.name))
+
+    def rotor(self, pulley: int) -> Array:
+        """Turn of the rotor behind a flexible joint; of a held one that of the body it is mounted on."""
+        name = f"rotor of {self.drive.pulley[pulley].name}"
+        return self.unit(name) if name in self.names else self.mount(pulley)
 
     def body_of(self, place: Place) -> int | None:
         """Body that carries a place of a path."""

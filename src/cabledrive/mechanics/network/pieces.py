@@ -166,16 +166,10 @@ def carriage_at(drive: RoutedDrive, span: int, place: float) -> int:
 
 def wrap_at(drive: RoutedDrive, span: int, start: bool) -> tuple[int, float] | None:
     """The span that ends at the pulley at one end of a span, and the wrap there [rad]; None on a drum."""
-    number = span_before(drive, span) if start else span
-    wrap = None if number is None else drive.free_spans[number].wrap
-    return None if number is None or wrap is None else (number, wrap)
-
-
-def span_before(drive: RoutedDrive, span: int) -> int | None:
-    """Number of the span before one of the same route; None at the start of an open one."""
-    spans, route = drive.free_spans, drive.free_spans[span].route
-    if span > 0 and spans[span - 1].route == route:
-        return span - 1
-    if not drive.route[route].closed:
+    route = drive.free_spans[span].route
+    own = [number for number, other in enumerate(drive.free_spans) if other.route == route]
+    if start and span == own[0] and not drive.route[route].closed:
         return None
-    return max(number for number, other in enumerate(spans) if other.route == route)
+    number = own[own.index(span) - 1] if start else span
+    wrap = drive.free_spans[number].wrap
+    return None if wrap is None else (number, wrap)

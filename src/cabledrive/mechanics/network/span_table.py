@@ -9,22 +9,7 @@ import numpy as np
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
 from cabledrive.mechanics.warnings import ELASTIC_RULE
-from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Rope, RoutedDrive
-from cabledrive.parameters.route.geometry import FreeSpan
-
-
-def sag_parameter(rigidity: float, tension: float, load: Array, span: FreeSpan) -> float:
-    r"""Irvine's :math:`\lambda^2 = (w L/T)^2\,EA/T` of a rope, w the weight across it per metre."""
-    across = abs(load[0] * span.across[0] + load[1] * span.across[1])
-    return (across * span.length / tension) ** 2 * rigidity / tension
-
-
-def lean(span: FreeSpan, direction: tuple[float, float]) -> float:
-    """Sine of the angle between a span and a direction."""
-    cross = span.along[0] * direction[1] - span.along[1] * direction[0]
-    return abs(cross) / hypot(*direction)
-
+from cabledrive.parameters.route import RoutedDrive
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
 """Angles [deg] between which a span was probably meant to be parallel to a slide."""
@@ -40,7 +25,9 @@ def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
         tension = float(statics.mean[number])
         largest = float(max(statics.start[number], statics.end[number]))
         rigidity = rope.axial_rigidity
-        irvine = sag_parameter(rigidity, tension, statics.line_load[number], span)
+        # Irvine's lambda^2 of a rope, by the weight across it per metre
+        across = abs(float(statics.line_load[number] @ np.array(span.across)))
+        irvine = (across * span.length / tension) ** 2 * rigidity / tension
         rows.append(
             {
                 "name": span.name,
@@ -81,6 +68,16 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
         momentum = rope.density * route.speed**2
         first, last = float(statics.end[number]), float(statics.start[after])
         pulley = drive.pulley[span.end.pulley]
+        # what keeps the rope from slipping, |ln(T1/T2)| / wrap; None: no friction does
+        needed: float | None = None
+        if min(first, last) - momentum > 0.0:
+            unequal = abs(log((first - momentum) / (last - momentum)))
+            needed = 0.0 if unequal < 1e-12 else unequal / span.wrap if span.wrap > 0.0 else None
+        # a rope of bending stiffness EI that passes a small angle a under a tension T is bent to no less than
+        # 2 sqrt(EI/T) / a, however small the pulley is
+        bent, mean = pulley.radius, 0.5 * (first + last)
+        if rope.bending_stiffness is not None and mean > 0.0 and span.wrap > 0.0:
+            bent = max(bent, 2.0 * sqrt(rope.bending_stiffness / mean) / span.wrap)
         rows.append(
             {
                 "name": pulley.name,
@@ -88,25 +85,12 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
                 "wrap": span.wrap,
                 "tension_in": first,
                 "tension_out": last,
-                "needed_friction": _needed_friction(first - momentum, last - momentum, span.wrap),
+                "needed_friction": needed,
                 "capstan_friction": pulley.capstan_friction,
-                "bend_ratio": _bend_ratio(rope, pulley.radius, span.wrap, 0.5 * (first + last)),
+                "bend_ratio": None if rope.least_radius is None else bent / rope.least_radius,
             }
         )
     return rows
-
-
-def _bend_ratio(rope: Rope, radius: float, wrap: float, tension: float) -> float | None:
-    r"""Radius to which a pulley bends the rope over the smallest radius it may have.
-
-    A rope of bending stiffness EI that passes a small angle :math:`\alpha` under a tension T is bent to no
-    less than :math:`2\sqrt{EI/T}/\alpha`, however small the pulley is.
-    """
-    if rope.least_radius is None:
-        return None
-    if rope.bending_stiffness is not None and tension > 0.0 and wrap > 0.0:
-        radius = max(radius, 2.0 * sqrt(rope.bending_stiffness / tension) / wrap)
-    return radius / rope.least_radius
 
 
 def follows(drive: RoutedDrive, number: int, other: int) -> bool:
@@ -116,16 +100,6 @@ def follows(drive: RoutedDrive, number: int, other: int) -> bool:
     return other == own[(own.index(number) + 1) % len(own)]
 
 
-def _needed_friction(first: float, last: float, wrap: float) -> float | None:
-    r"""Friction that keeps the rope from slipping, :math:`|\ln(T_1/T_2)|/\text{wrap}`; None: none does."""
-    if min(first, last) <= 0.0:
-        return None
-    unequal = abs(log(first / last))
-    if unequal < 1e-12:
-        return 0.0
-    return unequal / wrap if wrap > 0.0 else None
-
-
 def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
     """What looks odd about a machine with routes, one line each."""
     statics = statics_of(drive)
@@ -133,7 +107,11 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
         *unheld_words(Motion(drive), statics),
         *_askew(drive),
         *_slipping(drive, statics),
-        *_strength(drive, statics),
+        *(
+            f"span {row['name']} has a safety factor of {row['safety_factor']:.3g} at rest"
+            for row in span_rows(drive, statics)
+            if row["safety_factor"] is not None and row["safety_factor"] < _LITTLE_SAFETY
+        ),
         *_elastic(drive, statics),
         *_pretension(drive, statics),
     )
@@ -150,12 +128,12 @@ def _askew(drive: RoutedDrive) -> Iterator[str]:
             body, _, move = name.rpartition(".")
             if move not in ("x", "y") or body in both_ways or not step.any():
                 continue
-            angle = degrees(asin(min(1.0, lean(span, (float(step[0]), float(step[1]))))))
+            cross = span.along[0] * float(step[1]) - span.along[1] * float(step[0])
+            angle = degrees(asin(min(1.0, abs(cross) / hypot(float(step[0]), float(step[1])))))
             if _ASKEW_FROM < angle < _ASKEW_TO:
                 yield (
-                    f"span {span.name} runs askew to {name} by {angle:.3g} deg: its tension pulls "
-                    "across the slide and "
-                    "turns a rigid-body mode into a slow one"
+                    f"span {span.name} runs askew to {name} by {angle:.3g} deg: its tension pulls across the "
+                    "slide and turns a rigid-body mode into a slow one"
                 )
 
 
@@ -167,13 +145,6 @@ def _slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
             yield f"the rope slips on {row['name']}: friction {have:.3g}, needed {shown}"
         if row["bend_ratio"] is not None and row["bend_ratio"] < 1.0:
             yield f"pulley {row['name']} bends the rope to {row['bend_ratio']:.2g} of its smallest radius"
-
-
-def _strength(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
-    for row in span_rows(drive, statics):
-        safety = row["safety_factor"]
-        if safety is not None and safety < _LITTLE_SAFETY:
-            yield f"span {row['name']} has a safety factor of {safety:.3g} at rest"
 
 
 def _elastic(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
@@ -200,7 +171,6 @@ def _pretension(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
         worst = float(found[np.argmax(np.abs(found - rope.pretension))])
         if abs(worst - rope.pretension) > 0.01 * rope.pretension:
             yield (
-                f"route {drive.route[number].name}: bodies and weights make its tension "
-                f"{worst:.4g} N in one place, its "
-                f"pretension is {rope.pretension:.4g} N"
+                f"route {drive.route[number].name}: bodies and weights make its tension {worst:.4g} N in one "
+                f"place, its pretension is {rope.pretension:.4g} N"
             )

@@ -65,7 +65,7 @@ def statics_of(drive: RoutedDrive) -> Statics:
     walks = sections_of(drive)
     sections, count = section_numbers(walks, len(drive.free_spans)), len(walks)
     strain = np.zeros(len(drive.free_spans))
-    pulls = pulls_of(drive, motion)
+    pulls = Pulls.of(drive, motion)
     weightless = drive.layout.gravity == 0.0 and not any(route.speed for route in drive.route)
     for _ in range(1 if weightless else _ROUNDS):  # the weight of a rope depends on its strain, slightly
         offsets = Offsets(drive, walks, strain)
@@ -78,17 +78,22 @@ def statics_of(drive: RoutedDrive) -> Statics:
         lowest = min(start[number], end[number])
         if not lowest > 0.0:
             raise InputRefused(
-                f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push: "
-                "raise pretension, "
-                "or change masses and loads"
+                f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push: raise "
+                "pretension, or change masses and loads"
             )
     forces = offsets.constant + tension[sections][:, None, None] * offsets.unit
+    total = applied_forces(drive, motion) + pulls.forces(forces)
+    sprung = {body.name for body in drive.body if body.stiffness > 0.0}
     return Statics(
         start=start,
         end=end,
         line_load=offsets.line_load,
         forces=forces,
-        preload=_preload(drive, motion, pulls.forces(forces)),
+        preload={
+            name: -float(force)
+            for name, force in zip(motion.names, total, strict=True)
+            if name.rpartition(".")[0] in sprung
+        },
     )
 
 
@@ -111,6 +116,21 @@ class Pulls:
     """(spans, 2 ends, n): motion of the shafts that take the moment of each end, per unit tension."""
     along: Array  # (spans, 2): directions of travel
 
+    @classmethod
+    def of(cls, drive: RoutedDrive, motion: Motion) -> "Pulls":
+        """Of a machine: guides and driven pulleys hand the moment of the rope to what carries them."""
+        spans, n = drive.free_spans, len(motion.names)
+        ends, shafts = np.zeros((len(spans), 2, 2, n)), np.zeros((len(spans), 2, n))
+        for number, span in enumerate(spans):
+            for end, (place, sign) in enumerate(((span.start, 1.0), (span.end, -1.0))):
+                body, pulley = motion.body_of(place), place.pulley
+                if body is None:
+                    continue
+                ends[number, end] = motion.point(place.centre, body)
+                if pulley is not None and (drive.pulley[pulley].fixed or pulley in drive.driven):
+                    shafts[number, end] = sign * place.sense * place.radius * motion.rotation(body)
+        return cls(ends, shafts, np.array([span.along for span in spans]))
+
     def forces(self, forces: Array) -> Array:
         """Forces of the ropes on the coordinates of bodies, shape (n,); ``forces``, shape (spans, 2, 2)."""
         pull = np.einsum("sei,si,e->se", forces, self.along, np.array((1.0, -1.0)))
@@ -123,26 +143,6 @@ class Pulls:
         """Force on each coordinate if every rope pulled along its motion, shape (n,); ``forces`` as above."""
         size = np.linalg.norm(forces, axis=2)[:, :, None]
         return np.asarray((size * (np.linalg.norm(self.ends, axis=2) + np.abs(self.shafts))).sum(axis=(0, 1)))
-
-
-def pulls_of(drive: RoutedDrive, motion: Motion) -> Pulls:
-    """How the coordinates of bodies move the ends of all spans.
-
-    A guide and a driven pulley hand the moment of the rope to the body that carries them.
-    """
-    spans, n = drive.free_spans, len(motion.names)
-    ends, shafts = np.zeros((len(spans), 2, 2, n)), np.zeros((len(spans), 2, n))
-    for number, span in enumerate(spans):
-        for end, (place, sign) in enumerate(((span.start, 1.0), (span.end, -1.0))):
-            body = motion.body_of(place)
-            if body is None:
-                continue
-            ends[number, end] = motion.point(place.centre, body)
-            if place.pulley is None:
-                continue
-            if drive.pulley[place.pulley].fixed or place.pulley in drive.driven:
-                shafts[number, end] = sign * place.sense * place.radius * motion.rotation(body)
-    return Pulls(ends, shafts, np.array([span.along for span in spans]))
 
 
 def _balanced(
@@ -169,13 +169,25 @@ def _balanced(
     rest = -applied_forces(drive, motion) - pulls.forces(offsets.constant)
     matrix, rest = matrix[rows], rest[rows]
     matrix, rest = _with_common_pulleys(drive, sections, offsets, matrix, rest)
-    given = _given_tension(drive, sections, count)
+    given = np.full(count, np.nan)  # pretension of each section, NaN where the file gives none
+    for number, span in enumerate(drive.free_spans):
+        pretension = drive.ropes[span.route].pretension
+        if pretension is not None:
+            given[sections[number]] = pretension
     start = np.where(np.isnan(given), 0.0, given)
     scale = np.abs(matrix).max(axis=1, initial=0.0)
     scale[scale == 0.0] = 1.0
     inverse = np.linalg.pinv(matrix / scale[:, None], rcond=_SINGULAR)
     tension = start + inverse @ ((rest - matrix @ start) / scale)
-    _check_told(drive, sections, given, matrix / scale[:, None], inverse)
+    # where the balance leaves a tension open the file must give a pretension
+    open_directions = np.eye(count) - inverse @ (matrix / scale[:, None])
+    for number in np.flatnonzero(np.isnan(given)):
+        if np.abs(open_directions[number]).max() > 1e-6:
+            span = drive.free_spans[int(np.flatnonzero(sections == number)[0])]
+            raise InputRefused(
+                f'route "{drive.route[span.route].name}": the balance of bodies and weights leaves the '
+                f"tension of {span.name} open: give pretension [N], in [cable] or in the route"
+            )
     missing = rest - matrix @ tension
     size = np.abs(rest) + np.abs(matrix) @ np.abs(tension)
     for place, row in enumerate(rows):
@@ -207,31 +219,6 @@ def _with_common_pulleys(
     return matrix, rest
 
 
-def _given_tension(drive: RoutedDrive, sections: NDArray[np.intp], count: int) -> Array:
-    """Pretension of each section, NaN where the file gives none, shape (sections,)."""
-    given = np.full(count, np.nan)
-    for number, span in enumerate(drive.free_spans):
-        pretension = drive.ropes[span.route].pretension
-        if pretension is not None:
-            given[sections[number]] = pretension
-    return given
-
-
-def _check_told(
-    drive: RoutedDrive, sections: NDArray[np.intp], given: Array, matrix: Array, inverse: Array
-) -> None:
-    """Refuse where the balance leaves a tension open for which the file gives no pretension."""
-    open_directions = np.eye(given.size) - inverse @ matrix
-    for section in np.flatnonzero(np.isnan(given)):
-        if np.abs(open_directions[section]).max() > 1e-6:
-            span = drive.free_spans[int(np.flatnonzero(sections == section)[0])]
-            raise InputRefused(
-                f'route "{drive.route[span.route].name}": the balance of bodies and weights leaves '
-                "the tension of "
-                f"{span.name} open: give pretension [N], in [cable] or in the route"
-            )
-
-
 def _refuse_unbalanced(name: str, missing: float, pulls: Array, rest: float) -> None:
     body, _, move = name.rpartition(".")
     unit = "N m" if move == "turn" else "N"
@@ -239,22 +226,10 @@ def _refuse_unbalanced(name: str, missing: float, pulls: Array, rest: float) -> 
     both = [*pulls, -rest]
     ahead, back = sum(p for p in both if p > 0.0), -sum(p for p in both if p < 0.0)
     raise InputRefused(
-        f"body {body}: no static solution, {abs(missing):.4g} {unit} {way} are missing; ropes, "
-        "weights and loads "
-        f"pull {ahead:.4g} {unit} one way and {back:.4g} {unit} the other: change loads, masses or "
-        "the routes, or give it stiffness"
+        f"body {body}: no static solution, {abs(missing):.4g} {unit} {way} are missing; ropes, weights and "
+        f"loads pull {ahead:.4g} {unit} one way and {back:.4g} {unit} the other: change loads, masses or the "
+        "routes, or give it stiffness"
     )
-
-
-def _preload(drive: RoutedDrive, motion: Motion, pulled: Array) -> dict[str, float]:
-    """What the springs of the bodies hold at rest, by coordinate; ``pulled``: forces of the ropes on them."""
-    total = applied_forces(drive, motion) + pulled
-    sprung = {body.name for body in drive.body if body.stiffness > 0.0}
-    return {
-        name: -float(force)
-        for name, force in zip(motion.names, total, strict=True)
-        if name.rpartition(".")[0] in sprung
-    }
 
 
 def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
@@ -296,11 +271,8 @@ def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
     return total
 
 
-"""Torque over the largest of any rope at its rim that counts as none."""
-
-
-def unheld_pulleys(motion: Motion, statics: Statics) -> dict[str, float]:
-    """Torques of the ropes at rest that no motor, friction or other rope balances, by pulley [N m]."""
+def unheld_words(motion: Motion, statics: Statics) -> list[str]:
+    """A warning for each pulley that nothing in the file holds at rest, such as the far drum of a line."""
     drive = motion.drive
     driven = drive.driven or (0,)
     torques = np.zeros(len(drive.pulley))
@@ -310,19 +282,12 @@ def unheld_pulleys(motion: Motion, statics: Statics) -> dict[str, float]:
                 arm = np.subtract(contact, place.centre)
                 torques[place.pulley] += arm[0] * force[1] - arm[1] * force[0]
     largest = float(np.abs(statics.forces).max(initial=0.0))
-    return {
-        pulley.name: float(torque)
+    return [
+        f"the ropes at rest turn pulley {pulley.name} by {abs(torque):.4g} N m and nothing in the file holds "
+        "it: what is computed holds where a load does; else give it a motor, or fixed = true where a brake "
+        "does"
         for number, (pulley, torque) in enumerate(zip(drive.pulley, torques, strict=True))
         if motion.turns(number)
         and number not in driven
         and abs(torque) > pulley.coulomb_friction + _BALANCED * largest * pulley.radius
-    }
-
-
-def unheld_words(motion: Motion, statics: Statics) -> list[str]:
-    """A warning for each pulley that nothing in the file holds at rest, such as the far drum of a line."""
-    return [
-        f"the ropes at rest turn pulley {name} by {abs(torque):.4g} N m and nothing in the file holds it: "
-        "what is computed holds where a load does; else give it a motor, or fixed = true where a brake does"
-        for name, torque in unheld_pulleys(motion, statics).items()
     ]

@@ -257,8 +257,7 @@ def _carriage_place(drive: RoutedDrive, number: int) -> tuple[int, float]:
     if drive.route[route].ropes > 1:
         raise InputRefused(
             f'carriage.{number}: route "{names[route]}" has {drive.route[route].ropes} ropes, a '
-            "carriage is clamped "
-            "to one: make it a body with anchors"
+            "carriage is clamped to one: make it a body with anchors"
         )
     left = carriage.position
     total = 0.0
@@ -267,15 +266,13 @@ def _carriage_place(drive: RoutedDrive, number: int) -> tuple[int, float]:
             if left < span.length:
                 if left <= 1e-9 * span.length:
                     raise InputRefused(
-                        f"carriage.{number}.position = {carriage.position:.9g} m is where "
-                        f"{span.start.name} is: "
-                        "move it into a span"
+                        f"carriage.{number}.position = {carriage.position:.9g} m is where {span.start.name} "
+                        "is: move it into a span"
                     )
                 return index, left
             left -= span.length
             total += span.length
     raise InputRefused(
-        f"carriage.{number}.position = {carriage.position:.9g} m lies outside its route of "
-        f"{total:.9g} m of free "
-        "spans: move it inside"
+        f"carriage.{number}.position = {carriage.position:.9g} m lies outside its route of {total:.9g} m of "
+        "free spans: move it inside"
     )

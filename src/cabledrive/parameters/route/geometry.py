@@ -79,9 +79,8 @@ def tangent(start: Place, end: Place, route: str) -> tuple[Point, float]:
     if not abs(offset) < distance * (1.0 - _ROUND_OFF):
         crossing = "cross" if start.sense != end.sense else "enclose each other"
         raise InputRefused(
-            f"{where}: no free span, {distance:.4g} m between centres do not exceed "
-            f"{abs(offset):.4g} m, so the "
-            f"circles {crossing}: move one apart, or turn the other way round it (+ or -)"
+            f"{where}: no free span, {distance:.4g} m between centres do not exceed {abs(offset):.4g} m, so "
+            f"the circles {crossing}: move one apart, or turn the other way round it (+ or -)"
         )
     sine = -offset / distance
     cosine = sqrt(1.0 - sine**2)
@@ -119,8 +118,7 @@ def _wrap(place: Place, coming: Point, leaving: Point, route: str) -> float:
     if wrap > LARGEST_WRAP and not place.turns:
         raise InputRefused(
             f'route "{route}": the wrap at {place.name} is {degrees(wrap) - 360.0:.4g} deg, the '
-            "cable has left "
-            "the pulley: move it, turn the other way round it (+ or -), or give its turns"
+            "cable has left the pulley: move it, turn the other way round it (+ or -), or give its turns"
         )
     return wrap + 2.0 * pi * place.turns
 
@@ -131,8 +129,7 @@ def _check_crossings(spans: list[FreeSpan], route: str) -> None:
             if _cross(*one.contacts, *other.contacts):
                 raise InputRefused(
                     f'route "{route}": the spans {one.name} and {other.name} cross: check the signs '
-                    "+ and - of "
-                    "its path, or write crossed = true where they pass each other"
+                    "+ and - of its path, or write crossed = true where they pass each other"
                 )
 
 

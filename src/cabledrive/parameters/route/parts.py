@@ -75,11 +75,9 @@ class Body:
         if ("turn" in given) != (self.pivot is not None):
             remedy = "add pivot = [x, y]" if self.pivot is None else 'leave it out, or write moves = "turn"'
             raise InputRefused(f'pivot goes together with moves = "turn": {remedy}')
-        if self.travel is not None:
-            self._check_travel(self.travel)
-
-    def _check_travel(self, travel: tuple[float, float]) -> None:
-        low, high = travel
+        if self.travel is None:
+            return
+        low, high = self.travel
         if len(self.moves) > 1:
             raise InputRefused(f'travel belongs to one way, body "{self.name}" has two: leave it out')
         if not low < high:
@@ -192,8 +190,8 @@ class Route(Rope):
 
 def rope_of(common: Rope | None, route: Route) -> Rope:
     """The rope of a route: its own keys, else those of ``[cable]``; refused without rigidity or mass."""
-    names = [field.name for field in dataclasses.fields(Rope)]
-    own = {name: getattr(route, name) for name in names if _given(route, name)}
+    fields = dataclasses.fields(Rope)
+    own = {one.name: getattr(route, one.name) for one in fields if getattr(route, one.name) != one.default}
     if any(name in own for name in _RIGIDITY) and common is not None:
         # A rigidity of its own stands instead of modulus and area, and the other way round.
         clash = ("youngs_modulus", "area") if "given_rigidity" in own else ("given_rigidity",)
@@ -204,16 +202,10 @@ def rope_of(common: Rope | None, route: Route) -> Rope:
     if rope.given_rigidity is None and None in pair:
         raise InputRefused(
             f'route "{route.name}": its axial rigidity is missing: give axial_rigidity [N], or '
-            "youngs_modulus "
-            "[Pa] and area [m^2], here or in [cable]"
+            "youngs_modulus [Pa] and area [m^2], here or in [cable]"
         )
     if rope.mass_per_length is None:
         raise InputRefused(
             f'route "{route.name}": mass_per_length [kg/m] is missing: give it here or in [cable]'
         )
     return rope
-
-
-def _given(route: Route, name: str) -> bool:
-    default = next(field.default for field in dataclasses.fields(Rope) if field.name == name)
-    return getattr(route, name) != default

@@ -12,7 +12,7 @@ such length gains,
 with the sense of a pulley, 1 against the clock; what no turns can pass on is the strain of the pose.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import combinations
 from math import atan2, cos, sin
@@ -112,8 +112,7 @@ def _placed(part: Any, place: Any, last: str, itself: bool) -> Any:
     if last == "turn" and not itself and any(move != "turn" for move in getattr(part, "moves", ())):
         raise InputRefused(
             f'body "{part.name}" slides on a body that turns, and its direction is written for the '
-            "pose of the "
-            "file: write the file in that pose"
+            "pose of the file: write the file in that pose"
         )
     new = {"at": place(part.at)} | ({"pivot": place(pivot)} if pivot is not None else {})
     return replace(part, **new)
@@ -149,15 +148,22 @@ def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
         moves along; the message has the strain.
     """
     asked = posed(drive, pose)
-    passed_on = _passed_on(drive)
-    left = _left_over(drive, asked, passed_on)
-    if _small(drive, left):
+    # length that unit turns of the pulleys feed into each span [m/rad], shape (spans, pulleys)
+    passed_on = np.zeros((len(drive.free_spans), len(drive.pulley)))
+    for row, span in zip(passed_on, drive.free_spans, strict=True):
+        for place, sign in ((span.start, 1.0), (span.end, -1.0)):
+            if place.pulley is not None and not drive.pulley[place.pulley].fixed:
+                row[place.pulley] += sign * place.sense * place.radius
+    strains = _strains(drive, _left_over(drive, asked, passed_on))
+    if strains.max(initial=0.0) <= TOLERANCE:
         return asked
-    for followers in _choices(drive, pose):
-        found = _followed(drive, asked, followers, passed_on)
-        if found is not None:
-            return found
-    strains = _strains(drive, left)
+    moving = {key.rpartition(".")[0] for key in pose}
+    own = [f"{body.name}.{move}" for body in drive.body if body.name not in moving for move in body.moves]
+    for number in range(1, min(MOST_FOLLOWERS, len(own)) + 1):
+        for keys in combinations(own, number):
+            found = _followed(drive, asked, keys, passed_on)
+            if found is not None:
+                return found
     worst = int(np.argmax(strains))
     places = ", ".join(f"{key} = {value:.6g}" for key, value in pose.items())
     raise InputRefused(
@@ -184,14 +190,6 @@ def followers(drive: RoutedDrive, pose: Mapping[str, float]) -> dict[str, float]
     slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
     found, asked = moved(drive, pose), posed(drive, pose)
     return {key: _place(found, key) for key in slides if _place(found, key) != _place(asked, key)}
-
-
-def _choices(drive: RoutedDrive, pose: Mapping[str, float]) -> Iterator[tuple[str, ...]]:
-    """Sets of coordinates that may follow, the smallest first."""
-    asked = {key.rpartition(".")[0] for key in pose}
-    own = [f"{body.name}.{move}" for body in drive.body if body.name not in asked for move in body.moves]
-    for number in range(1, min(MOST_FOLLOWERS, len(own)) + 1):
-        yield from combinations(own, number)
 
 
 def _followed(
@@ -223,17 +221,13 @@ def _followed(
         now = at(asked, step)  # refused outside of a travel
     except InputRefused:  # the machine cannot be where a step leads
         return None
-    return now if _small(drive, left) else None
+    return now if _strains(drive, left).max() <= TOLERANCE else None
 
 
 def _place(drive: RoutedDrive, key: str) -> float:
     name, _, move = key.rpartition(".")
     body = next(body for body in drive.body if body.name == name)
     return 0.0 if move == "turn" else body.at["xy".index(move)]
-
-
-def _small(drive: RoutedDrive, left: Array) -> bool:
-    return bool(np.all(_strains(drive, left) <= TOLERANCE))
 
 
 def _strains(drive: RoutedDrive, left: Array) -> Array:
@@ -249,16 +243,6 @@ def _rope_lengths(drive: RoutedDrive) -> Array:
     for span in drive.free_spans:
         whole[span.route] += span.length + (span.wrap or 0.0) * span.end.radius
     return whole
-
-
-def _passed_on(drive: RoutedDrive) -> Array:
-    """Length that unit turns of the pulleys feed into each span [m/rad], shape (spans, pulleys)."""
-    found = np.zeros((len(drive.free_spans), len(drive.pulley)))
-    for row, span in zip(found, drive.free_spans, strict=True):
-        for place, sign in ((span.start, 1.0), (span.end, -1.0)):
-            if place.pulley is not None and not drive.pulley[place.pulley].fixed:
-                row[place.pulley] += sign * place.sense * place.radius
-    return found
 
 
 def _left_over(drive: RoutedDrive, other: RoutedDrive, passed_on: Array) -> Array:

@@ -7,7 +7,6 @@ from cabledrive.parameters.cable import Rope, with_type
 from cabledrive.parameters.drive_parts import Goal, Sensors
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.excitation import StatedExcitation
-from cabledrive.parameters.fields import kind_of
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import (
     Anchor,
@@ -18,7 +17,14 @@ from cabledrive.parameters.route.parts import (
     RoutedPulley,
     RouteLayout,
 )
-from cabledrive.parameters.tables import check_keys, plain_table, plain_tables, single_tables, table_from
+from cabledrive.parameters.tables import (
+    check_keys,
+    plain_table,
+    plain_tables,
+    rows_of,
+    single_tables,
+    table_from,
+)
 from cabledrive.parameters.units import to_si
 
 KEY = "shaft"
@@ -93,15 +99,16 @@ def routed_from_tables(data: dict[str, Any]) -> RoutedDrive:
     data = with_shaft(data)
     check_keys(data, RoutedDrive, "")
     content = single_tables(data, ROUTE_TABLES)
-    rows = {key: _rows(data, key) for key in ROUTE_ARRAYS if key in data}
-    groups = _several_places(rows)
-    _several_positions(rows)
-    _expand_paths(rows, groups)
+    if isinstance(data.get("motor"), dict):  # a single motor may be a plain table
+        data = data | {"motor": [data["motor"]]}
+    rows = {key: rows_of(data, key) for key in ROUTE_ARRAYS if key in data}
+    _expanded(rows)
+    completed = {"body": _with_units, "route": with_type}
     for key, table in ROUTE_ARRAYS.items():
-        content[key] = tuple(
-            table_from(_completed(row, key, number), table, f"{key}.{number}")
-            for number, row in enumerate(rows.get(key, []))
-        )
+        places = [(f"{key}.{number}", row) for number, row in enumerate(rows.get(key, []))]
+        if key in completed:
+            places = [(place, completed[key](row, place)) for place, row in places]
+        content[key] = tuple(table_from(row, table, place) for place, row in places)
     return RoutedDrive(**content)
 
 
@@ -148,86 +155,43 @@ def _numbered(drive: RoutedDrive, data: dict[str, Any]) -> dict[str, Any]:
     return data
 
 
-def _rows(data: dict[str, Any], key: str) -> list[Any]:
-    """Tables of one array; a single motor may be a plain table."""
-    rows = data[key]
-    if key == "motor" and isinstance(rows, dict):
-        return [rows]
-    if not isinstance(rows, list):
-        raise InputRefused(f"{key} is {kind_of(rows)}, not an array of tables: write [[{key}]] above each")
-    return list(rows)
-
-
-def _several_places(rows: dict[str, list[Any]]) -> dict[str, list[str]]:
-    """A pulley at several places becomes as many, "tower 1", "tower 2"; returns the names of each."""
+def _expanded(rows: dict[str, list[Any]]) -> None:
+    """A pulley or carriage at several places becomes as many, "tower 1", ...; paths pass them in order."""
     groups: dict[str, list[str]] = {}
-    expanded = []
-    for row in rows.get("pulley", []):
-        at = row.get("at") if isinstance(row, dict) else None
-        if not (isinstance(at, list) and at and all(isinstance(place, list) for place in at)):
-            expanded.append(row)
-            continue
-        name = row.get("name", "")
-        groups[name] = [f"{name} {number + 1}" for number in range(len(at))]
-        expanded += [row | {"name": own, "at": place} for own, place in zip(groups[name], at, strict=True)]
-    if "pulley" in rows:
-        rows["pulley"] = expanded
-    return groups
-
-
-def _several_positions(rows: dict[str, list[Any]]) -> None:
-    """A carriage at several positions becomes as many."""
-    expanded = []
-    for row in rows.get("carriage", []):
-        if isinstance(row, dict) and isinstance(row.get("position"), list):
+    for key, place in (("pulley", "at"), ("carriage", "position")):
+        expanded = []
+        for row in rows.get(key, []):
+            at = row.get(place) if isinstance(row, dict) else None
+            several = isinstance(at, list) and (key == "carriage" or all(isinstance(one, list) for one in at))
+            if not isinstance(at, list) or not at or not several:
+                expanded.append(row)
+                continue
             name = row.get("name", "")
-            for number, position in enumerate(row["position"]):
-                expanded.append(
-                    row | {"position": position} | ({"name": f"{name} {number + 1}"} if name else {})
-                )
-        else:
-            expanded.append(row)
-    if "carriage" in rows:
-        rows["carriage"] = expanded
-
-
-def _expand_paths(rows: dict[str, list[Any]], groups: dict[str, list[str]]) -> None:
-    """A path that names a pulley at several places passes them in the order of the list."""
-    if not groups:
-        return
-    routes = []
-    for row in rows.get("route", []):
+            names = [f"{name} {number + 1}" for number in range(len(at))]
+            if key == "pulley":
+                groups[name] = names
+            for own, one in zip(names, at, strict=True):
+                expanded.append(row | {place: one} | ({"name": own} if name or key == "pulley" else {}))
+        if key in rows:
+            rows[key] = expanded
+    for number, row in enumerate(rows.get("route", []) if groups else []):
         path = row.get("path") if isinstance(row, dict) else None
         if isinstance(path, list):
             steps: list[Any] = []
             for step in path:
                 known = isinstance(step, str) and step[:1] in ("+", "-") and step[1:].strip() in groups
                 steps += [f"{step[0]}{own}" for own in groups[step[1:].strip()]] if known else [step]
-            row = row | {"path": steps}
-        routes.append(row)
-    rows["route"] = routes
+            rows["route"][number] = row | {"path": steps}
 
 
-def _completed(row: Any, key: str, number: int) -> Any:
-    """A row with its units and the packaged belt or rope that it names."""
-    if key == "body":
-        return _turning(_from_to(row))
-    return with_type(row, f"{key}.{number}") if key == "route" else row
-
-
-def _from_to(row: Any) -> Any:
-    """A body's travel written as "2 m : 38 m" as two quantities."""
+def _with_units(row: Any, place: str) -> Any:
+    """A body's travel, "2 m : 38 m", as two quantities; what a turning one has in the units of a turn."""
     travel = row.get("travel") if isinstance(row, dict) else None
-    if not isinstance(travel, str):
-        return row
-    low, colon, high = (part.strip() for part in travel.partition(":"))
-    if not colon:
-        raise InputRefused(f'travel = "{travel[:60]}" needs two places: write "2 m : 38 m"')
-    return row | {"travel": [low, high]}
-
-
-def _turning(row: Any) -> Any:
-    """A turning body's spring, damper and friction as numbers in the units of a turn."""
+    if isinstance(travel, str):
+        low, colon, high = (part.strip() for part in travel.partition(":"))
+        if not colon:
+            raise InputRefused(f'travel = "{travel[:60]}" needs two places: write "2 m : 38 m"')
+        row = row | {"travel": [low, high]}
     if not isinstance(row, dict) or row.get("moves") not in ("turn", ["turn"]):
         return row
     try:

@@ -5,7 +5,6 @@ from typing import Any
 
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import (
@@ -63,17 +62,19 @@ def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
         cable=Rope(given_rigidity=drive.cable.axial_rigidity, **rope),
         layout=RouteLayout(gravity=drive.layout.gravity, inclination=drive.layout.inclination),
         pulley=pulleys,
-        carriage=tuple(_carriage(drive, own) for own in drive.carriage),
+        carriage=tuple(
+            RoutedCarriage(
+                name=own.name,
+                mass=own.mass,
+                guided=own.guided,
+                position=own.position * (1.0 + drive.cable.prestrain)
+                + (drive.pulley_distance if own.span == "lower" else 0.0),
+            )
+            for own in drive.carriage
+        ),
         motor=tuple(motors),
         route=(Route(name="cable", path=tuple(f"-{name}" for name in NAMES), closed=drive.kind == "loop"),),
     )
-
-
-def _carriage(drive: Drive, own: Carriage) -> RoutedCarriage:
-    """A carriage of a span, its place counted along the way of the cable."""
-    before = drive.pulley_distance if own.span == "lower" else 0.0
-    place = own.position * (1.0 + drive.cable.prestrain) + before
-    return RoutedCarriage(name=own.name, mass=own.mass, guided=own.guided, position=place)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
-from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import cable_law, taut_law
-from cabledrive.mechanics.network import Network, network_of
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.network import network_of
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
@@ -23,15 +22,11 @@ from cabledrive.simulation.channels import (
     VISCOUS_LOSS,
     Channel,
 )
-from cabledrive.simulation.methods import METHODS, check_resolved, time_grid
-from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan, wraps_of
-from cabledrive.simulation.plan import (
-    SLACK,
-    STEPS,
-    State,
-)
+from cabledrive.simulation.methods import method_named, time_grid
+from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan
+from cabledrive.simulation.plan import new_state
 from cabledrive.simulation.prepared import RopeRun
-from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
+from cabledrive.simulation.signals import Function, Signal, checked_signal
 from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, profile_of
 
 
@@ -143,17 +138,7 @@ def slides(name: str) -> bool:
 class NetworkCase(RopeRun):
     """A run of a machine with routes that has not begun; torques: beyond what holds it at rest."""
 
-    network: Network
     mesh: NetworkMesh
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Torques and start."""
-        start = b"".join(array.tobytes() for array in (self.x, self.x_t, self.q, self.q_t))
-        return {
-            "torque": [signal.fingerprint for signal in self.torques],
-            "start": sha256(start).hexdigest(),
-        }
 
     def columns(self, found: Array) -> Array:
         """The columns of a machine with routes, from what the kernels record."""
@@ -169,12 +154,6 @@ class NetworkCase(RopeRun):
         """Piece, and distance of the middle of a segment from its start [m]."""
         return self.mesh.pieces[piece], float((segment + 0.5) * self.mesh.spacing[piece])
 
-    def why(self, code: int, state: State, before: State, inputs: tuple[Array, ...]) -> str:
-        """Why steps ended early, in one line."""
-        if code == SLACK:
-            return self.slack_line(state)
-        return f"diverged at t = {state.counts[STEPS] * self.grid.step:.6g} s: lower the input"
-
 
 def network_case(
     drive: RoutedDrive,
@@ -188,44 +167,34 @@ def network_case(
     """Check and prepare a run; arguments as of `simulate`."""
     start, scheme, recording = start or NetworkStart(), scheme or Scheme(), recording or Recording()
     _check(drive, scheme, recording)
-    network = network_of(drive)
-    wraps = wraps_of(network)
-    mesh = network_mesh(network, wraps, scheme.segments)
+    mesh = network_mesh(network_of(drive), scheme.segments)
     slack = scheme.slack == "tension-only"
     laws = [
         cable_law(_cable(t, ea), scheme.model, tension_only=slack)
         for t, ea in zip(mesh.tension, mesh.rigidity, strict=True)
     ]
-    largest = largest_network_step(mesh, laws)
-    grid = time_grid(
-        duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=mesh.size
-    )
-    torques = motor_torques(mesh.driven, torque, duration)
-    for signal in torques:
-        check_resolved(signal, grid.step)
+    grid = time_grid(duration, largest_network_step(mesh, laws), scheme, recording.rate, mesh.size)
+    torques = motor_torques(mesh.driven, torque, duration, grid.step)
     x, q = placed(mesh, start.places, "places", start.plucks)
     x_t, q_t = placed(mesh, start.speeds, "speeds", ())
-    channels = routed_channels(mesh.names, mesh.driven, mesh.pieces)
+    plan = network_plan(mesh, laws, step=grid.step, stop_when_slack=scheme.slack == "stop")
     return NetworkCase(
         machine=drive,
         scheme=scheme,
         recording=recording,
         grid=grid,
-        channels=channels,
-        width=len(channels),
-        nodes=mesh.size,
-        law_name=taut_law(laws[0]).name,
+        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces),
         torques=torques,
         holding=np.zeros(len(torques)),
-        plan=network_plan(network, wraps, mesh, laws, step=grid.step, stop_when_slack=scheme.slack == "stop"),
-        method=METHODS["verlet"],
+        plan=plan,
+        method=method_named("verlet"),
         laws=laws,
-        x=x,
-        x_t=x_t,
-        q=q,
-        q_t=q_t,
-        network=network,
+        start=new_state(plan, x, x_t, q, q_t),
         mesh=mesh,
+        settings={
+            "torque": [signal.fingerprint for signal in torques],
+            "start": sha256(b"".join(array.tobytes() for array in (x, x_t, q, q_t))).hexdigest(),
+        },
     )
 
 
@@ -252,29 +221,36 @@ def largest_network_step(mesh: NetworkMesh, laws: list[CableLaw]) -> float:
 
 
 def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording) -> None:
-    route = 'kind = "route": '
-    if scheme.method != "verlet":
-        raise InputRefused(f'{route}method = "{scheme.method}" is for loops and lines: take "verlet"')
-    if scheme.friction != "stick-slip":
-        raise InputRefused(f"{route}friction is set-valued on routes: leave smoothed friction out")
-    if recording.fields or recording.probes:
-        raise InputRefused(f"{route}whole fields and probes are not kept of routes: leave them out")
-    for data, rope in zip(drive.route, drive.ropes, strict=True):
-        if data.speed:
-            raise InputRefused(f'{route}route "{data.name}" runs (speed); only ropes at rest are simulated')
-        if rope.axial_damping and scheme.slack == "tension-only":
-            raise InputRefused(
-                f'{route}a rope that goes slack with axial_damping (route "{data.name}") is not simulated: '
-                "set axial_damping to 0, or leave --tension-only out"
-            )
-    if any(motor.backlash for motor in drive.motor):
-        raise InputRefused(f"{route}motor.backlash is not simulated on routes: set it to 0")
+    running = next((data.name for data in drive.route if data.speed), "")
+    both = zip(drive.route, drive.ropes, strict=True)
+    damped = next((data.name for data, rope in both if rope.axial_damping), "")
+    for refused, why in (
+        (scheme.method != "verlet", f'method = "{scheme.method}" is for loops and lines: take "verlet"'),
+        (scheme.friction != "stick-slip", "friction is set-valued on routes: leave smoothed friction out"),
+        (
+            recording.fields or recording.probes,
+            "whole fields and probes are not kept of routes: leave them out",
+        ),
+        (running, f'route "{running}" runs (speed); only ropes at rest are simulated'),
+        (
+            damped and scheme.slack == "tension-only",
+            f'a rope that goes slack with axial_damping (route "{damped}") is not simulated: '
+            "set axial_damping to 0, or leave --tension-only out",
+        ),
+        (
+            any(motor.backlash for motor in drive.motor),
+            "motor.backlash is not simulated on routes: set it to 0",
+        ),
+    ):
+        if refused:
+            raise InputRefused(f'kind = "route": {why}')
 
 
 def motor_torques(
     names: tuple[str, ...],
     torque: Mapping[str, Signal | float | Function] | Signal | float | Function,
     duration: float,
+    step: float,
 ) -> tuple[Signal, ...]:
     """Torque of each motor by the name of its pulley; one torque is that of the first."""
     given = torque if isinstance(torque, Mapping) else ({names[0]: torque} if names else {})
@@ -283,7 +259,4 @@ def motor_torques(
     for name in given:
         if name not in names:
             raise InputRefused(f'torque on "{str(name)[:60]}": the motors are {", ".join(names) or "none"}')
-    signals = tuple(signal_of(given.get(name, 0.0), f"torque on {name}") for name in names)
-    for signal, name in zip(signals, names, strict=True):
-        check_lasts(signal, duration, f"torque on {name}")
-    return signals
+    return tuple(checked_signal(given.get(name, 0.0), f"torque on {name}", duration, step) for name in names)

@@ -6,8 +6,10 @@ V over the step, which its tension q itself changes: :math:`q_i/\beta = V_{i+1} 
 open, :math:`q = q_0 + q_a V_a + q_b V_b`; what :math:`q_a, q_b` do to the coordinates is a constant matrix.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,25 +20,11 @@ from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.span_table import follows
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.simulation.plan import (
-    ALONG_PIECES,
-    COMPLIANCE,
-    DRAG,
-    KEEP_T,
-    KICK_T,
-    KICK_U,
-    MASS,
-    OWN,
-    UNDAMPED,
-    Plan,
-    kernel_number,
-    rows_of_ends,
-    rubbing,
-)
+from cabledrive.simulation import plan as at
+from cabledrive.simulation.plan import Plan, kernel_number, rows_of_ends, rubbing
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wrap:
+class Wrap(NamedTuple):
     r"""A wrap on which the rope slips where :math:`T_1 > T_2 e^{\mu\varphi}`."""
 
     name: str  # of the pulley
@@ -46,7 +34,7 @@ class Wrap:
     ropes: int
 
 
-def wraps_of(network: Network) -> list[Wrap]:
+def wraps_of(network: Network) -> tuple[Wrap, ...]:
     """Wraps of all pulleys with a friction coefficient, those at the ends of a route left out."""
     drive, found = network.drive, []
     pieces = [piece.span for piece in network.pieces]
@@ -56,21 +44,13 @@ def wraps_of(network: Network) -> list[Wrap]:
         pulley = drive.pulley[span.end.pulley]
         if pulley.capstan_friction is None:
             continue
-        after = next(
-            i
-            for i, other in enumerate(drive.free_spans)
-            if other.route == span.route and follows(drive, number, i)
-        )
-        found.append(
-            Wrap(
-                name=pulley.name,
-                before=len(pieces) - 1 - pieces[::-1].index(number),
-                behind=pieces.index(after),
-                factor=exp(pulley.capstan_friction * span.wrap) - 1.0,
-                ropes=drive.route[span.route].ropes,
-            )
-        )
-    return found
+        others = enumerate(drive.free_spans)
+        after = next(i for i, one in others if one.route == span.route and follows(drive, number, i))
+        before = len(pieces) - 1 - pieces[::-1].index(number)
+        factor = exp(pulley.capstan_friction * span.wrap) - 1.0
+        ropes = drive.route[span.route].ropes
+        found.append(Wrap(pulley.name, before, pieces.index(after), factor, ropes))
+    return tuple(found)
 
 
 AXES = (ALONG, OUT_OF_PLANE, ACROSS)
@@ -82,6 +62,8 @@ FEWEST_SEGMENTS, MOST_NODES = 2, 10_000_000
 class NetworkMesh:
     """Pieces of rope between joints, each of equal segments, and the coordinates q that move their ends."""
 
+    network: Network
+    wraps: tuple[Wrap, ...]
     names: tuple[str, ...]  # of the coordinates; "slip at NAME" where the rope may slide on a pulley
     pieces: tuple[str, ...]  # names: the span's, with a number where carriages cut it
     nodes: Integers  # (pieces, 2): first and last node
@@ -111,13 +93,13 @@ class NetworkMesh:
         return np.linspace(0.0, float(self.length[piece]), int(last - first) + 1)
 
 
-def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkMesh:
+def network_mesh(network: Network, segments: int) -> NetworkMesh:
     """Divide the spans of a machine; ``segments``: of the longest piece, others in proportion."""
     if not isinstance(segments, int) or segments < FEWEST_SEGMENTS:
         raise InputRefused(
             f"segments = {segments!r} must be a whole number of at least {FEWEST_SEGMENTS}: give one"
         )
-    drive = network.drive
+    drive, wraps = network.drive, wraps_of(network)
     ropes = [drive.ropes[drive.free_spans[piece.span].route] for piece in network.pieces]
     length = np.array([piece.length for piece in network.pieces])
     tension = np.array([0.5 * (piece.start_tension + piece.end_tension) for piece in network.pieces])
@@ -130,8 +112,13 @@ def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkM
     spacing, density = length / count, np.array([rope.density for rope in ropes]) / (1.0 + tension / rigidity)
     last = np.cumsum(count + 1) - 1
     nodes = np.stack([last - count, last], axis=1)
-    ends = _ends(network, wraps)
-    n = ends.shape[-1]
+    moved, n = len(network.motion.names), len(network.motion.names) + len(wraps)
+    ends = np.zeros((len(ropes), 2, 3, n))
+    for number, piece in enumerate(network.pieces):
+        for axis, way in enumerate(AXES):
+            ends[number, :, axis, :moved] = piece.rows[way]
+    for number, wrap in enumerate(wraps, start=moved):  # a rope that slips moves the ends on both its sides
+        ends[wrap.before, 1, 0, number] = ends[wrap.behind, 0, 0, number] = 1.0
     lines = np.array([network.ropes[3 * k] for k in range(len(length))], dtype=np.float64)
     half = 0.5 * lines * density * spacing
     mass = _padded((network.mass_rows.T * network.mass) @ network.mass_rows, n)
@@ -141,6 +128,8 @@ def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkM
     driven = drive.driven or tuple(range(len(drive.pulley)))[:1]
     motors = [np.append(rotor_turn(network, number), np.zeros(len(wraps))) for number in driven]
     return NetworkMesh(
+        network=network,
+        wraps=wraps,
         names=(*network.motion.names, *(f"slip at {wrap.name}" for wrap in wraps)),
         pieces=piece_names(network),
         nodes=nodes,
@@ -161,20 +150,6 @@ def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkM
     )
 
 
-def _ends(network: Network, wraps: list[Wrap]) -> Array:
-    """Rows of both ends of each piece; a rope that slips on a pulley moves the ends on both its sides."""
-    n = len(network.motion.names)
-    ends = np.zeros((len(network.pieces), 2, 3, n + len(wraps)))
-    for number, piece in enumerate(network.pieces):
-        for axis, way in enumerate(AXES):
-            for side in range(2):
-                ends[number, side, axis, :n] = piece.rows[way][side]
-    for number, wrap in enumerate(wraps):
-        ends[wrap.before, 1, 0, n + number] = 1.0
-        ends[wrap.behind, 0, 0, n + number] = 1.0
-    return ends
-
-
 def _padded(matrix: Array, n: int) -> Array:
     total = np.zeros((n, n))
     total[: len(matrix), : len(matrix)] = matrix
@@ -192,7 +167,9 @@ def piece_names(network: Network) -> tuple[str, ...]:
     return tuple(names)
 
 
-def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> tuple[Array, Array, Integers, Array]:
+def rubbing_of(
+    network: Network, wraps: Sequence[Wrap], tension: Array
+) -> tuple[Array, Array, Integers, Array]:
     """All Coulomb friction; ``tension``, shape (pieces,): at rest, of one rope [N].
 
     Returns rows (k, n): speed of what rubs per speed of the coordinates; largest friction (k,) [N], [N m], of
@@ -231,14 +208,14 @@ def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array, 
         h, size, inner = float(mesh.spacing[k]), last - first, slice(first + 1, last)
         mass, damped = float(mesh.density[k] * h), 0.5 * step * float(mesh.transverse_damping[k])
         segment[:2, first:last] = [[h], [1.0 / h]]
-        node[[KICK_U, KICK_T, KEEP_T, MASS], inner] = [
+        node[[at.KICK_U, at.KICK_T, at.KEEP_T, at.MASS], inner] = [
             [step / mass], [step / mass / (1.0 + damped)], [(1.0 - damped) / (1.0 + damped)], [mass]
         ]  # fmt: skip
-        node[DRAG, inner] = mesh.transverse_damping[k] * mass * mesh.ropes[k]
+        node[at.DRAG, inner] = mesh.transverse_damping[k] * mass * mesh.ropes[k]
         damping = float(mesh.axial_damping[k]) * (1.0 + float(mesh.tension[k] / mesh.rigidity[k]))
         if damping == 0.0:
             continue
-        segment[COMPLIANCE, first:last] = h / damping
+        segment[at.COMPLIANCE, first:last] = h / damping
         half = 0.5 * step / mass
         diagonal = np.full(size, h / damping + 2.0 * half)
         diagonal[0] -= half  # the ends are no nodes of the piece's own
@@ -256,25 +233,16 @@ def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array, 
     return table, matrix, segment, node
 
 
-def network_plan(
-    network: Network,
-    wraps: list[Wrap],
-    mesh: NetworkMesh,
-    laws: list[CableLaw],
-    *,
-    step: float,
-    stop_when_slack: bool,
-) -> Plan:
+def network_plan(mesh: NetworkMesh, laws: list[CableLaw], *, step: float, stop_when_slack: bool) -> Plan:
     """Numbers of one run; ``laws``: of each piece; ``step``: time step [s]."""
     damper, dampers, segment, node = axial_dampers(mesh, step)
     damping = mesh.damping + dampers
     matrix = mesh.mass / step + 0.5 * damping
     inverse = np.linalg.inv(matrix).astype(np.float64)
-    rub, bound, wrap, rest = rubbing_of(network, wraps, mesh.tension)
+    rub, bound, wrap, rest = rubbing_of(mesh.network, mesh.wraps, mesh.tension)
     middle = mesh.nodes.sum(axis=1) / 2.0
     probe = np.stack([middle // 1.0, middle % 1.0], axis=1)
-    none = np.zeros(0, dtype=np.int64)
-    if (law := kernel_number(laws[0])) == OWN:
+    if (law := kernel_number(laws[0])) == at.OWN:
         raise InputRefused(
             'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
         )
@@ -283,7 +251,7 @@ def network_plan(
         tension_only=laws[0].tension_only,
         stop_when_slack=stop_when_slack,
         step=step,
-        axial=ALONG_PIECES if mesh.axial_damping.any() else UNDAMPED,
+        axial=at.ALONG_PIECES if mesh.axial_damping.any() else at.UNDAMPED,
         uniform=False,
         nodes=mesh.nodes,
         piece=np.array(
@@ -309,9 +277,4 @@ def network_plan(
         wrap=wrap,
         damper=damper,
         probe=probe,
-        force=np.zeros((0, 2), dtype=np.int64),
-        stop=none,
-        beside=none,
-        runs=np.zeros((0, 2), dtype=np.int64),
-        run=np.zeros((0, 0)),
     )

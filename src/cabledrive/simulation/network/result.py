@@ -117,10 +117,10 @@ def network_result(case: NetworkCase, outcome: Outcome) -> NetworkResult:
         midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
         slack_events=case.slack_events(state),
         largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
-        assumptions=_ASSUMPTIONS + left_out(case.network.drive),
-        doubts=tuple(unheld_words(case.network.motion, case.network.statics)),
+        assumptions=_ASSUMPTIONS + left_out(case.mesh.network.drive),
+        doubts=tuple(unheld_words(case.mesh.network.motion, case.mesh.network.statics)),
         provenance=case.provenance(
-            {"motor": case.network.motion.motor}, torque=[signal.fingerprint for signal in case.torques]
+            {"motor": case.mesh.network.motion.motor}, torque=[signal.fingerprint for signal in case.torques]
         ),
     )
 

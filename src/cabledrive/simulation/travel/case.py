@@ -3,9 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from hashlib import sha256
 from math import degrees
-from typing import Any
 
 import numpy as np
 
@@ -140,13 +138,9 @@ class TravelCase(PreparedRun):
     q_t: Array  # (n,): speeds at t = 0
 
     @property
-    def settings(self) -> dict[str, Any]:
-        """Move, torques and start."""
-        return {
-            "move": None if self.move is None else [dict(self.move.moves), self.move.rise],
-            "torque": [signal.fingerprint for signal in self.torques],
-            "start": sha256(self.q_t.tobytes()).hexdigest(),
-        }
+    def nodes(self) -> int:
+        """Cells of all ropes."""
+        return int(self.plan.cells[-1])
 
     @cached_property
     def work(self) -> TravelWorkspace:
@@ -161,7 +155,7 @@ class TravelCase(PreparedRun):
 
         return int(integrate_travel(self.plan, state, self.work, inputs[0], every, rows))
 
-    def why(self, code: int, state: TravelState, before: TravelState, inputs: tuple[Array, ...]) -> str:
+    def why(self, code: int, state: TravelState) -> str:
         """Why steps ended early, in one line."""
         when = f"at t = {state.counts[0] * self.grid.step:.6g} s"
         number, figure = int(state.events[0, 0]), float(state.events[0, 1])
@@ -194,7 +188,8 @@ class TravelCase(PreparedRun):
             force = np.zeros(n)
             force[plan.rotor] = self.inputs(0, 1)[0][0] - self.holding
             q_t -= 0.5 * self.grid.step * np.linalg.solve(plan.mass, force - plan.damping @ self.q_t)
-        ends = np.einsum("sin,n->si", self._rows_at_rest, self.q_t)
+        rows = np.einsum("sc,sicn->sin", plan.bearing, plan.frame) + plan.turn
+        ends = np.einsum("sin,n->si", rows, self.q_t)
         speeds = [
             ends[s, 0] + (ends[s, 1] - ends[s, 0]) * (np.arange(count) + 0.5) / count
             for s, count in enumerate(np.diff(plan.cells))
@@ -213,8 +208,3 @@ class TravelCase(PreparedRun):
             events=np.zeros((1, 2)),
             counts=np.zeros(1, dtype=np.int64),
         )
-
-    @property
-    def _rows_at_rest(self) -> Array:
-        along = self.plan.bearing
-        return np.asarray(np.einsum("sc,sicn->sin", along, self.plan.frame) + self.plan.turn)

@@ -1,15 +1,14 @@
 """Compiled motion of cells of rope, bodies, pulleys and rotors over a step."""
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.mechanics.compiled import njit_inner
 from cabledrive.simulation.coordinates import invert, rub
 from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.plan import TravelPlan, TravelState, TravelWorkspace
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def pull_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
     """Elastic tensions of all segments and speeds of the ends; the first span that is slack, or -1."""
     slack = -1
@@ -33,8 +32,7 @@ def pull_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> i
     return slack
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def damp_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
     """Damping tensions on the mean speeds of the cells over the step, which they change; pulls of the ends.
 
@@ -73,8 +71,7 @@ def damp_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
             work.pull[s, side, 0] = work.tension[j] + work.damped[j]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def kick_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
     """New speeds of the rope, with what its damping takes and its weight gives."""
     lost, fallen = 0.0, 0.0
@@ -119,8 +116,7 @@ def kick_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
     add_to(state.tallies, int(at.WEIGHT_WORK), plan.step * fallen)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def fill_inverse(plan: TravelPlan, wound: Array, work: TravelWorkspace) -> None:
     """M with the rope on drums, M / step + C / 2, its inverse but for prescribed rotors, mobilities."""
     n, mass, matrix = plan.mass.shape[0], work.matrix[0], work.matrix[1]
@@ -140,8 +136,7 @@ def fill_inverse(plan: TravelPlan, wound: Array, work: TravelWorkspace) -> None:
     invert(matrix, plan, plan.inverse, plan.rub_mobility, plan.rub_own)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def gather_ends(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
     """Forces on the coordinates: springs, weights, the ropes' tensions, and the rope that runs over rims."""
     n = state.q.size
@@ -171,8 +166,7 @@ def gather_ends(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> 
         work.force[k] += work.carried[k] + work.fallen[k]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def turn_coordinates(plan: TravelPlan, state: TravelState, work: TravelWorkspace, given: Array) -> None:
     """New speeds of the coordinates, with the works and losses of the step.
 
@@ -211,8 +205,7 @@ def turn_coordinates(plan: TravelPlan, state: TravelState, work: TravelWorkspace
     _count(plan, state, work)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def _count(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
     """Losses and works of the coordinates over the step."""
     viscous, coulomb, turned, fallen = 0.0, 0.0, 0.0, 0.0

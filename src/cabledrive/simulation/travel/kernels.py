@@ -14,7 +14,7 @@ with the advance :math:`D_a` of the point of contact along the span and the mean
 from math import atan2, log, sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place, njit_inner
 from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.plan import DONE, NOT_FINITE, SLACK
 from cabledrive.simulation.travel import plan as at
@@ -31,8 +31,7 @@ from cabledrive.simulation.travel.plan import TravelPlan, TravelState, TravelWor
 ROPE_SPEED, SPEED, TALLY, LENGTH = range(4)
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def note_places(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row: Array) -> None:
     """Write what a row holds of places and tensions, and keep what `note_speeds` needs from before."""
     n, spans, motors = state.q.size, plan.rim.shape[0], plan.rotor.size
@@ -64,8 +63,7 @@ def note_places(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
     row[energies + 2], row[energies + 3] = strained, springs
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def note_speeds(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row: Array) -> bool:
     """Write the rest of a row after its step; whether its balance is finite.
 
@@ -96,8 +94,7 @@ def note_speeds(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
     return abs(balance) < 1e300
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def lay_spans(plan: TravelPlan, q: Array, work: TravelWorkspace) -> int:
     """Directions, free lengths and rows of all spans; the span that has no tangent, or -1.
 
@@ -124,16 +121,14 @@ def lay_spans(plan: TravelPlan, q: Array, work: TravelWorkspace) -> int:
     return -1
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def strain_at(plan: TravelPlan, work: TravelWorkspace, s: int, side: int) -> float:
     """Strain of a span beside one of its ends."""
     j = plan.cells[s] + s if side == 0 else plan.cells[s + 1] + s
     return work.tension[j] / plan.piece[s, at.RIGIDITY]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def pass_end(
     plan: TravelPlan, state: TravelState, work: TravelWorkspace, s: int, side: int, run: float
 ) -> float:
@@ -159,8 +154,7 @@ def pass_end(
     return passed
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def move_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
     """Places of the rope a step on, Eq. (N.12)."""
     for s in range(plan.rim.shape[0]):
@@ -193,8 +187,7 @@ def move_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
         state.length[s] += state.flow[s, 0] - state.flow[s, 1]
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def watch(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
     """Extremes of the state, and whether it has left what the step or the pulleys allow."""
     for k in range(state.q.size):
@@ -224,8 +217,7 @@ def watch(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
     return DONE
 
 
-@njit_in_place
-@for_kernels
+@njit_inner
 def step_travel(plan: TravelPlan, state: TravelState, work: TravelWorkspace, given: Array) -> int:
     """One step; ``given``: torques of the motors [N m], or speeds over the step where they are prescribed."""
     slack = pull_spans(plan, state, work)

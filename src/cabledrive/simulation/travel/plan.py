@@ -104,32 +104,12 @@ class TravelWorkspace(NamedTuple):
 
 def new_travel_workspace(plan: TravelPlan) -> TravelWorkspace:
     """Room for what is filled anew at each step."""
-    n, spans, cells = len(plan.mass), len(plan.rim), int(plan.cells[-1])
-    frictions = plan.bound.size
-    return TravelWorkspace(
-        before=np.zeros((spans, 2)),
-        along=np.zeros((spans, 2)),
-        free=np.zeros(spans),
-        pull=np.zeros((spans, 2, 3)),
-        tension=np.zeros(cells + spans),
-        damped=np.zeros(cells + spans),
-        rate=np.zeros(cells),
-        pivot=np.zeros(cells),
-        trial=np.zeros(cells),
-        rows=np.zeros((spans, 2, n)),
-        across=np.zeros((spans, 2, n)),
-        speed=np.zeros((spans, 2)),
-        matrix=np.zeros((2, n, n)),
-        force=np.zeros(n),
-        carried=np.zeros(n),
-        fallen=np.zeros(n),
-        right=np.zeros(n),
-        new=np.zeros(n),
-        friction=np.zeros(frictions),
-        bound=np.zeros(frictions),
-        torque=np.zeros(plan.rotor.size),
-        kept=np.zeros((4, max(n, spans, cells, TALLIES))),
-    )
+    n, spans, cells, rubs = len(plan.mass), len(plan.rim), int(plan.cells[-1]), plan.bound.size
+    shapes: tuple[tuple[int, ...], ...] = ((spans, 2), (spans, 2), (spans,), (spans, 2, 3))
+    shapes += ((cells + spans,), (cells + spans,), (cells,), (cells,), (cells,))
+    shapes += ((spans, 2, n), (spans, 2, n), (spans, 2), (2, n, n), (n,), (n,), (n,), (n,), (n,))
+    shapes += ((rubs,), (rubs,), (plan.rotor.size,), (4, max(n, spans, cells, TALLIES)))
+    return TravelWorkspace(*(np.zeros(shape) for shape in shapes))
 
 
 def largest_travel_step(network: Network, counts: Integers, shortest: Array) -> float:

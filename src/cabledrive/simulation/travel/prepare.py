@@ -1,6 +1,7 @@
 """A run in which bodies travel, from the file: what it cannot have is refused, the rest becomes numbers."""
 
 from collections.abc import Mapping
+from hashlib import sha256
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from cabledrive.mechanics.network.motion import condition, gravity
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.simulation.methods import check_resolved, time_grid
+from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.case import NetworkStart, motor_torques, routed_channels
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
@@ -48,31 +49,28 @@ def travel_case(
     rotors = np.array([int(np.argmax(rotor_turn(network, number))) for number in motors], dtype=np.int64)
     if way is not None and not np.any(way.places[:, rotors]):
         raise InputRefused("move: it turns no motor: name a body that the motors move")
-    _check_masses(network)
+    mass = network.mass @ network.mass_rows**2
+    for name, own in zip(network.motion.names, mass, strict=True):
+        if own <= 0.0:
+            raise InputRefused(f'kind = "route", travel: {name} has no mass: give it mass or inertia')
     shortest = SHORTEST * _lengths(network) if way is None else ROOM * way.shortest
     counts = _counts(network, way, scheme.segments)
     poses = [network] if way is None else way.networks
     largest = min(largest_travel_step(pose, counts, shortest) for pose in poses)
-    cells = int(counts.sum())
-    grid = time_grid(duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=cells)
+    grid = time_grid(duration, largest, scheme, recording.rate, int(counts.sum()))
     names = tuple(drive.pulley[number].name for number in motors)
-    torques = motor_torques(names, torque, duration)
-    for signal in torques:
-        check_resolved(signal, grid.step)
+    torques = motor_torques(names, torque, duration, grid.step)
     plan, x, length, holding = _plan(
         network, counts, shortest, rotors, step=grid.step, prescribed=way is not None
     )
     spans = tuple(span.name for span in network.drive.free_spans)
-    channels = routed_channels(network.motion.names, names, spans, travels=True)
+    q_t = _speeds(network.motion.names, start)
     return TravelCase(
         machine=network.drive,
         scheme=scheme,
         recording=recording,
         grid=grid,
-        channels=channels,
-        width=len(channels),
-        nodes=cells,
-        law_name="exact",
+        channels=routed_channels(network.motion.names, names, spans, travels=True),
         network=network,
         plan=plan,
         names=network.motion.names,
@@ -84,52 +82,45 @@ def travel_case(
         holding=holding,
         x=x,
         length=length,
-        q_t=_speeds(network.motion.names, start),
+        q_t=q_t,
+        settings={
+            "move": None if move is None else [dict(move.moves), move.rise],
+            "torque": [signal.fingerprint for signal in torques],
+            "start": sha256(q_t.tobytes()).hexdigest(),
+        },
     )
 
 
 def _check(
     drive: RoutedDrive, scheme: Scheme, recording: Recording, start: NetworkStart, move: PlannedMove | None
 ) -> None:
-    route = 'kind = "route", travel: '
-    if scheme.model != "exact" or scheme.method != "verlet" or scheme.friction != "stick-slip":
-        raise InputRefused(f"{route}only the exact law with verlet and stick-slip: leave the others out")
-    if scheme.slack != "stop":
-        raise InputRefused(f"{route}a rope that goes slack ends the run: leave --tension-only out")
-    if recording.fields or recording.probes:
-        raise InputRefused(f"{route}whole fields and probes are not kept: leave them out")
-    if start.plucks or start.places:
-        raise InputRefused(f"{route}it begins in the pose of the file with straight ropes: leave plucks out")
-    if drive.carriage:
-        raise InputRefused(
-            f"{route}a [[carriage]] clamped to a rope would run over its pulleys: leave it out"
-        )
-    for body in drive.body:
-        if "turn" in body.moves:
-            raise InputRefused(
-                f"{route}body {body.name} turns; only bodies that slide travel: leave out its moves"
-            )
-    for pulley in drive.pulley:
-        if pulley.fixed:
-            raise InputRefused(f"{route}rope does not run over the guide {pulley.name}: let it turn")
-    for data in drive.route:
-        if data.speed:
-            raise InputRefused(f'{route}it begins at rest, route "{data.name}" runs: set its speed to 0')
-    if any(motor.backlash for motor in drive.motor):
-        raise InputRefused(f"{route}motor.backlash is not simulated on routes: set it to 0")
-    if move is None and condition(drive) == "holding":
-        raise InputRefused(
-            f"{route}holding_stiffness keeps the motor in its place: give --move, or take it out"
-        )
+    foreign = scheme.model != "exact" or scheme.method != "verlet" or scheme.friction != "stick-slip"
+    turning = next((body.name for body in drive.body if "turn" in body.moves), "")
+    guide = next((pulley.name for pulley in drive.pulley if pulley.fixed), "")
+    running = next((data.name for data in drive.route if data.speed), "")
+    held = move is None and condition(drive) == "holding"
+    for refused, why in (
+        (foreign, "only the exact law with verlet and stick-slip: leave the others out"),
+        (scheme.slack != "stop", "a rope that goes slack ends the run: leave --tension-only out"),
+        (recording.fields or recording.probes, "whole fields and probes are not kept: leave them out"),
+        (
+            start.plucks or start.places,
+            "it begins in the pose of the file with straight ropes: leave plucks out",
+        ),
+        (drive.carriage, "a [[carriage]] clamped to a rope would run over its pulleys: leave it out"),
+        (turning, f"body {turning} turns; only bodies that slide travel: leave out its moves"),
+        (guide, f"rope does not run over the guide {guide}: let it turn"),
+        (running, f'it begins at rest, route "{running}" runs: set its speed to 0'),
+        (
+            any(motor.backlash for motor in drive.motor),
+            "motor.backlash is not simulated on routes: set it to 0",
+        ),
+        (held, "holding_stiffness keeps the motor in its place: give --move, or take it out"),
+    ):
+        if refused:
+            raise InputRefused(f'kind = "route", travel: {why}')
     if move is not None and not (np.isfinite(move.rise) and move.rise > 0.0):
         raise InputRefused(f"rise = {move.rise} s must be above 0 and finite: give the time of the move")
-
-
-def _check_masses(network: Network) -> None:
-    mass = network.mass @ network.mass_rows**2
-    for name, own in zip(network.motion.names, mass, strict=True):
-        if own <= 0.0:
-            raise InputRefused(f'kind = "route", travel: {name} has no mass: give it mass or inertia')
 
 
 def _speeds(names: tuple[str, ...], start: NetworkStart) -> Array:
