@@ -17,7 +17,7 @@ TITLE = "Map of the internal resonance"
 PRETENSIONS, TORQUES = np.linspace(3.0, 3.6, 100), np.linspace(0.001, 0.02, 100)
 PLUCK = 1e-4
 ROUNDS, PEER_POINTS = 5, 4
-TARGETS = {"averaged": 0.1, "oscillators": 0.3}
+TARGET = 0.3
 
 
 def drive():
@@ -33,42 +33,29 @@ def report() -> str:
     if cores:
         os.sched_setaffinity(0, range(os.cpu_count() or 1))
     try:
-        return both_tables(drive())
+        return one_table(drive())
     finally:
         if cores:
             os.sched_setaffinity(0, cores)
 
 
-def both_tables(machine) -> str:
+def one_table(machine) -> str:
     points = [(PRETENSIONS[k], TORQUES[k]) for k in (10, 40, 50, 90)][:PEER_POINTS]
     peer_seconds, peer = peer_run(machine, points)
-    rows, errors = [], {}
-    for method, target in TARGETS.items():
-        found, inner, whole, processor = timed(machine, method)
-        per_point = inner / found.growth.size
-        ratio = peer_seconds / per_point
-        rows.append(
-            (
-                method,
-                f"{inner:.3f} s",
-                f"{whole:.3f} s",
-                f"{processor:.3f} s",
-                f"{target:g} s",
-                f"{ratio:,.0f}",
-            )
-        )
-        own = [found.growth[find(TORQUES, t), find(PRETENSIONS, p)] for p, t in points]
-        errors[method] = max(abs(a / b - 1.0) for a, b in zip(own, peer, strict=True))
+    found, inner, whole, processor = timed(machine)
+    ratio = peer_seconds / (inner / found.growth.size)
+    rows = [(f"{inner:.3f} s", f"{whole:.3f} s", f"{processor:.3f} s", f"{TARGET:g} s", f"{ratio:,.0f}")]
+    own = [found.growth[find(TORQUES, t), find(PRETENSIONS, p)] for p, t in points]
+    error = max(abs(a / b - 1.0) for a, b in zip(own, peer, strict=True))
     note = (
         f"{PRETENSIONS.size * TORQUES.size:,} sets, one second each, two threads, least of {ROUNDS} runs. Integration: "
         "wall time of the integration. Whole call: wall time of `growth_map`, with the modes of the drive, "
         "coefficients of every set and the start map. Targets are for the integration. Last column: scipy's "
         f"`solve_ivp` (DOP853, rtol 1e-8) on the equations (A.9) at {len(points)} of the points, "
         f"{peer_seconds:.2f} s each on one core, over the integration per point. Growth differs from it by at "
-        f"most {100 * errors['averaged']:.2g} % (averaged) and {100 * errors['oscillators']:.2g} % "
-        "(oscillators) at those points."
+        f"most {100 * error:.2g} % at those points."
     )
-    columns = ["method", "integration", "whole call", "processor", "target", "times solve_ivp per point"]
+    columns = ["integration", "whole call", "processor", "target", "times solve_ivp per point"]
     return table(columns, rows) + "\n\n" + note
 
 
@@ -76,7 +63,7 @@ def find(axis: np.ndarray, value: float) -> int:
     return int(np.argmin(np.abs(axis - value)))
 
 
-def timed(machine, method: str):
+def timed(machine):
     """Result, least wall time of the integration and of the whole call, least processor time of the call."""
     spent, inner = [], ensembles._on_threads  # the integration as the map calls it
 
@@ -92,7 +79,6 @@ def timed(machine, method: str):
             pretensions=PRETENSIONS,
             torques=TORQUES,
             pluck=PLUCK,
-            method=method,
             threads=2,
         )
 

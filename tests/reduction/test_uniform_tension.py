@@ -8,16 +8,13 @@ from scipy.special import ellipk
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients, plucked
 from cabledrive.reduction.oscillators import (
-    AVERAGED_STEP,
     Largest,
-    averaged_ensemble,
     oscillator_coefficients,
     oscillator_ensemble,
 )
 from cabledrive.reduction.uniform_tension import coefficients, integrate, uniform_tension_model
-from resonance_samples import averaged_step, damped
+from resonance_samples import damped
 
 TUNED = cd.load_drive(
     "dissertation-2",
@@ -199,11 +196,6 @@ def test_compiled_ensembles_equal_their_readable_twins(threads):
     """cabledrive.reduction.oscillators, compiled and as numpy over all lanes at once."""
     tension, torque, plucks = lanes(70)
     model = at_pretension(autoparametric_model(damped(2.0, 8.0)), tension)
-    c = averaged_coefficients(model, torque=torque, passive=0.15 * plucks**2)
-    start = plucked(c, plucks, second=False)
-    compiled = averaged_ensemble(c, start, 0.1, threads=threads)
-    for one, other in zip(compiled, averaged_ensemble_reference(c, start, 0.1), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-10, atol=1e-15)
     c = oscillator_coefficients(model, 1e-3, torque=torque)
     compiled = oscillator_ensemble(c, plucks, 100, threads=threads)
     for one, other in zip(compiled, oscillator_ensemble_reference(c, plucks, 100), strict=True):
@@ -228,29 +220,7 @@ def test_oscillators_equal_the_uniform_tension_model_of_one_mode():
     np.testing.assert_allclose(largest.spans[:, 0], spans, rtol=5e-3)
 
 
-def test_averaged_and_oscillating_ensembles_agree_on_the_largest_motion():
-    """100 sets at tuning, 0.5 s: largest amplitudes within 3 % of the largest, first order."""
-    _, torque, plucks = lanes(100, 4)
-    model = autoparametric_model(damped(2.0, 8.0))
-    c = averaged_coefficients(model, torque=torque)
-    averaged = averaged_ensemble(c, plucked(c, plucks, second=False), 0.5)
-    h = 2 * np.pi / model.natural / 16
-    exact = oscillator_ensemble(oscillator_coefficients(model, h, torque=torque), plucks, int(0.5 / h))
-    error = np.abs(averaged.spans - exact.spans) / exact.spans.max()
-    assert np.max(error) < 0.03, f"{np.max(error):.4f}"
-
-
 # --- Ensembles in readable steps, for any number of transverse modes
-def averaged_ensemble_reference(c, start, duration):
-    """Largest amplitudes by the averaged equations, Runge-Kutta steps of order 4."""
-    steps = int(np.ceil(duration / AVERAGED_STEP - 1e-9))
-    h, state, largest = duration / steps, np.array(start), np.abs(start)
-    for n in range(steps):
-        state = averaged_step(c, state, n * h, h)
-        largest = np.maximum(largest, np.abs(state))
-    return Largest(largest[0], largest[1:], state)
-
-
 def oscillator_ensemble_reference(c, plucks, steps):
     """Largest displacements by the oscillators themselves: half a kick, exact flow, half a kick."""
     a = np.array(plucks, dtype=float)

@@ -126,26 +126,18 @@ def _cache_folder(module: Path, chosen: str = "") -> str:
     name = f"kernels-{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{digest[:12]}"
     if chosen:
         return str(Path(chosen) / name) if _is_own(Path(chosen) / name) else ""
-    for place in (_user_cache, _temporary_cache):
-        base = place()
-        if base is not None and base.is_absolute() and _is_own(base) and _is_own(base / name):
-            return str(base / name)
-    return ""
-
-
-def _user_cache() -> Path:
     if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", "")) / "cabledrive"
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return Path(home) / "cabledrive"
-
-
-def _temporary_cache() -> Path | None:
-    user = os.getuid() if hasattr(os, "getuid") else "user"
+        users = Path(os.environ.get("LOCALAPPDATA", "")) / "cabledrive"
+    else:
+        users = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "cabledrive"
+    if users.is_absolute() and _is_own(users) and _is_own(users / name):
+        return str(users / name)
     try:
-        return Path(tempfile.gettempdir()) / f"cabledrive-{user}"
+        user = os.getuid() if hasattr(os, "getuid") else "user"
+        temporary = Path(tempfile.gettempdir()) / f"cabledrive-{user}"
     except OSError:  # nothing can be written anywhere
-        return None
+        return ""
+    return str(temporary / name) if _is_own(temporary) and _is_own(temporary / name) else ""
 
 
 def _is_own(folder: Path) -> bool:

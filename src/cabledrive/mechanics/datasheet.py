@@ -173,39 +173,12 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
     DerivedQuantities
     """
     require_two_pulleys(drive, "`derived_quantities`")
-    return DerivedQuantities(
-        **_of_the_cable(drive),
-        **_of_the_sag(drive),
-        **_of_the_pulleys(drive),
-        **_of_the_motor_and_sensors(drive),
-    )
-
-
-def _of_the_cable(drive: Drive) -> dict[str, Any]:
-    cable = drive.cable
-    return {
-        "prestrain": cable.prestrain,
-        "axial_rigidity": cable.axial_rigidity,
-        "axial_wave_speed": cable.axial_wave_speed,
-        "transverse_wave_speed": cable.transverse_wave_speed,
-        "span_length": drive.span_length,
-        "pulley_distance": drive.pulley_distance,
-        "stretched_mass_per_length": cable.stretched_mass_per_length,
-        "cable_mass": len(drive.spans) * drive.span_length * cable.mass_per_length,
-        "cable_stiffness": cable.axial_rigidity / drive.span_length,
-        "lumped_cable_stiffness": drive.lumped.cable_stiffness if drive.lumped else None,
-        "lowest_static_tension": lowest_static_tension(drive),
-        "transverse_frequency_hz": cable.transverse_wave_speed / (2.0 * drive.pulley_distance),
-    }
-
-
-def _of_the_sag(drive: Drive) -> dict[str, Any]:
-    """Sag of the free stretches; what belongs to the whole span is that of the worse one."""
-    cable, layout = drive.cable, drive.layout
+    cable, layout, motor, sensors = drive.cable, drive.layout, drive.motor, drive.sensors
+    mass = len(drive.spans) * drive.span_length * cable.mass_per_length
+    # sag of the free stretches; what belongs to the whole span is that of the worse one
     weight = layout.gravity_across
     line_load = cable.stretched_mass_per_length * weight
-    sags = dict.fromkeys(drive.spans, 0.0)
-    shears = dict.fromkeys(drive.spans, 0.0)
+    sags, shears = dict.fromkeys(drive.spans, 0.0), dict.fromkeys(drive.spans, 0.0)
     for labelled in transverse_chains(drive):
         span, string = labelled.stretches[0].span, labelled.chain
         ends = np.cumsum(string.lengths) * (1.0 + cable.prestrain)
@@ -215,43 +188,42 @@ def _of_the_sag(drive: Drive) -> dict[str, Any]:
     stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)
     irvine = {span: irvine_parameter(stiffness, cable.pretension, shear) for span, shear in shears.items()}
     tension = {span: tension_with_sag(cable.pretension, irvine[span]) for span in sags}
-    return {
-        "static_sag": max(sags.values()),
-        "sag_ratio": max(sags.values()) / drive.pulley_distance,
-        "irvine_parameter": max(irvine.values()),
-        "tension_with_sag": max(tension.values()),
-        "static_sag_held": max(sags[span] * cable.pretension / tension[span] for span in sags),
-    }
-
-
-def _of_the_pulleys(drive: Drive) -> dict[str, Any]:
-    mass = len(drive.spans) * drive.span_length * drive.cable.mass_per_length
     rims = [None if s.fixed else s.rim_mass / mass for s in shafts_of(drive)[:2]]
     modes = [omega and omega / (2.0 * pi) for omega in (lumped_cable_mode(drive), lumped_joint_mode(drive))]
     slips: list[float | None] = []
     for pulley in drive.pulley:
         friction, wrap = pulley.capstan_friction, pulley.wrap_angle
         known = drive.kind != "line" and friction is not None and wrap is not None
-        tension = drive.cable.pretension
-        slips.append(no_slip_torque(pulley.radius, tension, friction or 0.0, wrap or 0.0) if known else None)
-    return {
-        "chi1": rims[0],
-        "chi2": rims[1],
-        "slack_torque": len(drive.spans) * drive.drive_pulley.radius * drive.cable.pretension,
-        "no_slip_torque_drive": slips[0],
-        "no_slip_torque_load": slips[1],
-        "cable_mode_frequency_hz": modes[0],
-        "joint_mode_frequency_hz": modes[1],
-    }
-
-
-def _of_the_motor_and_sensors(drive: Drive) -> dict[str, Any]:
-    sensors, motor = drive.sensors, drive.motor
+        torque = no_slip_torque(pulley.radius, cable.pretension, friction or 0.0, wrap or 0.0)
+        slips.append(torque if known else None)
     counts = {name: getattr(sensors, f"{name}_encoder", None) for name in ("motor", "drive", "load")}
-    gear = motor.gear_ratio if motor else None
-    rotor = motor.rotor_inertia if motor else None
-    sheet = {f"{name}_encoder_resolution": 2.0 * pi / n if n else None for name, n in counts.items()}
-    return sheet | {
-        "motor_encoder_counts_per_motor_turn": counts["motor"] / gear if counts["motor"] and gear else None,
-        "reflected_rotor_inertia": rotor * gear**2 if rotor and gear else None,
-    }
+    gear, rotor = (motor.gear_ratio, motor.rotor_inertia) if motor else (None, None)
+    return DerivedQuantities(
+        prestrain=cable.prestrain,
+        axial_rigidity=cable.axial_rigidity,
+        axial_wave_speed=cable.axial_wave_speed,
+        transverse_wave_speed=cable.transverse_wave_speed,
+        span_length=drive.span_length,
+        pulley_distance=drive.pulley_distance,
+        stretched_mass_per_length=cable.stretched_mass_per_length,
+        cable_mass=mass,
+        cable_stiffness=cable.axial_rigidity / drive.span_length,
+        lumped_cable_stiffness=drive.lumped.cable_stiffness if drive.lumped else None,
+        lowest_static_tension=lowest_static_tension(drive),
+        transverse_frequency_hz=cable.transverse_wave_speed / (2.0 * drive.pulley_distance),
+        static_sag=max(sags.values()),
+        sag_ratio=max(sags.values()) / drive.pulley_distance,
+        irvine_parameter=max(irvine.values()),
+        tension_with_sag=max(tension.values()),
+        static_sag_held=max(sags[span] * cable.pretension / tension[span] for span in sags),
+        chi1=rims[0],
+        chi2=rims[1],
+        slack_torque=len(drive.spans) * drive.drive_pulley.radius * cable.pretension,
+        no_slip_torque_drive=slips[0],
+        no_slip_torque_load=slips[1],
+        cable_mode_frequency_hz=modes[0],
+        joint_mode_frequency_hz=modes[1],
+        motor_encoder_counts_per_motor_turn=counts["motor"] / gear if counts["motor"] and gear else None,
+        reflected_rotor_inertia=rotor * gear**2 if rotor and gear else None,
+        **{f"{name}_encoder_resolution": 2.0 * pi / n if n else None for name, n in counts.items()},
+    )

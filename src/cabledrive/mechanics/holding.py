@@ -29,7 +29,11 @@ def motor_condition(drive: Drive, motor: str | None = None) -> str:
     ``motor.holding_stiffness``; refused without one. Default: "holding" where the file gives that stiffness,
     else "free".
     """
-    sprung = drive.motor is not None and drive.motor.holding_stiffness is not None
+    return checked_condition(motor, drive.motor is not None and drive.motor.holding_stiffness is not None)
+
+
+def checked_condition(motor: str | None, sprung: bool) -> str:
+    """How rotors are held as asked; ``sprung``: whether the file gives a holding stiffness."""
     if motor is None:
         return HOLDING if sprung else FREE
     if motor not in CONDITIONS:

@@ -102,11 +102,6 @@ class KernelCache(FunctionCache):
         self._locks[place] = lock
         return False
 
-    def _release(self, place: Path) -> None:
-        lock = self._locks.pop(place, None)
-        if lock is not None:
-            _drop(lock)
-
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel, if it can be kept and the disk takes it. ``sig``: numba's."""
         key = self._whole_key(sig, data.codegen)
@@ -121,7 +116,8 @@ class KernelCache(FunctionCache):
                     _sweep(self._folder)
                     _write(self._place(key), hashlib.sha256(payload).digest() + payload)
         finally:
-            self._release(self._place(key))
+            if (lock := self._locks.pop(self._place(key), None)) is not None:
+                _drop(lock)
 
     def _whole_key(self, sig: Any, codegen: Any) -> Any:
         return numba.__version__, self._folder.name, self._stem, self._index_key(sig, codegen)

@@ -74,7 +74,11 @@ class Statics:
         longer = self.drive.span_length * self.drive.cable.prestrain
         along = unknowns - (1 + max(piece.section for piece in self.pieces) if self.level else 0)
         excess[:along] = longer * (2.0 if tied else 1.0)
-        forces = self._guess(unknowns, along)
+        forces = np.full(unknowns, self.drive.cable.pretension)  # and half of the weight of each section
+        forces[along:] = 0.0
+        for piece in self.pieces if self.level else ():
+            hung = piece.load[1] * (piece.end - piece.start) + piece.jump[1]
+            forces[along + piece.section] += hung / 2.0
         for _ in range(MOST_STEPS):
             left, matrix = self._gradient(known, constant + known @ forces)
             step = np.asarray(np.linalg.solve(matrix, excess - left), dtype=np.float64)
@@ -106,15 +110,6 @@ class Statics:
                 known[number, 1, spans + piece.section] = 1.0
             force = force - piece.load * (piece.end - piece.start) - piece.jump
         return known, constant
-
-    def _guess(self, unknowns: int, along: int) -> Array:
-        """The pretension, and half of the weight of each section."""
-        forces = np.full(unknowns, self.drive.cable.pretension)
-        forces[along:] = 0.0
-        for piece in self.pieces if self.level else ():
-            hung = piece.load[1] * (piece.end - piece.start) + piece.jump[1]
-            forces[along + piece.section] += hung / 2.0
-        return forces
 
     def _searched(self, known: Array, constant: Array, forces: Array, step: Array, excess: Array) -> Array:
         """Halve the step until the slope of the energy along it has fallen."""

@@ -193,6 +193,8 @@ def _listed(spectrum: Spectrum, below: float | None, count: int | None) -> Modes
         tops = parts[LONGITUDINAL][1], parts[TRANSVERSE][1]
         top = _off_modes(spectrum, min(tops))
     along, across = (max(top, own) if isfinite(own) else top for own in tops)
+    # bounds in Hz: the one that was asked for, to the last digit, where it is that
+    hertz = [below if below and own == 2 * pi * below else own / (2 * pi) for own in (top, along, across)]
     number = spectrum.count(top)
     under = [mode for mode in found if 2 * pi * mode.frequency < top]
     held = {
@@ -207,9 +209,9 @@ def _listed(spectrum: Spectrum, below: float | None, count: int | None) -> Modes
         warnings=(),
         at_torque=0.0,
         certificate=Certificate(
-            below=_hertz(top, below),
-            longitudinal_below=_hertz(along, below),
-            transverse_below=_hertz(across, below),
+            below=hertz[0],
+            longitudinal_below=hertz[1],
+            transverse_below=hertz[2],
             count=number,
             longitudinal=held[LONGITUDINAL],
             transverse=number - held[LONGITUDINAL],
@@ -220,11 +222,6 @@ def _listed(spectrum: Spectrum, below: float | None, count: int | None) -> Modes
         motor="free",
         hold=(),
     )
-
-
-def _hertz(omega: float, below: float | None) -> float:
-    """A bound in Hz: the one that was asked for, to the last digit, where it is that."""
-    return below if below is not None and omega == 2 * pi * below else omega / (2 * pi)
 
 
 def _clear(spectrum: Spectrum, omega: float) -> float:

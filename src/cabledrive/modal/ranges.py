@@ -42,7 +42,7 @@ def sag_coupling_limit(
     highest = 2 * pi * max(mode.frequency for mode in listed)
     meets = max(_first(network, i) * sqrt(sqrt(2 * own) / pi**2 / allowed) for i, own in spans.items())
     found = below(BEYOND * min(highest, meets))
-    together = [*listed, *(mode for mode in found if not _is_listed(mode, listed))]
+    together = [*listed, *(mode for mode in found if not any(_same(mode, own) for own in listed))]
     shifts = coupling_shifts(network, together, spans)[: len(listed)]
     worst = int(np.argmax(shifts.sum(axis=1)))
     error = float(shifts[worst].sum())
@@ -103,14 +103,10 @@ def _shares(network: Network, modes: Sequence[Mode], number: int, way: str) -> A
     return np.array([mode.multiplicity * max(mode.strain_shares.get(key, 0.0), 0.0) for mode in modes])
 
 
-def _is_listed(mode: Mode, listed: Sequence[Mode]) -> bool:
-    """Whether a mode is one of a list, found a second time."""
-    return any(
-        own.kind == mode.kind
-        and (own.span, own.plane, own.clamped) == (mode.span, mode.plane, mode.clamped)
-        and abs(own.frequency - mode.frequency) <= 1e-9 * own.frequency
-        for own in listed
-    )
+def _same(a: Mode, b: Mode) -> bool:
+    """Whether two modes are one, found a second time."""
+    alike = (a.kind, a.span, a.plane, a.clamped) == (b.kind, b.span, b.plane, b.clamped)
+    return alike and abs(a.frequency - b.frequency) <= 1e-9 * b.frequency
 
 
 INCOMPLETE = "the count gives more modes than could be found and proven"

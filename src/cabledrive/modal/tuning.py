@@ -81,19 +81,14 @@ def pulley_mode(drive: Drive) -> PulleyMode:
     while seen < HIGHEST_SEARCHED:
         found = spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0]
         for mode in found[seen:]:
-            turning = _rim_motion(mode)
+            rims = [mode.joints[name] for name in (DRIVE_PULLEY, LOAD_PULLEY) if name in mode.joints]
+            turning = np.asarray(np.sqrt(mode._motion.mass * np.sum(np.square(rims), axis=0)))
             if np.max(turning) > TURNING:
                 return PulleyMode(omega=2 * pi * mode.frequency, mode=mode, shape=int(np.argmax(turning)))
         seen, wanted = len(found), 2 * wanted
     raise InputRefused(
         f"no pulley turns in the {seen} lowest longitudinal modes: there is no pulley mode in range"
     )
-
-
-def _rim_motion(mode: Mode) -> np.ndarray:
-    """Motion of the rims in each shape, relative to a rigid motion of the whole chain."""
-    rims = [mode.joints[name] for name in (DRIVE_PULLEY, LOAD_PULLEY) if name in mode.joints]
-    return np.asarray(np.sqrt(mode._motion.mass * np.sum(np.square(rims), axis=0)))
 
 
 def span_frequency(drive: Drive) -> float:

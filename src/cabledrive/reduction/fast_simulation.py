@@ -32,21 +32,6 @@ from cabledrive.simulation.start import place_at_start, velocity_at_start
 SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
 
-def bounded_part(recorded: IntegratedMotion, longest: float) -> tuple[IntegratedMotion, int | None]:
-    """What was recorded before an amplitude outgrew ``longest`` [m] or the numbers, and how many records.
-
-    Their number is None if all are kept.
-    """
-    sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2, 3))
-    finite = np.isfinite(recorded.along).all(axis=(1, 2)) & np.isfinite(recorded.tallies).all(axis=1)
-    bounded = finite & (sizes < longest)
-    if bounded.all():
-        return recorded, None
-    kept = max(1, int(np.argmin(bounded)))
-    along, across, tallies = recorded.along[:kept], recorded.across[:kept], recorded.tallies[:kept]
-    return IntegratedMotion(along, across, tallies, recorded.peaks), kept
-
-
 def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array) -> Array:
     """Records, shape (records, columns of the exact model), from the motion and the torque there [N m].
 
@@ -261,12 +246,18 @@ def simulate_fast(
     check_band(model, samples, step)
     state = start_amplitudes(drive, model, start)
     recorded = integrate(model, coefficients(model, step), state, samples, stride)
-    recorded, kept = bounded_part(recorded, model.span)
-    steps = steps if kept is None else stride * (kept - 1)
+    # records before an amplitude outgrew the span, or the numbers
+    sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2, 3))
+    finite = np.isfinite(recorded.along).all(axis=(1, 2)) & np.isfinite(recorded.tallies).all(axis=1)
+    bounded = finite & (sizes < model.span)
+    if diverged := not bounded.all():
+        kept = max(1, int(np.argmin(bounded)))
+        along, across, tallies = recorded.along[:kept], recorded.across[:kept], recorded.tallies[:kept]
+        recorded, steps = IntegratedMotion(along, across, tallies, recorded.peaks), stride * (kept - 1)
     rows = fast_rows(model, recorded, samples[: steps + 1 : stride])
     result = fast_result(
         drive, model, recorded, rows,
-        grid=(steps, step, stride), torque=signal.fingerprint, diverged=kept is not None,
+        grid=(steps, step, stride), torque=signal.fingerprint, diverged=diverged,
     )  # fmt: skip
     result = replace(result, wall_time=time.perf_counter() - began)
     if path is None:

@@ -94,25 +94,6 @@ def state_space(chain: LumpedChain) -> tuple[Array, Array]:
     return a, np.vstack([np.zeros((n, n)), inverse])
 
 
-def speed_state_space(chain: LumpedChain) -> tuple[Array, Array]:
-    """Matrices of n - 1 stretches, then n speeds: (2n - 1, 2n - 1) and (2n - 1, n), no rigid rotation.
-
-    Refused with a holding stiffness, whose force is that of an angle.
-    """
-    if chain.holding > 0.0:
-        raise InputRefused(
-            f"holding stiffness = {chain.holding:.4g} N m/rad: the response in speeds is that of a motor "
-            "that turns freely; take speed_response, or leave out motor.holding_stiffness"
-        )
-    n, g = chain.size, chain.link_matrix
-    inverse = np.diag(1.0 / np.array(chain.inertias))
-    a = np.zeros((2 * n - 1, 2 * n - 1))
-    a[: n - 1, n - 1 :] = g
-    a[n - 1 :, : n - 1] = -inverse @ g.T @ np.diag(chain.stiffness)
-    a[n - 1 :, n - 1 :] = -inverse @ chain.damping_matrix
-    return a, np.vstack([np.zeros((n - 1, n)), inverse])
-
-
 def speed_transfer_function(chain: LumpedChain, torque_on: int = 0, speed_of: int = 0) -> tuple[Array, Array]:
     """Polynomials of the transfer function from torque to speed, Eqs. (4.17), (4.19), (6.12), (6.14).
 
@@ -121,12 +102,20 @@ def speed_transfer_function(chain: LumpedChain, torque_on: int = 0, speed_of: in
     ``chain``: one inertia gives (4.17), motor and drive pulley (4.19), Model 3 (6.12), Model 4 (6.14);
     ``torque_on``, ``speed_of``: numbers of the inertias, from the motor.
     Returns ``numerator``, shape (2n - 1,); ``denominator``, shape (2n,): coefficients of falling powers of s;
-    the denominator starts with 1.
+    the denominator starts with 1. Refused with a holding stiffness, whose force is that of an angle.
     """
-    a, b = speed_state_space(chain)
-    column = b[:, torque_on]
-    row = np.zeros(a.shape[0])
-    row[chain.size - 1 + speed_of] = 1.0
+    if chain.holding > 0.0:
+        raise InputRefused(
+            f"holding stiffness = {chain.holding:.4g} N m/rad: the response in speeds is that of a motor "
+            "that turns freely; take speed_response, or leave out motor.holding_stiffness"
+        )
+    n, g, inertias = chain.size, chain.link_matrix, np.array(chain.inertias)
+    a = np.zeros((2 * n - 1, 2 * n - 1))  # of n - 1 stretches, then n speeds, without rigid rotation
+    a[: n - 1, n - 1 :] = g
+    a[n - 1 :, : n - 1] = -np.diag(1.0 / inertias) @ g.T @ np.diag(chain.stiffness)
+    a[n - 1 :, n - 1 :] = -np.diag(1.0 / inertias) @ chain.damping_matrix
+    column, row = np.zeros(2 * n - 1), np.zeros(2 * n - 1)
+    column[n - 1 + torque_on], row[n - 1 + speed_of] = 1.0 / inertias[torque_on], 1.0
     denominator = np.real(np.poly(a))
     # det(s - A + b c) = det(s - A) (1 + c (s - A)^-1 b); b is scaled to the size of A against cancellation.
     scale = np.linalg.norm(a) / np.linalg.norm(column) if np.any(a) else 1.0

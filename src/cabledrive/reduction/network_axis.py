@@ -54,24 +54,17 @@ def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
             "--draws 100` (cd.track); compare, study, export and experiment take an axis that one motor moves"
         )
     try:
-        return axis_drive(_chain_of(drive, axis))
+        chains = network_chains(drive)
+        found = [chain for chain in chains if axis in (None, chain.load)]
+        if not found:
+            known = ", ".join(chain.load for chain in chains)
+            raise InputRefused(f'axis = "{str(axis)[:60]}" is no axis of this machine: take {known}')
+        chosen = next((chain for chain in found if chain.refusal is None), found[0])
+        if chosen.refusal is not None:
+            raise NoChain(f"no lumped chain: {chosen.refusal}")
+        return axis_drive(chosen)
     except InputRefused as refusal:
         raise type(refusal)(f'kind = "route": {refusal}') from None
-
-
-def _chain_of(drive: RoutedDrive, axis: str | None) -> NetworkChain:
-    """The chain of an axis whose load is its end; the first that is one where none is named."""
-    chains = network_chains(drive)
-    known = ", ".join(chain.load for chain in chains)
-    usable = [chain for chain in chains if chain.refusal is None]
-    if axis is None and usable:
-        return usable[0]
-    found = [chain for chain in chains if axis in (None, chain.load)]
-    if not found:
-        raise InputRefused(f'axis = "{str(axis)[:60]}" is no axis of this machine: take {known}')
-    if found[0].refusal is not None:
-        raise NoChain(f"no lumped chain: {found[0].refusal}")
-    return found[0]
 
 
 def axis_drive(chain: NetworkChain) -> AxisDrive:

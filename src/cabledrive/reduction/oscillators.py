@@ -17,13 +17,12 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from cabledrive.mechanics.compiled import njit, njit_part
+from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array, Complex
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
-from cabledrive.reduction.averaging import AveragedCoefficients
 from cabledrive.reduction.uniform_tension import linear_flow
 
 
@@ -68,14 +67,7 @@ def oscillator_coefficients(
     )
 
 
-AVERAGED_STEP = 4e-3
-"""Step of the averaged equations [s]: rates stay below some 30 rad/s there."""
-AXES = {
-    **dict.fromkeys(("along", "push", "pump"), 1),
-    **dict.fromkeys(("across", "cubic", "static"), 2),
-    **dict.fromkeys(("transverse_detuning", "feedback", "drift", "passive"), 1),
-    **dict.fromkeys(("back_third", "third", "offset"), 1),
-}
+AXES = {"along": 1, "push": 1, "pump": 1, "across": 2, "cubic": 2}
 """Axes of coefficients that are not lanes, where there are any."""
 
 
@@ -84,22 +76,7 @@ class Largest(NamedTuple):
 
     pulley: Array  # (lanes,): largest q, either way [m]
     spans: Array  # (J, lanes): largest amplitude a of each section [m]
-    state: NDArray[np.generic]  # at the end: slow amplitudes, complex, or q and a, shape (1 + J, lanes)
-
-
-def averaged_ensemble(
-    c: AveragedCoefficients, start: Complex, duration: float, *, threads: int = 2
-) -> Largest:
-    """Largest amplitudes of many parameter sets by the averaged equations of first order.
-
-    ``start``, shape (1 + J, lanes): slow amplitudes at t = 0 [m]; ``duration`` [s].
-    """
-    if not duration > 0.0:
-        raise InputRefused(f"duration = {duration:.6g} s must be positive")
-    steps = int(np.ceil(duration / AVERAGED_STEP - 1e-9))
-    state, top = np.array(start, dtype=complex), np.abs(start)
-    _on_threads(integrate_averaged, (_laned(c, start), steps, duration / steps, state, top), threads)
-    return Largest(top[0], top[1:], state)
+    state: Array  # at the end: q and a, shape (1 + J, lanes)
 
 
 def oscillator_ensemble(
@@ -110,22 +87,17 @@ def oscillator_ensemble(
     ``plucks``, shape (J, lanes): amplitudes at t = 0, at rest [m]; ``steps``: of the length in `c`.
     """
     start = np.asarray(plucks, dtype=float)
-    state = np.concatenate((np.zeros((1, *start.shape[1:])), start))
-    top = np.zeros_like(state)
-    _on_threads(integrate_oscillators, (_laned(c, start), steps, state, top), threads)
-    return Largest(top[0], top[1:], state)
-
-
-def _laned(c: Any, start: NDArray[np.generic]) -> Any:
-    """Coefficients with an axis of lanes each; refused: a start without one."""
     if start.ndim != 2:
         raise InputRefused(f"start has {start.ndim} axes, an ensemble needs 2: amplitudes and lanes")
-    wide = {}
+    wide = {}  # coefficients with an axis of lanes each
     for name, value in c._asdict().items():
         own = np.asarray(value)
         own = own[..., None] if own.ndim == AXES.get(name, 0) else own
         wide[name] = np.ascontiguousarray(np.broadcast_to(own, (*own.shape[:-1], start.shape[1])))
-    return c._replace(**wide)
+    state = np.concatenate((np.zeros((1, *start.shape[1:])), start))
+    top = np.zeros_like(state)
+    _on_threads(integrate_oscillators, (c._replace(**wide), steps, state, top), threads)
+    return Largest(top[0], top[1:], state)
 
 
 def _on_threads(kernel: Callable[..., None], given: tuple[Any, ...], threads: int) -> None:
@@ -171,49 +143,3 @@ def integrate_oscillators(c, steps, state, top, first, last):
         state[0, i] = q
         for j in range(sections):
             state[1 + j, i] = a[j]
-
-
-@njit_part
-def first_order_rates(c, i, z, drift, passive, rates):
-    """Rates of slow amplitudes of one lane to first order, with shares of the drift and of what decays."""
-    total = (-0.5 * c.damping[i] + 1j * c.detuning[i]) * z[0] - c.force[i]
-    for j in range(z.size - 1):
-        own = z[1 + j]
-        total += 1j * c.feedback[j, i] * own * own
-        shift, turned = c.transverse_detuning[j, i] + c.drift[j, i] * drift, c.pump[j, i] * z[0]
-        for k in range(z.size - 1):
-            other = z[1 + k]
-            size = c.passive[k, i] * passive + other.real**2 + other.imag**2
-            shift += (0.5 * c.cubic[j, k, i] - c.static[j, k, i]) * size
-            turned += 0.25 * c.cubic[j, k, i] * other * other
-        rates[1 + j] = (-0.5 * c.transverse_damping[i] + 1j * shift) * own + 1j * turned * np.conj(own)
-    rates[0] = total
-
-
-@njit
-def integrate_averaged(c, steps, h, state, top, first, last):
-    """Runge-Kutta steps of fourth order of lanes `first` to `last`; state and largest in place."""
-    size = state.shape[0]
-    z, tried = np.empty(size, dtype=np.complex128), np.empty(size, dtype=np.complex128)
-    rates, total = np.empty(size, dtype=np.complex128), np.empty(size, dtype=np.complex128)
-    for i in range(first, last):
-        drift, passive = 1.0, 1.0
-        drift_kept = np.exp(-0.5 * h * c.drift_decay[i])
-        passive_kept = np.exp(-0.5 * h * c.transverse_damping[i])
-        for j in range(size):
-            z[j] = state[j, i]
-        for _ in range(steps):
-            first_order_rates(c, i, z, drift, passive, rates)
-            for part in range(3):
-                if part != 1:
-                    drift, passive = drift * drift_kept, passive * passive_kept
-                weight, reach = (1.0 if part == 0 else 2.0), (h if part == 2 else 0.5 * h)
-                for j in range(size):
-                    total[j] = (0.0 if part == 0 else total[j]) + weight * rates[j]
-                    tried[j] = z[j] + reach * rates[j]
-                first_order_rates(c, i, tried, drift, passive, rates)
-            for j in range(size):
-                z[j] += h / 6.0 * (total[j] + rates[j])
-                top[j, i] = max(top[j, i], abs(z[j]))
-        for j in range(size):
-            state[j, i] = z[j]

@@ -6,8 +6,9 @@ Slopes are waves on every piece of cable, Eq. (A.3), so that every product integ
 """
 
 from cmath import exp, phase
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from math import ceil, pi, sin
 
 import numpy as np
@@ -39,7 +40,11 @@ def stretch_by(longitudinal: Sequence[SlopeWave], transverse: Sequence[SlopeWave
     Returns [m^2] for amplitudes in metres.
     """
     total = 0.0
-    for u, w, start, length in _overlaps(longitudinal, transverse):
+    for u, w in product(longitudinal, transverse):
+        start, end = max(u.start, w.start), min(u.start + u.length, w.start + w.length)
+        length = end - start
+        if u.span != w.span or not length > 0.0:
+            continue
         a, b, k, kappa = u.slope_at(start), w.slope_at(start), u.wave_number, w.wave_number
         mean = 0.5 * abs(b) ** 2 * (a * _phase_integral(k, length)).real
         double = a * b**2 * _phase_integral(k + 2 * kappa, length)
@@ -79,19 +84,6 @@ def largest_slope(longitudinal: Sequence[SlopeWave], span: str) -> float:
             crest = ceil(first / pi) * pi <= first + wave.wave_number * wave.length
             found = max(found, *ends, abs(turned) if crest else 0.0)
     return found
-
-
-def _overlaps(
-    first: Sequence[SlopeWave], second: Sequence[SlopeWave]
-) -> Iterator[tuple[SlopeWave, SlopeWave, float, float]]:
-    """Pieces that two sets of waves share: both waves, start and length."""
-    for a in first:
-        for b in second:
-            if a.span == b.span:
-                start = max(a.start, b.start)
-                end = min(a.start + a.length, b.start + b.length)
-                if end > start:
-                    yield a, b, start, end - start
 
 
 PLANES = ("w", "v")

@@ -4,6 +4,7 @@ Lines are springs without mass; idlers turn with their drums. What that leaves o
 """
 
 from dataclasses import dataclass
+from itertools import product
 from math import pi, sqrt
 from typing import Any
 
@@ -14,6 +15,7 @@ from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.parts import Body
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 
 ASSUMED = (
@@ -55,16 +57,15 @@ def _ends(drive: RoutedDrive, number: int) -> tuple[int | None, int | None]:
 
 def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
     """The numbers of a body on two winches; a machine that has what they cannot hold is refused."""
-    body = _body_of(drive)
-    _check_parts(drive)
-    statics, moves = statics_of(drive), drive.body[body].moves
+    body = _checked_body(drive)
+    statics, moves = statics_of(drive), body.moves
     order = sorted(range(2), key=lambda number: drive.driven.index(_ends(drive, number)[0]))
     lines = [_line(drive, number, motor, statics) for motor, number in enumerate(order)]
     by_line = {name: np.array([line[name] for line in lines], dtype=np.float64) for name in lines[0]}
     frame = np.array([[1.0 if move == axis else 0.0 for move in moves] for axis in ("x", "y")])
     # Half of each last span rides with the body, as a rope shares its weight between its ends.
-    mass = drive.body[body].mass + sum(0.5 * line["rope_mass"] for line in lines)
-    weight = frame.T @ (mass * gravity(drive) + np.array(drive.body[body].load))
+    mass = body.mass + sum(0.5 * line["rope_mass"] for line in lines)
+    weight = frame.T @ (mass * gravity(drive) + np.array(body.load))
     along = by_line["bearing"] @ frame
     # Ropes have weight in statics and none here: the nearest tensions that hold the body.
     rest = by_line["rest"]
@@ -74,8 +75,8 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
     numbers = TwoMotors(
         mass=np.full(n, mass),
         force=np.asarray(weight, dtype=np.float64),
-        viscous=np.full(n, drive.body[body].damping),
-        coulomb=np.full(n, drive.body[body].coulomb_friction),
+        viscous=np.full(n, body.damping),
+        coulomb=np.full(n, body.coulomb_friction),
         frame=frame,
         unwound=-rest * free / by_line["rigidity"],
         limit=np.array([np.inf if m.torque_limit is None else m.torque_limit for m in drive.motor]),
@@ -84,7 +85,7 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
     return TwoMotorMachine(
         drive=drive,
         numbers=numbers,
-        names=tuple(f"{drive.body[body].name}.{move}" for move in moves),
+        names=tuple(f"{body.name}.{move}" for move in moves),
         lines=tuple(drive.route[number].name for number in order),
         spans=tuple(tuple(s.name for s in drive.free_spans if s.route == number) for number in order),
         motors=tuple(drive.pulley[number].name for number in drive.driven),
@@ -93,8 +94,8 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
     )
 
 
-def _body_of(drive: RoutedDrive) -> int:
-    """Number of the one body that both lines end at."""
+def _checked_body(drive: RoutedDrive) -> Body:
+    """The one body that both lines end at; refused: what these numbers cannot hold."""
     anchors = [drive.anchor[_ends(drive, number)[1] or 0] for number in range(2)]
     bodies = {drive.body_number(anchor.on, anchor.name) for anchor in anchors}
     if len(bodies) > 1 or None in bodies:
@@ -108,24 +109,14 @@ def _body_of(drive: RoutedDrive) -> int:
         raise InputRefused(f"{body.name}.stiffness: a spring holds the body as well: set it to 0")
     if body.mass <= 0.0:
         raise InputRefused(f"{body.name}.mass = {body.mass:.4g} kg: two winches move a mass: give it")
-    return 0
-
-
-def _check_parts(drive: RoutedDrive) -> None:
-    """Refuse what these numbers cannot hold."""
-    for motor in drive.motor:
-        for key, absent in (
-            ("joint_stiffness", None),
-            ("holding_stiffness", None),
-            ("backlash", 0.0),
-            ("offset_torque", 0.0),
-        ):
-            value = getattr(motor, key)
-            if value != absent:
-                raise InputRefused(
-                    f'motor "{motor.pulley}": {key} = {value:.4g} is not part of the model of two winches: '
-                    "leave it out"
-                )
+    absent = {"joint_stiffness": None, "holding_stiffness": None, "backlash": 0.0, "offset_torque": 0.0}
+    for motor, (key, without) in product(drive.motor, absent.items()):
+        value = getattr(motor, key)
+        if value != without:
+            raise InputRefused(
+                f'motor "{motor.pulley}": {key} = {value:.4g} is not part of the model of two winches: '
+                "leave it out"
+            )
     if drive.carriage:
         raise InputRefused("carriage: lines of winches carry no carriages here: make it a body")
     if any(route.closed or route.speed for route in drive.route):
@@ -136,6 +127,7 @@ def _check_parts(drive: RoutedDrive) -> None:
                 f'pulley "{pulley.name}" is {"fixed" if pulley.fixed else "on a body"}: lines of winches '
                 "run over pulleys that turn on the frame"
             )
+    return body
 
 
 def _line(drive: RoutedDrive, number: int, motor: int, statics: Statics) -> dict[str, Any]:

@@ -132,12 +132,14 @@ class RecordsInFolder(Records):
 
     def arrays(self) -> tuple[Array, Array]:
         """As of records in memory, read as they are looked at."""
-        for file in self.files:
+        found = []
+        for file, name, shape in zip(self.files, (ROWS, FIELDS), self._shapes, strict=True):
             with suppress(OSError):
                 file.flush()
-        places = zip((ROWS, FIELDS), self._shapes, strict=True)
-        rows, fields = (_mapped(self.folder / name, shape) for name, shape in places)
-        return rows, fields
+            path = self.folder / name
+            shape = (path.stat().st_size // (8 * int(np.prod(shape))), *shape)  # whole records
+            found.append(np.memmap(path, np.float64, "r", shape=shape) if shape[0] else np.zeros(shape))
+        return found[0], found[1]
 
     def close(self) -> None:
         """Close the files; whatever cannot be written any more is left to the checkpoint."""
@@ -176,11 +178,3 @@ def _replace_whole(path: Path, content: bytes) -> None:
         os.fsync(file.fileno())
     os.replace(fresh, path)
     sync_folder(path.parent)
-
-
-def _mapped(path: Path, shape: tuple[int, ...]) -> Array:
-    """Content of a file as an array of whole records."""
-    whole = path.stat().st_size // (8 * int(np.prod(shape)))
-    if whole == 0:
-        return np.zeros((0, *shape))
-    return np.memmap(path, dtype=np.float64, mode="r", shape=(whole, *shape))

@@ -159,7 +159,18 @@ class SimulationResult(RunResult):
         -------
         matplotlib.figure.Figure
         """
-        return result_figure(self)
+        from matplotlib import pyplot
+
+        figure, (above, below) = pyplot.subplots(2, 1, sharex=True, layout="constrained")
+        above.plot(self.time, np.degrees(self.load_angle))
+        above.set_ylabel("load angle [deg]")
+        above.set_title(self.provenance["drive"])
+        for span in self.spans:
+            below.plot(self.time, 1e3 * self.midpoint(span)[:, 2], label=f"{span} span")
+        below.set_xlabel("time [s]")
+        below.set_ylabel("w at midspan [mm]")
+        below.legend()
+        return figure
 
     def _own_rows(self) -> list[tuple[str, str]]:
         method, found = self.provenance["method"], self.summary()
@@ -235,19 +246,3 @@ def _extremes(case: Case, outcome: Outcome) -> dict[str, float]:
     for span, (v, w) in zip(mesh.spans, state.peaks.tolist(), strict=True):
         found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
     return found
-
-
-def result_figure(result: SimulationResult) -> "Figure":
-    """Load angle, and w of the midpoint of each span, over time."""
-    from matplotlib import pyplot
-
-    figure, (above, below) = pyplot.subplots(2, 1, sharex=True, layout="constrained")
-    above.plot(result.time, np.degrees(result.load_angle))
-    above.set_ylabel("load angle [deg]")
-    above.set_title(result.provenance["drive"])
-    for span in result.spans:
-        below.plot(result.time, 1e3 * result.midpoint(span)[:, 2], label=f"{span} span")
-    below.set_xlabel("time [s]")
-    below.set_ylabel("w at midspan [mm]")
-    below.legend()
-    return figure

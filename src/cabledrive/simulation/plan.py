@@ -56,12 +56,6 @@ def runs_of(mesh: Mesh, stops: Integers) -> Integers:
     return np.stack([starts, np.append(starts[1:], h.size)], axis=1).astype(np.int64)
 
 
-def segments_beside(mesh: Mesh, stops: Integers) -> Integers:
-    """Segments beside rims and stops, shape (number,)."""
-    ends = np.unique([*range(0, mesh.nodes, mesh.segments), *stops])
-    return np.unique([ends[:-1], ends[1:] - 1]).astype(np.int64)
-
-
 def numbers_of_runs(
     mesh: Mesh, runs: Integers, rigidity: float, slack_strain: float, step: float, damping: float
 ) -> Array:
@@ -229,6 +223,7 @@ def plan_of(
     damper = axial_damping * (1.0 + law.pretension / law.axial_rigidity)
     stops = np.unique([*mesh.carriage_node, *(node for node, _ in forces)]).astype(np.int64)
     runs = runs_of(mesh, stops)
+    joints = np.unique([*range(0, mesh.nodes, mesh.segments), *stops])  # rims and stops
     midpoints = tuple((span, 0.5 * float(mesh.position[0, -1])) for span in mesh.spans)
     h, n, spans = mesh.spacing, mesh.segments, len(mesh.spans)
     ends = np.zeros((spans, 2, 3, 3))
@@ -251,7 +246,7 @@ def plan_of(
         probe=_probes(mesh, (*midpoints, *probes)),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
         stop=stops,
-        beside=segments_beside(mesh, stops),
+        beside=np.unique([joints[:-1], joints[1:] - 1]).astype(np.int64),
         runs=runs,
         run=numbers_of_runs(mesh, runs, law.axial_rigidity, law.slack_strain, step, transverse_damping),
     )

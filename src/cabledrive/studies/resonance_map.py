@@ -9,8 +9,8 @@ from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients, plucked
-from cabledrive.reduction.oscillators import averaged_ensemble, oscillator_coefficients, oscillator_ensemble
+from cabledrive.reduction.averaging import averaged_coefficients
+from cabledrive.reduction.oscillators import oscillator_coefficients, oscillator_ensemble
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 
@@ -39,7 +39,6 @@ class GrowthMap:
     # pluck, duration: Half-sine pluck of the first section [m], half of it on the next; time of the map [s]
     pluck: float
     duration: float
-    method: str  # {"oscillators", "averaged"}
 
 
 def growth_map(
@@ -51,16 +50,15 @@ def growth_map(
     torques: ArrayLike | None = None,
     duration: float = 1.0,
     pluck: float | None = None,
-    method: str = "oscillators",
     threads: int = 2,
 ) -> GrowthMap:
     """Largest motion over pretension and torque at the pulley mode's frequency, from a small unequal pluck.
 
     ``torque``: the drive's own torque [N m]; the map goes to three times it by default; ``load_torque``:
     steady torque on the load pulley [N m]; ``pretensions``, ``torques``: axes of the map [N], [N m]; 100 each
-    unless given; ``duration`` [s]; ``pluck`` [m]; 1e-4 of the span unless given; ``method``, {"oscillators",
-    "averaged"}. The unstretched lengths are kept while the tension changes. Of more than two sections the two
-    that come nearest to resonance at the drive's own pretension are taken.
+    unless given; ``duration`` [s]; ``pluck`` [m]; 1e-4 of the span unless given. The unstretched lengths are
+    kept while the tension changes. Of more than two sections the two that come nearest to resonance at the
+    drive's own pretension are taken.
     """
     tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
     own = drive.cable.pretension
@@ -75,15 +73,9 @@ def growth_map(
     lanes = at_pretension(model, np.repeat(tension[None], taus.size, axis=0).ravel())
     amplitude = np.repeat(taus, tension.size)
     plucks = np.outer(height * np.array([1.0, 0.5])[: model.coupling.size], np.ones(amplitude.size))
-    if method == "averaged":
-        c = averaged_coefficients(lanes, torque=amplitude)
-        largest = averaged_ensemble(c, plucked(c, plucks, second=False), duration, threads=threads)
-    elif method == "oscillators":
-        step = 2 * np.pi / model.natural / STEPS_PER_PERIOD
-        oscillators = oscillator_coefficients(lanes, step, torque=amplitude)
-        largest = oscillator_ensemble(oscillators, plucks, int(np.ceil(duration / step)), threads=threads)
-    else:
-        raise InputRefused(f'method = "{method}" must be "oscillators" or "averaged"')
+    step = 2 * np.pi / model.natural / STEPS_PER_PERIOD
+    oscillators = oscillator_coefficients(lanes, step, torque=amplitude)
+    largest = oscillator_ensemble(oscillators, plucks, int(np.ceil(duration / step)), threads=threads)
     shape = (taus.size, tension.size)
     pulley = largest.pulley.reshape(shape)
     slack = ~(pulley <= np.asarray(at_pretension(model, tension).slack_amplitude)[None])
@@ -101,7 +93,6 @@ def growth_map(
         tuned=tuple(value for value in tuned if tension[0] <= value <= tension[-1]),
         pluck=height,
         duration=duration,
-        method=method,
     )
 
 

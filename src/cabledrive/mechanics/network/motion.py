@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.holding import FREE, HELD, HOLDING
+from cabledrive.mechanics.holding import FREE, HELD, checked_condition
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
@@ -29,17 +29,7 @@ AT_REST = 1e-9
 
 def condition(drive: RoutedDrive, motor: str | None = None) -> str:
     """How the rotors are held, as `motor_condition`; refused if the file has no holding stiffness."""
-    sprung = any(own.holding_stiffness is not None for own in drive.motor)
-    if motor is None:
-        return HOLDING if sprung else FREE
-    if motor not in (FREE, HELD, HOLDING):
-        raise InputRefused(f'motor = "{motor}" is not one of its values: write free, held or holding')
-    if motor == HOLDING and not sprung:
-        raise InputRefused(
-            'motor = "holding" needs motor.holding_stiffness [N m/rad], which the drive file does not give: '
-            "add it, or take free or held"
-        )
-    return motor
+    return checked_condition(motor, any(own.holding_stiffness is not None for own in drive.motor))
 
 
 @dataclass(frozen=True, eq=False)

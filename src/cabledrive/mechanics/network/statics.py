@@ -181,7 +181,7 @@ def _balanced(
     tension = start + inverse @ ((rest - matrix @ start) / scale)
     # where the balance leaves a tension open the file must give a pretension
     open_directions = np.eye(count) - inverse @ (matrix / scale[:, None])
-    for number in np.flatnonzero(np.isnan(given)):
+    for number in np.flatnonzero(np.isnan(given)).tolist():
         if np.abs(open_directions[number]).max() > 1e-6:
             span = drive.free_spans[int(np.flatnonzero(sections == number)[0])]
             raise InputRefused(

@@ -79,7 +79,17 @@ class RoutedDrive:
         check_count(len(self.carriage))
         if not self.route:
             raise InputRefused("route: none given: list the way of at least one cable under [[route]]")
-        _check_unique(self)
+        # a name calls one pulley or anchor of a path, and one body; `--hold` must know which is meant
+        pulleys = [pulley.name for pulley in self.pulley]
+        for where, names in (
+            ("[[pulley]] and [[anchor]]", [*pulleys, *(anchor.name for anchor in self.anchor)]),
+            ("[[body]] and [[pulley]]", [*(body.name for body in self.body), *pulleys]),
+            ("[[route]]", [route.name for route in self.route]),
+            ("[[carriage]]", [carriage.name for carriage in self.carriage if carriage.name]),
+        ):
+            twice = next((name for name in names if names.count(name) > 1), None)
+            if twice is not None:
+                raise InputRefused(f'name = "{twice[:60]}" is given twice among {where}: choose another')
         self.parents  # noqa: B018 (refuses unknown names and rings of bodies)
         self.driven  # noqa: B018
         self.free_spans  # noqa: B018
@@ -200,21 +210,6 @@ class RoutedDrive:
             found.append(number)
             number = self.parents[number]
         return tuple(found)
-
-
-def _check_unique(drive: RoutedDrive) -> None:
-    """A name calls one pulley or anchor of a path, and one body; `--hold` must know which is meant."""
-    pulleys = [pulley.name for pulley in drive.pulley]
-    groups = (
-        ("[[pulley]] and [[anchor]]", [*pulleys, *(anchor.name for anchor in drive.anchor)]),
-        ("[[body]] and [[pulley]]", [*(body.name for body in drive.body), *pulleys]),
-        ("[[route]]", [route.name for route in drive.route]),
-        ("[[carriage]]", [carriage.name for carriage in drive.carriage if carriage.name]),
-    )
-    for where, names in groups:
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise InputRefused(f'name = "{twice[:60]}" is given twice among {where}: choose another')
 
 
 def _place(drive: RoutedDrive, step: str, where: str) -> Place:

@@ -9,6 +9,7 @@ from :math:`c_1 - s_1 r_1 n` to :math:`c_2 - s_2 r_2 n`; its length is :math:`D 
 """
 
 from dataclasses import dataclass
+from itertools import combinations
 from math import atan2, degrees, hypot, pi, sqrt
 
 from cabledrive.parameters.errors import InputRefused
@@ -103,8 +104,12 @@ def spans_of_route(
         spans.append(
             FreeSpan(name=words, route=number, start=start, end=end, along=along, length=length, wrap=wrap)
         )
-    if not crossed:
-        _check_crossings(spans, name)
+    for one, other in combinations(spans, 2) if not crossed else ():
+        if _cross(*one.contacts, *other.contacts):
+            raise InputRefused(
+                f'route "{name}": the spans {one.name} and {other.name} cross: check the signs + and - of '
+                "its path, or write crossed = true where they pass each other"
+            )
     return spans
 
 
@@ -121,16 +126,6 @@ def _wrap(place: Place, coming: Point, leaving: Point, route: str) -> float:
             "cable has left the pulley: move it, turn the other way round it (+ or -), or give its turns"
         )
     return wrap + 2.0 * pi * place.turns
-
-
-def _check_crossings(spans: list[FreeSpan], route: str) -> None:
-    for i, one in enumerate(spans):
-        for other in spans[i + 1 :]:
-            if _cross(*one.contacts, *other.contacts):
-                raise InputRefused(
-                    f'route "{route}": the spans {one.name} and {other.name} cross: check the signs '
-                    "+ and - of its path, or write crossed = true where they pass each other"
-                )
 
 
 def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:

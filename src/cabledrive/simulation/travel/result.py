@@ -1,5 +1,8 @@
 """What comes out of a run of a machine whose bodies travel: lengths and directions of spans follow them."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
@@ -40,7 +43,7 @@ def travel_result(case: TravelCase, outcome: Outcome) -> NetworkResult:
         largest_motion=0.0,
         assumptions=_assumptions(case),
         wraps=_wraps(case, state),
-        doubts=_doubts(case, state) + _over_limits(case, rows),
+        doubts=tuple(_doubts(case, state, rows)),
         provenance=case.provenance(
             {"travels": True, "motor": "free" if case.move is None else "prescribed"},
             move=None if case.move is None else dict(case.move.moves),
@@ -51,57 +54,41 @@ def travel_result(case: TravelCase, outcome: Outcome) -> NetworkResult:
 
 
 def _assumptions(case: TravelCase) -> tuple[str, ...]:
-    drive = case.network.drive
-    torque = "torque: beyond what holds the machine at rest" if case.move is None else None
-    plan = case.plan
-    across: tuple[str, ...] = ()
-    if any(_turns(case, s) for s in range(len(case.spans))):
+    drive, plan, found = case.network.drive, case.plan, list(_ASSUMPTIONS)
+    sideways = np.stack([-plan.bearing[:, 1], plan.bearing[:, 0]], axis=1)
+    if np.max(np.abs(np.einsum("sc,sicn->sin", sideways, plan.frame)), initial=0.0) > PARALLEL:
         mass = float(np.sum(plan.piece[:, ROPES] * plan.piece[:, DENSITY] * case.length))
         carried = sum(body.mass for body in drive.body)
-        across = (f"{_ACROSS}: {mass:.3g} kg of ropes beside {carried:.4g} kg of bodies",)
-    return (*_ASSUMPTIONS, *across, *((torque,) if torque else ()), *left_out(drive))
+        found.append(f"{_ACROSS}: {mass:.3g} kg of ropes beside {carried:.4g} kg of bodies")
+    if case.move is None:
+        found.append("torque: beyond what holds the machine at rest")
+    return (*found, *left_out(drive))
 
 
-def _turns(case: TravelCase, span: int) -> bool:
-    """Whether a body can move an end of a span across it."""
-    along = case.plan.bearing[span]
-    across = np.array([-along[1], along[0]])
-    sideways = np.einsum("c,icn->in", across, case.plan.frame[span])
-    return bool(np.max(np.abs(sideways), initial=0.0) > PARALLEL)
-
-
-def _wraps(case: TravelCase, state: TravelState) -> tuple[dict[str, float | str | None], ...]:
+def _wraps(case: TravelCase, state: TravelState) -> tuple[dict[str, Any], ...]:
     """Largest friction coefficient that each wrap needed, beside the file's."""
-    found: dict[str, dict[str, float | str | None]] = {}
+    found: dict[str, dict[str, Any]] = {}
     for s, span in enumerate(case.network.drive.free_spans):
         if span.wrap is None or span.end.pulley is None or case.plan.beyond[s, 1] < 0:
             continue
-        needed = float(state.reached[1, s])
-        before = found.get(span.end.name)
-        if before is None or needed > float(before["needed_friction"] or 0.0):
+        name, needed = span.end.name, float(state.reached[1, s])
+        if name not in found or needed > found[name]["needed_friction"]:
             own = case.network.drive.pulley[span.end.pulley].capstan_friction
-            found[span.end.name] = {"pulley": span.end.name, "needed_friction": needed, "friction": own}
+            found[name] = {"pulley": name, "needed_friction": needed, "friction": own}
     return tuple(found.values())
 
 
-def _doubts(case: TravelCase, state: TravelState) -> tuple[str, ...]:
-    """What the run assumed and did not keep to."""
-    words = []
+def _doubts(case: TravelCase, state: TravelState, rows: Array) -> Iterator[str]:
+    """What the run assumed and did not keep to, and where it asks more of a motor than the file allows."""
     for wrap in _wraps(case, state):
         needed, own = wrap["needed_friction"], wrap["friction"]
-        if isinstance(own, float) and isinstance(needed, float) and needed > own:
-            words.append(
+        if own is not None and needed > own:
+            yield (
                 f"the rope would slip on {wrap['pulley']}: it needs a friction coefficient of {needed:.3g}, "
                 f"capstan_friction is {own:.3g}; the run holds it fast"
             )
-    return tuple(words)
-
-
-def _over_limits(case: TravelCase, rows: Array) -> tuple[str, ...]:
-    """Where the run asks more of a motor than the file allows."""
-    drive, words = case.network.drive, []
     columns = {channel.name: k for k, channel in enumerate(case.channels)}
-    for motor, name, rotor in zip(drive.motor, case.motors, case.plan.rotor, strict=False):
+    for motor, name, rotor in zip(case.network.drive.motor, case.motors, case.plan.rotor, strict=False):
         asked = (
             ("torque", motor.torque_limit, f"torque on {name}", "N m"),
             ("speed", motor.speed_limit, f"speed of {case.names[int(rotor)]}", "rad/s"),
@@ -109,8 +96,7 @@ def _over_limits(case: TravelCase, rows: Array) -> tuple[str, ...]:
         for what, limit, channel, unit in asked:
             largest = float(np.max(np.abs(rows[:, columns[channel]]), initial=0.0))
             if limit is not None and largest > limit:
-                words.append(
+                yield (
                     f"the {what} of {name} reaches {largest:.4g} {unit}, above {what}_limit = {limit:.4g}: "
                     "move more slowly"
                 )
-    return tuple(words)
