@@ -11,6 +11,7 @@ import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import Case, case_of
 from cabledrive.simulation.channels import width_of
+from cabledrive.simulation.methods import integrate_steps
 from cabledrive.simulation.plan import new_workspace
 
 TITLE = "Chain: steps of the exact law"
@@ -101,8 +102,7 @@ class Integrated:
         if self.inputs[0].size != steps:
             self.inputs = case.inputs(0, steps)
             self.rows = np.zeros((-(-steps // case.grid.every), width_of(case.plan)))
-        code = case.method.integrate(
-            case.plan, self.state, self.work, *self.inputs, case.grid.every, self.rows, self.fields
-        )
+        given, records = (case.plan, self.state, self.work), (self.rows, self.fields)
+        code = integrate_steps(case.scheme.method, given, self.inputs, case.grid.every, records)
         if code:
             raise RuntimeError(f"the integration ended with code {code}")

@@ -11,6 +11,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
 from cabledrive.simulation.channels import width_of
+from cabledrive.simulation.methods import integrate_steps
 from cabledrive.simulation.plan import DONE, State, copy_state, new_workspace
 from cabledrive.studies.planned_motion import PlannedMotion
 
@@ -140,9 +141,8 @@ def _advance(case: Case, state: State, first: int, last: int, rest: Array) -> tu
         return np.zeros((0, 2, width)), False
     rows, fields = np.zeros((last - first, width_of(case.plan))), np.full((last - first, 3, width), np.nan)
     torque, forces = case.inputs(first * every, (last - first) * every)
-    code = case.method.integrate(
-        case.plan, state, new_workspace(case.plan), torque, forces, every, rows, fields
-    )
+    given = case.plan, state, new_workspace(case.plan)
+    code = integrate_steps(case.scheme.method, given, (torque, forces), every, (rows, fields))
     moved = fields[:, V:] - rest[V:]
     return moved[np.isfinite(moved).all(axis=(1, 2))], code != DONE
 

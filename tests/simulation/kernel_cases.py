@@ -9,7 +9,7 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation.channels import width_of
-from cabledrive.simulation.methods import method_named
+from cabledrive.simulation.methods import NAMES, integrate_steps
 from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of
 
 SEGMENTS, STEPS, EVERY = 7, 36, 6
@@ -88,13 +88,15 @@ def taken(function, plan, start, torque, forces):
     state = copy_state(start)
     rows = np.zeros((STEPS // EVERY, width_of(plan)))
     fields = np.zeros((STEPS // EVERY, *state.x.shape))
-    code = function(plan, state, new_workspace(plan), torque, forces, EVERY, rows, fields)
+    given = plan, state, new_workspace(plan)
+    if isinstance(function, str):
+        code = integrate_steps(function, given, (torque, forces), EVERY, (rows, fields))
+    else:
+        code = function(*given, torque, forces, EVERY, rows, fields)
     return code, state, rows, fields
 
 
-VERLET, NODE_CENTRED, ENERGY = (
-    method_named(name).integrate for name in ("verlet", "node-centred", "energy-conserving")
-)
+VERLET, NODE_CENTRED, ENERGY = NAMES
 
 
 def chain_matrices(drive, mesh, stiffness):

@@ -23,6 +23,7 @@ from cabledrive.simulation import (
 )
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
+from cabledrive.simulation.methods import integrate_steps
 from cabledrive.simulation.plan import new_workspace
 
 LOOP = load_drive("dissertation-2")
@@ -302,7 +303,8 @@ def test_a_motion_turned_round_goes_back_to_where_it_came_from(measured):
     def integrate(count):
         torque, forces = case.inputs(0, count)
         rows, fields = np.zeros((count // every + 1, width_of(case.plan))), np.zeros((0, 3, case.mesh.nodes))
-        assert case.method.integrate(case.plan, state, work, torque, forces, every, rows, fields) == 0
+        given, records = (case.plan, state, work), (rows, fields)
+        assert integrate_steps(scheme.method, given, (torque, forces), every, records) == 0
 
     integrate(steps)
     moved = np.max(np.abs(state.x - case.start.x))

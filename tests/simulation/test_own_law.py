@@ -25,7 +25,7 @@ from cabledrive.simulation import (
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.kernels import integrate
-from cabledrive.simulation.methods import NAMES, Method, largest_stable_step
+from cabledrive.simulation.methods import NAMES, integrate_steps, largest_stable_step
 from cabledrive.simulation.own_law import CompiledLaw, compiled_law
 from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace
 from cabledrive.simulation.plan import SLACK as SLACK_SPAN
@@ -199,14 +199,14 @@ def by_python(numbers, x, inverse_spacing, p):
 
 
 @pytest.mark.kernel
-@pytest.mark.parametrize("method", [Method(name=name) for name in NAMES], ids=NAMES)
+@pytest.mark.parametrize("method", NAMES)
 @pytest.mark.parametrize("number", [-1, 4])
 def test_kernels_refuse_a_law_that_they_do_not_know(method, number):
     case = case_of(DRIVE, 0.001, scheme=Scheme(segments=12))
     plan, state = case.plan._replace(law=number), case.first_state()
-    inputs = np.zeros((1, 1)), np.zeros((1, 0)), 1, np.zeros((1, case.width)), np.zeros((0, 3, 25))
+    inputs, records = (np.zeros((1, 1)), np.zeros((1, 0))), (np.zeros((1, case.width)), np.zeros((0, 3, 25)))
     with pytest.raises(ValueError, match="no kernel knows"):
-        method.integrate(plan, state, new_workspace(plan), *inputs)
+        integrate_steps(method, (plan, state, new_workspace(plan)), inputs, 1, records)
 
 
 def test_the_step_is_chosen_for_the_stiffest_part_of_the_law():

@@ -19,7 +19,7 @@ from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.simulation.channels import TALLIES, width_of
 from cabledrive.simulation.coordinates import turn
-from cabledrive.simulation.methods import method_named
+from cabledrive.simulation.methods import auxiliary
 from cabledrive.simulation.plan import (
     EVENTS,
     LARGEST_Z,
@@ -41,7 +41,6 @@ from oracles.readable_chain.verlet import integrate_reference
 
 pytestmark = pytest.mark.kernel
 
-CONSERVING = method_named("energy-conserving")
 CONSERVED = [case for case in CASES if case != "weak" and not case.startswith("slack")]
 NODE_CENTRED = [*LAWS, "line", "damped", "sloped", "held load", "stick-slip", "smoothed", "motor", "steep"]
 
@@ -51,7 +50,7 @@ def start_of(case, *, planar=False):
     plan, start, torque, forces = setting(case)
     if planar:
         start.x[1], start.x_t[1] = 0.0, 0.0
-    return plan, start._replace(extra=CONSERVING.extra(plan, start)), torque, forces
+    return plan, start._replace(extra=auxiliary(plan, start)), torque, forces
 
 
 def assert_equal_runs(inputs, compiled, readable):

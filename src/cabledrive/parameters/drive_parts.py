@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from math import cos, pi, sin
 
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, choice, described, quantity, words
+from cabledrive.parameters.fields import Checked, check_fields, choice, described, quantity, words
 
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pulley:
+class Pulley(Checked):
     """A pulley the cable does not slip on."""
 
     radius: float = quantity("m", "positive", "radius at the cable's centre line")
@@ -22,9 +22,6 @@ class Pulley:
         "1", "positive", "friction coefficient of cable on pulley", None
     )
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
     @property
     def rim_mass(self) -> float:
         """Inertia as the cable feels it at the rim, J / r^2 [kg]."""
@@ -33,7 +30,7 @@ class Pulley:
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Carriage:
+class Carriage(Checked):
     """A point mass clamped to the cable."""
 
     mass: float = quantity("kg", "positive", "mass clamped to the cable")
@@ -48,13 +45,10 @@ class Carriage:
         (1, -1), "whether their positions grow together (1) or against each other (-1)", 1
     )
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Motor:
+class Motor(Checked):
     """Motor and gearhead; every quantity at the output shaft unless said otherwise."""
 
     inertia: float = quantity("kg m^2", "positive", "moment of inertia at the output shaft")
@@ -77,9 +71,6 @@ class Motor:
     current_bandwidth: float | None = quantity(
         "Hz", "positive", "first-order torque loop; absent: ideal", None
     )
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
 
 @described
@@ -116,19 +107,16 @@ class Layout:
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lumped:
+class Lumped(Checked):
     """Spring and damper of one span as fitted to a measured response, Table 6.2."""
 
     cable_stiffness: float | None = quantity("N/m", "positive", "stiffness k of one span", None)
     cable_damping: float | None = quantity("N s/rad", "nonnegative", "damping b_c of one span", None)
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sensors:
+class Sensors(Checked):
     """Encoders, load cell and sampling."""
 
     motor_encoder: int | None = quantity(
@@ -142,18 +130,12 @@ class Sensors:
     sample_rate: float | None = quantity("Hz", "positive", "samples per second", None)
     delay: float = quantity("s", "nonnegative", "from sampling to torque", 0.0)
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Goal:
+class Goal(Checked):
     """What the drive is asked to do, so that `check` can say what stands in the way."""
 
     tracking_error: float | None = quantity(
         "rad", "positive", "largest error of the load angle allowed", None
     )
-
-    def __post_init__(self) -> None:
-        check_fields(self)

@@ -119,8 +119,17 @@ def described(table: type[Made]) -> type[Made]:
     return table
 
 
+class Checked:
+    """A table whose first value outside its declared bound is refused when it is made: results trust it."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
 def check_fields(table: Any) -> None:
-    """Refuse a table's first value outside its declared bound; at construction, so results trust it."""
+    """Refuse a table's first value outside its declared bound."""
     for field in dataclasses.fields(table):
         value = getattr(table, field.name)
         if "unit" in field.metadata and not (value is None and field.default is None):

@@ -142,6 +142,8 @@ def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, 
     ``torque``, shape (samples,): of all motors [N m]; ``interval`` [s]. Returns the other axis' coordinate,
     its largest motion and how far the load is off [m], [rad], each with motors free and held.
     """
+    from scipy.signal import StateSpace, lsim
+
     other, motors = drive.words["other"], drive.words["motors"]
     if drive.words["coupling"] <= MOST_CROSS or other is None:
         return None
@@ -152,30 +154,24 @@ def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, 
     values, rows = dampers_of(network)
     damping = _rope_damping(network) + (rows.T * values) @ rows
     seen = np.vstack([network.motion.unit(drive.load), place])
-    still, *both = (
-        _motion(network, damping, np.atleast_2d(at_rest), turn, seen, torque, interval)
-        for at_rest in (np.vstack([held, place]), np.zeros((0, turn.size)), held)
-    )
+
+    def motion(at_rest: Array) -> Array:
+        """Motion of load and other load from rest, with rows held; (samples, 2)."""
+        squares, shapes = modes_at_rest(network, at_rest)
+        none, one = np.zeros_like(shapes.T @ shapes), np.eye(squares.size)
+        rates = np.block([[none, one], [-np.diag(squares), -shapes.T @ damping @ shapes]])
+        force = np.append(np.zeros_like(squares), turn @ shapes)[:, None]
+        output = np.hstack([seen @ shapes, np.zeros((len(seen), squares.size))])
+        system = StateSpace(rates, force, output, np.zeros((len(seen), 1)))
+        return np.asarray(lsim(system, torque, interval * np.arange(torque.size), interp=False)[1])
+
+    still = motion(np.vstack([held, place]))
+    both = motion(np.zeros((0, turn.size))), motion(held[None])
     return {
         "other": other,
         "motion": [float(np.abs(one[:, 1]).max()) for one in both],
         "load": [float(np.abs(one[:, 0] - still[:, 0]).max()) for one in both],
     }
-
-
-def _motion(
-    network: Network, damping: Array, held: Array, turn: Array, seen: Array, torque: Array, interval: float
-) -> Array:
-    """Motion of rows (k, n) from rest under a motor's torque (samples,), with rows held; (samples, k)."""
-    from scipy.signal import StateSpace, lsim
-
-    squares, shapes = modes_at_rest(network, held)
-    none, one = np.zeros_like(shapes.T @ shapes), np.eye(squares.size)
-    rates = np.block([[none, one], [-np.diag(squares), -shapes.T @ damping @ shapes]])
-    force = np.append(np.zeros_like(squares), turn @ shapes)[:, None]
-    output = np.hstack([seen @ shapes, np.zeros((len(seen), squares.size))])
-    system = StateSpace(rates, force, output, np.zeros((len(seen), 1)))
-    return np.asarray(lsim(system, torque, interval * np.arange(torque.size), interp=False)[1])
 
 
 def axis_notes(drive: Drive) -> tuple[str, ...]:

@@ -33,35 +33,6 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 
-
-def lanczos(squares: Array, start: Array) -> tuple[Array, Array, Array]:
-    """Tridiagonal matrix of distinct squares begun with a row: diagonal, off-diagonal, rows of the basis."""
-    n = squares.size
-    alpha, beta, basis = np.zeros(n), np.zeros(n - 1), np.zeros((n, n))
-    basis[0] = start / np.linalg.norm(start)
-    for i in range(n):
-        alpha[i] = basis[i] @ (squares * basis[i])
-        if i == n - 1:
-            break
-        rest = squares * basis[i]
-        for _ in range(2):  # twice is enough for full orthogonality
-            rest = rest - basis[: i + 1].T @ (basis[: i + 1] @ rest)
-        beta[i] = np.linalg.norm(rest)
-        basis[i + 1] = -rest / beta[i]  # minus: a positive spring pulls neighbours together
-    return alpha, beta, basis
-
-
-def chain_numbers(alpha: Array, beta: Array, start: Array) -> tuple[Array, Array, float]:
-    """Inertias, springs, and the spring left over at the end."""
-    inertias, stiffness, before = [1.0 / float(start @ start)], [], 0.0
-    for i, off in enumerate(beta):
-        link = alpha[i] * inertias[i] - before
-        stiffness.append(link)
-        inertias.append(link**2 / (off**2 * inertias[i]))
-        before = link
-    return np.array(inertias), np.array(stiffness), float(alpha[-1] * inertias[-1] - before)
-
-
 SUM, DIFFERENCE = "sum", "difference"
 MOST_OFF_THE_END = 0.02
 """Largest entry of the load row before its end, relative to the end."""
@@ -232,10 +203,23 @@ def _chain(
 def _chain_rows(
     squares: Array, shapes: Array, turn: Array, rows: Array
 ) -> tuple[tuple[Array, Array, float], Array]:
-    """Inertias, stiffnesses and ground of the chain of modes, and rows (k, n) by its inertias."""
-    alpha, beta, basis = lanczos(squares, turn @ shapes)
-    chain = chain_numbers(alpha, beta, turn @ shapes)
-    return chain, (basis @ (rows @ shapes).T).T * np.sqrt(chain[0])
+    """Inertias, stiffnesses and ground of the chain of modes, by Lanczos; rows (k, n) by its inertias."""
+    start = turn @ shapes
+    basis, inertias, stiffness = [start / np.linalg.norm(start)], [1.0 / float(start @ start)], [0.0]
+    while True:
+        own = squares * basis[-1]
+        link = float(basis[-1] @ own) * inertias[-1] - stiffness[-1]
+        if len(basis) == squares.size:
+            break
+        before = np.array(basis)
+        for _ in range(2):  # twice is enough for full orthogonality
+            own = own - before.T @ (before @ own)
+        size = float(np.linalg.norm(own))
+        stiffness.append(link)
+        inertias.append(link**2 / (size**2 * inertias[-1]))
+        basis.append(-own / size)  # minus: a positive spring pulls neighbours together
+    chain = np.array(inertias), np.array(stiffness[1:]), link
+    return chain, (np.array(basis) @ (rows @ shapes).T).T * np.sqrt(chain[0])
 
 
 def modes_at_rest(network: Network, held: Array) -> tuple[Array, Array]:

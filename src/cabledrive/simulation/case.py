@@ -17,7 +17,7 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH
-from cabledrive.simulation.methods import largest_stable_step, method_named, time_grid
+from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import State, new_state, plan_of
 from cabledrive.simulation.prepared import RopeRun
@@ -119,7 +119,6 @@ def case_of(
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
     mesh = mesh_of(drive, scheme.segments)
     law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
-    method = method_named(scheme.method, law)
     grid = time_grid(duration, largest_stable_step(mesh, law), scheme, recording.rate, mesh.nodes)
     signal = checked_signal(torque, "torque", duration, grid.step)
     pushes = tuple(
@@ -137,7 +136,7 @@ def case_of(
         probes=_checked_probes(mesh, recording),
         forces=tuple(_place(drive, mesh, force) for force in forces),
     )
-    method.check(plan)
+    check_method(scheme.method, plan)
     x, rotor = place_at_start(mesh, law, start)
     x_t = velocity_at_start(mesh, start)
     return Case(
@@ -149,7 +148,6 @@ def case_of(
         torques=(signal,),
         holding=np.array([drive.motor.offset_torque if drive.motor else 0.0]),
         plan=plan,
-        method=method,
         laws=[law] * len(mesh.spans),
         forces=pushes,
         start=new_state(plan, x, x_t, np.array([*x[0, list(mesh.rims)], rotor]), x_t[0, [*mesh.rims, 0]]),

@@ -23,110 +23,98 @@ NONE = np.zeros(0)
 NAMES = ("verlet", "node-centred", "energy-conserving")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Method:
-    """A way to integrate the cable in time.
+def check_method(name: str, plan: Plan) -> None:
+    """Refuse an unknown method, and what a method has no equation for, with what to take instead.
 
     "verlet": leapfrog on segments that carry tension between nodes that carry mass, symplectic without
     damping. "node-centred": central differences of the equations at the nodes, for comparison with the
     dissertation. "energy-conserving": a scalar auxiliary variable on the chain of "verlet", whose energy
     changes by work and losses alone, whatever the step. All of order 2 in space and time.
-
-    ``law``: cable law of the run; None: that of the plan.
     """
-
-    name: str = "verlet"
-    law: CableLaw | None = None
-
-    def check(self, plan: Plan) -> None:
-        """Refuse what the method has no equation for, with what to take instead."""
-        law = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None
-        table: dict[str, dict[str, object]] = {
-            "node-centred": {
-                "carriages or unequal segments": not plan.uniform and plan.axial == at.UNDAMPED,
-                "axial damping": plan.axial != at.UNDAMPED,
-                "slack of a tension-only cable": plan.tension_only,
-            },
-            "energy-conserving": {
-                f'model = "{law and law.name}", which has no potential energy': law and not law.has_potential,
-                'slack = "tension-only", whose energy has no lower bound': plan.tension_only,
-            },
-        }
-        refused = table.get(self.name, {})
-        if law is None and refused:
-            raise InputRefused(f'method = "{self.name}" does not know laws of one\'s own: use "verlet"')
-        for what, asked in refused.items():
-            if asked:
-                instead = 'model = "weak-consistent"' if what.startswith("model") else '"verlet"'
-                raise InputRefused(f'method = "{self.name}" does not know {what}: use {instead}')
-
-    def extra(self, plan: Plan, state: State) -> Array:
-        """Energy half a step before the start, a shift C, and losses, (3 + n,) [J], [m]; else of size 0."""
-        if self.name != "energy-conserving":
-            return np.zeros(0)
-        law, extra = law_of(plan), np.zeros(at.PLACES_LOST + state.q.size)
-        for x in (state.x, state.x - plan.step * state.x_t):
-            u_x, v_x, w_x = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING]
-            quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
-            extra[at.STORED] += (
-                0.5 * plan.segment[at.SPACING] @ (law.energy_density(u_x, v_x, w_x) - quadratic)
-            )
-        lowest = plan.piece[0, at.PRETENSION] * plan.piece[0, at.SLACK_STRAIN]
-        extra[at.SHIFT] = -0.5 * lowest * float(np.sum(plan.segment[at.SPACING]))
-        return extra
-
-    def integrate(
-        self,
-        plan: Plan,
-        state: State,
-        work: Workspace,
-        torque: Array,
-        forces: Array,
-        every: int,
-        rows: Array,
-        fields: Array,
-    ) -> int:
-        """Take a step for each entry of `torque`, writing into `state`.
-
-        ``torque``, (steps, motors) [N m]; ``forces``, (steps, forces) [N]; ``every``: the first of so many
-        steps is recorded; ``rows`` and ``fields``, (records, 3, nodes): get the records. Returns DONE; SLACK
-        before a step that slack is to stop; NOT_FINITE after the record in which the energy is not finite;
-        TOO_STIFF before the step of a record at which an own law has grown too stiff for the step.
-        """
-        from cabledrive.simulation.kernels import integrate
-
-        centred = work.mean if self.name == "node-centred" else None
-        extra = state.extra if self.name == "energy-conserving" else None
-        given = plan, state, work
-        if plan.law != at.OWN or self.law is None:
-            if plan.law not in range(len(at.KERNEL_LAWS)):
-                raise ValueError(f"no kernel knows the cable law with number {plan.law}")
-            if plan.run.size and plan.law == at.EXACT and self.name == "verlet" and plan.axial == at.UNDAMPED:
-                return _taut_or_any(given, torque, forces, every, rows, fields)
-            return int(
-                integrate(None, NONE, centred, extra, False, *given, torque, forces, every, rows, fields)
-            )
-        formula = compiled_law(plan, self.law)
-        law, numbers = (None, NONE) if isinstance(formula, str) else formula
-        j = 0
-        while j < len(torque):  # at records and where a segment is slack the law itself is asked
-            recording = j % every == 0
-            if recording and stiffness_over_limit(plan, self.law, state.x).max() > 1.0 + 1e-6:
-                return at.TOO_STIFF
-            if _ask(self.law, plan, state, work, recording) and plan.stop_when_slack:
-                return at.SLACK
-            end, row = j + 1 if law is None else min(len(torque), j - j % every + every), j // every
-            begun, records = int(state.counts[at.STEPS]), (rows[row : row + 1], fields[row : row + 1])
-            inputs = torque[j:end], forces[j:end], every if recording else 0
-            if integrate(law, numbers, None, None, True, *given, *inputs, *records) == at.NOT_FINITE:
-                return at.NOT_FINITE
-            j += int(state.counts[at.STEPS]) - begun
-        return at.DONE
+    if name not in NAMES:
+        raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, NAMES)}')
+    law = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None
+    table: dict[str, dict[str, object]] = {
+        "node-centred": {
+            "carriages or unequal segments": not plan.uniform and plan.axial == at.UNDAMPED,
+            "axial damping": plan.axial != at.UNDAMPED,
+            "slack of a tension-only cable": plan.tension_only,
+        },
+        "energy-conserving": {
+            f'model = "{law and law.name}", which has no potential energy': law and not law.has_potential,
+            'slack = "tension-only", whose energy has no lower bound': plan.tension_only,
+        },
+    }
+    refused = table.get(name, {})
+    if law is None and refused:
+        raise InputRefused(f'method = "{name}" does not know laws of one\'s own: use "verlet"')
+    for what, asked in refused.items():
+        if asked:
+            instead = 'model = "weak-consistent"' if what.startswith("model") else '"verlet"'
+            raise InputRefused(f'method = "{name}" does not know {what}: use {instead}')
 
 
-def _taut_or_any(
-    given: tuple[Plan, State, Workspace], torque: Array, forces: Array, every: int, rows: Array, fields: Array
+def auxiliary(plan: Plan, state: State) -> Array:
+    """Of "energy-conserving": energy half a step before the start, a shift C, losses, (3 + n,) [J], [m]."""
+    law, extra = law_of(plan), np.zeros(at.PLACES_LOST + state.q.size)
+    for x in (state.x, state.x - plan.step * state.x_t):
+        u_x, v_x, w_x = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING]
+        quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
+        extra[at.STORED] += 0.5 * plan.segment[at.SPACING] @ (law.energy_density(u_x, v_x, w_x) - quadratic)
+    lowest = plan.piece[0, at.PRETENSION] * plan.piece[0, at.SLACK_STRAIN]
+    extra[at.SHIFT] = -0.5 * lowest * float(np.sum(plan.segment[at.SPACING]))
+    return extra
+
+
+Given = tuple[Plan, State, Workspace]
+
+
+def integrate_steps(
+    method: str,
+    given: Given,
+    inputs: tuple[Array, Array],
+    every: int,
+    records: tuple[Array, Array],
+    law: CableLaw | None = None,
 ) -> int:
+    """Take a step for each input, writing into the state.
+
+    ``inputs``: torques, (steps, motors) [N m], and forces, (steps, forces) [N]; ``every``: the first of so
+    many steps is recorded; ``records``: rows, and fields, (records, 3, nodes), get them; ``law``: cable law
+    where it is one's own. Returns DONE; SLACK before a step that slack is to stop; NOT_FINITE after the
+    record in which the energy is not finite; TOO_STIFF before the step of a record at which an own law has
+    grown too stiff for the step.
+    """
+    from cabledrive.simulation.kernels import integrate
+
+    (plan, state, work), (torque, forces), (rows, fields) = given, inputs, records
+    if plan.law != at.OWN or law is None:
+        if plan.law not in range(len(at.KERNEL_LAWS)):
+            raise ValueError(f"no kernel knows the cable law with number {plan.law}")
+        if plan.run.size and plan.law == at.EXACT and method == "verlet" and plan.axial == at.UNDAMPED:
+            return _taut_or_any(given, torque, forces, every, rows, fields)
+        centred = work.mean if method == "node-centred" else None
+        extra = state.extra if method == "energy-conserving" else None
+        return int(integrate(None, NONE, centred, extra, False, *given, *inputs, every, *records))
+    formula = compiled_law(plan, law)
+    compiled, numbers = (None, NONE) if isinstance(formula, str) else formula
+    j = 0
+    while j < len(torque):  # at records and where a segment is slack the law itself is asked
+        recording = j % every == 0
+        if recording and stiffness_over_limit(plan, law, state.x).max() > 1.0 + 1e-6:
+            return at.TOO_STIFF
+        if _ask(law, plan, state, work, recording) and plan.stop_when_slack:
+            return at.SLACK
+        end, row = j + 1 if compiled is None else min(len(torque), j - j % every + every), j // every
+        begun, kept = int(state.counts[at.STEPS]), (rows[row : row + 1], fields[row : row + 1])
+        here = torque[j:end], forces[j:end], every if recording else 0
+        if integrate(compiled, numbers, None, None, True, *given, *here, *kept) == at.NOT_FINITE:
+            return at.NOT_FINITE
+        j += int(state.counts[at.STEPS]) - begun
+    return at.DONE
+
+
+def _taut_or_any(given: Given, torque: Array, forces: Array, every: int, rows: Array, fields: Array) -> int:
     """Steps of the exact law: one pass while all is taut, else one record's worth of the long loop."""
     from cabledrive.simulation.kernels import integrate
     from cabledrive.simulation.taut import integrate_taut, rows_of
@@ -157,13 +145,6 @@ def _ask(law: CableLaw, plan: Plan, state: State, work: Workspace, recording: bo
     if recording:
         work.damp[at.TENSION], work.damp[at.ENERGY] = law.tension(*gradients), law.energy_density(*gradients)
     return slack_of(plan, law, state, gradients)
-
-
-def method_named(name: str, law: CableLaw | None = None) -> Method:
-    """Method of a name; others are refused."""
-    if name not in NAMES:
-        raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, NAMES)}')
-    return Method(name=name, law=law)
 
 
 MOST_STEPS = 10**12

@@ -21,7 +21,7 @@ from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import Channel, width_of
-from cabledrive.simulation.methods import Method, TimeGrid
+from cabledrive.simulation.methods import TimeGrid, auxiliary, integrate_steps
 from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_workspace
 from cabledrive.simulation.result import SlackEvent
 from cabledrive.simulation.signals import Signal
@@ -175,7 +175,6 @@ class RopeRun(PreparedRun):
     """A run of ropes between coordinates, as the kernels take it."""
 
     plan: Plan
-    method: Method
     laws: list[CableLaw]  # of each piece
     forces: tuple[Signal, ...] = ()
     start: State  # displacements and velocities at t = 0
@@ -203,13 +202,15 @@ class RopeRun(PreparedRun):
         """State before the first step: velocities half a step before the start."""
         (torque, *_), (forces, *_) = self.inputs(0, 1)
         state = half_step_before(self.plan, self.laws, copy_state(self.start), torque, forces)
-        return state._replace(extra=self.method.extra(self.plan, state))
+        if self.scheme.method != "energy-conserving":
+            return state
+        return state._replace(extra=auxiliary(self.plan, state))
 
     def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
         """Take the steps, the first of every ``every`` recorded; why they end."""
         found = np.zeros((len(rows), width_of(self.plan)))
-        torque, forces = inputs
-        code = self.method.integrate(self.plan, state, self.work, torque, forces, every, found, fields)
+        given, (torque, forces), law = (self.plan, state, self.work), inputs, self.laws[0]
+        code = integrate_steps(self.scheme.method, given, (torque, forces), every, (found, fields), law)
         with np.errstate(all="ignore"):  # of a run that diverged
             rows[:] = self.columns(found)
         return code

@@ -215,30 +215,24 @@ class Offsets:
         self.line_load = np.zeros((n, 2))
         self.constant, self.unit = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
         for walk in walks:
-            reached = 0.0
+            tension = 0.0  # from the start of the section on, without that of the section
             for number in walk:
-                reached = self._add(drive, number, g, float(strain[number]), reached)
-            self._check_closed(drive, walk, reached)
-
-    def _add(self, drive: RoutedDrive, number: int, g: Array, strain: float, at_start: float) -> float:
-        """One more span of a section, which starts with a tension; returns that at its end."""
-        span = drive.free_spans[number]
-        rope, route = drive.ropes[span.route], drive.route[span.route]
-        along, across = np.array(span.along), np.array(span.across)
-        density = rope.density / (1.0 + strain)
-        load = density * g
-        weight_along, moment_across, total_across = _carried(drive, number, span, g)
-        at_end = at_start - float(load @ along) * span.length - weight_along
-        self.start[number], self.end[number], self.line_load[number] = at_start, at_end, load
-        momentum = density * route.speed**2
-        hanging = float(load @ across) * span.length / 2.0
-        push = (
-            (at_start - momentum) * along + (hanging + total_across - moment_across) * across,
-            -(at_end - momentum) * along + (hanging + moment_across) * across,
-        )
-        self.constant[number] = route.ropes * np.array(push)
-        self.unit[number] = route.ropes * np.array((along, -along))
-        return at_end
+                span = drive.free_spans[number]
+                rope, route = drive.ropes[span.route], drive.route[span.route]
+                along, across = np.array(span.along), np.array(span.across)
+                density = rope.density / (1.0 + float(strain[number]))
+                load = density * g
+                weight_along, moment_across, total_across = _carried(drive, number, span, g)
+                self.start[number], self.line_load[number] = tension, load
+                momentum = density * route.speed**2
+                hanging = float(load @ across) * span.length / 2.0
+                push = (tension - momentum) * along + (hanging + total_across - moment_across) * across
+                tension = tension - float(load @ along) * span.length - weight_along
+                back = -(tension - momentum) * along + (hanging + moment_across) * across
+                self.end[number] = tension
+                self.constant[number] = route.ropes * np.array((push, back))
+                self.unit[number] = route.ropes * np.array((along, -along))
+            self._check_closed(drive, walk, tension)
 
     def _check_closed(self, drive: RoutedDrive, walk: list[int], reached: float) -> None:
         """Where a rope runs round free pulleys alone, nothing holds weights that pull it one way."""

@@ -8,6 +8,7 @@ from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive_parts import Motor
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import (
+    Checked,
     check_fields,
     choice,
     described,
@@ -134,7 +135,7 @@ class RoutedMotor(Motor):
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoutedCarriage:
+class RoutedCarriage(Checked):
     """A point mass clamped to the cable of a route."""
 
     mass: float = quantity("kg", "positive", "mass clamped to the cable")
@@ -145,19 +146,13 @@ class RoutedCarriage:
     )
     name: str = words("name by which it can be called", "")
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RouteLayout:
+class RouteLayout(Checked):
     """Gravity in the plane of the machine."""
 
     gravity: float = quantity("m/s^2", "nonnegative", "gravitational acceleration, along -y", 9.81)
     inclination: float = quantity("rad", "steepness", "angle of the x axis above the horizontal", 0.0)
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
 
 _RIGIDITY = ("youngs_modulus", "area", "given_rigidity")

@@ -22,7 +22,7 @@ from cabledrive.simulation.channels import (
     VISCOUS_LOSS,
     Channel,
 )
-from cabledrive.simulation.methods import method_named, time_grid
+from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan
 from cabledrive.simulation.plan import new_state
 from cabledrive.simulation.prepared import RopeRun
@@ -187,7 +187,6 @@ def network_case(
         torques=torques,
         holding=np.zeros(len(torques)),
         plan=plan,
-        method=method_named("verlet"),
         laws=laws,
         start=new_state(plan, x, x_t, q, q_t),
         mesh=mesh,
