@@ -84,15 +84,19 @@ def setting(case):
     return plan, start, torque, forces
 
 
+def steps_by(function, run, inputs, every, records):
+    """Steps of a method by its name, or of a readable twin."""
+    given = *run, new_workspace(run[0])
+    if isinstance(function, str):
+        return integrate_steps(function, given, inputs, every, records)
+    return function(*given, *inputs, every, *records)
+
+
 def taken(function, plan, start, torque, forces):
     state = copy_state(start)
     rows = np.zeros((STEPS // EVERY, width_of(plan)))
     fields = np.zeros((STEPS // EVERY, *state.x.shape))
-    given = plan, state, new_workspace(plan)
-    if isinstance(function, str):
-        code = integrate_steps(function, given, (torque, forces), EVERY, (rows, fields))
-    else:
-        code = function(*given, torque, forces, EVERY, rows, fields)
+    code = steps_by(function, (plan, state), (torque, forces), EVERY, (rows, fields))
     return code, state, rows, fields
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kernel_cases import CARRIAGES, CASES, LOOP, SLOPED, setting, taken
+from kernel_cases import CARRIAGES, CASES, LOOP, SLOPED, setting, steps_by, taken
 from kernel_cases import ENERGY as conserving
 from kernel_cases import NODE_CENTRED as node_centred
 from kernel_cases import VERLET as integrate
@@ -226,7 +226,7 @@ def taken_taut(function, plan, start):
     )
     torque = 0.2 * np.cos(np.arange(TAUT_STEPS))[:, None]
     forces = 1e-2 * np.sin(np.arange(TAUT_STEPS * len(plan.force))).reshape(TAUT_STEPS, -1)
-    code = function(plan, state, new_workspace(plan), torque, forces, TAUT_EVERY, rows, fields)
+    code = steps_by(function, (plan, state), (torque, forces), TAUT_EVERY, (rows, fields))
     return code, state, rows
 
 
