@@ -16,9 +16,14 @@ CROSSING_STEPS = 12
 MOST_TURNS = 8
 
 
+Friction = tuple[float, float]
+"""Slope of smoothed friction, 0 where it is set-valued; direction in which the axis slips, 0 at rest."""
+
+
 @njit
-def axis_rates(p: Array, slope: float, slip: float, u: float, v: float, s: Array, ds: Array) -> float:
+def axis_rates(p: Array, friction: Friction, u: float, v: float, s: Array, ds: Array) -> float:
     """Acceleration, and the rates of the sensitivities into ``ds``."""
+    slope, slip = friction
     if slip == 0.0:
         ds[:] = 0.0
         return 0.0
@@ -38,20 +43,24 @@ def axis_rates(p: Array, slope: float, slip: float, u: float, v: float, s: Array
 
 @njit
 def axis_step(
-    p: Array, slope: float, slip: float, u0: float, u1: float, h: float, v: float, s: Array, w: Array
+    p: Array, friction: Friction, drive: tuple[float, float, float], v: float, s: Array, w: Array
 ) -> float:
-    """One Runge-Kutta step of order 4; sensitivities at its end in row 5 of ``w``."""
+    """One Runge-Kutta step of order 4; sensitivities at its end in row 5 of ``w``.
+
+    ``drive``: torque at its start and its end, its length [s].
+    """
+    u0, u1, h = drive
     um = 0.5 * (u0 + u1)
-    a0 = axis_rates(p, slope, slip, u0, v, s, w[0])
+    a0 = axis_rates(p, friction, u0, v, s, w[0])
     for k in range(PARAMETERS):
         w[4, k] = s[k] + 0.5 * h * w[0, k]
-    a1 = axis_rates(p, slope, slip, um, v + 0.5 * h * a0, w[4], w[1])
+    a1 = axis_rates(p, friction, um, v + 0.5 * h * a0, w[4], w[1])
     for k in range(PARAMETERS):
         w[4, k] = s[k] + 0.5 * h * w[1, k]
-    a2 = axis_rates(p, slope, slip, um, v + 0.5 * h * a1, w[4], w[2])
+    a2 = axis_rates(p, friction, um, v + 0.5 * h * a1, w[4], w[2])
     for k in range(PARAMETERS):
         w[4, k] = s[k] + h * w[2, k]
-    a3 = axis_rates(p, slope, slip, u1, v + h * a2, w[4], w[3])
+    a3 = axis_rates(p, friction, u1, v + h * a2, w[4], w[3])
     for k in range(PARAMETERS):
         w[5, k] = s[k] + h / 6.0 * (w[0, k] + 2.0 * (w[1, k] + w[2, k]) + w[3, k])
     return v + h / 6.0 * (a0 + 2.0 * (a1 + a2) + a3)
@@ -71,9 +80,10 @@ def release(load: float, rise: float, friction: float, done: float, interval: fl
 
 @njit
 def integrate_axis(
-    p: Array, slope: float, torque: Array, interval: float, start: float, speeds: Array, out: Array
+    p: Array, slope: float, torque: Array, interval: float, start: float, moved: tuple[Array, Array]
 ) -> None:
-    """Speed and sensitivities at every sample; the torque runs on straight lines between samples."""
+    """Speeds and sensitivities at every sample, into ``moved``; torque on straight lines between samples."""
+    speeds, out = moved
     v = start
     s = np.zeros(PARAMETERS)
     s[4] = 1.0
@@ -94,7 +104,7 @@ def integrate_axis(
                     break
             rest = interval - done
             ua, ub = u0 + rise * done, u0 + rise * interval
-            end = axis_step(p, slope, slip, ua, ub, rest, v, s, w)
+            end = axis_step(p, (slope, slip), (ua, ub, rest), v, s, w)
             if slope > 0.0 or slip * end >= 0.0 or p[2] <= 0.0:
                 v = end
                 s[:] = w[5]
@@ -102,7 +112,7 @@ def integrate_axis(
             low, high, at_low, at_high = 0.0, rest, slip * v, slip * end
             part = rest * at_low / (at_low - at_high) if at_low > 0.0 else 0.0
             for _ in range(CROSSING_STEPS):
-                end = axis_step(p, slope, slip, ua, ua + rise * part, part, v, s, w)
+                end = axis_step(p, (slope, slip), (ua, ua + rise * part, part), v, s, w)
                 value = slip * end
                 if abs(value) <= 1e-13 * abs(at_low - at_high) or high - low < 1e-14 * interval:
                     break

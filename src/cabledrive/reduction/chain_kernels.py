@@ -263,20 +263,14 @@ def moved(n: int, m: int) -> Moved:
 
 @njit
 def integrate(
-    c: ChainNumbers,
-    torque: Array,
-    x0: Array,
-    interval: float,
-    substeps: int,
-    hold: float,
-    stored: Integers,
-    states: Array,
-    sensitivities: Array,
+    c: ChainNumbers, torque: Array, x0: Array, grid: tuple[float, int, float], kept: tuple[Array, Array]
 ) -> None:
-    """Carry the chain over all samples; keeps the ``stored`` states and their sensitivities at each sample.
+    """Carry the chain over all samples; keeps its state and the sensitivities at each sample.
 
-    ``hold``: 0 for torque that stands from sample to sample, 1 for torque on straight lines between samples.
+    ``grid``: interval of the samples [s]; steps in it; 0 for torque that stands from sample to sample, 1 for
+    torque on straight lines between samples.
     """
+    (interval, substeps, hold), (states, sensitivities) = grid, kept
     n = c.body.shape[1]
     m = c.directions.shape[1]
     x = x0.copy()
@@ -295,10 +289,8 @@ def integrate(
             slip[i] = 1 if x[n + i] > 0.0 else -1
     h = interval / substeps
     for sample in range(torque.size):
-        for a in range(stored.size):
-            states[sample, a] = x[stored[a]]
-            for k in range(m):
-                sensitivities[sample, a, k] = s[stored[a], k]
+        states[sample] = x
+        sensitivities[sample] = s
         if sample == torque.size - 1:
             break
         start = torque[sample]

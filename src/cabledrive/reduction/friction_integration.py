@@ -75,9 +75,8 @@ def integrate_chain(
     states = np.empty((torque.size, 2 * n))
     sensitivities = np.empty((torque.size, 2 * n, numbers.directions.shape[1]))
     begin = np.zeros(2 * n) if start is None else np.array(start, dtype=float)
-    linear = 1.0 if hold == "line" else 0.0
-    stored = np.arange(2 * n)
-    integrate(numbers, torque, begin, float(interval), substeps, linear, stored, states, sensitivities)
+    grid = float(interval), substeps, 1.0 if hold == "line" else 0.0
+    integrate(numbers, torque, begin, grid, (states, sensitivities))
     if not np.all(np.isfinite(states[-1])):
         first = int(np.argmin(np.isfinite(states).all(axis=1)))
         raise NotComputed(f"motion of {n} inertias diverged at t = {first * interval:.4g} s: raise substeps")
@@ -130,9 +129,8 @@ def integrate_rigid_axis(
     """
     torque = np.ascontiguousarray(torque, dtype=float)
     speeds, sensitivities = np.empty(torque.size), np.empty((torque.size, PARAMETERS))
-    integrate_axis(
-        np.array(values, dtype=float), slope, torque, float(interval), start, speeds, sensitivities
-    )
+    moved = speeds, sensitivities
+    integrate_axis(np.array(values, dtype=float), slope, torque, float(interval), start, moved)
     if not np.isfinite(speeds[-1]):
         raise NotComputed("motion of the axis diverged: the viscous friction or the inertia is no machine's")
     return speeds, sensitivities
