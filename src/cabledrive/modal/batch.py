@@ -66,10 +66,8 @@ def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArr
     omegas = np.full((n, wanted), np.nan)
     found = searched(
         table,
-        np.zeros(n),
-        top,
-        rigid,
-        np.maximum(count, 0).astype(np.intp) + rigid,
+        (np.zeros(n), top),
+        (rigid, np.maximum(count, 0).astype(np.intp) + rigid),
         times.max(axis=1),
         wanted=wanted,
     )

@@ -157,7 +157,7 @@ class Rope:
         return np.append(np.concatenate(parts), 1.0)
 
     def segments(self, top: float) -> "Segments":
-        """Its segments for frequencies up to one [rad/s]."""
+        """Its segments up to a frequency [rad/s]: springs and inertia at rest, modes between held ends."""
         places = self.places(top)
         along, beam = self.direction is not None, self.bend > 0.0
         nodes, weight, shapes = _gauss(along, beam)
@@ -175,7 +175,32 @@ class Rope:
         if beam:
             strains.append(np.sqrt(measure * self.bend)[:, :, None] * rate**2 * shapes[4])
         ends = 2 * (1 + along + beam)
-        return condensed(self, places, x, np.concatenate(strains, 1), np.concatenate(moved, 1), size, ends)
+        strain, motion = np.concatenate(strains, 1), np.concatenate(moved, 1)
+        if beam:  # the polynomials count slopes times the length
+            at = [ends // 2 - 1, ends - 1]
+            strain[:, :, at] *= size[:, None, None]
+            motion[:, :, at] *= size[:, None, None]
+        turned, factor = np.linalg.qr(strain[:, :, ends:])
+        inverse = np.linalg.inv(factor)
+        inner = motion[:, :, ends:] @ inverse
+        _, give, vectors = np.linalg.svd(inner, full_matrices=False)
+        still = -inverse @ (turned.swapaxes(1, 2) @ strain[:, :, :ends])
+        at_rest = strain[:, :, :ends] + strain[:, :, ends:] @ still
+        mass = motion[:, :, :ends] + motion[:, :, ends:] @ still
+        waves = (inner @ vectors.swapaxes(1, 2)) / give[:, None, :]  # of unit modal mass
+        spring, inertia = (np.linalg.qr(own, mode="r") for own in (at_rest, mass))
+        kinds = [SPRING] * ends + [MASS] * ends + [POLE] * give.shape[1]
+        return Segments(
+            rope=self,
+            places=places,
+            x=x,
+            size=size,
+            kind=np.tile(kinds, (size.size, 1)),
+            b=np.concatenate((np.zeros((size.size, 2 * ends)), 1.0 / give), 1),
+            value=np.concatenate((spring, inertia, waves.swapaxes(1, 2) @ mass), 1),
+            still=still,
+            waves=inverse @ vectors.swapaxes(1, 2) / give[:, None, :],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,37 +273,6 @@ class Segments:
             np.einsum("qn,qnk->kq", np.stack([own(local) for own in part], -1), q) for part in (u, w)
         )
         return along, across
-
-
-def condensed(
-    rope: Rope, places: Array, x: Array, strains: Array, moved: Array, size: Array, ends: int
-) -> Segments:
-    """Segments by the motion of their ends: strains at rest, inertia at rest, modes between held ends."""
-    if rope.bend:  # the polynomials count slopes times the length
-        at = [ends // 2 - 1, ends - 1]
-        strains[:, :, at] *= size[:, None, None]
-        moved[:, :, at] *= size[:, None, None]
-    turned, factor = np.linalg.qr(strains[:, :, ends:])
-    inverse = np.linalg.inv(factor)
-    inner = moved[:, :, ends:] @ inverse
-    _, give, vectors = np.linalg.svd(inner, full_matrices=False)
-    still = -inverse @ (turned.swapaxes(1, 2) @ strains[:, :, :ends])
-    at_rest = strains[:, :, :ends] + strains[:, :, ends:] @ still
-    mass = moved[:, :, :ends] + moved[:, :, ends:] @ still
-    waves = (inner @ vectors.swapaxes(1, 2)) / give[:, None, :]  # of unit modal mass
-    strain, inertia = (np.linalg.qr(own, mode="r") for own in (at_rest, mass))
-    kinds = [SPRING] * ends + [MASS] * ends + [POLE] * give.shape[1]
-    return Segments(
-        rope=rope,
-        places=places,
-        x=x,
-        size=size,
-        kind=np.tile(kinds, (size.size, 1)),
-        b=np.concatenate((np.zeros((size.size, 2 * ends)), 1.0 / give), 1),
-        value=np.concatenate((strain, inertia, waves.swapaxes(1, 2) @ mass), 1),
-        still=still,
-        waves=inverse @ vectors.swapaxes(1, 2) / give[:, None, :],
-    )
 
 
 @cache

@@ -83,23 +83,19 @@ class _Brackets(NamedTuple):
 
 def searched(
     t: Table,
-    low: Any,
-    top: Any,
-    below: Any,
-    above: Any,
-    longest: Any,
+    band: tuple[Array, Array],
+    counts: tuple[Integers, Integers],
+    longest: Array,
     *,
     wanted: int | None = None,
 ) -> list[Solved]:
     """All modes between two frequencies, in any order.
 
-    ``low``, ``top``: of each machine [rad/s]; ``below``, ``above``: counts there; ``longest``: longest travel
-    time of a wave [s]; ``wanted``: stop after so many, a multiple mode whole.
+    ``band``: lowest and highest of each machine [rad/s]; ``counts`` there; ``longest``: longest travel time
+    of a wave [s]; ``wanted``: stop after so many, a multiple mode whole.
     Raises `NotComputed` if a mode the count promises cannot be found.
     """
-    low, top, longest = (np.atleast_1d(np.asarray(own, dtype=float)) for own in (low, top, longest))
-    start = np.atleast_1d(np.asarray(below, dtype=np.intp))
-    end = np.atleast_1d(np.asarray(above, dtype=np.intp))
+    (low, top), (start, end) = band, counts
     machine, least = np.arange(low.size), SLOWEST / np.maximum(longest, SLOWEST)
     queue = _Brackets(low, top, start, end, machine, np.full(low.size, np.inf))
     found: list[Solved] = []
@@ -147,8 +143,10 @@ def searched(
 
 
 def modes_between(t: Table, low: float, top: float, below: int, above: int, longest: float) -> list[Solved]:
-    """All modes of one machine between two frequencies, ascending; parameters as of `searched`."""
-    return sorted(searched(t, low, top, below, above, longest), key=lambda own: own.omega)
+    """All modes of one machine between two frequencies, ascending; the rest as of `searched`."""
+    (start, end), (first, last) = np.array([[low], [top]], dtype=float), np.array([[below], [above]])
+    found = searched(t, (start, end), (first, last), np.array([longest], dtype=float))
+    return sorted(found, key=lambda own: own.omega)
 
 
 def _split(t: Table, own: _Brackets) -> _Brackets:

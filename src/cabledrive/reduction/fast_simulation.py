@@ -32,7 +32,7 @@ from cabledrive.simulation.start import place_at_start, velocity_at_start
 SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
 
-def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array) -> Array:
+def _rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array) -> Array:
     """Records, shape (records, columns of the exact model), from the motion and the torque there [N m].
 
     What the reduced model does not distinguish stays zero.
@@ -76,23 +76,22 @@ def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Ar
     return rows
 
 
-def fast_result(
+def _result(
     drive: Drive,
     model: UniformTensionModel,
     recorded: IntegratedMotion,
-    rows: Array,
-    *,
+    torque: tuple[Array, str],
     grid: tuple[int, float, int],
-    torque: str,
-    diverged: bool = False,
 ) -> SimulationResult:
-    """A run of the fast model in the form of an exact one, its limits checked.
+    """A run of the fast model in the form of an exact one, `stopped` set where the model does not hold.
 
-    ``rows``, shape (records, columns); ``grid``: steps, step [s], steps per record; ``torque``: fingerprint
-    of the torque; ``diverged``: whether the records end where an amplitude outgrew the span.
-    Returns with `stopped` set where the model does not hold; the time it took is left to the caller.
+    ``torque``: at the records [N m], and its fingerprint; ``grid``: steps, step [s], steps per record, of
+    which fewer were recorded where an amplitude outgrew the span. The time it took is left to the caller.
     """
     steps, step, stride = grid
+    rows = _rows(model, recorded, torque[0][: len(recorded.along)])
+    if diverged := len(rows) < steps // stride + 1:
+        steps = stride * (len(rows) - 1)
     times = np.arange(rows.shape[0], dtype=np.float64) * (stride * step)
     events, stopped = _limits(model, recorded, rows, times, diverged)
     at_rest = -0.5 * model.transverse_mass * np.sum((model.gravity_load / model.transverse) ** 2)
@@ -135,7 +134,7 @@ def fast_result(
                 "ends_at_hz": HIGHEST_SHARE * model.span_resonance / (2 * pi),
             },
             "duration": steps * step,
-            "torque": torque,
+            "torque": torque[1],
             "torque_offset": drive.motor.offset_torque if drive.motor else 0.0,
         },
         stopped=stopped,
@@ -250,15 +249,12 @@ def simulate_fast(
     sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2, 3))
     finite = np.isfinite(recorded.along).all(axis=(1, 2)) & np.isfinite(recorded.tallies).all(axis=1)
     bounded = finite & (sizes < model.span)
-    if diverged := not bounded.all():
+    if not bounded.all():
         kept = max(1, int(np.argmin(bounded)))
         along, across, tallies = recorded.along[:kept], recorded.across[:kept], recorded.tallies[:kept]
-        recorded, steps = IntegratedMotion(along, across, tallies, recorded.peaks), stride * (kept - 1)
-    rows = fast_rows(model, recorded, samples[: steps + 1 : stride])
-    result = fast_result(
-        drive, model, recorded, rows,
-        grid=(steps, step, stride), torque=signal.fingerprint, diverged=diverged,
-    )  # fmt: skip
+        recorded = IntegratedMotion(along, across, tallies, recorded.peaks)
+    given = samples[: steps + 1 : stride], signal.fingerprint
+    result = _result(drive, model, recorded, given, (steps, step, stride))
     result = replace(result, wall_time=time.perf_counter() - began)
     if path is None:
         return result
