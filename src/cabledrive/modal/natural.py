@@ -182,12 +182,11 @@ def _of_routes(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: 
 
 def _listed(spectrum: Spectrum, below: float | None, count: int | None) -> Modes:
     """A list with its certificate, as if its models held."""
+    wanted = _checked_count(below, count)
     if below is not None:
-        _check_below(below, count)
         top = _clear(spectrum, 2 * pi * below)
         found, tops = spectrum.below(top), (top, top)
     else:
-        wanted = _checked_count(DEFAULT_COUNT if count is None else count)
         parts = spectrum.first(dict.fromkeys((LONGITUDINAL, TRANSVERSE), wanted), distinct=True)
         found = sorted((mode for own, _ in parts.values() for mode in own), key=order_of)
         tops = parts[LONGITUDINAL][1], parts[TRANSVERSE][1]
@@ -295,15 +294,8 @@ def longitudinal_modes(
     Parameters
     ----------
     drive : Drive or RoutedDrive
-    below : float, optional
-        Upper end [Hz].
-    count : int, optional
-        The first so many instead (a multiple one at the end whole); ten where neither is given.
-    motor, hold : optional
-        How the rotor is held, and what else, see `modes`.
-    taut : bool, default True
-        Of a loop or line that is straight under its pretension alone, without weights, as formulas have it;
-        else of the ropes that hang, as `modes` lists them.
+    below, count, motor, hold, taut : optional
+        As of `natural_frequencies`.
 
     Returns
     -------
@@ -316,24 +308,22 @@ def longitudinal_modes(
         As `modes`.
     """
     spectrum, _ = _spectrum(drive, motor, hold, taut=taut)
-    if below is not None:
-        _check_below(below, count)
-        return tuple(
-            mode for mode in spectrum.below(_clear(spectrum, 2 * pi * below)) if mode.kind == LONGITUDINAL
-        )
-    wanted = _checked_count(DEFAULT_COUNT if count is None else count)
-    return tuple(spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0])
+    wanted = _checked_count(below, count)
+    if below is None:
+        return tuple(spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0])
+    found = spectrum.below(_clear(spectrum, 2 * pi * below))
+    return tuple(mode for mode in found if mode.kind == LONGITUDINAL)
 
 
-def _checked_count(count: int) -> int:
-    if not 0 < count <= MOST_MODES:
-        raise InputRefused(
-            f"count = {count} modes must lie between 1 and {MOST_MODES}: ask for fewer at a time"
-        )
-    return count
-
-
-def _check_below(below: float, count: int | None) -> None:
+def _checked_count(below: float | None, count: int | None) -> int:
+    """How many frequencies are asked for; 0 where the upper end is given [Hz]."""
+    if below is None:
+        count = DEFAULT_COUNT if count is None else count
+        if not 0 < count <= MOST_MODES:
+            raise InputRefused(
+                f"count = {count} modes must lie between 1 and {MOST_MODES}: ask for fewer at a time"
+            )
+        return count
     if count is not None:
         raise InputRefused(f"below = {below:.9g} Hz and count = {count} are both given: give one of the two")
     if not (isfinite(below) and below > 0.0):
@@ -343,3 +333,4 @@ def _check_below(below: float, count: int | None) -> None:
             f"below = {below:.9g} Hz must lie between {LOWEST_BELOW:g} and {HIGHEST_BELOW:g} Hz: "
             "outside the range of machines"
         )
+    return 0

@@ -19,6 +19,11 @@ from cabledrive.mechanics.rest import RestingSection
 from cabledrive.modal.mode import TRANSVERSE, Mode
 from cabledrive.parameters.arrays import Array
 
+INCOMPLETE = "the count gives more modes than could be found and proven"
+ALLOWED = 1e-3
+"""Relative error of a frequency by sag or by a changing tension up to which the list is certified."""
+FAST = 0.8
+"""Share of the critical speed above which a warning is given."""
 BEYOND = 1.5
 """Modes up to so many times the highest listed one may meet it; the others lie within the shift at rest."""
 
@@ -27,31 +32,29 @@ def sag_coupling_limit(
     network: Network,
     listed: Sequence[Mode],
     below: Callable[[float], list[Mode]],
-    allowed: float,
     straight: Collection[int],
 ) -> str | None:
     """Why sag leaves a list uncertified by coupling motion along and across; None where it does not.
 
-    ``below``: all modes below a frequency [rad/s]; ``allowed``: relative error of a frequency; ``straight``:
-    spans whose sag is left out.
+    ``below``: all modes below a frequency [rad/s]; ``straight``: spans whose sag is left out.
     """
     every = irvine_parameters(network)
-    spans = {span: float(every[span]) for span in straight if sqrt(2 * every[span]) > allowed * pi**2}
+    spans = {span: float(every[span]) for span in straight if sqrt(2 * every[span]) > ALLOWED * pi**2}
     if not spans or not listed:
         return None
     highest = 2 * pi * max(mode.frequency for mode in listed)
-    meets = max(_first(network, i) * sqrt(sqrt(2 * own) / pi**2 / allowed) for i, own in spans.items())
+    meets = max(_first(network, i) * sqrt(sqrt(2 * own) / pi**2 / ALLOWED) for i, own in spans.items())
     found = below(BEYOND * min(highest, meets))
     together = [*listed, *(mode for mode in found if not any(_same(mode, own) for own in listed))]
     shifts = coupling_shifts(network, together, spans)[: len(listed)]
     worst = int(np.argmax(shifts.sum(axis=1)))
     error = float(shifts[worst].sum())
-    if error <= allowed:
+    if error <= ALLOWED:
         return None
     span = network.drive.free_spans[list(spans)[int(np.argmax(shifts[worst]))]].name
     return (
         f"sag, which is left out, couples motion along and across span {span} and moves the mode at "
-        f"{together[worst].frequency:.5g} Hz by about {error:.2g} of its frequency, more than {allowed:g}: "
+        f"{together[worst].frequency:.5g} Hz by about {error:.2g} of its frequency, more than {ALLOWED:g}: "
         "raise the pretension"
     )
 
@@ -109,15 +112,6 @@ def _same(a: Mode, b: Mode) -> bool:
     return alike and abs(a.frequency - b.frequency) <= 1e-9 * b.frequency
 
 
-INCOMPLETE = "the count gives more modes than could be found and proven"
-
-ALLOWED = 1e-3
-"""Relative error of a frequency by sag or by a changing tension up to which the list is certified."""
-
-FAST = 0.8
-"""Share of the critical speed above which a warning is given."""
-
-
 def sag_errors(network: Network) -> Array:
     r"""Largest relative shift of the first mode of each span by its sag, :math:`4\lambda^2/\pi^4`."""
     return 4.0 * irvine_parameters(network) / pi**4
@@ -172,9 +166,9 @@ def route_limit(
     """
     elements, straight = _hung(network, hanging)
     return (
-        hanging_limit(network, elements, listed, ALLOWED)
+        hanging_limit(network, elements, listed)
         or range_limit(network, listed, straight)
-        or sag_coupling_limit(network, listed, below, ALLOWED, straight)
+        or sag_coupling_limit(network, listed, below, straight)
     )
 
 
@@ -251,11 +245,11 @@ def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
 
 
 def hanging_limit(
-    network: Network, elements: Mapping[int, HangingElement], listed: Sequence[Mode], allowed: float
+    network: Network, elements: Mapping[int, HangingElement], listed: Sequence[Mode]
 ) -> str | None:
     """Why a list with hanging ropes is not certified although the count agrees; None where it is.
 
-    ``elements``: by the number of their piece; ``allowed``: relative error of a frequency.
+    ``elements``: by the number of their piece.
     """
     lifted = _lifted(network, elements)
     if lifted is not None:
@@ -271,11 +265,11 @@ def hanging_limit(
             span: error * min(1.0, sum(shares.get(f"{span}, {way}", 0.0) for way in (ALONG, ACROSS)))
             for span, error in errors.items()
         }
-        if sum(parts.values()) > allowed:
+        if sum(parts.values()) > ALLOWED:
             span = max(parts, key=lambda name: parts[name])
             return (
                 f"span {span} sags so deep that shallow sag errs by up to {sum(parts.values()):.2g} of the "
-                f"mode at {mode.frequency:.5g} Hz, more than {allowed:g}: raise the pretension"
+                f"mode at {mode.frequency:.5g} Hz, more than {ALLOWED:g}: raise the pretension"
             )
     return None
 
