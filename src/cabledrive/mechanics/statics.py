@@ -39,17 +39,31 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
         raise InputRefused(f'hold = "{hold}" is not one of its values: write "none", "drive" or "both"')
     rigid_load = mesh.shafts[1].fixed or hold == "both"
     free = _free_displacements(mesh, rigid_load)
-    if hold == "none" and rotor_stiffness(mesh) > 0.0:
-        return _on_the_spring(mesh, law, free, rigid_load)
-    displacement, iterations = _newton(mesh, law, free)
-    left = _residual(mesh, law, displacement, np.ones_like(free))
-    drive_torque, load_torque = (
-        -float(left[0, node]) * shaft.radius for node, shaft in zip(mesh.rims, mesh.shafts, strict=False)
-    )
-    if not rigid_load:
-        load_torque = 0.0
-    loose = hold == "none" and not mesh.shafts[0].fixed and not rigid_load
-    if loose and abs(drive_torque) > 1e-9 * mesh.shafts[0].radius * _force_scale(mesh, law):
+    spring, scale = rotor_stiffness(mesh) if hold == "none" else 0.0, _force_scale(mesh, law)
+    slope = spring + (len(mesh.spans) * law.stiffness / float(mesh.position[0, -1]) if rigid_load else 0.0)
+    rim, total = 0.0, 0
+    before: tuple[float, float] | None = None
+    # Secants on the rim's displacement: where the load pulley turns, all goes along and the first is exact.
+    for _ in range(MOST_ITERATIONS):
+        displacement, iterations = _newton(mesh, law, free, _following(mesh, rim, rigid_load))
+        total += iterations
+        left = _residual(mesh, law, displacement, np.ones_like(free))
+        over = float(left[0, 0]) - spring * rim
+        if spring == 0.0 or abs(over) <= 1e-9 * scale:
+            break
+        if before is not None and over != before[1]:
+            slope = -(over - before[1]) / (rim - before[0])
+        before = rim, over
+        rim += over / slope
+    else:
+        raise NotComputed(
+            f"no equilibrium on the holding stiffness: {over:.3g} N out of balance at the drive rim; raise "
+            "motor.holding_stiffness or hold the drive pulley"
+        )
+    drive_torque = -float(spring * rim if spring else left[0, 0]) * mesh.shafts[0].radius
+    load_torque = -float(left[0, mesh.segments]) * mesh.shafts[1].radius if rigid_load else 0.0
+    loose = hold == "none" and not mesh.shafts[0].fixed and not rigid_load and spring == 0.0
+    if loose and abs(drive_torque) > 1e-9 * mesh.shafts[0].radius * scale:
         raise InputRefused(
             f"gravity turns the free pulleys: {drive_torque:.4g} N m would hold them; hold the drive pulley"
         )
@@ -57,7 +71,7 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
         displacement=displacement,
         holding_torque=(0.0 if loose else drive_torque, load_torque),
         residual=float(np.max(np.abs(left[free]))),
-        iterations=iterations,
+        iterations=total,
     )
 
 
@@ -69,39 +83,6 @@ def rotor_stiffness(mesh: Mesh) -> float:
         return holding
     joint = mesh.joint.stiffness / rotor.radius**2
     return joint * holding / (joint + holding)
-
-
-def _on_the_spring(mesh: Mesh, law: CableLaw, free: NDArray[np.bool_], rigid_load: bool) -> Equilibrium:
-    """Equilibrium with the drive rim on its spring: secants on the rim's displacement.
-
-    Where the load pulley turns, all goes along with the rim and the first step is exact.
-    """
-    spring, radius = rotor_stiffness(mesh), mesh.shafts[0].radius
-    cable = len(mesh.spans) * law.stiffness / float(mesh.position[0, -1]) if rigid_load else 0.0
-    rim, total = 0.0, 0
-    slope = spring + cable
-    before = None
-    for _ in range(MOST_ITERATIONS):
-        displacement, iterations = _newton(mesh, law, free, _following(mesh, rim, rigid_load))
-        total += iterations
-        left = _residual(mesh, law, displacement, np.ones_like(free))
-        over = float(left[0, 0]) - spring * rim
-        if abs(over) <= 1e-9 * _force_scale(mesh, law):
-            load = -float(left[0, mesh.segments]) * mesh.shafts[1].radius if rigid_load else 0.0
-            return Equilibrium(
-                displacement=displacement,
-                holding_torque=(-spring * rim * radius, load),
-                residual=float(np.max(np.abs(left[free]))),
-                iterations=total,
-            )
-        if before is not None and over != before[1]:
-            slope = -(over - before[1]) / (rim - before[0])
-        before = rim, over
-        rim += over / slope
-    raise NotComputed(
-        f"no equilibrium on the holding stiffness: {over:.3g} N out of balance at the drive rim; raise "
-        "motor.holding_stiffness or hold the drive pulley"
-    )
 
 
 def _following(mesh: Mesh, rim: float, rigid_load: bool) -> Array:
@@ -144,11 +125,8 @@ def _force_scale(mesh: Mesh, law: CableLaw) -> float:
     return max(law.pretension, weight)
 
 
-def _newton(
-    mesh: Mesh, law: CableLaw, free: NDArray[np.bool_], start: Array | None = None
-) -> tuple[Array, int]:
+def _newton(mesh: Mesh, law: CableLaw, free: NDArray[np.bool_], displacement: Array) -> tuple[Array, int]:
     """Newton's method; a step is halved until it lowers the sum of squares of the forces left over."""
-    displacement = np.zeros((3, mesh.nodes)) if start is None else start
     for iteration in range(MOST_ITERATIONS):
         left = _residual(mesh, law, displacement, free)
         if np.max(np.abs(left)) <= _tolerance(mesh, law):

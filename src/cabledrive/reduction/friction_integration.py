@@ -29,8 +29,7 @@ class IntegratedMotion:
 
     angles: Array  # (samples, n) [rad]
     speeds: Array  # (samples, n) [rad/s]
-    angle_sensitivities: Array  # (samples, n, m): derivatives of the angles by the m parameters
-    speed_sensitivities: Array  # (samples, n, m): of the speeds
+    speed_sensitivities: Array  # (samples, n, m): derivatives of the speeds by the m parameters
 
 
 def direction(n: int, quantity: str, number: int = 0) -> Array:
@@ -83,7 +82,6 @@ def integrate_chain(
     return IntegratedMotion(
         angles=states[:, :n],
         speeds=states[:, n:],
-        angle_sensitivities=sensitivities[:, :n],
         speed_sensitivities=sensitivities[:, n:],
     )
 

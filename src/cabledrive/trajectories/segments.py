@@ -12,8 +12,8 @@ from cabledrive.parameters.fields import described, meaning
 from cabledrive.trajectories.limits import check_order, derivative_jump, peak_factor, smooth_rise
 
 SHORTEST_RISE = 1e-9
-MOST_PULSES = 10_000
 """Below it powers of the rise time leave the range of a double [s]."""
+MOST_PULSES = 10_000
 
 
 @described
