@@ -105,7 +105,21 @@ def tuned_pretension(drive: Drive) -> float:
     Returns [N].
     Raises `InputRefused` if no pulley can turn, or no pretension reaches the ratio.
     """
-    return _tuned(drive, span_frequency)
+    rigidity, current = drive.cable.axial_rigidity, drive
+    for _ in range(_PASSES):  # the formula, to a standstill where the unstretched length is not given
+        cable = current.cable
+        force = cable.pretension / (1.0 + cable.prestrain)
+        wanted = force * (pulley_mode(current).omega / (4 * pi * span_frequency(current))) ** 2
+        if wanted >= rigidity:
+            raise InputRefused(_no_tuning(wanted, rigidity))
+        tension = wanted / (1.0 - wanted / rigidity)
+        done = abs(tension - cable.pretension) <= 1e-14 * tension
+        if done or drive.layout.span_length is not None:
+            return tension
+        current = replace(current, cable=replace(cable, pretension=tension))
+    raise InputRefused(
+        "no pretension tunes this pair: the search for it does not settle; give layout.span_length"
+    )
 
 
 def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]:
@@ -179,23 +193,4 @@ def _no_tuning(wanted: float, rigidity: float) -> str:
     return (
         f"no pretension tunes this pair: T0/(1 + eps0) = {wanted:.4g} N would have to reach "
         f"EA = {rigidity:.4g} N; make a pulley heavier"
-    )
-
-
-def _tuned(drive: Drive, frequency) -> float:  # type: ignore[no-untyped-def]
-    """Repeat the formula of `tuned_pretension`: to a standstill where the unstretched length is not given."""
-    rigidity, current = drive.cable.axial_rigidity, drive
-    for _ in range(_PASSES):
-        cable = current.cable
-        force = cable.pretension / (1.0 + cable.prestrain)
-        wanted = force * (pulley_mode(current).omega / (4 * pi * frequency(current))) ** 2
-        if wanted >= rigidity:
-            raise InputRefused(_no_tuning(wanted, rigidity))
-        tension = wanted / (1.0 - wanted / rigidity)
-        done = abs(tension - cable.pretension) <= 1e-14 * tension
-        if done or drive.layout.span_length is not None:
-            return tension
-        current = replace(current, cable=replace(cable, pretension=tension))
-    raise InputRefused(
-        "no pretension tunes this pair: the search for it does not settle; give layout.span_length"
     )
