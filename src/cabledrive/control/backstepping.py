@@ -63,10 +63,7 @@ _MOTOR_TORQUE = 0.01  # N m
 
 
 def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
-    """The seven parameters of (6.69), their half widths, and beta_n [1/s^2], of two inertias, Model 3.
-
-    Half widths: Table 6.3 in proportion; 2 rad/s^2 for p2 and 0.01 N m for p6, which it lacks.
-    """
+    """The seven parameters of (6.69), their half widths after Table 6.3, and beta_n [1/s^2], of Model 3."""
     if chain.size != 2:
         raise InputRefused(f"{chain.size} inertias given, backstepping of (6.69) takes 2: use Model 3")
     j1, j2 = chain.inertias
@@ -103,11 +100,7 @@ def chain_scales(chain: LumpedChain) -> tuple[float, float]:
 
 
 def chain_parameters(chain: LumpedChain) -> tuple[Array, Array]:
-    """The ten parameters and their half widths, of three inertias between equal angles, Model 4.
-
-    Half widths: from 5 % of cable and load, 10 % of the joint, 5 % of the drive pulley, 2 rad/s^2 of load and
-    the printed bounds of the motor.
-    """
+    """The ten parameters and their half widths, of three inertias between equal angles, Model 4."""
     s2 = chain_scales(chain)[1]
     motor, pulley, load = chain.inertias
     joint, cable = chain.stiffness
@@ -190,14 +183,10 @@ def backstepping_numbers(
 ) -> LawNumbers:
     """Freeze the law of four states, Model 3, or six, Model 4; ``adaptation``: gamma of (6.36), 0: none.
 
-    ``bandwidth`` [Hz]: of every step; the source prints 10.5 Hz, no gain. Cross gains are 1, the last one 0,
-    so that the error dynamics (6.103) are nearly triangular. Refused: a bandwidth that is not positive, a
-    negative adaptation.
+    ``bandwidth`` [Hz]: of every step, above 0. Cross gains are 1, the last one 0: nearly triangular (6.103).
     """
     if not isfinite(bandwidth) or bandwidth <= 0.0:
-        raise InputRefused(
-            f"bandwidth = {bandwidth:.6g} Hz must be finite and above 0: the errors grow otherwise"
-        )
+        raise InputRefused(f"bandwidth = {bandwidth:.6g} Hz must be finite and above 0: errors grow")
     if not isfinite(adaptation) or adaptation < 0.0:
         raise InputRefused(f"adaptation = {adaptation:.6g} must not be negative: give 0 to switch it off")
     if chain.size == 2:

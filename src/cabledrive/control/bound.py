@@ -101,11 +101,7 @@ def error_bound(
 
 
 def sliding_tube(h: Array, k_sigma: float, mu: Array, interval: float) -> Array:
-    r"""Largest :math:`|\sigma|`, (samples,), under :math:`\mu|\sigma|' \le h - K_\sigma|\sigma|`, from zero.
-
-    ``h``, (samples - 1,): from each sample to the next, not negative [N m]; ``mu``: values between which it
-    lies.
-    """
+    r"""Largest :math:`|\sigma|` under :math:`\mu|\sigma|' \le h - K_\sigma|\sigma|`, from zero, (n,)."""
     fast, slow = (float(np.exp(-k_sigma * interval / one)) for one in (np.min(mu), np.max(mu)))
     found, bound = [0.0], 0.0
     for level in (h / k_sigma).tolist():

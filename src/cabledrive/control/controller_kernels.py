@@ -42,10 +42,7 @@ def place_of(observer: ObserverNumbers, c: ControllerState) -> float:
 
 @njit_part
 def observe(observer: ObserverNumbers, c: ControllerState, readings: Array) -> bool:
-    """Angles and speeds from the readings; false where one of them is not a number.
-
-    With ideal sensors the states are those that the rig has written.
-    """
+    """Angles and speeds from the readings, or as the rig wrote them; false where one is not a number."""
     if observer.kind != 0:
         correct(observer, place_of(observer, c), c.estimate, readings, c.states, c.work)
     c.sample[0] = min(c.sample[0] + 1, LAST_SAMPLE)
@@ -59,10 +56,7 @@ def observe(observer: ObserverNumbers, c: ControllerState, readings: Array) -> b
 def issue(
     observer: ObserverNumbers, limit: float, c: ControllerState, torque: float, valid: bool
 ) -> tuple[float, float]:
-    """Limit the law's torque and carry the filter on: command wanted, limited command.
-
-    Without a valid torque the last command is held.
-    """
+    """Limit the law's torque, or hold the last, and carry the filter on: command wanted, limited."""
     wanted = torque
     if valid:
         if observer.scalars[8] > 0.0:
@@ -92,11 +86,7 @@ def controller_step(
     reference: Array,
     k: int,
 ) -> tuple[float, float, float, bool]:
-    """One sample: command wanted, limited command, sigma, and whether the law had states.
-
-    ``reference[k]`` is the row of this sample. The commands on their way to the motor move up by one, and the
-    filter is carried to the next sample.
-    """
+    """One sample by row k: command wanted, limited command, sigma, and whether the law had states."""
     if law.kind == SCHEDULED:  # the filter goes by the load of this sample as well
         c.parameters[0] = announced_load(law, reference, k)
     observe(observer, c, readings)
@@ -214,10 +204,7 @@ def start_own(start: Array, t: OwnTargetState, readings: Array) -> None:
 
 
 def own_target_step(step: Any, filtered: bool) -> Callable[..., tuple[float, bool]]:
-    """The kernel of a target around a step of the user's; ``filtered``: it takes states, not readings.
-
-    The rig runs the same order of work in `cabledrive.rig.closed_loop.loop_kernels`.
-    """
+    """The kernel of a target around a step of the user's; ``filtered``: it takes states, not readings."""
 
     def own_step(
         observer: Any, own_gains: Any, limit: float, t: Any, readings: Array, reference: Array

@@ -58,7 +58,7 @@ class Bounds:
         for name, value, low, high in zip(names, self.nominal, self.low, self.high, strict=True):
             if not low <= value <= high:
                 raise InputRefused(
-                    f"{name} = {value:.6g} lies outside its bounds {low:.6g} to {high:.6g}: widen the bounds"
+                    f"{name} = {value:.6g} lies outside {low:.6g} to {high:.6g}: widen the bounds"
                 )
 
     @property
@@ -68,11 +68,7 @@ class Bounds:
 
 
 def printed_bounds(chain: LumpedChain, *, flexible_joint: bool) -> Bounds:
-    """Bounds in the proportions of sections 6.5.1 and 6.6.1 (there 0.0009 for the misprinted 0.009).
-
-    The chain's first inertia gives the nominal values; with a ``flexible_joint``, Models 2 and 4, it is the
-    motor's alone.
-    """
+    """Bounds about the first inertia in the proportions of sections 6.5.1 and 6.6.1, 0.009 read as 0.0009."""
     nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
     pairs = (_INERTIA[flexible_joint], _VISCOUS, _COULOMB)
     low = np.array([pair[0] * value for pair, value in zip(pairs, nominal, strict=False)])
@@ -94,20 +90,13 @@ class DarcGains:
         for name in ("bandwidth", "sliding_rate", "damping_ratio"):
             value = getattr(self, name)
             if not isfinite(value) or value <= 0.0:
-                raise InputRefused(
-                    f"{name} = {value:.6g} must be finite and above 0, or the surface is unstable"
-                )
+                raise InputRefused(f"{name} = {value:.6g} must be finite and above 0: an unstable surface")
         if not isfinite(self.adaptation_share) or self.adaptation_share < 0.0:
-            raise InputRefused(
-                f"adaptation_share = {self.adaptation_share:.6g} must not be negative: give 0 or 1"
-            )
+            raise InputRefused(f"adaptation_share = {self.adaptation_share:.6g} must not be below 0: give 1")
 
 
 def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: float = 1.0) -> DarcGains:
-    """Printed gains of a model, or the same proportions at another bandwidth lambda/(2 pi) [Hz].
-
-    Refused if it is not positive, and below `LEAST_HZ`.
-    """
+    """Printed gains of a model, or their proportions at another bandwidth [Hz], above 0 and `LEAST_HZ`."""
     lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)
     least = LEAST_HZ.get(model, 0.0)
     if not isfinite(lam) or lam <= 0.0:

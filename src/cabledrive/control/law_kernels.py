@@ -210,10 +210,7 @@ def feedback_command(law: LawNumbers, c: ControllerState, reference: Array, k: i
 def reference_model_command(
     law: LawNumbers, c: ControllerState, reference: Array, k: int
 ) -> tuple[float, float]:
-    """Command, and the feedback that drives its adaptation.
-
-    Row k of the reference: wanted states, torque, then the functions that carry the estimates.
-    """
+    """Command, and the feedback that drives its adaptation, by functions at the end of the row."""
     states, n2 = c.states, c.states.size
     feedback, carried = 0.0, 0.0
     for j in range(n2):
@@ -226,10 +223,7 @@ def reference_model_command(
 
 @njit_in_place
 def law_step(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float, bool]:
-    """One sample of any law: command [N m], its sliding variable or first error, and whether it could.
-
-    Where a state is not a number the last command is kept and nothing is learnt.
-    """
+    """One sample of any law: command [N m], sliding variable or first error, and whether it could."""
     last = c.held[1]
     for j in range(c.states.size):
         if not isfinite(c.states[j]):

@@ -96,10 +96,7 @@ def pd_law(chain: LumpedChain, bandwidth: float, interval: float) -> LawNumbers:
 
 
 def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float) -> LawNumbers:
-    r"""PID on the load's angle, :math:`J(s + \omega)^3` for the rigid machine, with a notch.
-
-    ``bandwidth``, ``notch`` [Hz]; zeros of damping ratio 0.1, poles of 1.
-    """
+    r"""PID on the load's angle, :math:`J(s + \omega)^3` of the rigid machine, with a notch, both in [Hz]."""
     j, w, n, v = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size, 2.0 * pi * notch
     notched = (
         np.array([[0.0, 1.0], [-(v**2), -2.0 * v]]),
@@ -119,10 +116,7 @@ def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float)
 
 
 def lq_torque(chain: LumpedChain, error: float, bandwidth: float) -> float:
-    r"""Torque [N m] that weighs as much as an error [rad], :math:`J\omega^2 e` for a bandwidth [Hz].
-
-    LQ feedback of a double integrator by Bryson's rule has both poles at :math:`\omega`, damping ratio 0.71.
-    """
+    r"""Torque [N m] that weighs as an error [rad], :math:`J\omega^2 e` for a bandwidth [Hz], by Bryson."""
     return rigid_inertia(chain) * (2.0 * pi * bandwidth) ** 2 * error
 
 
@@ -138,11 +132,7 @@ def lq_law(chain: LumpedChain, error: float, torque: float, interval: float) -> 
 def lqi_law(
     chain: LumpedChain, error: float, torque: float, integral_time: float, interval: float
 ) -> LawNumbers:
-    """Linear-quadratic feedback of angles, speeds and the integral of the load's error, by Bryson's rule.
-
-    ``error`` [rad] of the load weighs as much as ``torque`` [N m], and as its integral over ``integral_time``
-    [s].
-    """
+    """LQ feedback with the integral of the load's error: error [rad], torque [N m], over a time [s]."""
     n = chain.size
     a, b = sampled_motion(chain, interval)
     summed = np.eye(2 * n + 1)  # the integral first: it is the memory of the law
@@ -188,10 +178,7 @@ def linear_law(matrix: Array, row: Array, interval: float) -> LawNumbers:
 
 
 def l1_law(chain: LumpedChain, error: float, torque: float, bandwidth: float, interval: float) -> LawNumbers:
-    """Quadratic feedback with L1 adaptation, which is a linear law: memory of predictor and low-pass.
-
-    ``error`` [rad] and ``torque`` [N m] weigh the same; ``bandwidth``: of the low-pass [Hz].
-    """
+    """Quadratic feedback with L1 adaptation, a linear law with predictor and low-pass of a bandwidth [Hz]."""
     n2 = 2 * chain.size
     a, b = sampled_motion(chain, interval)
     gain = -lq_law(chain, error, torque, interval).rows
@@ -226,10 +213,7 @@ def reference_model_law(
 
 
 def reference_model_generator(chain: LumpedChain, flat: FlatOutput, interval: float) -> ReferenceNumbers:
-    """The generator of the feedforward's row with the four functions that carry the motor's parameters.
-
-    These are acceleration, speed w and tanh(K w) of the motor along the reference, and 1.
-    """
+    """The feedforward's row with motor acceleration, speed w, tanh(K w) along the reference, and 1."""
     plain, rows = feedforward_generator(chain, flat, interval), flat_map(flat)
     width, before = len(rows), len(plain.output)
     functions = np.zeros((4, plain.output.shape[1]))
@@ -271,10 +255,7 @@ def hinf_law(
 def problem(
     chain: LumpedChain, error: float, disturbance: float, integral_time: float
 ) -> tuple[Array, Array, Array, Array]:
-    """Matrix, inputs of torque and of disturbances of motor and load, and weight, with 2n + 1 states.
-
-    The first of them is the integral of the load's angle.
-    """
+    """Matrix, inputs of torque and of disturbances, and weight; first the integral of the load's angle."""
     n = chain.size
     a, b = state_space(chain)
     system = np.zeros((2 * n + 1, 2 * n + 1))
@@ -289,10 +270,7 @@ def problem(
 def hinf_gain(
     a: Array, by_disturbance: Array, by_torque: Array, weight: Array, cost: float
 ) -> tuple[Array, float]:
-    """Feedback u = -gain x near the least worst-case gain, found by bisection, and the gain that it keeps.
-
-    `NotComputed` if no gain has a solution.
-    """
+    """Feedback u = -gain x near the least worst-case gain, by bisection, and that gain, or `NotComputed`."""
     scaled, back = _scaled(a, by_disturbance, by_torque, weight, cost)
     low, high = 0.0, 1.0
     while _solution(*scaled, high) is None:

@@ -190,10 +190,7 @@ def place_in(grid_start: float, spacing: float, count: int, position: float) -> 
 def scheduled_step(
     law: ScheduledLaw, estimate: Array, readings: Array, reference: Array, k: int, fresh: Array
 ) -> float:
-    """One sample: the observer takes in the readings, the law acts, the observer goes on; returns the force.
-
-    ``reference[k]``: states, force, friction in it.
-    """
+    """One sample: the observer takes in the readings, the law acts, the observer goes on; the force [N]."""
     grid, feedback, correction, transition, drive, limit = law
     n, m, states = estimate.size, readings.size, feedback.shape[1]
     low, share = place_in(grid[0], grid[1], feedback.shape[0], grid[2] + estimate[1])

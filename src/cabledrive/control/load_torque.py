@@ -42,10 +42,7 @@ TURN = 400.0
 
 
 def carried(chain: LumpedChain, torque: Array, interval: float) -> tuple[Array, Array]:
-    """Angles, then speeds, (samples, 2n), and motor torque [N m] by which a load's torque moves nothing.
-
-    ``torque``, (2n - 1, samples): against the load, with its derivatives [N m/s^k].
-    """
+    """Angles, then speeds, (samples, 2n), and motor torque [N m] that keep the load still under a torque."""
     times, sources, output = carried_terms(chain)
     stages = [torque]
     for time, source in zip(times, sources, strict=True):
@@ -55,11 +52,7 @@ def carried(chain: LumpedChain, torque: Array, interval: float) -> tuple[Array, 
 
 
 def load_regressors(wanted: Array, turning: float, interval: float) -> Array:
-    """Torques of unit Coulomb friction, viscous friction and inertia along the wanted motion of the load.
-
-    Shape (3, 2n - 1, samples), each with derivatives. ``turning``: time in which the sign of friction turns
-    [s].
-    """
+    """Unit Coulomb friction, viscous friction and inertia along a motion, (3, 2n - 1, samples)."""
     rows = len(wanted) - 2
     sign = smoothed_sign(wanted[1], rows, turning, interval)
     return np.array((sign, wanted[1 : rows + 1], wanted[2 : rows + 2]))
@@ -78,9 +71,8 @@ def smoothed_sign(speed: Array, rows: int, turning: float, interval: float) -> A
 def sign_weights(rows: int, turning: float, interval: float) -> Array:
     """Weights of the samples around, oldest first, in a smoothed sign and its derivatives, (rows, 2h + 1).
 
-    Averages over boxes make it as often differentiable as there are boxes; each derivative is a difference
-    over one box in the place of an average. ``turning``: time from end to end of all boxes [s]; an even
-    number of equal boxes shifts by whole samples.
+    Of averages over boxes, and for each derivative a difference over one box. ``turning``: time from end to
+    end of all boxes [s]; an even number of equal boxes shifts by whole samples.
     """
     boxes = rows + 1 + (rows + 1) % 2
     width = max(1, round(turning / (boxes * interval)))
@@ -103,11 +95,7 @@ _Terms = dict[int, Array]
 def load_row_numbers(
     chain: LumpedChain, observer: ObserverNumbers, white: Array, turning: float, interval: float
 ) -> LoadRowNumbers:
-    """Numbers of the generator of `cabledrive.control.load_torque` and the filter's settled error.
-
-    ``white``, (m, m): what makes innovations white; ``turning``: time in which the sign of friction turns
-    [s].
-    """
+    """Numbers of the generator; ``white``, (m, m): of innovations; ``turning``: of friction's sign [s]."""
     rows = 2 * chain.size - 1
     times, sources, output = carried_terms(chain)
     states = observer.model.shape[0]
@@ -196,11 +184,7 @@ class RepetitionLearning:
 
 
 def lifted(impulse: Array, nodes: int, width: int) -> Array:
-    """Mean error between nodes from torque at the nodes, straight lines between them, shape (nodes, nodes).
-
-    ``impulse``, shape (samples,): of the load's angle to the torque of one sample [rad/(N m)]; ``width``:
-    samples from node to node.
-    """
+    """Mean errors between nodes from torques there, (nodes, nodes), by the load's impulse response."""
     hat = 1.0 - np.abs(np.arange(1 - width, width)) / width
     smooth = np.convolve(impulse, hat)[: nodes * width]
     smooth = np.pad(smooth, (0, nodes * width - len(smooth)))

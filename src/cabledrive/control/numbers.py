@@ -108,11 +108,7 @@ class ControllerState(NamedTuple):
 def new_controller_state(
     observer: ObserverNumbers, law: LawNumbers, readings: int, late_samples: int, start: Array, memory: Array
 ) -> ControllerState:
-    """A controller at rest at angle zero with some ``readings`` of encoders.
-
-    ``late_samples``: whole samples of the delay; ``start``, (<= 12,): parameter estimates to begin with;
-    ``memory``, (m,): of a controller of the user's own.
-    """
+    """A controller at rest with some ``readings``, whole samples of delay, estimates, and own memory (m,)."""
     size = law.matrix.shape[0] if law.kind in (LINEAR, LEARNING, SCHEDULED) else 0
     parameters = np.zeros(ESTIMATES)
     parameters[: len(start)] = start

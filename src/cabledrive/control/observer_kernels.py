@@ -200,10 +200,7 @@ def gain_schedule(
 def missed_by_filter(
     observer: ObserverNumbers, chain: LumpedChain, torque: Array, interval: float
 ) -> tuple[Array, Array]:
-    """States, true less estimated, (samples, 2n), that a Kalman filter misses, and innovations, (samples, m).
-
-    A torque [N m] of some samples acts against the load of ``chain``, which is the filter's.
-    """
+    """States, true less estimated, (samples, 2n), and innovations, (samples, m), by a torque at the load."""
     states = observer.model.shape[0]
     push = torque_push(chain, states, interval)
     mean = 0.5 * (torque + np.append(torque[1:], torque[-1]))

@@ -96,9 +96,7 @@ def kalman_filter(
         parts = [np.ascontiguousarray(p) for p in (transition, noise, output, np.diag(variance), start)]
         gains = _recursion(output.shape, *(part.tobytes() for part in parts)).copy()
         if not np.all(np.isfinite(gains)):
-            raise InputRefused(
-                f"{len(encoders)} encoders do not let the filter see the drive: fit the load encoder"
-            )
+            raise InputRefused(f"{len(encoders)} encoders do not show the whole drive: fit the load encoder")
     friction = chain.coulomb[0], tuning.friction_slope, chain.offsets[0]
     return ObserverNumbers(
         kind=KALMAN,
@@ -112,10 +110,7 @@ def kalman_filter(
 
 
 def _sampled(system: Array, column: Array, sampling: Sampling) -> tuple[Array, Array, Array]:
-    """Transition, inputs (torque at the sample, older and newer command, load), current loop's factors.
-
-    A torque loop of rate w follows the command by tau' = w (u - tau); without one the torque is the command.
-    """
+    """Transition, inputs by torque, older and newer command, load, and the current loop's factors."""
     n, w = system.shape[0], sampling.current_rate
     late = sampling.delay % sampling.interval
     full = np.zeros((n + 2, n + 2))  # states, shaft torque, command
@@ -155,10 +150,7 @@ def gathered_noise(system: Array, density: Array, interval: float) -> Array:
 
 @lru_cache(maxsize=16)
 def _recursion(shape: tuple[int, int], *parts: bytes) -> Array:
-    """Gain of each sample, shape (samples, n, m); kept, for the laws of a comparison share few filters.
-
-    ``shape``, (m, n): of the output; ``parts``: transition, noise, output, reading, start in binary.
-    """
+    """Gain of each sample, (samples, n, m), kept; from the output's shape and its matrices in binary."""
     m, n = shape
     shapes = ((n, n), (n, n), (m, n), (m, m), (n, n))
     transition, noise, output, reading, start = (
@@ -170,10 +162,7 @@ def _recursion(shape: tuple[int, int], *parts: bytes) -> Array:
 
 
 def settled_gain(transition: Array, noise: Array, output: Array, reading: Array) -> Array:
-    """Gain of the stationary filter, (1, states, m), by the algebraic Riccati equation.
-
-    ``noise``, (states, states); ``output``, (m, states); ``reading``, (m, m): covariance of the readings.
-    """
+    """Gain of the stationary filter, (1, states, m), by the algebraic Riccati equation."""
     covariance = solve_discrete_are(transition.T, output.T, noise, reading)
     spread = output @ covariance @ output.T + reading
     return np.asarray(np.linalg.solve(spread, output @ covariance).T[None])

@@ -102,10 +102,7 @@ class OwnController:
 
 
 def checked_controller(given: Any) -> OwnController:
-    """The user's `ControllerProtocol` as frozen data; refused if a part is missing or of the wrong kind.
-
-    Shafts, sample_time, measures and follows may be absent.
-    """
+    """The user's `ControllerProtocol` as frozen data; refused if a part is missing or of the wrong kind."""
     if not callable(getattr(given, "step", None)) or isinstance(given, type):
         raise InputRefused(
             f"controller = {_shown(given)} is no name, no path of a controller.json and no controller: give "
@@ -170,10 +167,7 @@ def is_compiled(step: Any) -> bool:
 def stepped(
     own: OwnController, state: Array, measurement: Array, reference: Array, place: str
 ) -> tuple[Array, float]:
-    """One sample of the user's controller: state, (m,), and torque [N m]; anything else is refused.
-
-    ``place``: when, in words.
-    """
+    """One sample of the user's controller: state, (m,), and torque [N m]; ``place``: when, in words."""
 
     def refused(what: str, remedy: str = "") -> InputRefused:
         return InputRefused(f'controller "{own.name}" returned {what} {place}{remedy}')

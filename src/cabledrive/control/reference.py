@@ -207,10 +207,7 @@ class ReferenceNumbers(NamedTuple):
 
 
 class MotionNumbers(NamedTuple):
-    """Pulses of the load: coefficients of the rise from the constant up; angle [rad], rise, dwell [s], count.
-
-    The angle is at the first shaft.
-    """
+    """Pulses of the load: coefficients of a rise; angle at the first shaft [rad], rise, dwell [s], count."""
 
     coefficients: Array
     scalars: Array
@@ -277,11 +274,7 @@ def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
 
 
 def lagged(signal: Array, time: float, interval: float) -> Array:
-    """A sampled signal through :math:`1/(1 + Ts)`, exact for straight lines between samples.
-
-    It starts at rest on its first value. A derivative of the signal gives the derivative of the result:
-    nothing is differenced. ``time``: T [s]; 0 returns the signal.
-    """
+    """A sampled signal through :math:`1/(1 + Ts)`, exact for lines, at rest on its first value; T [s]."""
     if time == 0.0:
         return signal
     from scipy.signal import lfilter

@@ -106,10 +106,7 @@ def sign_ahead(load: LoadRowNumbers, motion: MotionNumbers, g: LoadRowState, tim
 def unit_torques(
     load: LoadRowNumbers, motion: MotionNumbers, g: LoadRowState, time: float, torque: Array
 ) -> None:
-    """Torques of unit friction, viscous friction and inertia with their derivatives, shape (3, r).
-
-    The window of signs stands about the same instant.
-    """
+    """Torques of unit friction, viscous friction and inertia with their derivatives, shape (3, r)."""
     for k in range(torque.shape[1]):
         value = 0.0
         for i in range(load.sign.shape[1]):
@@ -152,10 +149,7 @@ def load_columns(
     row: Array,
     first: int,
 ) -> None:
-    """Write the columns from ``first`` on.
-
-    Of each torque: states less what the filter misses, motor torque, innovations.
-    """
+    """Write, from ``first`` on, of each torque states less what the filter misses, torque, innovations."""
     step_ahead(load, motion, begun, g, time)
     states, readings = g.error.shape[1], load.white.shape[0]
     n2, width = load.chosen.size, g.now.shape[1]

@@ -80,11 +80,7 @@ def smoothed(readings: Array, interval: float) -> Array:
 def rounding_replicates(
     readings: Array, counts: Array, interval: float, generator: np.random.Generator
 ) -> list[Array]:
-    """The smoothed motion rounded to counts again, each time with other phases.
-
-    Least squares' own formula does not serve here: rounding errors are correlated in a way of their own, for
-    as long as a count lasts, and the residual at hand shows one instance of them only.
-    """
+    """The smoothed motion rounded to counts again, each time with other phases."""
     motion = smoothed(readings, interval)
     phases = [generator.uniform(-0.5, 0.5, len(counts)) for _ in range(REPLICATES)]
     return [counts * (np.rint(motion / counts + one) - np.rint(one)) for one in phases]
@@ -196,10 +192,7 @@ def turning_sign(load: Array, interval: float) -> Array:
 
 
 def load_coefficients(readings: Array, interval: float, sign: Array | None = None) -> Array:
-    """Beta, gamma, the constant, Coulomb and viscous friction by least squares on readings [rad].
-
-    ``sign``: from `turning_sign`; default: of these readings.
-    """
+    """Beta, gamma, the constant, Coulomb and viscous friction by least squares on readings [rad]."""
     sign = turning_sign(readings[:, 1], interval) if sign is None else sign
     regressors, target, used = _regression(readings, interval, sign)
     return least_squares(regressors, target, used)
@@ -220,10 +213,7 @@ def _regression(readings: Array, interval: float, sign: Array) -> tuple[Array, A
 def _residual_size(
     readings: Array, moved: Array, interval: float, sign: Array, values: Array, *, fitted: bool = False
 ) -> float:
-    """Root mean square of the equation's residual [rad/s^2]: of readings, or of their errors alone.
-
-    Errors alone have no constant and no friction; what a constant takes of them is taken off.
-    """
+    """Root mean square of the residual [rad/s^2], of readings, or of errors alone without a constant."""
     _, _, used = _regression(moved, interval, sign)
     regressors, target, _ = _regression(readings, interval, sign)
     if fitted:
@@ -289,10 +279,7 @@ def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval
 
 
 def acting_torque(command: Array, interval: float, *, delay: float = 0.0, current_rate: float = 0.0) -> Array:
-    """Mean torque [N m] from each sample to the next that the torque loop makes of commands [N m].
-
-    ``delay``: from sampling to torque [s]; ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none.
-    """
+    """Mean torque [N m] between samples of commands behind a delay [s] and a loop [rad/s], 0: none."""
     whole, part = int(delay // interval), delay % interval / interval
     padded = np.concatenate((np.zeros(whole + 1), command))
     wanted = part * padded[: len(command)] + (1.0 - part) * padded[1 : len(command) + 1]

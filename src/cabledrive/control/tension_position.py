@@ -52,11 +52,7 @@ PREFERENCE = 1e-8
 def allocate(
     force: Array, mass: Array, along: Array, low: Array, high: Array, preferred: Array, tension: Array
 ) -> None:
-    """Write the tensions into ``tension``, shape (2,) [N].
-
-    ``force``, ``mass``, shape (m,): to be given to the body; ``along``, shape (2, m): dL/dq; ``low``,
-    ``high``, ``preferred``, shape (2,) [N].
-    """
+    """Write the tensions of a force on the body, (m,), between two limits near preferred ones, (2,) [N]."""
     a, b, c, g, h, top = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(force.size):
         u, v = along[0, j] / mass[j], along[1, j] / mass[j]
@@ -144,10 +140,7 @@ def step_in_place(
     along: Array,
     work: Array,
 ) -> None:
-    """The same: moves ``state`` on and writes ``command``, shape (2,).
-
-    ``along``, shape (2, m), and ``work``, shape (3 m + 22,): space, so that a step makes no arrays.
-    """
+    """The same in place, ``command`` (2,) written; space: ``along`` (2, m), ``work`` (3 m + 22,)."""
     machine = gains.machine
     m, interval = machine.mass.size, gains.interval
     q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]

@@ -228,10 +228,7 @@ def _rows(transporter: Transporter, motions: tuple[Array, ...], force: Array) ->
 
 
 def shaped(transporter: Transporter, wanted: Array, interval: float, position: float) -> tuple[Array, float]:
-    """A motion through zero-vibration shapers for swing and carriage, Eq. (T.9), and by how much longer [s].
-
-    ``position``: of the carriage for which the shaper is made, the motor held [m].
-    """
+    """A motion through shapers for swing and carriage at a position [m], Eq. (T.9), and its delay [s]."""
     t, late = transporter, 0.0
     swing, cable = (float(f) for f in held_frequencies(t, position)[:2])
     for omega, ratio in ((swing, 0.5 * t.swing_damping * swing), (cable, 0.5 * t.damping_time * cable)):
@@ -255,10 +252,7 @@ UNWEIGHED = 1e6
 def tuning_for(
     transporter: Transporter, bandwidth: float, *, interval: float, count: float, hanging: bool = True
 ) -> TransporterTuning:
-    """Weights of law and observer by the bandwidth [rad/s] of the loop round the rigid whole.
-
-    ``count``: one count of the encoders at the rim [m]; not ``hanging``: only the carriage's error counts.
-    """
+    """Weights of law and observer by the bandwidth [rad/s] of the rigid whole; ``count``: at the rim [m]."""
     mass, error = float(transporter.masses.sum()), ERROR / sqrt(2.0) if hanging else ERROR
     density = READING * count**2 / 12.0 * interval  # of a reading's noise [m^2 s]
     observer = OBSERVER * bandwidth

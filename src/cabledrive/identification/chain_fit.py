@@ -159,10 +159,7 @@ def _searched(
 def fit_output_error(
     records: Sequence[Record], model: ChainModel, start: Mapping[str, float], *, tolerance: float = 1e-8
 ) -> ChainFit:
-    """Fit a lumped chain to several records at once; ``start``: a value for each parameter.
-
-    Raises `NotComputed` if the motion diverges at the start values, or the fit does not settle.
-    """
+    """Fit a chain to several records from a value for each parameter; `NotComputed` if it does not settle."""
     size = _size([r.output.ravel() for r in records])
     found = _searched(records, model, start, FAR * size, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
     if found.status == 0:
@@ -240,10 +237,7 @@ def excited_to(records: Sequence[Record]) -> float:
 def starts_for(
     records: Sequence[Record], rectified: bool, rng: np.random.Generator
 ) -> tuple[dict[str, float], list[dict[str, float]]]:
-    """Scales of the log, and where the search for two inertias begins: a rigid axis's totals, the rest drawn.
-
-    ``rectified``: whether the sensor shows absolute values.
-    """
+    """Scales of the log, and starts for two inertias: a rigid axis's totals, the rest drawn."""
     total, viscous, coulomb = _rigid(records, rectified)
     interval = records[0].interval
     duration = max(record.interval * record.input.size for record in records)

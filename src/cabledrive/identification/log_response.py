@@ -30,19 +30,14 @@ def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
     """Speed (samples,) from a channel: as it is, or the difference of an angle or position, filtered [Hz]."""
     values, quantity = log.channel(channel), channel.rpartition("_")[2]
     if quantity not in ("angle", "position", "velocity"):
-        raise InputRefused(
-            f'{log.source}: "{channel}" is no angle, position or velocity: choose another channel'
-        )
+        raise InputRefused(f'{log.source}: "{channel}" is no angle, position or velocity: choose another')
     if bandwidth is not None:
         values = zero_phase(values, log.interval, bandwidth)
     return values if quantity == "velocity" else difference(values, log.interval)
 
 
 def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) -> tuple[Log, str, str]:
-    """Read a log for a response; input and output may be channels, heads or any columns of the file.
-
-    Returns the channels that they are; a plain column is taken in the unit of the file.
-    """
+    """A log for a response of channels, heads or any columns of a file, and the channels that they are."""
     wanted, chosen, names = {"input_": input_, "output": output}, dict(columns.columns), []
     opened = columns
     if not columns.columns and any(not recognise(name) for name in wanted.values()):
@@ -215,9 +210,7 @@ def read_response(path: str | Path) -> FrequencyResponse:
     if table.units.get(magnitude, "").lower() == "db":
         size = 10.0 ** (size / 20.0)
     elif size.min() < 0.0:
-        raise InputRefused(
-            f'{table.source}: column "{magnitude}" is negative: head it "{magnitude} [dB]" if it is in dB'
-        )
+        raise InputRefused(f'{table.source}: column "{magnitude}" is negative: head it "{magnitude} [dB]"')
     angle = columns[2] * _factor(table, phase, PHASES, "rad")
     return _averaged(hertz, np.asarray(size * np.exp(1j * angle), dtype=complex))
 

@@ -208,9 +208,7 @@ def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
         raise InputRefused(f'model "{name}" is unknown{nearest(name, (*MODELS, TWO_INERTIA))}')
     friction = replace(options.axis.friction, kind=name.removeprefix("rigid-axis-"))
     if friction.kind == "stribeck" and friction.fading <= 0.0:
-        raise InputRefused(
-            "model rigid-axis-stribeck needs identify.fading, the speed at which the excess fades"
-        )
+        raise InputRefused("model rigid-axis-stribeck needs identify.fading, the speed of its excess")
     return replace(options, model=name, axis=replace(options.axis, friction=friction))
 
 

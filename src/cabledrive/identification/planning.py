@@ -37,15 +37,9 @@ def crest_factor(values: Array) -> float:
 def multisine_lines(
     samples: int, sample_rate: float, low: float, high: float, count: int | None = None, odd: bool = False
 ) -> Integers:
-    """Lines of a multisine of so many samples in a band [Hz]: ``count`` of them, spread evenly, or all.
-
-    ``odd``: only odd lines: what appears at even ones is then an even nonlinearity. Refused if the band holds
-    fewer, or reaches half the sample rate [Hz].
-    """
+    """Lines of a multisine of so many samples in a band [Hz], all or odd: ``count`` spread evenly, or all."""
     if not 0.0 < low < high < 0.5 * sample_rate:
-        raise InputRefused(
-            f"band {low:.4g} to {high:.4g} Hz must lie between 0 and {0.5 * sample_rate:.4g} Hz"
-        )
+        raise InputRefused(f"band {low:.4g} to {high:.4g} Hz must lie in 0 to {0.5 * sample_rate:.4g} Hz")
     spacing = sample_rate / samples
     lines = np.arange(int(np.ceil(low / spacing - 1e-9)), int(np.floor(high / spacing + 1e-9)) + 1)
     lines = lines[lines % 2 == 1] if odd else lines
@@ -282,11 +276,7 @@ def plan_test(
     instruments: Instruments | None = None,
     limits: Mapping[str, float] | None = None,
 ) -> TestPlan:
-    """Predict the standard error of each parameter, and what the test asks of the machine.
-
-    ``torque`` (samples,) [N m]; ``limits``: largest "torque", "speed", "stroke" that the machine bears.
-    Refused if a limit is unknown, or the torque does not move the axis.
-    """
+    """Predict the standard error of each parameter under a torque (samples,) [N m], and what it asks for."""
     instruments = instruments or Instruments()
     speed, peaks = _moved(torque, interval, guess)
     moving = float(np.mean(speed != 0.0))

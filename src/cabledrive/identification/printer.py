@@ -185,9 +185,7 @@ def _axis(spectra: Sequence[PrinterSpectrum], given: str | None) -> tuple[str | 
         others = [spectrum for spectrum in spectra if spectrum.axis not in (None, given)]
         return given, [Finding("axis-contradicts", words.format(other, given)) for other in others]
     if len(named) > 1:
-        raise InputRefused(
-            f"logs of the axes {', '.join(sorted(named))}: give those of one axis, or name it by --axis"
-        )
+        raise InputRefused(f"logs of the axes {', '.join(sorted(named))}: give those of one, or --axis")
     if named:
         return named.pop(), []
     words = "the name of the log does not say which axis was excited: give --axis x or --axis y"
@@ -278,10 +276,7 @@ def is_printer_file(name: str) -> bool:
 
 
 def printer(logs: Sequence[str | Path], **design: float | None) -> Printer:
-    """Input shapers of every axis and the comparison of the belts; ``design``: of `shaper`.
-
-    Refused if one belt has two files, or only one belt has any.
-    """
+    """Input shapers of every axis and the comparison of the belts, two or none; ``design``: of `shaper`."""
     paths = {Path(log).name: Path(log) for log in logs}
     belts: dict[str, Path] = {}
     axes: dict[str, list[Path]] = {}

@@ -149,9 +149,7 @@ def _of_densities(table: Table, heads: dict[str, str]) -> tuple[Array, Array, bo
         wrong = ~np.isfinite(values) | (values < 0.0)
         if wrong.any():
             row = int(np.argmax(wrong))
-            raise InputRefused(
-                f"{table.source}: row {row + 1}: {name} = {values[row]:.4g} must be a number from 0"
-            )
+            raise InputRefused(f"{table.source}: row {row + 1}: {name} = {values[row]:.4g} must be from 0")
     frequency, even = _put_back(frequency, table.source)
     with np.errstate(over="ignore"):  # an infinite sum is refused as a density
         density = np.sum(parts, axis=0)
@@ -197,7 +195,7 @@ def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list
     rate = 1.0 / check.interval
     if rate < LOWEST_RATE:
         raise InputRefused(
-            f"{table.source}: {rate:.4g} samples per second are below {LOWEST_RATE:g}: check the time, in s"
+            f"{table.source}: {rate:.4g} samples per second, below {LOWEST_RATE:g}: check the time"
         )
     grid = check.grid
     length = window_length(rate)
@@ -210,9 +208,7 @@ def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list
         raise InputRefused(f"{table.source}: has gaps longer than its samples: record it again")
     for name, values in zip(names, parts, strict=True):
         if not np.isfinite(values).all() or np.abs(values).max() > 1e100:
-            raise InputRefused(
-                f"{table.source}: {name} has values missing or beyond 1e100: record the test again"
-            )
+            raise InputRefused(f"{table.source}: {name} has values missing or beyond 1e100: record it again")
     notes = [*check.repaired]
     if rate < 2.0 * HIGHEST:
         notes.append(f"{rate:.4g} samples per second show nothing above {rate / 2:.4g} Hz")
@@ -268,8 +264,7 @@ def remaining_vibration(
 ) -> Array:
     """Share (n,) of the vibration above 5 % of its largest that passes a type, the worst of all spectra.
 
-    ``unit``: shaper of the type for 1 Hz; ``frequencies``, (n,): of the designs [Hz]; ``ratios``: damping
-    ratios of the mode, of which the worst counts too.
+    ``unit``: of the type for 1 Hz; ``frequencies``, (n,): of designs [Hz]; ``ratios``: of the mode's damping.
     """
     worst = np.zeros(frequencies.size)
     for spectrum in spectra:
@@ -296,11 +291,7 @@ def fit_shapers(
     corner_speed: float,
     max_smoothing: float | None = None,
 ) -> tuple[tuple[ShaperFit, ...], ShaperFit]:
-    """Fit every type, and choose one, which may have another frequency than its type's fit.
-
-    ``damping``: ratio of the design; ``corner_speed`` [m/s]; ``max_smoothing``: larger smoothing is not tried
-    [m]. Refused if no shaper is as smooth as asked.
-    """
+    """Fit every type, and choose one, which may have another frequency; ``max_smoothing`` [m]."""
 
     def better(fit: ShaperFit, than: ShaperFit) -> bool:
         """By 5 % in the score with a smoothing better by 10 %."""
@@ -326,7 +317,7 @@ def fit_shapers(
         fits.append(fit)
     if best is None:
         raise InputRefused(
-            f"no shaper has a smoothing within {1e3 * (max_smoothing or 0.0):.3g} mm at 5 m/s^2: allow more"
+            f"no shaper is smooth within {1e3 * (max_smoothing or 0.0):.3g} mm at 5 m/s^2: allow more"
         )
     if best.type == "zv":
         best = next((fit for fit in fits[1:] if 1.1 * fit.vibration < best.vibration), best)

@@ -68,7 +68,7 @@ def factor(regressors: Array, left: Array, names: tuple[str, ...], segments: int
     length = rows // segments
     if length < p + 1:
         raise InputRefused(
-            f"{rows} samples are too few for {p} parameters in {segments} segments: record longer"
+            f"{rows} rows are too few for {p} parameters in {segments} segments: record longer"
         )
     whole = np.column_stack([regressors, left])
     head = whole[: length * (segments - 1)].reshape(segments - 1, length, p + 1)
@@ -146,11 +146,7 @@ def scores(factors: Factors, values: Array) -> Array:
 
 
 def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
-    """Segments long enough to forget one another, at most `MOST_SEGMENTS` and not under `FEWEST_SEGMENTS`.
-
-    Neighbours are joined until the scores of neighbouring segments correlate by less than 0.2; ``each``:
-    those of each parameter, not their mean alone; a log needs length for that.
-    """
+    """Segments whose scores correlate by less than 0.2, on average or each, `FEWEST_SEGMENTS` at least."""
     group = max(1, -(-factors.triangles.shape[0] // MOST_SEGMENTS))
     while True:
         joint = merged(factors, group)
@@ -178,10 +174,7 @@ def unidentifiable_parameters(fit: Fit) -> set[str]:
 
 
 def weak_parameters(fit: Fit, sizes: Array) -> set[str]:
-    """Parameters whose interval is wider than their value, and whose uncertainty matters for the torque.
-
-    ``sizes``, (p,): root mean square of each regressor; friction that is not there is bounded well.
-    """
+    """Parameters with intervals wider than they are that matter; ``sizes``, (p,): rms of each regressor."""
     half = fit.half_width()
     weak = (half > np.abs(fit.values)) & (half * sizes > WEAK_SHARE * fit.scale)
     return {name for name, is_weak in zip(fit.names, weak, strict=True) if is_weak}

@@ -100,10 +100,7 @@ def _matched(
     reach: Array | tuple[Array, Array],
     most: int,
 ) -> tuple[optimize.OptimizeResult, Callable[[Array], Array]]:
-    """Weighted least squares in the complex plane from a start, and the residual (2 m,), real parts first.
-
-    ``least``: deviation below which none counts; ``reach``: of the search, or its bounds.
-    """
+    """Weighted least squares in the complex plane, and the residual (2 m,); ``reach``: or bounds."""
     weight = 1.0 / np.maximum(measured.deviation, least)
 
     def residual(x: Array) -> Array:
@@ -138,7 +135,7 @@ def fit_response(
     names = tuple(name for name in PARAMETERS[model] if name not in fixed)
     if 2 * measured.frequency.size <= len(names) + 2:
         raise InputRefused(
-            f"{measured.frequency.size} lines are too few for {len(names)} parameters: widen the band"
+            f"{measured.frequency.size} lines are too few for {len(names)} parameters: add some"
         )
     omega = 2 * np.pi * measured.frequency
 
@@ -307,11 +304,7 @@ def _least_bandwidth(residual: Callable[[Array], Array], x: Array, cost: float, 
 def identify_amplifier(
     log: Log, *, command: str = "command_voltage", torque: str = "torque", segment: float = 0.5
 ) -> AmplifierFit:
-    """Gain and bandwidth from a log with channels of command and torque.
-
-    The command stands from sample to sample, the torque is its mean over a sample's interval; ``segment``:
-    length of the Hann windows [s].
-    """
+    """Gain and bandwidth from channels of a held command and a mean torque; ``segment``: of windows [s]."""
     found = response_by_segments(
         log.channel(command), log.channel(torque), log.interval, (segment, 0.5 * segment)
     )

@@ -57,10 +57,7 @@ def causal_filter(values: Array, interval: float, natural_frequency: float, damp
 
 
 def ideal_low_pass(values: Array, interval: float, cutoff: float) -> Array:
-    """Every frequency above the cutoff [Hz] removed, every other left as it is, without phase, (samples,).
-
-    The straight line through both ends is set aside and the rest continued oddly, so that nothing jumps.
-    """
+    """Every frequency above the cutoff [Hz] removed, every other left, (samples,); ends continued oddly."""
     line = np.linspace(values[0], values[-1], values.size)
     rest = values - line
     odd = np.concatenate([rest, -rest[-2:0:-1]])
@@ -73,9 +70,7 @@ def butterworth(interval: float, cutoff: float, order: int = 4) -> Any:
     """Sections (sections, 6) of a Butterworth low-pass; the cutoff [Hz] lies below half the sample rate."""
     nyquist = 0.5 / interval
     if not 0.0 < cutoff < nyquist:
-        raise InputRefused(
-            f"bandwidth = {cutoff:.4g} Hz must lie between 0 and {nyquist:.4g} Hz, half the sample rate"
-        )
+        raise InputRefused(f"bandwidth = {cutoff:.4g} Hz must lie in 0 to {nyquist:.4g} Hz, half the rate")
     return signal.butter(order, cutoff / nyquist, output="sos")
 
 
@@ -84,7 +79,7 @@ def zero_phase(values: Array, interval: float, cutoff: float, order: int = 4) ->
     pad = min(values.shape[0] - 2, int(2.0 / (cutoff * interval)) + 12)
     if pad < 12:
         raise InputRefused(
-            f"{values.shape[0]} samples are too few for a filter of {cutoff:.4g} Hz: record longer"
+            f"{values.shape[0]} samples are few for a filter of {cutoff:.4g} Hz: record longer"
         )
     return signal.sosfiltfilt(butterworth(interval, cutoff, order), values, axis=0, padlen=pad)
 
@@ -104,9 +99,8 @@ def difference(values: Array, interval: float) -> Array:
 def chosen_bandwidth(position: Array, interval: float) -> float:
     """Bandwidth [Hz] of a motion (samples,): up to where it stands out of the noise of its measurement.
 
-    The noise of a position is nearly white (an encoder's rounding); its level is the median of the upper half
-    of the spectrum. The bandwidth is the highest frequency, in bands of a sixth of an octave, whose mean
-    power is ten times that, and not more than a tenth of the sample rate.
+    That is nearly white; its level is the median of the upper half of the spectrum. The highest frequency, in
+    bands of a sixth of an octave, with ten times that, and not more than a tenth of the sample rate.
     """
     if position.size < FEWEST_SAMPLES:
         raise InputRefused(
@@ -222,15 +216,13 @@ def response_by_segments(
     if segment <= 0.0:
         raise InputRefused(f"segment = {segment:.4g} s must be above 0: give the length of a window")
     if not 0.0 <= overlap < segment:
-        raise InputRefused(
-            f"overlap = {overlap:.4g} s must lie from 0 to below the segment of {segment:.4g} s: correct one"
-        )
+        raise InputRefused(f"overlap = {overlap:.4g} s must lie from 0 to below {segment:.4g} s: lower it")
     length = round(segment / interval)
     hop = max(1, length - round(overlap / interval))
     starts = np.arange(0, input_.size - length + 1, hop)
     if length < 8 or starts.size < 2:
         raise InputRefused(
-            f"{input_.size * interval:.4g} s hold {starts.size} windows of {segment:.4g} s: shorten them"
+            f"{input_.size * interval:.4g} s hold {starts.size} windows of {segment:.4g} s: shorten it"
         )
     if np.ptp(input_) == 0.0:
         raise InputRefused("the input is constant: a response needs an excitation")
@@ -285,10 +277,7 @@ def _estimated(
 def explained_records(
     input_: Array, output: Array, starts: Integers, length: int
 ) -> tuple[NDArray[np.bool_], Array]:
-    """Which records have innovations like the others' (records,), and their power in medians (records,).
-
-    ``starts``, (records,), ``length``: first sample and samples of each.
-    """
+    """Records with innovations like the others', and their power in medians, from their first samples."""
     # Samples that show the fastest motion of the output, of what a thinner grid can show.
     power = np.cumsum(np.abs(np.fft.rfft(output - output.mean())) ** 2)
     fastest = int(np.searchsorted(power, POWER * power[-1])) / output.size

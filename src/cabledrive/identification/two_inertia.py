@@ -154,9 +154,7 @@ def identify_by_simulation(
     differenced = any(not name.endswith("velocity") for name in channels.outputs)
     doubts = fit.doubts(records, DIFFERENCED if differenced else 1)
     if not follows:
-        words = (
-            f"the model does not reproduce the log: it explains {min(explained):.3g} % of a measured speed"
-        )
+        words = f"the model explains {min(explained):.3g} % of a measured speed"
         doubts.insert(0, ("model-misfit", f"{words}, less than {FOLLOWS:g} %: no intervals are given"))
     if agreeing < 2:
         words = f"only one of {made} fits reaches this residual: a better one may exist"
@@ -214,18 +212,13 @@ def identify_by_simulation(
 def _beyond(
     values: dict[str, float], channels: Channels, excited: float, closed: set[str]
 ) -> list[tuple[str, str]]:
-    """Close what one side does not tell where the spring's own frequency lies beyond the excitation [Hz].
-
-    Below it both sides move as one, and what parts them in the fit is what the model lacks.
-    """
+    """Close what one side does not tell where the spring's own frequency lies beyond the excitation [Hz]."""
     motor, load, spring = (values[name] for name in NEEDED)
     far, what = (load, "antiresonance") if channels.motor else (motor * load / (motor + load), "resonance")
     if (own := float(np.sqrt(spring / far)) / (2.0 * np.pi)) <= excited:
         return []
     closed |= set(NEEDED)
-    words = (
-        f"the log excites up to {excited:.3g} Hz, the {what} of the fit lies at {own:.3g} Hz: from one side "
-    )
+    words = f"the log excites up to {excited:.3g} Hz, the {what} of the fit is {own:.3g} Hz: from one side "
     words += f"this tells the sum of the inertias, {motor + load:.4g}, and neither part nor the spring"
     return [("excited-below-the-spring", f"{words}: excite beyond it, or measure both sides")]
 
@@ -252,10 +245,7 @@ def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
 
 
 def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identification:
-    """By the two equations of logs that show both sides.
-
-    Raises `InputRefused` if the load's channel is not at the motor's shaft, or too few samples can be used.
-    """
+    """By the two equations of logs that show both sides, at the motor's shaft."""
     sides = [_sides(log, channels) for log in logs]
     load = load_equation(sides)
     torque, sides, lag = sum_equation(sides, load)
@@ -357,10 +347,7 @@ def _sides(log: Log, channels: Channels) -> TwoSides:
 
 
 def _parameters(torque: Solution, load: Solution | None) -> tuple[Array, Array, Array]:
-    """Values and halves of their intervals, each (9,), and their covariance by chance.
-
-    The two equations err independently; of a product both errors count.
-    """
+    """Values and halves of intervals, each (9,), and covariance, the two equations erring independently."""
     split = len(SUM)
     s, u = {name: k for k, name in enumerate(SUM)}, {name: split + k for k, name in enumerate(LOAD)}
     p = np.concatenate([torque.fit.values, np.zeros(len(LOAD)) if load is None else load.fit.values])

@@ -103,11 +103,7 @@ class TwoSides:
     cogging: Cogging | None = None
 
     def later(self, lag: float) -> "TwoSides":
-        """With the torque of the instants at which the angles were read, so late behind it [s].
-
-        A torque that is held is late by half a sample and weaker by (pi f h)^2 / 6; a straight line through
-        its samples is three times as much so there, and a spline not at all.
-        """
+        """With the torque of the instants at which the angles were read, so late behind it [s]."""
         samples = lag / self.interval
         lines, spline = (ndimage.shift(self.torque, samples, order=k, mode="nearest") for k in (1, 3))
         return replace(self, torque=(lines + 2.0 * spline) / 3.0)

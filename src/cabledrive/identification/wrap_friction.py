@@ -60,7 +60,7 @@ def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSp
     """Friction of bearings and of wraps from logs at given pretensions [N]."""
     if len(tensions) != len(logs) or any(not 0.0 < tension < np.inf for tension in tensions):
         raise InputRefused(
-            f"--tension: {len(tensions)} given for {len(logs)} logs: give a positive tension for each log"
+            f"--tension: {len(tensions)} given for {len(logs)} logs: give a positive one for each"
         )
     rows = [_rows(log) for log in logs]
     levels = np.array(sorted(set(map(float, tensions))))

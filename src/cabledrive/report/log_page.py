@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.axis.against import regressor_curves
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
+from cabledrive.identification.axis.check import regressor_curves
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log

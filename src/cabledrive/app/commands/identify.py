@@ -124,7 +124,7 @@ def command(
     data = found.as_dict()
     text = _text(data)
     if other is not None:
-        from cabledrive.identification.axis.against import against, words_of
+        from cabledrive.identification.axis.check import against, words_of
         from cabledrive.identification.logs.reading import read_log
 
         log = read_log(other, options.columns)

@@ -45,8 +45,8 @@ FAR, MOST = 4.0, 1e-3
 SLOWEST = 0.1
 """Interval from which the unit of the time is doubted [s]."""
 LOST = (
-    "a rigid axis with constant friction does not reproduce the log: another model is needed, or a "
-    "disturbance acts"
+    "a rigid axis with constant friction does not reproduce the log: another model "
+    "is needed, or a disturbance acts"
 )
 
 
@@ -61,11 +61,7 @@ class Request:
 
 
 def answer(logs: Sequence[Log], request: Request) -> Identification:
-    """Identify one axis from logs in memory.
-
-    Raises `InputRefused` if a log is refused; `NotComputed` if a method is asked for that does not follow the
-    logs.
-    """
+    """Identify one axis from logs in memory; `NotComputed` if an asked method does not follow them."""
     known, torque = request.torque != "found", channels_of(logs[0], request.axis)[0]
     findings: list[Finding] = []
     cleaned = [_without_outliers(log, torque, findings) for log in logs]

@@ -117,7 +117,7 @@ class Axis:
         if keep.mean() * every < LEAST_KEPT or keep.sum() < 50:
             why = "the torque saturates or the log is short"
             raise InputRefused(
-                f"{log.source}: {100 * keep.mean():.0f} % of it can be used ({why}): record again"
+                f"{log.source}: {100 * keep.mean():.0f} % of it is of use ({why}): record again"
             )
         regressors = np.column_stack([column[keep] for column in columns.values()])
         return Rows(names=tuple(columns), regressors=regressors, left=left[keep], speed=speed[keep])
@@ -193,10 +193,7 @@ class Axis:
 
 
 def axis_of(logs: Sequence[Log], options: AxisOptions) -> Axis:
-    """The axis of some logs, with what the data decide of its equation.
-
-    Raises `InputRefused` if a channel is missing or stands still, or the bandwidth asks for a longer log.
-    """
+    """The axis of some logs, with what the data decide of its equation; refused if a channel stands still."""
     if not logs:
         raise InputRefused("no log given: name at least one")
     torque, position = channels_of(logs[0], options)

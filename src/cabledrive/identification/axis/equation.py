@@ -154,10 +154,7 @@ class AxisEquation:
 
 
 def direction_of(speed: Array, zone: float, shortest: int = 1) -> Array:
-    """Sign of the speed, zero while it rests inside the dead zone.
-
-    ``shortest``: samples that a rest lasts at least; a turn that passes through the zone sooner is no rest.
-    """
+    """Sign of the speed, zero while it rests inside the dead zone for so many samples at least."""
     inside = np.abs(speed) <= zone
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(np.int8), [0]))))
     for start, end in zip(edges[::2], edges[1::2], strict=True):

@@ -179,11 +179,7 @@ def _strongest(found: Iterable[Evidence]) -> tuple[Evidence, ...]:
 
 
 def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence, ...]:
-    """Evidence for each fault in logs of any torque, that which explains most first; of each fault the best.
-
-    ``found``: with Coulomb friction; only the viscous friction may be missing. Raises `NotComputed` if the
-    observer cannot follow the log.
-    """
+    """Evidence for each fault in logs of any torque, the best of each, that which explains most first."""
     values = values_of(found)
     seen = observed(axis, values, SLOWER)
     for _ in range(ROUNDS):
@@ -363,10 +359,7 @@ def _squares(axis: Axis, values: Array, weights: Sequence[Array | None]) -> Arra
 
 
 def verdict_by_lines(found: Sequence[Evidence], late: bool = False) -> Evidence | None:
-    """The fault that the evidence speaks for: of the family that explains most, the plainest that suffices.
-
-    ``late``: the torque was moved by a time that is no convention of logging.
-    """
+    """The fault that the evidence speaks for; ``late``: the torque was moved by no convention's time."""
     beyond = [s for s in found if s.alarms]
     if not beyond:
         return None

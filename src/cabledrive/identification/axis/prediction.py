@@ -56,10 +56,7 @@ class Predicted:
 
 
 def predict(axis: Axis, found: Identification, timing: TorqueTiming) -> tuple[Predicted, Identification]:
-    """Prediction error from the torque's instant as found; where that loses the log, from a convention's.
-
-    Inside a feedback loop the regression's instant can be off by more than the observer finds back from.
-    """
+    """Prediction error from the torque's instant as found; where that loses the log, from a convention's."""
     try:
         return _refined(axis, found, timing)
     except NotReproduced:

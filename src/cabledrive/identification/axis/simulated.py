@@ -65,10 +65,7 @@ NAME = "output error on the speed, exact sensitivities, started from inverse dyn
 
 
 def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> Array:
-    """Weights (2 m + 1,) of a symmetric filter that makes residuals white below a bandwidth [Hz].
-
-    The filtered residual has a power density of 1 [1/Hz].
-    """
+    """Symmetric filter (2 m + 1,) that makes residuals white, of density 1 [1/Hz], below a bandwidth [Hz]."""
     shortest = min(r.size for r in residuals)
     length = min(round(LONGEST_SEGMENT / interval), shortest)
     spectra = [signal.welch(r, 1.0 / interval, nperseg=length, detrend=False) for r in residuals]
@@ -174,14 +171,9 @@ def weighed_cases(axis: Axis, values: Array) -> list[Case]:
 
 
 def refined(axis: Axis, found: Identification) -> Identification:
-    """Refine inverse dynamics by output error; several logs share the parameters.
-
-    Raises `NotComputed` if the model does not follow the log by itself.
-    """
+    """Refine inverse dynamics by output error; `NotComputed` if the model does not follow the logs."""
     if axis.options.friction.kind not in ("coulomb", "tanh") or not found.identifiable:
-        raise NotComputed(
-            "output error needs an identifiable rigid axis with one Coulomb friction: fit that first"
-        )
+        raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
     cases = [case_of(axis, log) for log in axis.logs]
     speeds = np.array([case.start for case in cases])
     values, speeds, _ = _solved(cases, found.values, speeds, PASSES // 4)
@@ -282,10 +274,7 @@ def unseen(misses: Sequence[Array], claimed: Sequence[Array]) -> Array:
 
 
 def with_own_error(axis: Axis, found: Identification) -> Identification:
-    """Inverse dynamics with the errors that it makes on logs of its own making in its intervals.
-
-    As it was, and said, where the fitted axis cannot be moved or its own log is not identifiable.
-    """
+    """Inverse dynamics with its own errors in its intervals; as it was, and said, where they are unknown."""
     angles, values = [], values_of(found)
     for log in axis.logs:
         driven = between_samples(log.channel(axis.torque))

@@ -145,9 +145,7 @@ class TorqueTiming:
             return f"the torque acts {size:.3g} ms {when} than its time stamp: corrected"
         if self.law == "low-pass":
             hertz = 1.0 / (2.0 * np.pi * -self.shift)
-            return (
-                f"the torque channel lags as behind a low-pass of {hertz:.3g} Hz ({size:.3g} ms): corrected"
-            )
+            return f"the torque channel lags as by a low-pass of {hertz:.3g} Hz ({size:.3g} ms): corrected"
         if self.shift < 0.0:
             late = f"the torque channel is delayed against the motion by {-self.shift:.3g} s: corrected"
             return f"{late}; shift it in the log"
@@ -175,11 +173,7 @@ def shifted(values: Array, samples: float, *, periodic: bool = False) -> Array:
 
 
 def timing_of(axis: Axis, *, sensor: bool = True) -> TorqueTiming:
-    """Time by which the torque acts later than it is logged, one for all logs.
-
-    ``sensor``: whether it may lag as behind a low-pass. Undetermined, and zero, where the logs do not
-    determine it beside the parameters.
-    """
+    """Time by which the torque acts later than logged; ``sensor``: whether it may lag behind a low-pass."""
     parts = replace(axis, equation=replace(axis.equation, lag=True)).rows()
     unknown = TorqueTiming(interval=axis.interval, determined=False)
     if solve(factors_of(parts)).unidentifiable.size:
@@ -219,11 +213,7 @@ def _shift_under(parts: list[Rows], axis: Axis, law: str) -> tuple[TorqueTiming,
 
 
 def clock_drift(axis: Axis) -> float:
-    """Rate at which the torque's instant moves along every log, as by two clocks, beyond chance; else 0.
-
-    The slope of a line through the instants of `DRIFT_PARTS` parts of a log that share their parameters: a
-    part of a chirp alone would not tell its instant from its friction.
-    """
+    """Rate at which the torque's instant moves along every log, as by two clocks, beyond chance; else 0."""
     lagging = replace(axis, equation=replace(axis.equation, lag=True))
     rates = [_rate_of(rows, log) for rows, log in zip(lagging.rows(), axis.logs, strict=True)]
     return float(np.mean(rates)) if all(rates) else 0.0

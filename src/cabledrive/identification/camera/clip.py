@@ -37,11 +37,7 @@ class Clip:
 
 
 def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
-    """Open a video, or a folder of numbered pictures.
-
-    ``frame_rate``: of the recording [Hz], as a high-speed camera writes files that play slowly; default: what
-    the file says.
-    """
+    """Open a video, or a folder of numbered pictures; ``frame_rate`` [Hz]: default: what the file says."""
     path = Path(path)
     if frame_rate is not None and not 0.0 < frame_rate <= 1e7:
         raise InputRefused(f"{path.name}: frame rate {frame_rate:g} Hz must lie above 0 and up to 1e7 Hz")
@@ -50,9 +46,7 @@ def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
     if not path.is_file():
         raise InputRefused(f"{path}: no such file: give a video or a folder of pictures")
     if path.suffix.lower() not in VIDEOS:
-        raise InputRefused(
-            f"{path.name}: videos end in {', '.join(VIDEOS)}: give one, or a folder of pictures"
-        )
+        raise InputRefused(f"{path.name}: videos end in {', '.join(VIDEOS)}: give one, or a folder")
     return _video(path, frame_rate)
 
 
@@ -68,9 +62,7 @@ def grey(frame: NDArray[Any]) -> Array:
 def _pictures(folder: Path, frame_rate: float | None) -> Clip:
     files = sorted((path for path in folder.iterdir() if path.suffix.lower() in PICTURES), key=_place)
     if len(files) < 3:
-        raise InputRefused(
-            f"{folder.name}: holds {len(files)} pictures ({', '.join(PICTURES)}): give a video"
-        )
+        raise InputRefused(f"{folder.name}: holds {len(files)} files ({', '.join(PICTURES)}): give a video")
     if frame_rate is None:
         raise InputRefused(f"{folder.name}: pictures have no time: give the frame rate")
     places = [_place(path)[0] for path in files]
@@ -108,7 +100,7 @@ def _picture(path: Path) -> Array:
 def _check_size(size: tuple[int, int], source: str) -> None:
     if size[0] * size[1] > LARGEST_FRAME:
         raise InputRefused(
-            f"{source}: frames of {size[0]} x {size[1]} pixels, at most {LARGEST_FRAME} are read: crop them"
+            f"{source}: frames of {size[0]} x {size[1]} pixels, {LARGEST_FRAME} the most: crop them"
         )
 
 
@@ -118,9 +110,7 @@ def _opencv() -> Any:
     try:
         import cv2
     except ImportError:
-        raise InputRefused(
-            "videos need OpenCV: pip install 'cabledrive[camera]', or give a folder of pictures"
-        ) from None
+        raise InputRefused("videos need OpenCV: pip install 'cabledrive[camera]', or give pictures") from None
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     return cv2
 
@@ -212,10 +202,7 @@ def levels_of(frames: list[Array]) -> Levels:
 
 
 def uncovered(frame: Array, still: Array, levels: Levels) -> Array:
-    """The frame as it would be with nothing bright behind the marker, which hides what it covers.
-
-    ``frame``, ``still``, (rows, columns): with the marker, and without it.
-    """
+    """The frame without what is bright behind the marker, from what stands there, both (rows, columns)."""
     contrast = levels.bright - levels.background
     room = np.maximum(levels.bright - still, LEAST_ROOM * contrast)
     return levels.background + contrast * (frame - still) / room

@@ -74,9 +74,7 @@ def track_marker(
         place, spots, repeated = _go_through(clip, levels, _still(clip, levels, place, chosen))
         chosen, moving = _movers(clip.source, spots, markers)
     if moving > markers:
-        raise InputRefused(
-            f"{clip.source}: {moving} markers move, {markers} wanted: ask for {moving}, or give a region"
-        )
+        raise InputRefused(f"{clip.source}: {moving} markers move, {markers} wanted: give a region")
     found = np.stack(_followed(spots, chosen), axis=1)
     found = found[:, np.argsort(np.nanmedian(found[:, :, 0], axis=0))]
     top, left = (region[0], region[2]) if region else (0, 0)
@@ -101,9 +99,7 @@ def _sampled(clip: Clip, count: int = SAMPLED) -> list[tuple[int, Array]]:
             if len(kept) == 2 * count:
                 kept, every = kept[::2], 2 * every
     if len(kept) < 3 or min(kept[0][1].shape) < 8:
-        raise InputRefused(
-            f"{clip.source}: holds {len(kept)} frames: a track needs at least 3 of 8 by 8 pixels"
-        )
+        raise InputRefused(f"{clip.source}: holds {len(kept)} frames: at least 3 of 8 by 8 pixels are needed")
     return kept
 
 
@@ -218,9 +214,7 @@ def scale_from(length: float, first: tuple[float, float], second: tuple[float, f
     """Length of a pixel [m/pixel] from a known length [m] and rows and columns of its ends [pixel]."""
     pixels = hypot(second[0] - first[0], second[1] - first[1])
     if pixels < 1.0 or not length > 0.0:
-        raise InputRefused(
-            f"a length of {length:g} m over {pixels:.3g} pixels gives no scale: measure another"
-        )
+        raise InputRefused(f"a length of {length:g} m over {pixels:.3g} pixels is no scale: measure another")
     return length / pixels
 
 

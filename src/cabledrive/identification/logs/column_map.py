@@ -58,19 +58,13 @@ def recognise(head: str) -> str:
 
 
 def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[float, str]:
-    """Factor that turns a column into SI, and the SI unit; an empty unit is SI.
-
-    ``counts``: per revolution, of an encoder whose channel is in counts. Refused if the unit measures
-    something else.
-    """
+    """Factor to SI, and the SI unit, of a column, empty if it is SI; ``counts``: of an encoder per turn."""
     options = UNITS[quantity]
     if not unit:
         return 1.0, options[0]
     if unit.lower() in ("count", "counts", "ticks", "cts"):
         if quantity != "angle" or counts is None:
-            raise InputRefused(
-                f"{quantity} in {unit}: give counts_per_revolution, and call the channel an angle"
-            )
+            raise InputRefused(f"{quantity} in {unit}: give counts_per_revolution, and call it an angle")
         return to_si(f"{1.0 / counts:.17g} turn", "rad"), "rad"
     refusal: InputRefused | None = None
     for option in options:
@@ -153,9 +147,7 @@ def with_choices(
     for choice in choices:
         channel, equals, rest = choice.partition("=")
         if not equals or not rest:
-            raise InputRefused(
-                f'"{choice}" is no choice of a column: write CHANNEL=COLUMN:UNIT, as torque=tau:N mm'
-            )
+            raise InputRefused(f'"{choice}" is no choice of a column: write CHANNEL=COLUMN[:UNIT]')
         _known(channel)
         column, _, unit = rest.partition(":")
         unit, _, scale = unit.partition("*")
@@ -185,9 +177,7 @@ def recognised_columns(table: Table) -> dict[str, Column]:
         channel = recognise(name)
         if channel in found:
             first = found[channel].column
-            raise InputRefused(
-                f'{table.source}: columns "{first}" and "{name}" are both {channel}: choose one'
-            )
+            raise InputRefused(f'{table.source}: columns "{first}" and "{name}" are {channel}: choose one')
         if channel:
             found[channel] = Column(column=name)
     return found

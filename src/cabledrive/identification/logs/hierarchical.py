@@ -37,8 +37,7 @@ OUT_OF_MEMORY = 1
 def require_readable(path: Path, read: Callable[[], object]) -> None:
     """Refuse a file over which the process that reads it dies, or takes more time or memory than it may.
 
-    Time goes by its size; what it unpacks to is held twice while it is read. Where a process cannot be forked
-    safely (anywhere but on Linux) nothing is tried; what ``read`` raises does not count here.
+    Time goes by its size; unpacked it is held twice. Elsewhere than on Linux nothing is tried.
     """
     if sys.platform != "linux":
         return
@@ -146,9 +145,7 @@ def _opened(path: Path) -> Table:
         file.visititems(visit)
         sizes = [max(file[dataset].shape) for dataset, _ in columns.values()]
     if not columns:
-        raise InputRefused(
-            f"{path.name}: holds no vector of numbers (objects cannot be read): save plain vectors"
-        )
+        raise InputRefused(f"{path.name}: holds no vector of numbers (of objects): save plain vectors")
     return Table(
         source=path.name,
         names=tuple(columns),

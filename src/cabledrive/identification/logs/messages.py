@@ -102,9 +102,7 @@ class Topics:
         first, last = (max(own[0] for own in others.values()), min(own[-1] for own in others.values()))
         both = time[(time >= first) & (time <= last)]
         if both.size < 3:
-            raise InputRefused(
-                f"{self.source}: {' and '.join(topics)} do not overlap in {kind}: take one topic"
-            )
+            raise InputRefused(f"{self.source}: {' and '.join(topics)} do not overlap in {kind}: take one")
         return {
             name: np.asarray(np.interp(both, others[_topic(name, self.rows)], arrays[name])) for name in names
         }
@@ -135,16 +133,11 @@ def _topic(name: str, rows: dict[str, int]) -> str:
 
 
 def open_mcap(path: Path, reading: Reading) -> Table:
-    """Open an MCAP log: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
-
-    Times are in seconds from the first of their kind in the file.
-    """
+    """Open an MCAP log: columns ``topic.field``, ``topic.log_time``, ``topic.header.stamp``, from 0 s on."""
     try:
         from mcap.reader import make_reader
     except ImportError:
-        raise InputRefused(
-            f"{path.name}: reading MCAP needs an extra: pip install 'cabledrive[mcap]'"
-        ) from None
+        raise InputRefused(f"{path.name}: MCAP needs an extra: pip install 'cabledrive[mcap]'") from None
     require_fitting(path, unpacked_mcap(path))
     topics, factories = Topics(source=path.name), []
     with suppress(ImportError):
@@ -167,25 +160,17 @@ def open_mcap(path: Path, reading: Reading) -> Table:
     except Exception as error:  # decoders raise many kinds for a message that is not what its schema says
         raise InputRefused(f"{path.name}: is damaged ({error}): record it again") from None
     if not topics.columns:
-        raise InputRefused(
-            f"{path.name}: holds no numbers in JSON or ROS 2 messages: export it to CSV or Parquet"
-        )
+        raise InputRefused(f"{path.name}: holds no numbers in JSON or ROS 2 messages: export it to CSV")
     return topics.table(reading)
 
 
 def open_rosbag(path: Path, reading: Reading) -> Table:
-    """Open a ROS 2 bag, with columns as of an MCAP log.
-
-    Message types come from the bag where it holds them (ROS 2 Iron and later), else from those of ROS 2
-    Humble; topics of other types are left out.
-    """
+    """Open a ROS 2 bag, with columns as of an MCAP log; topics of unknown types are left out."""
     try:
         from rosbags.rosbag2 import Reader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
-        raise InputRefused(
-            f"{path.name}: reading ROS 2 bags needs an extra: pip install 'cabledrive[ros2]'"
-        ) from None
+        raise InputRefused(f"{path.name}: ROS 2 bags need an extra: pip install 'cabledrive[ros2]'") from None
     require_fitting(path, path.stat().st_size)
     if any(sign in str(path) for sign in "?#%"):  # parts of the address by which SQLite opens a file
         raise InputRefused(f"{path}: SQLite takes no ?, # or % in a path: rename it")

@@ -56,9 +56,7 @@ def open_parquet(path: Path, reading: Reading) -> Table:
     unpacked = sum(meta.row_group(k).total_byte_size for k in range(meta.num_row_groups))
     if max(unpacked, 8 * meta.num_rows) > LARGEST_UNPACKED:
         size, most = max(unpacked, 8 * meta.num_rows) / 2**30, LARGEST_UNPACKED / 2**30
-        raise InputRefused(
-            f"{path.name}: unpacks to {size:.0f} GiB, at most {most:.0f} GiB are read: split it"
-        )
+        raise InputRefused(f"{path.name}: unpacks to {size:.0f} GiB, {most:.0f} GiB the most: split it")
     heads: dict[str, Any] = {}
     for entry in file.schema_arrow:
         name = name_and_unit(entry.name)[0]
@@ -106,18 +104,12 @@ LONGEST_CAUSE = 110
 
 
 def open_table(path: str | Path, reading: Reading | None = None, *, text: bool = False) -> Table:
-    """Open a log file of any format; only its head is read, or all of it where its format asks for that.
-
-    ``text``: take the file for a text table whatever its ending is. Whatever a library raises while opening
-    or reading is an `InputRefused`.
-    """
+    """Open a log file, as ``text`` whatever its ending is; what a library raises is an `InputRefused`."""
     path, reading = Path(path), reading or Reading()
     require_regular(path, "give the path of a log")
     ending = ".csv" if text else path.suffix.lower()
     if ending not in FORMATS:
-        raise InputRefused(
-            f"{path.name}: logs end in {', '.join(FORMATS)}: unpack compressed files, rename others"
-        )
+        raise InputRefused(f"{path.name}: logs end in {', '.join(FORMATS)}: unpack or rename it")
     if path.stat().st_size == 0:
         raise InputRefused(f"{path.name}: is empty: give a log with a header and rows of numbers")
     if reading.skip_rows and ending not in TEXTS:
@@ -155,7 +147,7 @@ def readable(source: str) -> Iterator[None]:
     except Exception as error:  # libraries raise many kinds for a damaged file
         cause = re.sub(r"\s+", " ", getattr(error, "strerror", None) or str(error) or type(error).__name__)
         raise InputRefused(
-            f"{source}: is damaged or unreadable ({cause[:LONGEST_CAUSE]}): write it again"
+            f"{source}: is damaged or unreadable ({cause[:LONGEST_CAUSE]}): rewrite it"
         ) from None
 
 
@@ -259,11 +251,7 @@ def read_log(path: str | Path, columns: ColumnMap | None = None) -> Log:
 
 
 def checked_log(recording: Recording, channels: dict[str, Array], before: int = 0) -> Log:
-    """Check channels in SI and put them onto their even grid.
-
-    ``before``: rows of the file before these, where time is counted from the sample rate. Refused if a fault
-    is found that is not repaired.
-    """
+    """Check channels in SI and put them onto their even grid; ``before``: rows of the file before these."""
     source, wanted = recording.table.source, recording.map
     time = channels.pop("time", None)
     if wanted.sample_rate is not None:

@@ -24,10 +24,7 @@ LONGEST_LINE = 1 << 17
 
 
 def first_lines(path: Path) -> tuple[str, list[str], int]:
-    """Encoding of a text, its first whole lines without their ends, and their bytes in the file.
-
-    Unicode where the bytes are valid, else Windows-1252, as many a logger writes "°" and "µ".
-    """
+    """Encoding of a text, its first whole lines without their ends, and their bytes in the file."""
     with path.open("rb") as file:
         sample = file.read(SAMPLE_BYTES)
     if not sample.strip():
@@ -42,9 +39,7 @@ def first_lines(path: Path) -> tuple[str, list[str], int]:
             encoding = "cp1252"
     text = sample.decode(encoding, errors="replace")
     if "\0" in text:
-        raise InputRefused(
-            f"{path.name}: is not text: name its format by the ending (.parquet, .mat, .nc, .mcap, .db3)"
-        )
+        raise InputRefused(f"{path.name}: is not text: name its format by the ending, as .mat")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     last = lines.pop() if len(sample) == SAMPLE_BYTES else ""
     for number, line in enumerate([*lines, last], start=1):
@@ -56,7 +51,7 @@ def first_lines(path: Path) -> tuple[str, list[str], int]:
 def too_long(source: str, number: int) -> InputRefused:
     """Refusal of a line, numbered from 1, that is longer than a row of a log can be."""
     return InputRefused(
-        f"{source}: line {number} is longer than {LONGEST_LINE} bytes: write one row of numbers per line"
+        f"{source}: line {number} is longer than {LONGEST_LINE} bytes: write one row per line"
     )
 
 
@@ -273,9 +268,7 @@ def _first_numbers(lines: Sequence[str], source: str, skip_rows: int) -> tuple[s
                         number -= 1
                     return delimiter, decimal, number
     shown = next((line.strip() for line in reversed(lines) if line.strip()), "")[:40]
-    raise InputRefused(
-        f'{source}: no row of numbers up to line {len(lines)}, "{shown}": write every row as numbers alone'
-    )
+    raise InputRefused(f'{source}: no row of numbers up to line {len(lines)}, "{shown}": write numbers alone')
 
 
 def _read(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Blocks:

@@ -83,10 +83,7 @@ def unwrap(values: Array, name: str, quantum: float, repaired: list[str]) -> Arr
 
 
 def lost_counts(values: Array, quantum: float) -> int:
-    """Number of samples at which a position jumps, as an encoder does that loses counts.
-
-    A jump shows as two neighbouring second differences, equal and opposite, far outside the others.
-    """
+    """Jumps of a position: two neighbouring second differences, equal and opposite, far outside others."""
     bend = np.diff(values, 2)
     if bend.size < 10:
         return 0
@@ -164,11 +161,7 @@ class TimeCheck:
 
 
 def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck:
-    """Find the even grid behind time stamps (rows,) [s].
-
-    ``resample``: whether samples may be put onto an even grid wherever they lie: rows are then missing only
-    where a step is longer than the jitter explains.
-    """
+    """The even grid behind time stamps (rows,) [s]; ``resample``: wherever the samples lie."""
     repaired: list[str] = []
     findings: list[str] = []
     keep = _without_doubles(time, source, repaired)
@@ -202,13 +195,11 @@ def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck
 def _without_doubles(time: Array, source: str, repaired: list[str]) -> Integers:
     if time.size < 3:
         raise InputRefused(
-            f"{source}: only {time.size} row{'s' * (time.size > 1)} of numbers: a log needs more than 2"
+            f"{source}: only {time.size} row{'s' * (time.size > 1)} of numbers: 3 or more are needed"
         )
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
-        raise InputRefused(
-            f"{source}: row {row + 1} has no time: cut the row, or give the sample rate instead"
-        )
+        raise InputRefused(f"{source}: row {row + 1} has no time: cut it, or give the sample rate instead")
     steps = np.diff(time)
     if (steps < 0.0).any():
         row = int(np.argmax(steps < 0.0))

@@ -103,10 +103,7 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
 def _of_one_family(
     prepared: PreparedRecording, fit: TonesFit, one: SpanTension, plucked: str | None, overlapping: bool
 ) -> PingTension:
-    """The answer where one family is found, or two within the width of a line.
-
-    ``overlapping``: whether two families fit better than one, though less than a line width apart.
-    """
+    """One family, or two (``overlapping``: they fit better) within the width of a line."""
     alike, name = prepared.alike, one.span
     if alike:
         name = "heard" if plucked is None or overlapping else plucked
@@ -233,10 +230,7 @@ def _apart(prepared: PreparedRecording, fit: TonesFit) -> bool:
 
 
 def _has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
-    """Whether a family may be every second or third mode of a lower one, whose first is among other tones.
-
-    Split partials of one frequency and two tensions look so where their first is not split.
-    """
+    """Whether a family may be every second or third mode of a lower one, whose first is among other tones."""
     tones = fit.tones
     free = tones.number == 0
     reach = ABOUT * line_widths(fit, prepared.duration)[free]

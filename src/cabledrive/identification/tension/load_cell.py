@@ -75,9 +75,7 @@ def tensions_from_load_cell(
         If the drive is no loop, or the log lacks the force.
     """
     if drive.kind != "loop":
-        raise InputRefused(
-            f'{drive.name}: kind = "{drive.kind}" has one span, whose tension is the reading: give a loop'
-        )
+        raise InputRefused(f'{drive.name}: kind = "{drive.kind}" has one span: give a loop')
     bandwidth, h, pulley = min(bandwidth, 0.2 * log.sample_rate), log.interval, drive.load_pulley
     force = force if force in log.channels else "force"
     pull = zero_phase(log.channel(force), h, bandwidth) - zero

@@ -83,10 +83,7 @@ class PreparedRecording:
 def prepared_recording(
     log: Log, drive: Drive | RoutedDrive, name: str, teeth: dict[str, Array]
 ) -> PreparedRecording:
-    """Make a channel of a recording ready; ``teeth``: certified modes of each span [Hz].
-
-    Raises `InputRefused` if the channel is constant, too slow or too short.
-    """
+    """Make a channel of a recording ready; ``teeth``: certified modes of each span [Hz]."""
     values = log.channel(name)
     if np.ptp(values) == 0.0:
         raise InputRefused(f"{log.source}: {name} is constant: record the ping")
@@ -185,10 +182,7 @@ FADED = 0.8
 
 
 def require_ping(values: Array, interval: float, frequency: float, name: str) -> None:
-    """Refuse a recording whose loudness rises slowly or does not fall: a sweep, a hum, a machine that runs.
-
-    ``frequency``: of the first tone, as it is recorded [Hz]; ``name``: file and channel.
-    """
+    """Refuse a recording whose loudness rises slowly or does not fall about a first tone [Hz]."""
     width = round(PERIODS / (frequency * interval))
     clear = values - values.mean()
     clear = clear - zero_phase(clear, interval, 0.4 * frequency)
@@ -223,10 +217,7 @@ def read_ping(path: str | Path, columns: ColumnMap | None = None) -> Log:
 
 
 def read_wav(path: str | Path) -> Log:
-    """Read a WAV file as a log with the channel "sound" (and "sound_2", ...), full scale being 1.
-
-    Raises `InputRefused` if it is no WAV file of plain samples, is empty, or is longer than `LARGEST_SOUND`.
-    """
+    """Read a WAV file of plain samples as a log with channels "sound", "sound_2", ..., full scale being 1."""
     from scipy.io import wavfile
 
     path = Path(path)
@@ -238,9 +229,7 @@ def read_wav(path: str | Path) -> Log:
             warnings.simplefilter("ignore", wavfile.WavFileWarning)
             rate, values = wavfile.read(path)
     except Exception as error:
-        raise InputRefused(
-            f"{path.name}: is no sound file of plain samples ({error}): export it as WAV, PCM"
-        ) from None
+        raise InputRefused(f"{path.name}: is no plain sound file ({error}): export it as WAV, PCM") from None
     if values.shape[0] < 3 or rate <= 0:
         raise InputRefused(f"{path.name}: holds {values.shape[0]} samples: record again")
     rows = values.reshape(values.shape[0], -1).astype(float)

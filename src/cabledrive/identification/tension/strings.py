@@ -156,9 +156,7 @@ def channels_of(log: Log) -> list[str]:
     felt = ("sound", "load_angle", "angle", "drive_angle", "tension", "force")
     if found := direct or [name for name in felt if name in log.channels][:1]:
         return found
-    raise InputRefused(
-        f"{log.source}: no channel that can contain a ping (has {', '.join(log.channels)}): name one"
-    )
+    raise InputRefused(f"{log.source}: no channel of a ping (has {', '.join(log.channels)}): name one")
 
 
 def tension_from_ping(log: Log, drive: Drive, *, span: str | None = None, section: int = 0) -> PingTension:
