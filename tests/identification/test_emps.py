@@ -266,7 +266,7 @@ def test_the_third_record_is_not_predicted_and_the_residual_shows_that_the_model
     error = rms_of(third.output, belt.simulated(third))
     measured(f"third record: RMSE {error:.2f} ticks/s of a mean of {third.output.mean():.2f} ticks/s")
     assert error > 0.3, error
-    doubts = dict(belt.doubts([record.begun(TRAINING) for record in all_records[:2]]))
+    doubts = [one.code for one in belt.doubts([record.begun(TRAINING) for record in all_records[:2]])]
     assert "residual-not-white" in doubts, doubts
 
 

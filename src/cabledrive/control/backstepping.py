@@ -1,21 +1,17 @@
 r"""Backstepping: for a rigid joint and a flexible cable, for a whole chain, and what its theorem asks.
 
-States are :math:`x_1 = \theta_2`, :math:`x_2 = \dot\theta_2`, :math:`\bar x_3 = \beta_n(\theta_1 -
-\theta_2)`,
-:math:`\bar x_4`; the seven parameters follow (6.69). The law itself is
-`cabledrive.control.backstepping_recursion`.
-
-States are :math:`x_1 = \theta_2`, :math:`x_3 = S_1(\theta_{12} - \theta_2)`, :math:`x_5 = S_2(\theta_{11} -
-\theta_{12})` and their rates, with :math:`S_1 = k_k/J_2` and :math:`S_2 = S_1k_m/J_{12}`:
+The law is `cabledrive.control.backstepping_recursion`. Of two inertias, with :math:`x_1 = \theta_2`,
+:math:`x_2 = \dot\theta_2`, :math:`\bar x_3 = \beta_n(\theta_1 - \theta_2)`, :math:`\bar x_4`, the seven
+parameters follow (6.69). Of three, with :math:`x_3 = S_1(\theta_{12} - \theta_2)`, :math:`x_5 =
+S_2(\theta_{11} - \theta_{12})` and their rates, :math:`S_1 = k_k/J_2`, :math:`S_2 = S_1k_m/J_{12}`:
 
 .. math::
     \dot x_2 &= p_1x_3 + p_2 + w_1, \qquad
     \dot x_4 = p_3x_5 - p_4x_3 - S_1p_2 + w_2, \\
     \dot x_6 &= S_2p_{10}u - p_5x_5 + p_6x_3 - p_7\dot\theta_{11} - p_8S + p_9 + w_3
 
-What the dampers add, :math:`w_j`, is taken along the reference, with every derivative that the steps ask for.
-
-With signs :math:`s_i` of the errors,
+:math:`w_j`, what the dampers add, is taken along the reference with its derivatives. With signs :math:`s_i`
+of the errors,
 
 .. math::
     D_z = -\tfrac12(A + A^T) - \tfrac12(S + S^T), \qquad

@@ -3,18 +3,13 @@ r"""Laws that a user would try first, and adaptive laws about a quadratic feedba
 The feedback u = -K e makes the reference model, :math:`e_{k+1} = A_me_k`. What the plant does beyond it is
 laid to a torque at the motor.
 
-- L1: a predictor runs beside the plant; the torque that takes its error away within one sample, through a
-  low-pass, is subtracted. N. Hovakimyan, C. Cao, L1 Adaptive Control Theory, SIAM, 2010, section 3.3.
-- MRAC: the torque is a sum of known functions of the reference with unknown factors. With P of the Riccati
-  equation :math:`b^TPe` is the feedback itself up to a factor, so that :math:`\dot\theta = \Gamma\varphi
-  (-Ke)`, projected on bounds.
-
-H-infinity feedback of all states: the least worst-case gain from torques at motor and load to the error.
-
-Of :math:`\dot x = Ax + B_1w + B_2u` with the cost :math:`|Qx|^2 + |ru|^2 - \gamma^2|w|^2` the feedback is
-:math:`u = -r^{-2}B_2^TXx`, X the stabilizing solution of a Riccati equation whose quadratic term is
-indefinite.
-J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34, 831-847, 1989.
+- L1: the torque that takes a predictor's error away within one sample, through a low-pass, is subtracted.
+  N. Hovakimyan, C. Cao, L1 Adaptive Control Theory, SIAM, 2010, section 3.3.
+- MRAC: a sum of known functions of the reference with unknown factors. With P of the Riccati equation
+  :math:`b^TPe` is the feedback up to a factor: :math:`\dot\theta = \Gamma\varphi(-Ke)`, within bounds.
+- H-infinity: of :math:`\dot x = Ax + B_1w + B_2u` with the cost :math:`|Qx|^2 + |ru|^2 - \gamma^2|w|^2` the
+  feedback is :math:`u = -r^{-2}B_2^TXx`, X the stabilizing solution of a Riccati equation with an indefinite
+  quadratic term. J. C. Doyle et al., IEEE Trans. Automatic Control 34, 831-847, 1989.
 """
 
 from collections.abc import Sequence

@@ -1,13 +1,8 @@
-r"""Numbers of a law and a filter whose gains are scheduled by an announced load.
+r"""Laws and filters whose numbers go by an announced load, or by the position of a carriage.
 
-With f the load over the one that the law is made for, the points of the grid lie evenly in :math:`1/f`: the
-motion of the chain over a sample is :math:`\exp(h(A_0 + A_1/f))`, so that a filter's model interpolated in
-:math:`1/f` is off by the square of a step times that of h times a frequency of the chain.
-
-Compiled steps of laws and observers whose numbers go by an announced load or by the position.
-
-The load is a factor of the inertia that the law is made for. Between two points of the grid numbers are
-interpolated in one over that factor, in which the motion of a chain over a sample is all but linear.
+With f the load over the one that the law is made for, the points of the grid lie evenly in :math:`1/f`, in
+which numbers are interpolated: the motion of the chain over a sample is :math:`\exp(h(A_0 + A_1/f))`, so that
+a model is off by the square of a step times that of h times a frequency of the chain.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-r"""A torque at the load, carried through the chain to the motor, and its columns for a law that learns it.
+r"""A torque at the load, carried through the chain to the motor, and learning it between repetitions.
 
 A torque f against the last inertia asks for a twist of the last link, that for a motion of the inertia
 before, and so on to the motor. With :math:`\tau_N = f`, :math:`\delta_N = 0`, from the load backwards
@@ -6,23 +6,19 @@ before, and so on to the motor. With :math:`\tau_N = f`, :math:`\delta_N = 0`, f
 .. math:: \delta_i = \delta_{i+1} + \frac{\tau_{i+1}}{k_i D_i}, \qquad
     \tau_i = \tau_{i+1} + J_i\ddot\delta_i + b_i\dot\delta_i, \qquad D_i = 1 + (b_i/k_i)s
 
-for any number of inertias: :math:`\delta_i` is what each angle, :math:`\tau_1` what the torque of the motor
-has to add. The derivatives of f up to the 2(N - 1)-th are known along the reference; nothing is
-differenced.
+:math:`\delta_i` is what each angle, :math:`\tau_1` what the torque of the motor has to add; derivatives of f
+up to the 2(N - 1)-th are known along the reference.
 
-Iterative learning: a torque added along a motion, corrected by the error of the last repetition.
-
-Between repetitions, with P from added torque to the load's error in the closed loop and its singular values
-:math:`P = U\Sigma V^T`, the torque is :math:`w = V_ra` in the first r directions and
+Between repetitions, with P from added torque to the load's error in the closed loop, :math:`P = U\Sigma V^T`,
+the torque is :math:`w = V_ra` in the first r directions and
 
 .. math:: a_{j+1} = \Pi\big(a_j - g\,\Sigma_r^{-1}U_r^Te_j\big), \qquad e_j = P_{true}V_ra_j + d
 
-with d what repeats and :math:`\Pi` the projection on a ball. :math:`\Pi` brings no two points further apart,
-so that the step is a contraction by :math:`\gamma = \lVert I - g\,\Sigma_r^{-1}U_r^TP_{true}V_r\rVert_2`
-wherever that is below 1: by Banach's theorem the torque converges to one fixed point, from any beginning and
-by :math:`\gamma` a repetition. That point lies within the first correction over :math:`1 - \gamma`, which is
-the radius of the ball: where the loop is the linear one the projection never acts. r is the most directions
-with which :math:`\gamma` keeps a limit on every plant that is looked at, and rounding to counts another.
+with d what repeats and :math:`\Pi` the projection on a ball: a contraction by :math:`\gamma = \lVert I -
+g\,\Sigma_r^{-1}U_r^TP_{true}V_r\rVert_2` wherever that is below 1, so that the torque converges to one fixed
+point by :math:`\gamma` a repetition (Banach). That lies within the first correction over :math:`1 - \gamma`,
+the radius of the ball. r is the most directions with which :math:`\gamma` keeps a limit on every plant that
+is looked at, and rounding to counts another.
 """
 
 from collections.abc import Sequence

@@ -1,31 +1,22 @@
-r"""Least squares on filtered encoder readings, and cable and load friction from the load's own equation.
+r"""Least squares on filtered encoder readings: the load's own equation, and the sum of all momenta.
 
 .. math:: \ddot\theta_N = \beta(\theta_{N-1} - \theta_N) + \gamma(\dot\theta_{N-1} - \dot\theta_N)
     - \kappa\,\mathrm{sgn}\,\dot\theta_N - \nu\dot\theta_N + c,
     \qquad \beta = \frac{k}{J_N},\ \gamma = \frac{b}{J_N},\ \kappa = \frac{c_N}{J_N},\ \nu = \frac{b_N}{J_N}
 
 with every signal through :math:`1/(1 + s/\omega)^3`; the constant c takes what unknown encoder zeros add.
-Left without its friction terms, the equation makes friction of the load a softer cable: Coulomb friction of
-0.02 N m under 1.3 N m of cable torque shows as a tenth of the stiffness.
+Without its friction terms the equation makes friction of the load a softer cable. Samples at which the load
+is slow (a count then lasts long, and a loop that follows its encoder makes the same rounding error in every
+run) or has just turned are left out. A residual larger than rounding to counts leaves: nothing is learnt.
 
-Samples at which the load moves slower than a quarter of its largest speed are left out: a count then lasts
-long, and a loop that follows its encoder well makes the same rounding error in every run, which no averaging
-takes away. So are those at which the filtered sign has not settled after a turn: friction near standstill is
-not that of a sign.
-
-The residual is held against the one that rounding to counts leaves in the same motion. Where it is larger,
-the load does not obey this equation, and nothing is learnt.
-
-Whole inertia and friction from the sum of all momenta, in which every joint's torque cancels.
+In the sum of all momenta every joint's torque cancels,
 
 .. math::
     \frac{\sum_i J_i\ddot\theta_i}{\sum_i J_i}\,J
-    = \tau - b\,\dot\theta_1 - c\,\mathrm{sgn}\,\dot\theta_1 + d
+    = \tau - b\,\dot\theta_1 - c\,\mathrm{sgn}\,\dot\theta_1 + d .
 
-with every signal through the same filter. How the whole inertia J divides among the shafts is taken as
-believed: the motor's part and the load's are not separated by pulses of half a second. Samples slower than
-a fifth of the largest speed, and 0.08 s after, are left out: near standstill the motor sticks, or the noise
-of its law turns it to and fro, and its friction is not that of the filtered speed's sign.
+How the whole inertia J divides among the shafts is taken as believed. Slow samples, and 0.08 s after, are
+left out: near standstill the motor sticks or its law turns it to and fro.
 """
 
 from dataclasses import dataclass

@@ -2,29 +2,23 @@ r"""Position of a body and tension of the two lines that hold it, controlled tog
 
 .. math:: \min_{T_{low} \le T \le T_{high}} \; |M^{-1}(J^T T + F)|^2 + \epsilon\,|T - T_p|^2
 
-Two unknowns in a box: the minimum lies inside, on an edge or at a corner, and every one of the nine is tried.
-Where the machine has one coordinate, the second term decides the internal tension; where it has two, it has
-no say unless both lines come to lie along each other.
-
-The body's acceleration decides its force, the force the tensions (`cabledrive.control.tension_position`),
-and each motor makes its own line's tension follow. With the wanted tension passed through two equal lags,
+lies inside the box, on an edge or at a corner; the second term decides the internal tension where the machine
+has one coordinate. Each motor makes its own line's tension follow. With the wanted tension through two lags,
 
 .. math:: \ddot T_f = \omega_f^2\,(T_c - T_f) - 2\omega_f\dot T_f, \qquad
     \ddot e + 2\omega_i\dot e + \omega_i^2 e = c\,\tilde a, \qquad e = T - T_f,
 
-:math:`T_f` never leaves the limits of :math:`T_c`, and e is at most :math:`c\,|\tilde a|/\omega_i^2`, with
-:math:`\tilde a` the acceleration along the line that neither model nor observer expected. A floor of
-:math:`T_{min} + c\,|\tilde a|/\omega_i^2` for :math:`T_c` therefore keeps T above :math:`T_{min}`.
+:math:`T_f` keeps the limits of :math:`T_c`, and e is at most :math:`c\,|\tilde a|/\omega_i^2`, with
+:math:`\tilde a` the acceleration along the line that neither model nor observer expected: a floor of
+:math:`T_{min} + c\,|\tilde a|/\omega_i^2` for :math:`T_c` keeps T above :math:`T_{min}`.
 
-Bound of the place of a body between two motors, by the answers of its linear loop.
-
-Let a be the acceleration of the body that the law's model does not expect and :math:`a_e` that of the
-tensions' error :math:`T - T_f`. The observer with three equal poles :math:`\omega_o` leaves
+The bound of the place: with a the acceleration of the body that the model does not expect, :math:`a_e` that
+of the tensions' error, the observer with three equal poles :math:`\omega_o` leaves
 
 .. math:: (s+\omega_o)^3\,\tilde q = s\,a,\qquad (s+\omega_o)^3\,\tilde v = s(s+3\omega_o)\,a,\qquad
     (s+\omega_o)^3\,\hat d = \omega_o^3\,a ,
 
-and the error e of the place obeys, with the lags :math:`F = \omega_f^2/(s+\omega_f)^2` of the tension,
+and the error e of the place obeys, with :math:`F = \omega_f^2/(s+\omega_f)^2`,
 :math:`P = 2\omega_p s + \omega_p^2` and :math:`B\,a = \omega_p^2\tilde q + 2\omega_p\tilde v - \hat d`,
 
 .. math:: (s^2 + FP)\,e = (1 + FB)\,a + a_e + FB\,a_g - FN\,n ,

@@ -21,6 +21,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from cabledrive.identification.chain_model import ChainModel, Record
+from cabledrive.identification.estimates import Finding
 from cabledrive.identification.regression import factor, joined, solve, suited_segments
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
@@ -97,19 +98,19 @@ class ChainFit:
         names = (name for name, positive in zip(self.values, self.model.positive, strict=True) if positive)
         return [name for name in names if not self.errors[name] <= abs(self.values[name])]
 
-    def doubts(self, records: Sequence[Record], first_lag: int = 1) -> list[tuple[str, str]]:
-        """Code and sentence: "at-bound", "undetermined", "residual-not-white".
+    def doubts(self, records: Sequence[Record], first_lag: int = 1) -> list[Finding]:
+        """Findings "at-bound", "undetermined", "residual-not-white".
 
         ``first_lag``: from which on the residual must be white; what a sensor or a difference correlates lies
         below it. Its correlation is judged by the portmanteau statistic of Ljung and Box.
         """
-        found = [
-            ("at-bound", f"{name} ends at the bound {bound:.4g} of its search: no interval")
-            for name, bound in self.at_bounds().items()
-        ]
+        found = []
+        for name, bound in self.at_bounds().items():
+            words = f"{name} ends at the bound {bound:.4g} of its search: no interval"
+            found.append(Finding("at-bound", words))
         for name in self.undetermined():
             words = f"its standard error {self.errors[name]:.3g} is above its value {self.values[name]:.3g}"
-            found.append(("undetermined", f"{name} is not determined: {words}"))
+            found.append(Finding("undetermined", f"{name} is not determined: {words}"))
         largest, chance, lags = 0.0, 1.0, np.arange(first_lag, first_lag + LAGS)
         for record in records:
             off = self.simulated(record) - record.output
@@ -125,7 +126,7 @@ class ChainFit:
                 f"the residual is correlated with its past (up to {largest:.2f}): an effect that the model "
                 "lacks acts on the machine, and the intervals are valid only for the model as given"
             )
-            found.append(("residual-not-white", words))
+            found.append(Finding("residual-not-white", words))
         return found
 
 

@@ -50,16 +50,15 @@ def identify_long_log(
     """
     still: list[int] = []
     blocks = _checked_blocks(recording, progress, still)
-    first = next(blocks, None)
-    if first is None:
+    if (first := next(blocks, None)) is None:
         raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
     axis = axis_of([first], options or AxisOptions())
     axis = axis.with_kink(_factors(axis.rows_of(first)))
     bandwidth = axis.equation.bandwidth
     every = max(1, int(0.1 / (bandwidth * first.interval)))
     parts: list[Factors] = []
-    squares, rows = np.zeros(1), 0
     reports: list[DataReport] = []
+    squares, rows = np.zeros(1), 0
     for block in _overlapping(first, blocks, settling(bandwidth, first.interval)):
         found = axis.rows_of(block, every)
         parts.append(_factors(found))
@@ -69,8 +68,8 @@ def identify_long_log(
         if sum(part.triangles.shape[0] for part in parts) > MOST_FACTORS:
             parts = [merged(joined(parts), 2)]
     found_all = axis.answer(suited_segments(joined(parts)), np.sqrt(squares / rows))
-    report = _whole(recording, reports, sum(still))
-    return replace(found_all.noting(blocks=len(reports)), reports=(report,))
+    whole = _whole(reports, sum(still))
+    return replace(found_all.noting(blocks=len(reports)), reports=(whole,))
 
 
 def _factors(rows: Rows) -> Factors:
@@ -116,29 +115,33 @@ def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]
         step = (block.time[0] - before.time[-1]) / before.interval
         if abs(step - 1.0) > 0.5:
             raise InputRefused(f"{block.source}: time jumps at {before.time[-1]:.6g} s: cut the log there")
-        end = slice(-2 * reach, None)
-        joint, flat = {}, {}
-        for name, values in block.channels.items():
-            joint[name] = np.concatenate([before.channels[name][end], values])
-            stands = [log.saturated.get(name, np.zeros(len(log), dtype=bool)) for log in (before, block)]
-            flat[name] = np.concatenate([stands[0][end], stands[1]])
-        time = np.concatenate([before.time[end], block.time])
+        joint, flat, ends = {}, {}, ((before, slice(-2 * reach, None)), (block, slice(None)))
+        for name in block.channels:
+            joint[name] = np.concatenate([log.channels[name][end] for log, end in ends])
+            none = np.zeros(max(len(before), len(block)), dtype=bool)
+            stands = [log.saturated.get(name, none[: len(log)])[end] for log, end in ends]
+            flat[name] = np.concatenate(stands)
+        time = np.concatenate([log.time[end] for log, end in ends])
         yield replace(block, time=time, channels=joint, saturated=flat)
         before = block
 
 
-def _whole(recording: Recording, reports: list[DataReport], still: int) -> DataReport:
-    rows = sum(report.rows for report in reports)
+def _whole(reports: list[DataReport], still: int) -> DataReport:
+    """The report of a log from those of its blocks; ``still``: rows in blocks in which nothing moves."""
+    rows, interval = sum(r.rows for r in reports), float(np.mean([r.interval for r in reports]))
+    repaired, findings = (
+        dict.fromkeys(line for report in reports for line in getattr(report, name))
+        for name in ("repaired", "findings")
+    )
     rest = (f"{still} rows in blocks in which nothing moves are left out",) if still else ()
-    interval = float(np.mean([report.interval for report in reports]))
     return DataReport(
         rows=rows,
         duration=(rows - 1) * interval,
         interval=interval,
         jitter=max(report.jitter for report in reports),
         quantum=reports[0].quantum,
-        repaired=tuple(dict.fromkeys(line for report in reports for line in report.repaired)),
-        findings=tuple(dict.fromkeys(line for report in reports for line in report.findings)) + rest,
+        repaired=tuple(repaired),
+        findings=(*findings, *rest),
     )
 
 

@@ -155,24 +155,22 @@ def identify_by_simulation(
     doubts = fit.doubts(records, DIFFERENCED if differenced else 1)
     if not follows:
         words = f"the model explains {min(explained):.3g} % of a measured speed"
-        doubts.insert(0, ("model-misfit", f"{words}, less than {FOLLOWS:g} %: no intervals are given"))
+        doubts.insert(0, Finding("model-misfit", f"{words}, less than {FOLLOWS:g} %: no intervals are given"))
     if agreeing < 2:
         words = f"only one of {made} fits reaches this residual: a better one may exist"
-        doubts.append(("one-start-only", words))
+        doubts.append(Finding("one-start-only", words))
     closed = {name for name in fit.undetermined() if name in NEEDED}
     if len(channels.outputs) == 1:
         doubts += _beyond(fit.values, channels, excited_to(records), closed)
     shown = set() if not follows else set(fit.values) - set(fit.at_bounds())
     parameters = {}
     for name, value in fit.values.items():
-        unit = channels.unit_of(name)
+        unit, error = channels.unit_of(name), fit.errors[name]
         low, high = fit.interval_of(name) if name in shown else (-np.inf, np.inf)
-        parameters[name] = (
-            Estimate.unknown(unit, UNKNOWN)
-            if name in closed
-            else Estimate(value=value, unit=unit, standard_error=fit.errors[name], low=low, high=high)
-        )
+        one = Estimate(value=value, unit=unit, standard_error=error, low=low, high=high)
+        parameters[name] = Estimate.unknown(unit, UNKNOWN) if name in closed else one
     size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
+    rows = sum(record.output.size for record in records)
     how = {"step": "is held from sample to sample", "line": "acts on straight lines between samples"}
     late = ", one sample late" if fit.model.delay else ""
     spread, condition = np.sqrt(np.diag(fit.covariance)), float("inf")
@@ -183,11 +181,7 @@ def identify_by_simulation(
         channels,
         parameters,
         [name for name in NEEDED if name in closed],
-        residual={
-            "rms": fit.residual,
-            "relative": fit.residual / size,
-            "rows": sum(record.output.size for record in records),
-        },
+        residual={"rms": fit.residual, "relative": fit.residual / size, "rows": rows},
         condition_number=condition,
         method={
             "name": "output-error",
@@ -203,15 +197,13 @@ def identify_by_simulation(
         },
         covariance=fit.covariance,
         freedom=fit.freedom,
-        findings=tuple(Finding(code, message) for code, message in doubts),
+        findings=tuple(doubts),
         notes=(f"the {readable(channels.input)} {how[fit.model.hold]}{late}", *channels.notes),
         check_reason="share explained, whiteness of the residual, bounds, several starts",
     )
 
 
-def _beyond(
-    values: dict[str, float], channels: Channels, excited: float, closed: set[str]
-) -> list[tuple[str, str]]:
+def _beyond(values: dict[str, float], channels: Channels, excited: float, closed: set[str]) -> list[Finding]:
     """Close what one side does not tell where the spring's own frequency lies beyond the excitation [Hz]."""
     motor, load, spring = (values[name] for name in NEEDED)
     far, what = (load, "antiresonance") if channels.motor else (motor * load / (motor + load), "resonance")
@@ -220,7 +212,7 @@ def _beyond(
     closed |= set(NEEDED)
     words = f"the log excites up to {excited:.3g} Hz, the {what} of the fit is {own:.3g} Hz: from one side "
     words += f"this tells the sum of the inertias, {motor + load:.4g}, and neither part nor the spring"
-    return [("excited-below-the-spring", f"{words}: excite beyond it, or measure both sides")]
+    return [Finding("excited-below-the-spring", f"{words}: excite beyond it, or measure both sides")]
 
 
 def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
@@ -321,12 +313,11 @@ def _answer(
 def _sides(log: Log, channels: Channels) -> TwoSides:
     """Angles, or speeds where one of the two is a speed."""
     rates = any(name.endswith("velocity") for name in channels.outputs)
-    motor, load = (
-        difference(log.channel(name), log.interval)
-        if rates and not name.endswith("velocity")
-        else log.channel(name)
-        for name in channels.outputs
-    )
+    motor, load = (log.channel(name) for name in channels.outputs)
+    if rates and not channels.outputs[0].endswith("velocity"):
+        motor = difference(motor, log.interval)
+    if rates and not channels.outputs[1].endswith("velocity"):
+        load = difference(load, log.interval)
     one = TwoSides(
         source=log.source,
         interval=log.interval,
@@ -348,8 +339,8 @@ def _sides(log: Log, channels: Channels) -> TwoSides:
 
 def _parameters(torque: Solution, load: Solution | None) -> tuple[Array, Array, Array]:
     """Values and halves of intervals, each (9,), and covariance, the two equations erring independently."""
-    split = len(SUM)
-    s, u = {name: k for k, name in enumerate(SUM)}, {name: split + k for k, name in enumerate(LOAD)}
+    split, s = len(SUM), {name: k for k, name in enumerate(SUM)}
+    u = {name: split + k for k, name in enumerate(LOAD)}
     p = np.concatenate([torque.fit.values, np.zeros(len(LOAD)) if load is None else load.fit.values])
     inertia = p[s["load_inertia"]]
     values, slopes = np.zeros(len(NAMES)), np.zeros((len(NAMES), p.size))

@@ -1,20 +1,18 @@
 r"""Output error of one rigid axis: the motion is simulated, so no regressor carries the encoder's noise.
 
-Inverse dynamics takes speed and its sign from the encoder; their errors bias it by a fraction of a per cent,
-more than its intervals where a log is long. Here the model moves by itself under the measured torque. The
-parameters solve :math:`Z^T r = 0`, where r is the filtered difference of speeds and Z the exact sensitivities
-of the model's speed along the motion under the torque's spectral lines alone: noise of the torque must not be
-in both factors. Inside a feedback loop the model does not follow, and that is said.
+Inverse dynamics takes speed and its sign from the encoder, whose errors bias it. Here the model moves by
+itself under the measured torque. The parameters solve :math:`Z^T r = 0`, where r is the filtered difference
+of speeds and Z the exact sensitivities along the motion under the torque's spectral lines alone: noise of the
+torque must not be in both factors. Inside a feedback loop the model does not follow, and that is said.
 
 Noise of a torque comes out of a simulated axis as :math:`1/\omega`, rounding of an encoder goes into a speed
-as :math:`\omega`. Unweighted, the slow drift of the first hides what the log knows, and neighbouring segments
-depend on one another. The weight :math:`1/\sqrt{S(\omega)}` of the smoothed spectrum S makes the residual
-white in its band; the estimating equations have the same solution on average under any such weight.
+as :math:`\omega`. The weight :math:`1/\sqrt{S(\omega)}` of the smoothed spectrum S makes the residual white
+in its band; the equations have the same solution on average under any such weight.
 
-The rounding of an encoder and the instants of turns repeat from period to period; every segment of a log then
-errs alike, and the spread of the segments' scores does not contain it. So the fitted axis is moved under the
-measured torque, its angle is rounded at a few phases of the encoder, and the method is applied to that. What
-the mean square of its misses has beyond the covariance that the scores claim there is added:
+Rounding and the instants of turns repeat from period to period, so that the spread of the segments' scores
+does not contain them. The fitted axis is moved under the measured torque, its angle rounded at a few phases
+of the encoder, and what the mean square of the method's misses there has beyond what the scores claim is
+added:
 
 .. math:: C' = C + \Big[\frac1K\sum_k (m_k m_k^T - C_k)\Big]_+
 """

@@ -172,20 +172,16 @@ def shifted(values: Array, samples: float, *, periodic: bool = False) -> Array:
     return moved[reach - whole : reach - whole + values.size]
 
 
-def timing_of(axis: Axis, *, sensor: bool = True) -> TorqueTiming:
-    """Time by which the torque acts later than logged; ``sensor``: whether it may lag behind a low-pass."""
+def timing_of(axis: Axis) -> TorqueTiming:
+    """Time by which the torque acts later than logged, as it is or behind a sensor's low-pass."""
     parts = replace(axis, equation=replace(axis.equation, lag=True)).rows()
     unknown = TorqueTiming(interval=axis.interval, determined=False)
     if solve(factors_of(parts)).unidentifiable.size:
         return unknown
-    plain = _shift_under(parts, axis, "shift")
-    if plain is None:
-        return unknown
-    if sensor and plain[0].shift < -NEAR * axis.interval:
-        behind = _shift_under(parts, axis, "low-pass")
-        if behind is not None and behind[1] < plain[1]:
-            return behind[0]
-    return plain[0]
+    found = [_shift_under(parts, axis, "shift")]
+    if found[0] is not None and found[0][0].shift < -NEAR * axis.interval:
+        found.append(_shift_under(parts, axis, "low-pass"))
+    return min((one for one in found if one is not None), key=lambda one: one[1], default=(unknown, 0.0))[0]
 
 
 def _shift_under(parts: list[Rows], axis: Axis, law: str) -> tuple[TorqueTiming, float] | None:
