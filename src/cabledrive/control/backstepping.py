@@ -136,14 +136,10 @@ def chain_parameters(chain: LumpedChain) -> tuple[Array, Array]:
 
 
 def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array:
-    r"""What the law takes at each sample.
+    r"""What the law takes at each sample, from the wanted load angle and its derivatives, (7, samples).
 
-    Along the reference :math:`x_3 = \ddot y_d/D_2` and :math:`x_5 = S_1(1 + J_2/J_{12})\ddot y_d/D_1 +
-    y_d^{(4)}/(D_1D_2)`; what the undamped chain lacks of their rates is :math:`w_j`.
-
-    ``wanted``, shape (7, samples): wanted load angle at the first shaft, to its sixth derivative. Returns
-    shape (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of the
-    motor.
+    Along it :math:`x_3 = \ddot y_d/D_2`, :math:`x_5 = S_1(1 + J_2/J_{12})\ddot y_d/D_1 + y_d^{(4)}/(D_1D_2)`.
+    Returns (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, motor speed.
     """
     joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
     jointed = lagged(wanted, joint, interval)

@@ -73,16 +73,12 @@ def error_bound(
 ) -> ErrorBound:
     r"""Bounds of the load's error along a motion, the consequence of Eq. (6.27) for the output.
 
-    :math:`\sigma` passes :math:`1/(s + \lambda)` as often as the surface has roots, which keeps a bound a
-    bound because the impulse response is positive; each damper's :math:`1 + T_i s` goes with one of them.
-    :math:`\mu` may lie anywhere between the bounds of the motor's inertia: the tube grows with the smallest
-    one and shrinks with the largest.
+    :math:`\sigma` passes :math:`1/(s + \lambda)` as often as the surface has roots, each damper's :math:`1 +
+    T_i s` with one of them. :math:`\mu` may lie anywhere between the bounds of the motor's inertia.
 
-    ``law``: a law of the chain; ``bandwidth``: lambda [rad/s]; ``regressor``, shape (samples, 4): phi along
-    the motion; ``delta``, shape (samples,): bound of the disturbance [N m]; ``interval``: sample time [s];
-    ``times``, shape (n - 1,): b_i / k_i of the links [s]; ``deviation``, shape (samples, 4): by how much the
-    regressor of the true states differs from ``regressor``, where the law compensates with the nominal
-    parameters for it (desired compensation).
+    ``bandwidth``: lambda [rad/s]; ``regressor``, (samples, 4): phi along the motion; ``delta``, (samples,):
+    bound of the disturbance [N m]; ``times``, (n - 1,): b_i / k_i of the links [s]; ``deviation``, (samples,
+    4): of the true states' regressor from it, where the law compensates with nominal parameters.
     """
     nominal, low, high = law.learning[NOMINAL], law.learning[LOW], law.learning[HIGH]
     spread, order = high - low, law.matrix.shape[0] - 1
@@ -147,11 +143,9 @@ def robust_conditions(
 ) -> RobustConditions:
     r"""Hold the robust term against its two conditions along a motion, Eqs. (6.21), (6.44), (6.54), (6.64).
 
-    The corrected example of (6.22) is :math:`u_{s2} = -\sigma h^2/(4\epsilon)`; with a constant gain
-    :math:`k_{\sigma s}` the condition holds for every :math:`\epsilon \ge h^2/(4k_{\sigma s})`.
-
-    ``sigma``, shape (samples,); ``regressor``, shape (samples, 4); ``delta``, shape (samples,) [N m].
-    k_sigma_s is half of K_sigma, which gives the best bound.
+    With :math:`u_{s2} = -\sigma h^2/(4\epsilon)`, (6.22) corrected, a constant gain :math:`k_{\sigma s}`
+    meets them for every :math:`\epsilon \ge h^2/(4k_{\sigma s})`; it is half of K_sigma, which gives the best
+    bound.
     """
     gain = 0.5 * law.k_sigma
     h = uncertainty(regressor, law.learning[HIGH] - law.learning[LOW], delta)
@@ -189,10 +183,9 @@ def sliding_residual(
 ) -> SlidingResidual:
     """What drove the sliding variable along a run.
 
-    ``law``: a law of the chain; ``flat``: of the chain it is made for; ``bandwidth``: lambda [rad/s]; ``mu``:
-    of the plant; ``states``, shape (samples, 2n): true angles, then speeds, of the inertias that the law
-    takes; ``reference``, shape (samples, 2n + 3); ``error``, shape (samples,): of the load, at the first
-    shaft [rad]; ``interval``: sample time [s].
+    ``flat``: of the chain the law is made for; ``bandwidth``: lambda [rad/s]; ``mu``: of the plant;
+    ``states``, (samples, 2n): true ones; ``reference``, (samples, 2n + 3); ``error``, (samples,): of the load
+    [rad].
     """
     count = states.shape[1]
     scale = bandwidth ** np.arange(count)

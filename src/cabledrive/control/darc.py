@@ -148,13 +148,11 @@ def darc_numbers(
     desired: bool = False,
     rate_limit: Array | None = None,
 ) -> LawNumbers:
-    """Freeze a law of the chain.
+    """Freeze a law of the chain; ``flat``: of the chain, without dampers for the published laws.
 
-    ``flat``: of the chain it is made for; without dampers for the published laws; ``reference``, shape
-    (samples, 2n + 3): from `cabledrive.control.reference.flat_reference`; sets the adaptation gain;
-    ``interval``: sample time [s]; ``friction_by_reference``: S = tanh(50 w_d) of the reference instead of
-    tanh(0.5 w) of the motor; ``desired``: adaptation by the regressor of the reference (desired
-    compensation); ``rate_limit``, shape (4,): largest rates of the estimates; default: none.
+    ``reference``, (samples, 2n + 3), sets the adaptation gain; ``friction_by_reference``: S = tanh(50 w_d)
+    instead of tanh(0.5 w) of the motor; ``desired``: adaptation by the regressor of the reference;
+    ``rate_limit``, (4,): largest rates of the estimates; default: none.
     """
     n2 = 2 * flat.size
     mu = bounds.nominal[0] * flat.leading

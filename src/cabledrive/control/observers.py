@@ -176,10 +176,7 @@ def filtered_difference(
     .. math::
         \hat\omega_k = \hat\omega_{k-1} + (1 - e^{-2\pi f h})\,\big((y_k - y_{k-1})/h - \hat\omega_{k-1}\big)
 
-    The second-order filter of (4.1) lags more and was worse in closed loop at every cut-off tried.
-
-    ``encoders``: inertia that each reads; ``chosen``: inertias of which the law takes angle and speed,
-    refused without an encoder; ``cut_off``: f [Hz].
+    ``encoders``: inertia that each reads, all of the ``chosen`` ones; ``cut_off``: f [Hz].
     """
     places = list(encoders)
     missing = [inertia for inertia in chosen if inertia not in places]

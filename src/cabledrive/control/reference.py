@@ -285,17 +285,11 @@ def lagged(signal: Array, time: float, interval: float) -> Array:
 
 
 def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array:
-    r"""Flat output and its derivatives that lead to a wanted load angle.
+    r"""Flat output, :math:`z_d = y_d/(D_1 \cdots D_{n-1})`, and its derivatives for a wanted load angle.
 
-    .. math:: z_d = \frac{y_d}{D_1 \cdots D_{n-1}}
-
-    causal, stable and of unit gain; each derivative is filtered by itself. Two more rows follow: speed and
-    acceleration of the first inertia that go with it.
-
-    ``reference``, shape (2n + 1, samples): wanted load angle at the first shaft and its derivatives
-    [rad/s^k]; ``interval``: sample time [s].
-    Returns shape (samples, 2n + 3): z_d to its 2n-th derivative, motor speed [rad/s], motor acceleration
-    [rad/s^2].
+    Each derivative is filtered by itself. ``reference``, (2n + 1, samples): wanted load angle at the first
+    shaft and its derivatives [rad/s^k]. Returns (samples, 2n + 3): z_d to its 2n-th derivative, motor speed
+    [rad/s], motor acceleration [rad/s^2].
     """
     z = reference
     for time in flat.time_constants:

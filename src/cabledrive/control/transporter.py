@@ -185,12 +185,9 @@ def flat_motion(transporter: Transporter, payload: Array, interval: float) -> Ar
         s - y &= \frac{\ell}{g}\frac{\ddot y}{1 + T_s p}, \qquad F = m\ddot s + m_p\ddot y + b\dot s, \\
         q_1 - s &= \frac{c(x_0 + s)F}{1 + Tp}
 
-    with p the derivative; those of :math:`c(x_0 + s)F` follow by the product rule from those of y.
-
-    ``payload``, shape (7, samples): wanted displacement of the payload and its derivatives [m/s^k];
-    ``interval``: sample time [s].
-    Returns shape (samples, 10): displacements and speeds of drive pulley, carriage, load pulley, payload;
-    force of the motor with its friction; that friction [N].
+    with p the derivative. ``payload``, (7, samples): wanted displacement and its derivatives [m/s^k]. Returns
+    (samples, 10): displacements and speeds of drive pulley, carriage, load pulley, payload; force of the
+    motor with its friction; that friction [N].
     """
     t, y = transporter, payload
     s = y[:5] + t.line_length / t.gravity * lagged(y[2:], t.swing_damping, interval)

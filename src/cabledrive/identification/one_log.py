@@ -43,10 +43,8 @@ def identify_long_log(
 ) -> Identification:
     """Identify one rigid axis from a log of any length, in memory that does not grow with it.
 
-    Bandwidth and encoder step come from the first block; every block is checked like a log of its own.
-    Nothing but torque and angle, or force and position, is read; ``progress`` is called with a line after
-    every block. Raises `InputRefused` if a block is refused, nothing moves in any, or time jumps between two
-    blocks.
+    Bandwidth and encoder step come from the first block; every block is checked like a log of its own;
+    ``progress`` is called with a line after it.
     """
     still: list[int] = []
     blocks = _checked_blocks(recording, progress, still)

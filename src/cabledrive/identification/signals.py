@@ -34,14 +34,12 @@ FEWEST_SAMPLES = 24
 
 
 def causal_filter(values: Array, interval: float, natural_frequency: float, damping: float = 1.0) -> Array:
-    r"""Second-order low-pass with its two derivatives, Eqs. (4.1), (4.2).
+    r"""Second-order low-pass with its two derivatives, Eqs. (4.1), (4.2), exact for straight lines.
 
     .. math:: \dot x_1 = x_2, \qquad \dot x_2 = -2\zeta_f\omega_f x_2 - \omega_f^2 (x_1 - \theta)
 
-    ``values``, shape (samples,): on straight lines between samples, for which the discrete filter is exact;
-    ``interval`` [s]; ``natural_frequency``: :math:`\omega_f / 2\pi` [Hz]; ``damping``: :math:`\zeta_f`.
-    Returns shape (3, samples): :math:`H_f\theta`, :math:`sH_f\theta`, :math:`s^2H_f\theta`; at rest on the
-    first value before.
+    Returns (3, samples): :math:`H_f\theta`, :math:`sH_f\theta`, :math:`s^2H_f\theta`; at rest on the first
+    value before. ``natural_frequency``: :math:`\omega_f / 2\pi` [Hz]; ``damping``: :math:`\zeta_f`.
     """
     omega = 2 * pi * natural_frequency
     a = np.array([[0.0, 1.0], [-(omega**2), -2 * damping * omega]])

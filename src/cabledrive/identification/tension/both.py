@@ -44,14 +44,10 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
     """Tension of each span from one recording in which both sound; one alone where it does not separate two.
 
     The partials are parted into two families, each with the frequency ratios of the certified modes of its
-    span, and fitted together. Unknown are the pretension, for which that of ``drive``, a loop, is a first
-    guess good to a factor of four for either span, and a standing torque on the drive pulley; both keep the
-    unstretched lengths of the spans.
-
-    ``plucked``, {"upper", "lower"}: which span was plucked harder, needed for labels where both have the same
-    modes; ``section``: which section of a span was plucked, where guided carriages part it. Raises
-    `InputRefused` if the drive has one span, or span or section are not there; `NotComputed` if no tone is
-    found, or two assignments fit equally well.
+    span, and fitted together; the pretension of ``drive``, a loop, is a first guess good to a factor of four.
+    ``plucked``: which span was plucked harder, needed for labels where both have the same modes; ``section``:
+    where guided carriages part a span. Raises `NotComputed` if no tone is found, or two assignments fit
+    alike.
     """
     if len(drive.spans) < 2:
         raise InputRefused(f"{drive.name} has one span: read it without asking for both")

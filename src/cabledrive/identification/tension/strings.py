@@ -163,11 +163,10 @@ def tension_from_ping(log: Log, drive: Drive, *, span: str | None = None, sectio
     """Tension of each span of a loop or a line from a recording of its ping.
 
     A camera or a microphone hears the span itself; an encoder, a torque or a load cell feels its stretch,
-    which has twice the frequency. Frequencies are taken at vanishing amplitude where the ping decays. The
-    pretension of ``drive`` serves as a first guess, good to a factor of four. ``span``: default: as the
-    channels are called ("upper position"), else the upper one; ``section``: which was plucked, where guided
-    carriages part the span. Raises `InputRefused` if span or section are not there, `NotComputed` if no tone
-    is found, or the recording has no onset and decay as a ping has.
+    which has twice the frequency. The pretension of ``drive`` is a first guess, good to a factor of four.
+    ``span``: default: as the channels are called, else the upper one; ``section``: where guided carriages
+    part the span. Raises `NotComputed` if no tone is found, or the recording has no onset and decay as a ping
+    has.
     """
     found: dict[str, SpanTension] = {}
     for name in channels_of(log):
@@ -228,10 +227,8 @@ def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) ->
 def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTension:
     """Tension of a named span of a machine with routes from a recording of its ping.
 
-    The ratio of each mode of the span to that of a string between resting ends is taken from the certified
-    modes at the tension of the file. Where it is not 1 (ends on bodies that move), it changes with the
-    tension, and the interval grows by what that could make.
-    Raises `InputRefused` for an unknown span, `NotComputed` where no tone is found.
+    The ratios of its modes to those of a string between resting ends are certified at the tension of the
+    file; where they are not 1, they change with the tension, and the interval grows by what that could make.
     """
     names = [one.name for one in drive.free_spans]
     if span not in names:
