@@ -205,8 +205,8 @@ def missed_by_filter(
     push = torque_push(chain, states, interval)
     mean = 0.5 * (torque + np.append(torque[1:], torque[-1]))
     missed, innovations = np.zeros((len(torque), states)), np.zeros((len(torque), len(observer.output)))
-    transition = np.ascontiguousarray(observer.model[:, :states])
-    filter_error(transition, observer.output, observer.gains, push, mean, missed, innovations)
+    transition = np.column_stack((observer.model[:, :states], push))
+    filter_error(transition, observer.output, observer.gains, mean, missed, innovations)
     return missed[:, observer.chosen], innovations
 
 
@@ -223,15 +223,16 @@ def torque_push(chain: LumpedChain, states: int, interval: float) -> Array:
 
 @njit
 def filter_error(
-    transition: Array, output: Array, gains: Array, push: Array, torque: Array, missed: Array, seen: Array
+    transition: Array, output: Array, gains: Array, torque: Array, missed: Array, seen: Array
 ) -> None:
     """Recursion of the filter's error under a torque; writes errors after the readings, and innovations."""
-    error = np.zeros(push.size)
+    states = transition.shape[0]
+    model, push, error = np.ascontiguousarray(transition[:, :states]), transition[:, states], np.zeros(states)
     for k in range(torque.size):
         seen[k] = output @ error
         error = error - gains[min(k, gains.shape[0] - 1)] @ seen[k]
         missed[k] = error
-        error = transition @ error + push * torque[k]
+        error = model @ error + push * torque[k]
 
 
 def whitening(observer: ObserverNumbers, counts: Array) -> Array:

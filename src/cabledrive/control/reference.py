@@ -149,17 +149,9 @@ class LoadRowState(NamedTuple):
     fresh: Array
 
 
+_NONE, _NOWHERE = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
 NO_LOAD = LoadRowNumbers(
-    sign=np.zeros((0, 0)),
-    lags=np.zeros((0, 3)),
-    sources=np.zeros(0, dtype=np.int64),
-    output=np.zeros((0, 0)),
-    transition=np.zeros((0, 0)),
-    seen=np.zeros((0, 0)),
-    gains=np.zeros((0, 0)),
-    chosen=np.zeros(0, dtype=np.int64),
-    white=np.zeros((0, 0)),
-    scalars=np.zeros(0),
+    _NONE, np.zeros((0, 3)), _NOWHERE, _NONE, _NONE, _NONE, _NONE, _NOWHERE, _NONE, np.zeros(0)
 )
 
 
