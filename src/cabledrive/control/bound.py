@@ -36,7 +36,7 @@ from cabledrive.control.linear_laws import sampled_motion
 from cabledrive.control.numbers import HIGH, INERTIAL, LOW, NOMINAL, SURFACE, LawNumbers
 from cabledrive.control.reference import FlatOutput
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.lumped_chain import LumpedChain, held
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -114,19 +114,12 @@ def output_tube(sliding: Array, bandwidth: float, order: int, interval: float, t
     """
     bound = sliding
     for i in range(order):
-        slow = _lag(bound / bandwidth, bandwidth, interval)
+        # held at the larger of the two samples beside each interval
+        held = np.maximum(bound, np.append(bound[1:], bound[-1])) / bandwidth
+        slow = _lagged(held[:-1], float(np.exp(-bandwidth * interval)))
         time = times[i] if i < len(times) else 0.0
         bound = time * bound + abs(1.0 - time * bandwidth) * slow
     return bound
-
-
-def _lag(signal: Array, rate: float, interval: float) -> Array:
-    """Signal through rate / (s + rate), held at the larger of the two samples beside each interval."""
-    from scipy.signal import lfilter
-
-    fading = np.exp(-rate * interval)
-    upper = np.maximum(signal[:-1], signal[1:]) if len(signal) > 1 else signal
-    return lfilter([0.0, 1.0 - fading], [1.0, -fading], np.append(upper, upper[-1]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,16 +212,11 @@ def regressor_deviation(law: LawNumbers, states: Array, reference: Array) -> Arr
 
 def _discrete(bandwidth: float, rate: float, interval: float, count: int) -> tuple[Array, Array]:
     """Transition over a sample of w_i / lambda^i, and the response to a constant unit in its last rate."""
-    from scipy.linalg import expm
-
     surface = np.array([comb(count - 1, i) for i in range(count)], dtype=np.float64)
     both = np.append(0.0, surface) * bandwidth + np.append(surface, 0.0) * rate
-    block = np.zeros((count + 1, count + 1))
-    block[np.arange(count - 1), np.arange(1, count)] = bandwidth
-    block[count - 1, :count] = -both[:count]
-    block[count - 1, count] = 1.0
-    power = expm(block * interval)
-    return power[:count, :count], power[:count, count]
+    system = np.diag(np.full(count - 1, bandwidth), 1)
+    system[-1] = -both[:count]
+    return held(system, np.eye(count)[-1], interval)
 
 
 def _response(step: Array, push: Array, output: Array, torque: Array) -> Array:

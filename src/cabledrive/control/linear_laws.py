@@ -17,7 +17,7 @@ from dataclasses import replace
 from math import exp, pi, sqrt
 
 import numpy as np
-from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
+from scipy.linalg import solve_continuous_are, solve_discrete_are
 from scipy.signal import cont2discrete
 
 from cabledrive.control.numbers import LINEAR, REFERENCE_MODEL, LawNumbers, learning_table
@@ -31,7 +31,7 @@ from cabledrive.control.reference import (
 )
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 
 FRICTION_SLOPE = 50.0
 
@@ -147,12 +147,9 @@ def integral_memory(n: int, interval: float) -> Array:
 
 def sampled_motion(chain: LumpedChain, interval: float) -> tuple[Array, Array]:
     """Matrices (2n, 2n), (2n, 1) to angles and speeds one sample on, from these and the torque held."""
-    n = chain.size
     a, b = state_space(chain)
-    block = np.zeros((2 * n + 1, 2 * n + 1))
-    block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, b[:, 0]
-    power = expm(block * interval)
-    return power[: 2 * n, : 2 * n], power[: 2 * n, 2 * n :]
+    transition, push = held(a, b[:, 0], interval)
+    return transition, push[:, None]
 
 
 def lq_gain(a: Array, b: Array, weight: Array, cost: float) -> Array:

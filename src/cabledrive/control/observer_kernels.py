@@ -27,12 +27,11 @@ from math import isfinite, tanh
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
 
 from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit, njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 
 
 @njit_part
@@ -212,12 +211,9 @@ def missed_by_filter(
 
 def torque_push(chain: LumpedChain, states: int, interval: float) -> Array:
     """What a unit of torque against the load does in a sample to a filter's states, shape (states,)."""
-    n = chain.size
     a, b = state_space(chain)
-    block = np.zeros((2 * n + 1, 2 * n + 1))
-    block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, -b[:, -1]
     push = np.zeros(states)
-    push[: 2 * n] = expm(block * interval)[: 2 * n, 2 * n]
+    push[: len(a)] = held(a, -b[:, -1], interval)[1]
     return push
 
 

@@ -16,7 +16,7 @@ from cabledrive.control.numbers import DIFFERENCE, IDEAL, KALMAN, ObserverNumber
 from cabledrive.control.observer_kernels import gain_schedule
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 
 LONGEST_SCHEDULE = 20_000
 
@@ -131,9 +131,7 @@ def _sampled(system: Array, column: Array, sampling: Sampling) -> tuple[Array, A
     initial = np.zeros(n + 2)
     initial[n] = 1.0
     by_torque = second[:, : n + 1] @ (first @ initial if late > 0.0 else initial)[: n + 1]
-    loaded = np.zeros((n + 1, n + 1))
-    loaded[:n, :n], loaded[:n, n] = system, column
-    by_load = expm(loaded * sampling.interval)[:n, n]
+    by_load = held(system, column, sampling.interval)[1]
     inputs = np.column_stack((by_torque[:n], by_before[:n], by_after[:n], by_load))
     return expm(system * sampling.interval), inputs, np.array([by_torque[n], by_before[n], by_after[n]])
 

@@ -14,13 +14,14 @@ from dataclasses import dataclass
 from math import exp, pi, sqrt
 
 import numpy as np
-from scipy.linalg import expm, solve_discrete_are
+from scipy.linalg import solve_discrete_are
 
 from cabledrive.control.load_schedule import ScheduledLaw
 from cabledrive.control.observers import gathered_noise
 from cabledrive.control.reference import lagged
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.lumped_chain import held
 from cabledrive.reduction.transporter import (
     BODIES,
     Transporter,
@@ -56,13 +57,11 @@ def sampled_model(
 ) -> tuple[Array, Array, Array]:
     """Observer's model at a position [m]: transition (10, 10), drive (10,), continuous matrix (10, 10)."""
     a, b = frozen_state_space(transporter, position)
-    system = np.zeros((OBSERVED + 1, OBSERVED + 1))
+    system = np.zeros((OBSERVED, OBSERVED))
     system[:STATES, :STATES] = a
     system[:STATES, STATES], system[:STATES, STATES + 1] = b[:, 0], b[:, 3]
     system[STATES + 1, STATES + 1] = -1.0 / wind_time
-    system[:STATES, OBSERVED] = b[:, 0]
-    power = expm(system * interval)
-    return power[:OBSERVED, :OBSERVED], power[:OBSERVED, OBSERVED], system[:OBSERVED, :OBSERVED]
+    return *held(system, np.append(b[:, 0], [0.0, 0.0]), interval), system
 
 
 def feedback_at(transition: Array, drive: Array, tuning: TransporterTuning) -> Array:

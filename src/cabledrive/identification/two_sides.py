@@ -105,6 +105,7 @@ class TwoSides:
     def later(self, lag: float) -> "TwoSides":
         """With the torque of the instants at which the angles were read, so late behind it [s]."""
         samples = lag / self.interval
+        # held it is weaker by (pi f h)^2 / 6; a line through its samples three times as much, a spline not
         lines, spline = (ndimage.shift(self.torque, samples, order=k, mode="nearest") for k in (1, 3))
         return replace(self, torque=(lines + 2.0 * spline) / 3.0)
 

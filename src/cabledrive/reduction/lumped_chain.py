@@ -94,6 +94,17 @@ def state_space(chain: LumpedChain) -> tuple[Array, Array]:
     return a, np.vstack([np.zeros((n, n)), inverse])
 
 
+def held(system: Array, column: Array, interval: float) -> tuple[Array, Array]:
+    """Transition (n, n) and push (n,) over an interval [s] of a system under an input that is held."""
+    from scipy.linalg import expm
+
+    n = len(system)
+    block = np.zeros((n + 1, n + 1))
+    block[:n, :n], block[:n, n] = system, column
+    power = expm(block * interval)
+    return power[:n, :n], power[:n, n]
+
+
 def speed_transfer_function(chain: LumpedChain, torque_on: int = 0, speed_of: int = 0) -> tuple[Array, Array]:
     """Polynomials of the transfer function from torque to speed, Eqs. (4.17), (4.19), (6.12), (6.14).
 

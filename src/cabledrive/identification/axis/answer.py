@@ -131,7 +131,6 @@ def _doubts_of(axis: Axis) -> list[Finding]:
                 "or excite less"
             )
             found.append(Finding("saturated", words))
-    for log in axis.logs:
         if log.interval >= SLOWEST:
             words = (
                 f"{log.source}: the interval is {log.interval:.4g} s, too long for a drive's log: is the "

@@ -75,7 +75,6 @@ class TonesFit:
     offset: Array
     offset_error: Array
     residual: float  # sum of squares
-    freedom: int
     resolved: NDArray[np.bool_]  # (tones,): whether a tone decays enough for the effect of its amplitude
     left: Array  # (samples,): what the tones do not explain
     duration: float  # [s]
@@ -244,7 +243,6 @@ def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> Tone
         offset=alone @ (clear.T @ left),
         offset_error=np.sqrt(variance * np.diag(alone)),
         residual=state.squares,
-        freedom=freedom,
         resolved=resolved,
         left=state.residual,
         duration=float(time[-1]),
