@@ -18,7 +18,7 @@ ROWS = [
     (lambda: darc_gains(4, float("nan")), ["nan", "above 0"]),
     (
         lambda: Bounds(nominal=np.ones(4), low=np.array([2.0, 0, 0, 0]), high=np.full(4, 3.0)),
-        ["bounds 2 to 3"],
+        ["outside 2 to 3"],
     ),
     (lambda: backstepping_numbers(model(4), -1.0, 0.0, INTERVAL), ["bandwidth", "-1"]),
     (lambda: backstepping_numbers(model(4), float("nan"), 0.0, INTERVAL), ["bandwidth", "nan"]),
