@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import expm
 
-from cabledrive.control.darc import darc_step
-from cabledrive.control.numbers import NOMINAL
+from cabledrive.control.numbers import NOMINAL, LawNumbers
 from cabledrive.rig.closed_loop.chain_plant import linear_rates
 from cabledrive.rig.closed_loop.loop import Loop
 
@@ -72,6 +71,27 @@ def plant_step(loop: Loop, x: np.ndarray, u: float) -> np.ndarray:
     return fresh + move[:, 10] * (before - coulomb * np.tanh(slope * fresh[3]))
 
 
+def darc_step(
+    law: LawNumbers, estimate: np.ndarray, states: np.ndarray, row: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Command [N m] of the law of Model 4 in numpy, adapting by its own motion, and the next estimates."""
+    count, (surface, elastic, inertial) = len(states), law.rows
+    nominal, low, high, gain, limit = law.learning
+    interval, k_sigma, slope, by_reference, desired = law.scalars[:5]
+    z = law.matrix @ states
+    error = z - row[:count]
+    sigma = surface[:count] @ error
+    rate = inertial @ np.append(z, row[count] - surface[: count - 1] @ error[1:])
+    friction = np.tanh(slope * (row[count + 1] if by_reference else states[count // 2]))
+    regressor = np.array([-rate, -states[count // 2], -friction, 1.0])
+    acting = -regressor @ estimate
+    if desired:
+        own, regressor = regressor, np.array([-row[count + 2], -row[count + 1], -friction, 1.0])
+        acting = -nominal @ (own - regressor) - regressor @ estimate
+    moved = interval * np.clip(gain * regressor * sigma, -limit, limit)
+    return elastic[:count] @ z + acting - k_sigma * sigma, np.clip(estimate + moved, low, high)
+
+
 class InNumpy:
     """The same loop in numpy, sample after sample."""
 
@@ -83,9 +103,8 @@ class InNumpy:
         x, p, largest = np.zeros(7), law.learning[NOMINAL].copy(), 0.0
         for k, wanted in enumerate(loop.target):
             largest = max(largest, abs(x[2] - wanted))
-            step = darc_step(law, p, x[:6], loop.controller.reference[k])
-            p = step.estimate
-            x = plant_step(loop, x, np.clip(step.command, -loop.rig.torque_limit, loop.rig.torque_limit))
+            command, p = darc_step(law, p, x[:6], loop.controller.reference[k])
+            x = plant_step(loop, x, np.clip(command, -loop.rig.torque_limit, loop.rig.torque_limit))
         return float(largest)
 
 
@@ -103,10 +122,10 @@ class InPythonControl:
             return darc_step(law, estimate, inputs[:n], inputs[n:])
 
         def estimates(t, estimate, inputs, params):
-            return decided(estimate, inputs).estimate
+            return decided(estimate, inputs)[1]
 
         def command(t, estimate, inputs, params):
-            return np.clip(decided(estimate, inputs).command, -limit, limit)
+            return np.clip(decided(estimate, inputs)[0], -limit, limit)
 
         wanted = [f"r{i}" for i in range(n + 3)]
         plant = control.nlsys(
