@@ -20,7 +20,7 @@ STEP = 20e-6
 NAMES = (
     "j1", "j2", "j3", "b1", "b3", "c1", "c3", "d1", "km", "bm", "kc", "bc", "gap", "stribeck",
     "stribeck_speed", "cogging", "cogging_lines", "ripple", "ripple_lines", "eccentric", "delay", "current",
-    "gear", "hardening",
+    "gear", "hardening", "creep", "holds",
 )  # fmt: skip
 PLACE = {name: k for k, name in enumerate(NAMES)}
 
@@ -89,8 +89,8 @@ def rubbed(speed, impulse):
 
 @njit_strict
 def one_step(p, x, torque, h):
-    """Angles and speeds of three inertias after a step; x = [q1, q2, q3, v1, v2, v3, shaft torque]."""
-    j1, j2, j3, b1, b3, c1, c3, d1, km, bm, kc, bc, gap, over, fade = p[:15]
+    """Angles and speeds of three inertias after a step; x = [q1, q2, q3, v1, v2, v3, shaft torque, slip]."""
+    j1, j2, j3, b1, b3, c1, c3, d1, km, bm, kc, bc, gap, excess, fade = p[:15]
     if p[21] > 0.0:
         x[6] += h * p[21] * (torque - x[6])
     else:
@@ -108,9 +108,14 @@ def one_step(p, x, torque, h):
     else:
         joint = 0.0
     near = 1 if km > 0.0 else 0
-    stretch = x[near] - x[2]
-    cable = kc * stretch * (1.0 + p[23] * stretch * stretch) + bc * (x[3 + near] - x[5])
-    friction = c1 + over * np.exp(-abs(x[3]) / fade)
+    stretch, slipped = x[near] - x[7] - x[2], x[7]
+    if 0.0 < p[25] < kc * abs(stretch):  # the wrap holds no more
+        x[7] += stretch - np.sign(stretch) * p[25] / kc
+        stretch = np.sign(stretch) * p[25] / kc
+    x[7] += h * p[24] * kc * stretch * abs(x[3 + near])
+    rate = x[3 + near] - x[5] - (x[7] - slipped) / h
+    cable = kc * stretch * (1.0 + p[23] * stretch * stretch) + bc * rate
+    friction = c1 + excess * np.exp(-abs(x[3]) / fade)
     mass = j1 if km > 0.0 else j1 + j2
     load = joint if km > 0.0 else cable
     x[3] = rubbed(x[3] + h * (drive - load - b1 * x[3]) / mass, h * friction / mass)
@@ -128,7 +133,7 @@ def one_step(p, x, torque, h):
 @njit_strict
 def shaken(p, torque, interval, step):
     """Angles of the three inertias under a torque that is held from sample to sample."""
-    x, out = np.zeros(7), np.zeros((torque.size, 3))
+    x, out = np.zeros(8), np.zeros((torque.size, 3))
     steps = int(np.ceil(interval / step - 1e-9))
     h = interval / steps
     for k in range(torque.size):
@@ -141,7 +146,7 @@ def shaken(p, torque, interval, step):
 @njit_strict
 def followed(p, control, s, shown, step):
     """Largest error of the load under the law, at the first shaft; a runaway counts as 1e3."""
-    x, seen, rig, target = np.zeros(7), s.x, control.rig, control.target
+    x, seen, rig, target = np.zeros(8), s.x, control.rig, control.target
     steps = int(np.ceil(rig.interval / step - 1e-9))
     h = rig.interval / steps
     late = round(p[20] / h)
@@ -174,8 +179,8 @@ def errors(truth: Truth, loop: Loop, runs: int, seed: int) -> np.ndarray:
     return found
 
 
-def log_text(truth: Truth, seconds: float, amplitude: float, seed: int, *, band=(0.25, 10.0)) -> str:
-    """A log of torque, motor, drive and load angle under a multisine, 1 kHz, as comma-separated values."""
+def shaken_log(truth: Truth, seconds: float, amplitude: float, seed: int, band=(0.25, 10.0)):
+    """Torque as logged and angles as read, at the first shaft, under a multisine at 1 kHz."""
     generator, interval = np.random.default_rng(seed), 1e-3
     time = interval * np.arange(round(seconds / interval))
     lines = np.arange(band[0], band[1], 0.25)
@@ -184,13 +189,21 @@ def log_text(truth: Truth, seconds: float, amplitude: float, seed: int, *, band=
     torque = amplitude * wave / np.abs(wave).max() + generator.normal(0.0, 0.005, time.size)
     angles = shaken(truth.values, torque, interval, STEP)
     angles[:, 2] += truth["eccentric"] * np.sin(angles[:, 2] + 0.4)
-    columns, heads = [time, torque + generator.normal(0.0, 0.006, time.size)], ["time [s]", "torque [N m]"]
-    for name, count, column in zip(
-        ("angle", "drive angle", "load angle"), truth.counts, angles.T, strict=True
-    ):
+    logged = torque + generator.normal(0.0, 0.006, time.size)
+    read = [
+        count * np.floor(column / count + generator.uniform()) if count > 0.0 else column
+        for count, column in zip(truth.counts, angles.T, strict=True)
+    ]
+    return logged, read
+
+
+def log_text(truth: Truth, seconds: float, amplitude: float, seed: int, *, band=(0.25, 10.0)) -> str:
+    """The same log of torque, motor, drive and load angle as comma-separated values."""
+    torque, read = shaken_log(truth, seconds, amplitude, seed, band)
+    columns, heads = [1e-3 * np.arange(torque.size), torque], ["time [s]", "torque [N m]"]
+    for name, count, column in zip(("angle", "drive angle", "load angle"), truth.counts, read, strict=True):
         if count > 0.0:
-            read = count * np.floor(column / count + generator.uniform())
-            columns.append(read / (truth["gear"] if name == "load angle" else 1.0))
+            columns.append(column / (truth["gear"] if name == "load angle" else 1.0))
             heads.append(f"{name} [rad]")
     rows = "\n".join(",".join(f"{value:.9g}" for value in row) for row in np.column_stack(columns))
     return ",".join(heads) + "\n" + rows + "\n"

@@ -62,6 +62,8 @@ def lacking(name):
         "heavy load": by(name, j3=1.3),
         "light motor": by(name, j1=0.7),
         "more friction": by(name, c1=1.6),
+        "rope that creeps": of(name, creep=0.004),
+        "rope that slides": of(name, holds=0.9 if name == "geared" else 0.44),
         "stiffening cable": of(name, hardening=30.0 if name == "geared" else 3000.0),
     }
     if name == "geared":

@@ -18,6 +18,7 @@ from cabledrive.identification.estimates import Estimate, Finding, Identificatio
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import readable, unidentifiable_parameters
 from cabledrive.identification.signals import difference
+from cabledrive.identification.slip import without_slip
 from cabledrive.identification.two_sides import LOAD, SUM, Solution, TwoSides, load_equation, sum_equation
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -238,13 +239,13 @@ def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
 
 def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identification:
     """By the two equations of logs that show both sides, at the motor's shaft."""
-    sides = [_sides(log, channels) for log in logs]
+    sides, slip = without_slip([_sides(log, channels) for log in logs])
     load = load_equation(sides)
     torque, sides, lag = sum_equation(sides, load)
     values, halves, covariance = _parameters(torque, load)
     solved = [one for one in (torque, load) if one is not None]
     explained = [100.0 * (1.0 - one.fit.residual / one.fit.scale) for one in solved]
-    findings = []
+    findings = [] if slip is None else [Finding("slip", f"{slip.words(values[1])}: taken out of the twist")]
     follows = min(explained) >= FOLLOWS
     if not follows:
         what = "torque" if explained[0] < FOLLOWS else "load's acceleration"

@@ -86,7 +86,8 @@ class TwoSides:
     ``rates``: whether ``motor`` and ``load`` are speeds; ``pulley``: angle of the first pulley where a joint
     lies between it and the motor; ``share``: of the motor in the inertia before the spring; ``twisted``:
     whether the angles show the spring's twist; ``slow``: speed below which its sign is not trusted;
-    ``cogging``: what of the torque repeats with the motor's angle.
+    ``cogging``: what of the torque repeats with the motor's angle; ``slipped``: what of the twist is a rope
+    that has slipped on its pulley.
     """
 
     source: str
@@ -101,6 +102,7 @@ class TwoSides:
     saturated: NDArray[np.bool_] | None = None
     slow: float = SLOW
     cogging: Cogging | None = None
+    slipped: Array | None = None
 
     def later(self, lag: float) -> "TwoSides":
         """With the torque of the instants at which the angles were read, so late behind it [s]."""
@@ -322,6 +324,7 @@ def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tup
 def _load_columns(one: TwoSides, band: float) -> tuple[tuple[Array, ...], Array, Array]:
     """The load's equation in angles, or in speeds as its derivative, as an `Equation` has it."""
     h, near = one.interval, one.motor if one.pulley is None else one.pulley
+    near = near if one.slipped is None else near - one.slipped
     first, load = zero_phase(near, h, band), zero_phase(one.load, h, band)
     turned = difference(load, h)
     quick = (one.quick(one.load, band),)

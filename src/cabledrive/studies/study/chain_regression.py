@@ -21,6 +21,7 @@ from cabledrive.identification.regression import (
     weak_words,
 )
 from cabledrive.identification.signals import difference, zero_phase
+from cabledrive.identification.slip import Slip, without_slip
 from cabledrive.identification.two_sides import (
     SIGN_BANDS,
     Cogging,
@@ -173,6 +174,7 @@ class RegressionResult:
     lag: float
     kept: float  # share of the samples that could be used
     cogging: Cogging | None  # what of the torque repeats with the motor's angle, taken out as well
+    slip: Slip | None  # of the rope on its pulley, taken out of the twist
 
 
 def whole_drive(log: Log) -> bool:
@@ -187,6 +189,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
             if np.ptp(log.channel(name)) == 0.0:
                 raise InputRefused(f"{log.source}: {name} is constant: a log must move the drive")
     sides = [_sides(log, drive) for log in logs]
+    sides, slip = without_slip(sides)
     load = load_equation(sides)
     solution, sides, lag = sum_equation(sides, load)
     scale = np.array([1.0, (drive.load_pulley.radius / drive.drive_pulley.radius) ** 2, 1.0, 1.0, 1.0])
@@ -241,15 +244,22 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         lag=lag,
         kept=solution.kept,
         cogging=sides[0].cogging,
+        slip=slip,
     )
 
 
-def explained(log: Log, result: RegressionResult) -> Log:
-    """A log whose torque is that of the instants at which its angles were read, less what cogging takes."""
+def explained(log: Log, result: RegressionResult, drive: Drive, number: int) -> Log:
+    """A log whose torque is that of the instants at which its angles were read, less what cogging takes.
+
+    What its rope, of the log of this ``number``, has crept is added to the load's angle.
+    """
     torque = np.interp(log.time - result.lag, log.time, log.channel("torque"))
     if result.cogging is not None:
         torque -= result.cogging.at(log.channel("angle"))
-    return replace(log, channels={**log.channels, "torque": torque})
+    load = log.channel("load_angle")
+    if result.slip is not None:
+        load = load + result.slip.paths[number] * drive.drive_pulley.radius / drive.load_pulley.radius
+    return replace(log, channels={**log.channels, "torque": torque, "load_angle": load})
 
 
 def _possible(found: dict[str, Interval]) -> tuple[dict[str, Interval], tuple[str, ...]]:

@@ -238,9 +238,9 @@ class DemandResult:
         return tuple(demand for demand in self.demands if not demand.met)
 
 
-def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResult:
-    """What a motion asks of a drive; ``torque``: largest torque of the goals [N m]."""
-    limits = move_limits(drive)
+def demand_of(drive: Drive, motion: Motion, most: tuple[float | None, float | None]) -> DemandResult:
+    """What a motion asks of a drive; ``most``: torque of the goals, and at which the rope slides [N m]."""
+    limits, (torque, slides) = move_limits(drive), most
     limits = limits if torque is None else replace(limits, torque=min(limits.torque, torque))
     _, along = motion_torque(drive, motion)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
@@ -250,6 +250,8 @@ def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResul
     asked = {"torque": (np.abs(along).max(), "N m"), "speed": (np.abs(speed).max(), "rad/s")}
     asked |= {"slack_torque": (through, "N m")} if drive.kind == "loop" else {}
     ends = {name: float(getattr(limits, name)) for name in asked}
+    if slides is not None:
+        asked["slip_torque"], ends["slip_torque"] = (through, "N m"), slides
     found = tuple(
         Demand(name=name, asked=float(most), limit=ends[name] if isfinite(ends[name]) else None, unit=unit)
         for name, (most, unit) in asked.items()
@@ -258,4 +260,6 @@ def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResul
         shortest, binding = shortest_rise(limits, motion.angle * DEGREE, motion.rise_order)
     except (InputRefused, NotComputed) as failure:
         return DemandResult(demands=found, shortest=None, binding=str(failure))
+    if slides is not None and (longer := motion.rise * (through / slides) ** 0.5) > shortest:
+        shortest, binding = longer, "slip_torque"
     return DemandResult(demands=found, shortest=shortest, binding=binding)

@@ -135,7 +135,7 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         "eccentricity": SEEN * fresh["eccentricity"].high,
     }
     fresh |= {name: replace(fresh[name], high=min(most, fresh[name].high)) for name, most in limits.items()}
-    repeats = ""
+    repeats, slips = "", tuple[LogFinding, ...]()
     if (cogging := result.cogging) is not None:  # the other ripple that the log leaves is its uncertainty
         half = TWO_SIDED_95 * cogging.error + fresh["ripple_torque"].high
         one = replace(fresh["ripple_torque"], value=cogging.size, source=LOG)
@@ -145,12 +145,24 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
             one, name="ripple_order", unit=UNITS["ripple_order"], value=order, low=order, high=order
         )
         repeats = f"; {cogging.words}"
+    if (slip := result.slip) is not None:
+        inertia = fresh["load_inertia"].value * (drive.drive_pulley.radius / drive.load_pulley.radius) ** 2
+        name, value = ("creep", slip.creep / inertia) if slip.creep else ("slip_torque", slip.limit * inertia)
+        half = TWO_SIDED_95 * slip.error * value / (slip.creep or slip.limit)
+        ends = {"low": max(value - half, 0.0), "high": value + half}
+        fresh[name] = Quantity(name=name, value=value, unit=UNITS[name], source=LOG, **ends)
+        allowed = "runs in which it would slide end early, and the model is not replayed over the log"
+        allowed = "what it moves the load is added to every error" if slip.creep else allowed
+        slips = (LogFinding(id="slip", words=f"{slip.words(inertia)}: {allowed}", decides=False),)
     machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
     correlations = among(result.correlations, fresh)
     likely = [drive_with(drive, sampled_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
-    replays = tuple(replay(explained(log, result), machine, likely=likely) for log in logs)
+    replays: tuple[Replay, ...] = ()
+    if result.slip is None or result.slip.creep > 0.0:  # what slides is no part of the model
+        parts = (explained(log, result, drive, number) for number, log in enumerate(logs))
+        replays = tuple(replay(one, machine, likely=likely) for one in parts)
     late, beyond = _late(result.lag, drive, max(log.interval for log in logs))
-    findings = _against_the_datasheet(fresh, known) + late
+    findings = slips + _against_the_datasheet(fresh, known) + late
     return Knowledge(
         quantities=fresh,
         undetermined=words,

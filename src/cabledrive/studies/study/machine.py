@@ -32,6 +32,8 @@ _TABLE = {
     "ripple_order": ("1/rad", "periods of the ripple per radian", ""),
     "ripple_phase": ("rad", "phase of the ripple", ""),
     "eccentricity": ("rad", "eccentricity of the load encoder", ""),
+    "creep": ("1/(N m)", "creep of the rope on its pulley", ""),
+    "slip_torque": ("N m", "torque at which the rope slides on its pulley", ""),
     "carriage_mass": ("kg", "mass of the carriage", "inertia"),
     "rail_friction": ("N s/m", "friction of the carriage on its guide", "friction"),
     "hanging_mass": ("kg", "hanging mass", "inertia"),

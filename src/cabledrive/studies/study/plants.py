@@ -38,7 +38,7 @@ from cabledrive.studies.study.controller_stage import (
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive
 from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choose_reduced_model
-from cabledrive.studies.study.sampled_plants import joined_loop, with_values
+from cabledrive.studies.study.sampled_plants import crept, joined_loop, with_values
 from cabledrive.studies.study.stage_cache import Logs, Made, StageCache
 
 EXCEEDED = "the motion exceeds the limits of the drive"
@@ -72,6 +72,7 @@ class Candidates:
 AXIS = "the lumped chain of an axis is run, its machine's spans are in the network of `simulate`"
 LINE = "the cable plant is a loop round two pulleys, this drive is a line"
 BACKLASH = "the distributed cable does not support motor.backlash"
+SLIDES = "the distributed cable does not slide on its pulleys"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,6 +99,8 @@ class LoadPlant:
             return AXIS
         if self.drive.kind != "loop":
             return LINE
+        if self.known is not None and "slip_torque" in self.known.quantities:
+            return SLIDES
         motor = self.drive.motor
         return BACKLASH if motor is not None and motor.backlash > 0.0 else ""
 
@@ -115,7 +118,9 @@ class LoadPlant:
 
     def demand(self) -> DemandResult:
         """What the motion asks of motor and cable."""
-        return self.cache.staged("demand", demand_of, self.drive, self.goals.motion, self.goals.torque)
+        slides = None if self.known is None else self.known.quantities.get("slip_torque")
+        limits = self.goals.torque, None if slides is None else slides.high
+        return self.cache.staged("demand", demand_of, self.drive, self.goals.motion, limits)
 
     def candidates(self, modes: ModesResult, *, possible: bool) -> Candidates:
         """The reduced model, the damped law of the chain by its bound, and every law at its best setting."""
@@ -167,14 +172,14 @@ class LoadLoop:
         return len(self.loop.rig.phases)
 
     def run(self, values: Mapping[str, float], phases: Array) -> Score:
-        """Eccentricity of the load encoder is added to the error, since the law follows what it reads."""
+        """Eccentricity of the load's encoder, which the law follows, and creep are added to the error."""
         moved = with_values(self.loop, self.drive, values, phases)
         done = run(moved, log=False)
         found = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=False))
         share = found["saturated"] / len(moved.target)
         if done.failed:
             return Score(peak=None, torque=None, saturated=share)
-        peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0)
+        peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0) + crept(moved, values)
         return Score(peak=peak, torque=found["peak_torque"], saturated=share)
 
     def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:

@@ -94,6 +94,10 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
     chain = plant_chain(plant, None)
     play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
     fresh = with_plant(loop, chain, play)
+    if "slip_torque" in values:  # a run in which the rope slides ends
+        slides = values["slip_torque"] / chain.stiffness[-1]
+        limit = min(fresh.plant.twist_limit, slides)
+        fresh = replace(fresh, plant=fresh.plant._replace(twist_limit=limit))
     rig = fresh.rig if phases is None else fresh.rig._replace(phases=phases)
     if "delay" in values:
         known = rig.late_samples * rig.interval + rig.late_part
@@ -104,6 +108,16 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
         ripple = values["ripple_torque"] * np.sin(order * loop.target[: len(rig.forces)] + phase)
         rig = rig._replace(forces=rig.forces + np.column_stack((ripple, np.zeros_like(ripple))))
     return replace(fresh, rig=rig)
+
+
+def crept(loop: Loop, values: Mapping[str, float]) -> float:
+    """Largest angle by which a rope that creeps on its pulley is off along the motion [rad at the load]."""
+    if "creep" not in values:
+        return 0.0
+    speed = np.gradient(loop.target, loop.rig.interval)
+    pull = loop.chain.inertias[-1] * np.gradient(speed, loop.rig.interval)
+    path = np.cumsum(pull * np.abs(speed)) * loop.rig.interval
+    return float(values["creep"] * np.abs(path).max() / loop.gear)
 
 
 Interval = tuple[float, float, float]

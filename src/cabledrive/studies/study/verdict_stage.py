@@ -65,7 +65,11 @@ OTHER = (
     "complete what the carriage controller needs, where the machine allows it; modes, resonance and torque "
     "are valid without it"
 )
-ENDS = {"slack torque": "carry before a span goes slack", "lost tension": "are the pretension"}
+ENDS = {
+    "slack torque": "carry before a span goes slack",
+    "slip torque": "carry before the rope slides on its pulley",
+    "lost tension": "are the pretension",
+}
 NO_LOAD_ENCODER = (
     "no encoder at the load: the law computes its angle from the motor's; errors are of the simulated "
     "load, and what slips or stretches otherwise than the file says is not seen"
@@ -161,7 +165,7 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
 def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
     goals, unit, cable = found.goals, error_unit(found.goals), found.cable_score
     goal, doubts = goal_of(goals), _doubts(found)
-    correct = [CORRECT] if found.knowledge.findings else []
+    correct = [CORRECT] if any(one.id != "slip" for one in found.knowledge.findings) else []
     if goal is None:
         remedy = "set error in [goals] to get a verdict"
         if chosen.reached and chosen.reached.error is not None:
@@ -227,9 +231,8 @@ def _bound(found: Findings) -> float | None:
 
 
 def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
-    words = (
-        [] if found.chosen is not None else [f"the log: {finding}" for finding in found.knowledge.findings]
-    )
+    said = (one for one in found.knowledge.findings if found.chosen is None or one.id == "slip")
+    words = [f"the log: {one}" for one in said]
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
     if found.knowledge.residual is None:
         given = "could be used" if found.check.logs else "was given"
