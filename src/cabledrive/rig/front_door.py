@@ -2,7 +2,7 @@
 
 from dataclasses import fields, replace
 from os import PathLike
-from typing import Any, TypedDict, Unpack, overload
+from typing import Any
 
 import numpy as np
 
@@ -41,40 +41,6 @@ from cabledrive.rig.two_motors.summary import CONTROLLER
 from cabledrive.rig.two_motors.summary import summarize as summarize_winches
 
 GAINS = {"best": True, "dissertation": False, "printed": False}
-
-
-class _Asked(TypedDict, total=False):
-    """What `track` is asked of pulses."""
-
-    controller: str | PathLike[str] | ControllerProtocol | None
-    bandwidth: float | None
-    plant: str | LumpedChain | PlantProtocol | None
-    options: RigOptions | None
-    plant_drive: Drive | RoutedDrive | None
-    seed: int
-    gains: str
-    adapt: bool
-    draws: int
-    feedforward: str
-    repeat: int
-
-
-@overload
-def track(
-    drive: Drive, *, motion: Motion | None = ..., axis: None = ..., **asked: Unpack[_Asked]
-) -> Tracking: ...
-
-
-@overload
-def track(
-    drive: Drive | RoutedDrive,
-    *,
-    motion: Motion | BodyMotion | None = ...,
-    axis: str | None = ...,
-    least_tension: float | None = ...,
-    gust: float | None = ...,
-    **asked: Unpack[_Asked],
-) -> Tracking | TwoMotorTracking: ...
 
 
 def track(

@@ -85,7 +85,7 @@ def control_part(request: Request) -> Response:
         with _ONE_AT_A_TIME:
             for law, bandwidth in bandwidths.items():
                 try:
-                    runs[law] = track(
+                    found = track(
                         drive,
                         controller=law,
                         bandwidth=bandwidth,
@@ -93,6 +93,8 @@ def control_part(request: Request) -> Response:
                         motion=motion,
                         options=options,
                     )
+                    assert isinstance(found, Tracking)
+                    runs[law] = found
                 except (InputRefused, NotComputed) as refusal:
                     refused.append(f"{law}: {refusal}")
     except (InputRefused, NotComputed) as refusal:

@@ -105,7 +105,7 @@ def command(
 ) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.reduction.network_axis import as_axis
-    from cabledrive.rig import Motion, RigOptions, track
+    from cabledrive.rig import Motion, RigOptions, Tracking, track
     from cabledrive.rig.setting import (
         parse_disturbance,
         parse_encoder_dropout,
@@ -163,6 +163,7 @@ def command(
         draws=spec["draws"],
         repeat=spec["repeat"],
     )
+    assert isinstance(found, Tracking)
     if log_file is not None:
         log_file.write(log_text(found, actual or drive))
     if animate is not None:

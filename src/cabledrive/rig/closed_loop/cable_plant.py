@@ -151,9 +151,9 @@ def run_cable(c: CableRun, control: Control, first: int, last: int, s: LoopState
         s.discrete[1] = cable_ends(c, gone, s)
         if s.discrete[1] != 0:
             return k
-        wanted, command, sigma = decide(control, k, x, s)
-        slip = 0 if x[n] == 0.0 else 1
-        finish_sample(control, k, s, log, x[: 2 * n + 1], wanted, command, sigma, slip)
+        issued = decide(control, k, x, s)
+        s.discrete[0] = x[n] != 0.0
+        finish_sample(control, k, s, log, x[: 2 * n + 1], issued)
         s.discrete[1] = move_cable(c, rig, k, s)
         if s.discrete[1] != 0:
             return k + 1

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import lru_cache
-from math import isfinite, pi
+from math import isfinite, nan, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -120,7 +120,7 @@ def run_loop(
             command = s.x[2 * size]
             wanted = command + (1.0 if lag > 0.5 * pi else 0.0)
         seen = s.terms[VIEW, : 2 * size + 1]
-        finish_sample(control, k, s, log, seen, wanted, command, sigma, s.discrete[0])
+        finish_sample(control, k, s, log, seen, (wanted, command, sigma))
         move_chain(plant, rig, k, s, older, newer)
     return last
 
@@ -147,15 +147,12 @@ def before_step(plant: ChainPlant, c: Control, k: int, gone: float, s: LoopState
 
 
 @njit_in_place
-def after_step(
-    plant: ChainPlant, c: Control, k: int, torque: float, valid: bool, s: LoopState, log: Array
-) -> None:
-    """A sample from the user's torque on: limit, filter, score, log, plant."""
-    if not valid:
-        s.summary[6] += 1.0
+def after_step(plant: ChainPlant, c: Control, k: int, torque: float, s: LoopState, log: Array) -> None:
+    """A sample from the user's torque on, NaN where there is none: limit, filter, score, log, plant."""
+    valid = isfinite(torque)
+    s.summary[6] += not valid
     wanted, command = issue(c.observer, c.rig.torque_limit, s.controller, torque, valid)
-    seen = s.terms[VIEW, : s.x.size]
-    finish_sample(c, k, s, log, seen, wanted, command, 0.0, s.discrete[0])
+    finish_sample(c, k, s, log, s.terms[VIEW, : s.x.size], (wanted, command, 0.0))
     move_chain(plant, c.rig, k, s, 0.0, 0.0)
 
 
@@ -169,7 +166,7 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
     ) -> int:
         gone, memory = farthest(control.target), s.controller.memory
         for k in range(first, last):
-            code, torque = before_step(plant, control, k, gone, s), 0.0
+            code, torque = before_step(plant, control, k, gone, s), nan
             if code > 0:
                 s.discrete[1] = code
                 return k
@@ -184,7 +181,7 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
                 if not good:
                     s.discrete[1] = NOT_FINITE
                     return k
-            after_step(plant, control, k, torque, code == 0, s, log)
+            after_step(plant, control, k, torque, s, log)
         return last
 
     compiled: Callable[..., int] = numba.njit(error_model="numpy", nogil=True)(run_own_loop)
@@ -228,7 +225,7 @@ def new_plant_state(plant: ChainPlant, rig: RigNumbers) -> PlantState:
 @njit_part
 def plant_read(rig: RigNumbers, s: PlantState) -> None:
     """The encoders now, into the plant's readings."""
-    read_encoders(rig.encoders, rig.counts, rig.phases, rig.dropout, s.x, 0, s.readings)
+    read_encoders(rig, s.x, 0, s.readings)
 
 
 @njit_part

@@ -109,53 +109,16 @@ def new_state(
 
 
 @njit_in_place
-def read_encoders(
-    encoders: Integers,
-    counts: Array,
-    phases: Array,
-    dropout: Integers,
-    angles: Array,
-    sample: int,
-    readings: Array,
-) -> None:
+def read_encoders(rig: RigNumbers, angles: Array, sample: int, readings: Array) -> None:
     """Angles in whole counts, each encoder with its own phase; NaN from one that drops out."""
     for j in range(readings.size):
-        angle = angles[encoders[j]]
-        if counts[j] > 0.0:
-            readings[j] = counts[j] * np.rint(angle / counts[j] + phases[j])
+        angle = angles[rig.encoders[j]]
+        if rig.counts[j] > 0.0:
+            readings[j] = rig.counts[j] * np.rint(angle / rig.counts[j] + rig.phases[j])
         else:
             readings[j] = angle
-    if dropout[0] >= 0 and dropout[1] <= sample <= dropout[2]:
-        readings[dropout[0]] = nan
-
-
-@njit_in_place
-def keep_score(score: Array, early: bool, error: float, own: float, wanted: float, command: float) -> None:
-    """Peaks and sums of a run, as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them."""
-    size = abs(error)
-    score[0] = max(score[0], size)
-    if early:
-        score[1] = max(score[1], size)
-    else:
-        score[2] = max(score[2], size)
-    score[3] += size * size
-    score[4] = max(score[4], abs(command))
-    if wanted != command:
-        score[5] += 1.0
-    score[8] = max(score[8], abs(own))
-
-
-@njit_in_place
-def write_row(
-    row: Array, x: Array, readings: Array, command: float, slip: int, sigma: float, c: ControllerState
-) -> None:
-    """One row of the log."""
-    i = _put(row, 0, x)
-    i = _put(row, i, readings)
-    row[i], row[i + 1], row[i + 2] = command, slip, sigma
-    i = _put(row, i + 3, c.parameters)
-    i = _put(row, i, c.regressor)
-    _put(row, i, c.states)
+    if rig.dropout[0] >= 0 and rig.dropout[1] <= sample <= rig.dropout[2]:
+        readings[rig.dropout[0]] = nan
 
 
 @njit_in_place
@@ -167,29 +130,32 @@ def _put(row: Array, start: int, values: Array) -> int:
 
 @njit_part
 def finish_sample(
-    c: Control,
-    k: int,
-    s: LoopState,
-    log: Array,
-    shafts: Array,
-    wanted: float,
-    command: float,
-    sigma: float,
-    slip: int,
+    c: Control, k: int, s: LoopState, log: Array, shafts: Array, issued: tuple[float, float, float]
 ) -> None:
-    """Score and log of a sample whose command is known; ``shafts``: angles, speeds and shaft torque."""
-    counts, phases = c.rig.counts, c.rig.phases
-    own = counts[counts.size - 1] * phases[phases.size - 1]
-    error = shafts[shafts.size // 2 - 1] - c.target[k]
-    keep_score(s.summary, k < c.rig.first_end, error, error + own, wanted, command)
+    """Score and log of a sample: command wanted, limited command, sigma; ``shafts``: angles, speeds, torque.
+
+    The score is that of `SUMMARY`.
+    """
+    counts, phases, score = c.rig.counts, c.rig.phases, s.summary
+    error, (wanted, command, sigma) = shafts[shafts.size // 2 - 1] - c.target[k], issued
+    part = 1 if k < c.rig.first_end else 2
+    score[0] = max(score[0], abs(error))
+    score[part] = max(score[part], abs(error))
+    score[3] += error * error
+    score[4] = max(score[4], abs(command))
+    score[5] += 1.0 if wanted != command else 0.0
+    score[8] = max(score[8], abs(error + counts[counts.size - 1] * phases[phases.size - 1]))
     if log.shape[0] > 0:
-        write_row(log[k], shafts, s.readings, command, slip, sigma, s.controller)
+        row, kept = log[k], s.controller
+        i = _put(row, _put(row, 0, shafts), s.readings)
+        row[i], row[i + 1], row[i + 2] = command, s.discrete[0], sigma
+        _put(row, _put(row, _put(row, i + 3, kept.parameters), kept.regressor), kept.states)
 
 
 @njit_part
 def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, x: Array, s: LoopState) -> None:
     """Read the encoders at angles (and speeds) ``x``; ideal sensors and lost readings go into the states."""
-    read_encoders(rig.encoders, rig.counts, rig.phases, rig.dropout, x, k, s.readings)
+    read_encoders(rig, x, k, s.readings)
     if observer.kind == 0:
         seen, states = True, s.controller.states
         for j in range(s.readings.size):

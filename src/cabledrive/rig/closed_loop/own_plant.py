@@ -225,9 +225,10 @@ def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array
         state.discrete[1] = ends()
         if state.discrete[1]:
             return k
-        wanted, command, sigma = decides(k)
-        slip = int(state.discrete[0]) if loop.cable is None else int(shafts[loop.chain.size] != 0.0)
-        finish_sample(control, k, state, log, shafts, wanted, command, sigma, slip)
+        issued = decides(k)
+        if loop.cable is not None:
+            state.discrete[0] = shafts[loop.chain.size] != 0.0
+        finish_sample(control, k, state, log, shafts, issued)
         state.discrete[1] = moves(k)
         if state.discrete[1]:
             return k + 1
