@@ -10,10 +10,8 @@ from cabledrive.reduction.transporter import frozen_frequencies, transporter_of
 from cabledrive.rig.carriage import (
     MARGIN,
     CarriageMove,
-    force_limit,
     made_law,
     move_carriage,
-    one_count,
 )
 from cabledrive.rig.setting import sample_interval
 
@@ -67,7 +65,7 @@ def along_the_way(drive, law, *, positions=41, rigidity=1.0):
     design = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     plant = replace(design, axial_rigidity=rigidity * design.axial_rigidity)
     places = np.linspace(design.start - MARGIN, design.start + move.distance + MARGIN, positions)
-    made = made_law(design, law, move, interval, one_count(drive), force_limit(drive))
+    made = made_law(drive, design, law, move)
     largest = [np.abs(frozen_poles(made, plant, float(x), interval)).max() for x in places]
     hertz = np.array([frozen_frequencies(plant, float(x)) for x in places]) / (2.0 * np.pi)
     return np.log(largest) / interval, hertz

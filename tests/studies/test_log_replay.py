@@ -191,9 +191,7 @@ def test_a_load_encoder_of_a_fifth_of_the_counts_ends_no_study_in_yes(tmp_path, 
     assert [one["id"] for one in said["findings"] if one["decides"]] == ["load_encoder"]
     assert found.known.sensors.load_encoder == COARSE
     law = law_of(found.laws.chosen, found.known, goals.motion, found.knowledge)
-    worst = errors(
-        coarse_machine(), joined_loop(found.known, found.known, law, goals.motion, None), 40, seed=5
-    )
+    worst = errors(coarse_machine(), joined_loop(found.known, law, goals.motion, None), 40, seed=5)
     reached = found.verdict.reached.error
     measured(f"reached {reached / DEGREE:.3f} deg as said; machine {worst.max() / DEGREE:.3f} deg")
     assert np.mean(worst <= reached) >= 0.95

@@ -172,8 +172,8 @@ def test_an_encoder_never_costs_more_than_its_bound(measured):
     drive = replace(drive, motor=replace(drive.motor, coulomb_friction=0.0))
     motion = goals(30, 0.3).motion
     law = make_law(drive, motion, by_datasheet(drive, dict.fromkeys(SPREADS, 0.0)), 3, 40.0)
-    loop = joined_loop(drive, drive, law, motion, None)
-    clean = run(joined_loop(drive, drive, law, motion, None, options=rig_options(drive, ideal=True)))
+    loop = joined_loop(drive, law, motion, None)
+    clean = run(joined_loop(drive, law, motion, None, options=rig_options(drive, ideal=True)))
     bound, load = sensor_bound(loop), loop.chain.size - 1
     costs = []
     for seed in range(8):
@@ -438,7 +438,7 @@ def test_a_friction_that_the_log_finds_replaces_the_guess_and_decides_nothing():
 def test_ripple_of_a_drawn_motor_goes_with_the_wanted_angle_from_its_own_phase():
     drive, motion = drive_of("turntable"), goals(30, 0.3).motion
     law = make_law(drive, motion, by_datasheet(drive, dict.fromkeys(SPREADS, 0.0)), 3, 40.0)
-    loop = joined_loop(drive, drive, law, motion, None)
+    loop = joined_loop(drive, law, motion, None)
     ripple = {"ripple_torque": 0.1, "ripple_order": 3.0, "ripple_phase": 1.0}
     more = with_values(loop, drive, ripple, None).rig.forces - loop.rig.forces
     np.testing.assert_allclose(more[:, 0], 0.1 * np.sin(3.0 * loop.target[: len(more)] + 1.0), atol=1e-12)

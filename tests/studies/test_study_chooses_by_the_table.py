@@ -33,7 +33,7 @@ def test_a_study_tries_every_law_that_a_comparison_offers():
 def on_the_plants_of(found, setting, draws):
     """Scores of a law on the plants of a study's acceptance, by the comparison's measure."""
     motion, drive, known = found.goals.motion, found.known, found.knowledge
-    loop = joined_loop(drive, drive, law_of(setting, drive, motion, known), motion, found.goals.torque)
+    loop = joined_loop(drive, law_of(setting, drive, motion, known), motion, found.goals.torque)
     runs = []
     for draw in range(draws):
         values, phases = sampled_plant(

@@ -129,7 +129,7 @@ def by_a_log(name, what, folder, draws):
 def failures(found, truth, goal, runs):
     """Runs of the chosen law on the machine that leave the goal."""
     law = law_of(found.laws.chosen, found.known, found.goals.motion, found.knowledge)
-    loop = joined_loop(found.known, found.known, law, found.goals.motion, None)
+    loop = joined_loop(found.known, law, found.goals.motion, None)
     return int(np.count_nonzero(errors(truth, loop, runs, seed=11) > goal))
 
 

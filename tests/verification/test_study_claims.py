@@ -19,7 +19,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.reduction.quality import model_quality
 from cabledrive.rig.bench.experiment import Excitation, experiment
-from cabledrive.rig.closed_loop.loop import run
+from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import log_csv
 from cabledrive.rig.tuning import LawSetting
@@ -31,7 +31,7 @@ from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import values_of
 from cabledrive.studies.study.plants import LoadPlant
-from cabledrive.studies.study.sampled_plants import joined_loop, make_law
+from cabledrive.studies.study.sampled_plants import make_law, rig_options
 from cabledrive.studies.study.stage_cache import StageCache
 
 TRUTH = load_drive("dissertation-3")
@@ -69,7 +69,8 @@ def accepted_on_the_truth(truth, excitation, folder, draws, cable_draws, measure
     law = make_law(found.known, motion, found.knowledge.quantities, control.model, control.bandwidth)
     outside = {}
     for plant, runs in (("lumped", draws), ("cable", cable_draws)):
-        loop = joined_loop(found.known, truth, law, motion, None, cable=plant == "cable")
+        given = motion, rig_options(truth), np.random.default_rng(0)
+        loop = close_loop(found.known, truth, law, *given, cable=plant == "cable")
         peaks = []
         for seed in range(runs):
             phases = np.random.default_rng([9, seed]).uniform(-0.5, 0.5, len(loop.rig.phases))

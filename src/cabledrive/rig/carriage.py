@@ -319,7 +319,7 @@ def move_carriage(
         )
     interval, count = sample_interval(drive), one_count(drive)
     wanted, reference = reference_of(believed, law, move, interval)
-    made = made_law(believed, law, move, interval, count, force_limit(drive), tuning)
+    made = made_law(drive, believed, law, move, tuning)
     wind, (strength, begin, stop) = np.zeros(len(reference)), move.gust
     wind[round(begin / interval) : round(stop / interval)] = strength
     loop = CarriageLoop(made, reference, wind, interval, substeps, 0.0 if ideal_sensors else count)
@@ -369,22 +369,20 @@ def way_of(move: CarriageMove, duration: float) -> Trajectory:
 
 @lru_cache(maxsize=16)
 def made_law(
+    drive: Drive,
     transporter: Transporter,
     law: str,
     move: CarriageMove,
-    interval: float,
-    count: float,
-    limit: float,
     tuning: TransporterTuning | None = None,
 ) -> ScheduledLaw:
-    """Law and observer of a name over the way's positions; ``interval`` [s], ``count`` [m], ``limit`` [N]."""
+    """Law and observer of a name over the way's positions."""
     ends = sorted((transporter.start, transporter.start + move.distance))
     positions = np.linspace(ends[0] - MARGIN, ends[1] + MARGIN, POSITIONS)
     made = scheduled_law(
         transporter,
-        interval=interval,
-        count=count,
-        limit=limit,
+        interval=sample_interval(drive),
+        count=one_count(drive),
+        limit=force_limit(drive),
         positions=positions,
         tuning=tuning,
         frozen=0.5 * (ends[0] + ends[1]) if law == "frozen" else None,

@@ -23,15 +23,13 @@ def chain_numbers(
     chain: LumpedChain,
     interval: float,
     *,
-    current_rate: float = 0.0,
     substeps: int = 1,
     smooth: bool = False,
     play: float = 0.0,
     slack: float = inf,
-    twist_limit: float = inf,
     **more: Any,
 ) -> ChainPlant:
-    """A chain in links between equal angles; ``interval`` [s]; ``current_rate``: of the torque [rad/s]."""
+    """A chain in links between equal angles; ``interval`` [s]; ``more``: fields that differ from none."""
     links = np.arange(chain.size - 1)
     plays, slacks = np.zeros(len(links)), np.full(len(links), inf)
     if len(links):
@@ -48,9 +46,9 @@ def chain_numbers(
         slack=slacks,
         phases=np.zeros(3),
         motors=1,
-        current_rate=float(current_rate),
+        current_rate=0.0,
         step=interval / substeps,
-        twist_limit=float(twist_limit),
+        twist_limit=inf,
         smooth=SLOPE if smooth else 0.0,
     )._replace(**more)
     return in_steps(numbers, interval, substeps)

@@ -120,22 +120,15 @@ def checked_plant(given: Any) -> OwnPlant:
 
 
 def moved(
-    plant: OwnPlant,
-    state: Array,
-    asked: tuple[float, float],
-    push: tuple[float, float],
-    time: float,
-    rate: float,
-    pieces: int,
-    place: str,
+    loop: Any, state: Array, asked: tuple[float, float], push: tuple[float, float], time: float, place: str
 ) -> tuple[Array, float]:
-    """The state after a time under a constant command, behind the torque loop.
+    """The state after a time [s] under a constant command behind the torque loop, and the loop's torque.
 
     ``state``, shape (m,); ``asked``: torque at the motor's shaft, and the one asked for [N m]; ``push``:
-    further torque on motor and load [N m]; ``time`` [s]; ``rate``: bandwidth of the torque loop [rad/s]; 0:
-    none. In each piece the plant gets the mean torque of the loop: its momentum is exact. Returns ``state``,
-    shape (m,); ``shaft``: torque of the loop at the end [N m].
+    further torque on motor and load [N m]. In each piece the plant gets the mean torque of the loop: its
+    momentum is exact.
     """
+    plant, rate, pieces = loop.own_plant, loop.plant.current_rate, loop.pieces
     count = max(pieces, int(np.ceil(rate * time / PIECE)))
     part, (shaft, command) = time / count, asked
     for _ in range(count):
@@ -282,7 +275,7 @@ def _plant(loop: Any, s: LoopState, tensions: Array) -> tuple[Ends, Moves]:
 
 
 def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:
-    rig, n, rate = loop.rig, loop.chain.size, loop.plant.current_rate
+    rig, n = loop.rig, loop.chain.size
     kept = s.x[2 * n + 1 :]
 
     def ends() -> int:
@@ -298,7 +291,7 @@ def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:
         for command, time in zip(s.controller.commands, (rig.late_part, span - rig.late_part), strict=False):
             if time > 0.0:
                 asked = (shaft, float(command))
-                state, shaft = moved(loop.own_plant, state, asked, push, time, rate, loop.pieces, place)
+                state, shaft = moved(loop, state, asked, push, time, place)
         kept[:], s.x[2 * n] = state, shaft
         return 0
 

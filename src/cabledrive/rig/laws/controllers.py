@@ -233,13 +233,12 @@ def motion_numbers(drive: Drive, motion: Motion) -> MotionNumbers:
 
 def darc(spec: DesignSpec, number: int) -> Controller:
     """Direct adaptive robust controller of a model, as printed; ``number``, {1, 2, 3, 4}."""
-    return chain_law(spec, number, f"darc-{number}", damped=False)
+    return chain_law(spec, number, damped=False)
 
 
 def chain_law(
     spec: DesignSpec,
     number: int,
-    name: str,
     *,
     damped: bool,
     tuning: KalmanTuning = QUIET,
@@ -266,7 +265,7 @@ def chain_law(
         "upper_bounds": bounds.high.tolist(),
     }
     return Controller(
-        name=name,
+        name=f"darc-{number}" + ("-damped" if damped else ""),
         law=law,
         reference=reference,
         shafts=law_shafts(number, spec.feedback),
@@ -284,8 +283,10 @@ def chain_law(
 
 def law_for_chain(spec: DesignSpec, chain: LumpedChain, *, tuning: KalmanTuning = QUIET) -> Controller:
     """The damped law of any chain from ``motor`` to ``load``, its gains in Model 4's ratio, its filter."""
-    made = chain_law(spec, 4, "damped law of a chain", damped=True, tuning=tuning, chain=chain)
-    return replace(made, shafts=chain.names, filter_model=None, filter_chain=chain)
+    made = chain_law(spec, 4, damped=True, tuning=tuning, chain=chain)
+    return replace(
+        made, name="damped law of a chain", shafts=chain.names, filter_model=None, filter_chain=chain
+    )
 
 
 def own_filter(number: int, feedback: str) -> int | None:

@@ -112,12 +112,12 @@ def _stable(made: Controller, spec: DesignSpec) -> bool:
     return all(pole.damping_ratio > -1e-9 for pole in closed_loop_poles(spec.drive, made))
 
 
-def damped_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
-    """The damping-aware law of Model 3 or 4 (``number``); its filter by what is not known."""
+def damped_law(spec: DesignSpec, number: int) -> Controller:
+    """The damping-aware law of a model, {1, 2, 3, 4}; its filter by what is not known."""
     own = own_filter(number, spec.feedback)
     only = None if own is None else law_shafts(number, spec.feedback)
     tuning = tuning_by_uncertainty(spec, spec.model(own or spec.number), only)
-    return chain_law(spec, number, name, damped=True, tuning=tuning)
+    return chain_law(spec, number, damped=True, tuning=tuning)
 
 
 def tuning_by_uncertainty(

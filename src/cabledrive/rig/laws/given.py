@@ -139,7 +139,7 @@ def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
     """The packaged law of that name, for what a run says of it besides its numbers."""
     if found.name.endswith("-damped"):  # without the trial runs that chose its gains
         number = int(found.name.split("-")[1])
-        return chain_law(replace(spec, bandwidth=found.bandwidth), number, found.name, damped=True)
+        return chain_law(replace(spec, bandwidth=found.bandwidth), number, damped=True)
     given = replace(spec, bandwidth=found.bandwidth)
     if found.name in KINDS and found.reference is not None:
         return load_learning(given, found.name, found.reference.load.turning)

@@ -79,7 +79,7 @@ def _known(value: float) -> float | None:
 
 def indirect(spec: DesignSpec) -> Controller:
     """The law before anything has been learnt: the damping-aware one of its highest model."""
-    return damped_law(spec, NAME, spec.number)
+    return replace(damped_law(spec, spec.number), name=NAME)
 
 
 def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
@@ -151,8 +151,8 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
     chain = learnt_chain(spec.model(number), found)
     bounds = learnt_bounds(chain, found)
     same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]) if spec.best else spec.bandwidth)
-    made = chain_law(same, number, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
-    made = replace(made, gains=first.gains | made.gains | {"beta": float(found.load.values[0])})
+    made = chain_law(same, number, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
+    made = replace(made, name=NAME, gains=first.gains | made.gains | {"beta": float(found.load.values[0])})
     drive, options = spec.drive, loop.options
     sampling = Sampling(interval=spec.interval, delay=control_delay(drive), current_rate=current_rate(drive))
     fitted = fitted_encoders(drive, None if made.filter_model is None else made.shafts)

@@ -74,10 +74,7 @@ def stepper(spec: DesignSpec, *, shaped: bool = False) -> Controller:
 
 CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     **{f"darc-{number}": partial(darc, number=number) for number in (1, 2, 3, 4)},
-    **{
-        f"darc-{number}-damped": partial(damped_law, name=f"darc-{number}-damped", number=number)
-        for number in (1, 2, 3, 4)
-    },
+    **{f"darc-{number}-damped": partial(damped_law, number=number) for number in (1, 2, 3, 4)},
     "backstepping": backstepping,
     "backstepping-6": backstepping_6,
     NAME: indirect,

@@ -129,8 +129,8 @@ def evaluate(
 ) -> tuple[Candidate, dict[str, float]]:
     """The parts of the bound at one bandwidth [Hz], among them what each quantity adds [rad]."""
     law = make_law(drive, motion, quantities, model, hertz)
-    ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
-    real = joined_loop(drive, drive, law, motion, torque)
+    ideal = joined_loop(drive, law, motion, torque, options=rig_options(drive, ideal=True))
+    real = joined_loop(drive, law, motion, torque)
     fine = real.rig._replace(counts=FINE * real.rig.counts, phases=np.zeros_like(real.rig.phases))
     smooth = replace(real, rig=fine)
     nominal = summarize(ideal, run(ideal))

@@ -90,7 +90,7 @@ def design_controller(
             reason=f"no bandwidth can be used: {why}",
         )
     law = make_law(drive, motion, quantities, best.model, best.bandwidth)
-    loop = joined_loop(drive, drive, law, motion, None)
+    loop = joined_loop(drive, law, motion, None)
     seen = summarize(loop, run(loop))
     return ControllerResult(
         model=best.model,
@@ -161,7 +161,7 @@ def _tuned(name: str, drive: Drive, motion: Motion, known: Knowledge, torque: fl
 
     def worst(made: Controller) -> float:
         """Largest error over the plants for tuning [rad]; infinite where one ends early or asks too much."""
-        loop = joined_loop(drive, drive, made, motion, torque)
+        loop = joined_loop(drive, made, motion, torque)
         first = _error(loop, drive, known, 0)
         if first == float("inf"):
             return first

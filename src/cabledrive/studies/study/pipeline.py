@@ -338,7 +338,7 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     if chosen is None:
         return None
     law = law_of(chosen, result.known, goals.motion, result.knowledge)
-    loop = joined_loop(result.known, result.known, law, goals.motion, goals.torque)
+    loop = joined_loop(result.known, law, goals.motion, goals.torque)
     numbers = law_and_filter(loop, result.known, near_encoder(result.known))
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},

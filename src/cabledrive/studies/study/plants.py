@@ -156,7 +156,7 @@ def load_loop(
 ) -> "LoadLoop":
     """A law at its setting; ``drive``: with the best values; ``torque``: largest of the goals [N m]."""
     made = law_of(law, drive, motion, known)
-    return LoadLoop(joined_loop(drive, drive, made, motion, torque, cable=cable), drive)
+    return LoadLoop(joined_loop(drive, made, motion, torque, cable=cable), drive)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

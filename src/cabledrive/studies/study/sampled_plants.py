@@ -53,7 +53,7 @@ def make_law(
     """The damped law of the chain at a bandwidth [Hz], its projection bounds from what is known."""
     spec = DesignSpec(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
     bounds = projection_bounds(quantities, drive, model)
-    return chain_law(spec, model, f"darc-{model}-damped", damped=True, bounds=bounds)
+    return chain_law(spec, model, damped=True, bounds=bounds)
 
 
 def near_encoder(drive: Drive) -> str:
@@ -63,7 +63,6 @@ def near_encoder(drive: Drive) -> str:
 
 def joined_loop(
     drive: Drive,
-    plant: Drive,
     law: Controller,
     motion: Motion,
     torque: float | None,
@@ -71,10 +70,9 @@ def joined_loop(
     options: RigOptions | None = None,
     cable: bool = False,
 ) -> Loop:
-    """The law on a plant, with the torque limit of the goals [N m]."""
-    loop = close_loop(
-        drive, plant, law, motion, options or rig_options(plant), np.random.default_rng(0), cable=cable
-    )
+    """The law on its drive, with the torque limit of the goals [N m]."""
+    options = options or rig_options(drive)
+    loop = close_loop(drive, drive, law, motion, options, np.random.default_rng(0), cable=cable)
     limit = loop.rig.torque_limit if torque is None else min(torque, loop.rig.torque_limit)
     return replace(loop, rig=loop.rig._replace(torque_limit=float(limit)))
 
