@@ -248,8 +248,8 @@ def _refuse_pulses(
         )
     if isinstance(motion, Motion):
         raise InputRefused(
-            "motion = Motion(...) is a pulse of a load pulley: two winches move a body, give "
-            'BodyMotion(moves={"camera.x": 2.0})'
+            "a pulse of a load pulley moves no body between two winches: run cabledrive track with --move, "
+            'such as --move camera.x=2m; in Python BodyMotion(moves={"camera.x": 2.0})'
         )
     names = [field.name for field in fields(RigOptions) if field.name != "disturbances"]
     plain = PULSES | {name: getattr(RigOptions(), name) for name in names}

@@ -22,7 +22,7 @@ from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import DISTURBANCES, SWITCHES, disturbed
 from cabledrive.studio.state import Desk, State, command_line, drive_of, state_of
 
-NONE_HERE = "No control law runs on this machine"
+NONE_HERE = "No control law ran"
 PLANTS = ("model-1", "model-2", "model-3", "model-4", "cable")
 FIRST_LAWS, STEPPER_LAWS = ("pd", "lqg", "lqi-learning"), (*OPEN_LOOPS, "pd", "lqg")
 MOST_LAWS = 4
