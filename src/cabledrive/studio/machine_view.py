@@ -22,7 +22,7 @@ from cabledrive.report.machine.data import figures_table
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
-from cabledrive.report.typesetting import quantity
+from cabledrive.report.typesetting import quantity, typeset_words
 from cabledrive.report.words import DATASHEET
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance import ResonanceSummary, resonance
@@ -281,7 +281,7 @@ def _told(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:
     pairs = pairs_table(found, MOST_PAIRS)
     return {
         "verdict": found.verdict,
-        "reasons": found.reasons,
+        "reasons": [typeset_words(words) for words in found.reasons],
         "facts": figures_table(found, "").groups[0].rows,
         "pairs": pairs,
     }
