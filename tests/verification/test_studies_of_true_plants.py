@@ -1,4 +1,4 @@
-"""Forty machines with one thing that the data sheet lacks: no study says yes to what the machine does not do.
+"""44 machines with one thing that the data sheet lacks: no study says yes to what the machine does not do.
 
 The plants of `true_plants` share no code with those of a study. Each study, on the sheet alone or on a log of
 the machine, is asked for the most that it may call reached: its own figure is the goal. Where it then says
