@@ -31,8 +31,8 @@ def drawing(drive: Drive, name: str) -> Figure:
     return Figure(
         name=f"drawing-{name}",
         alt=_seen(drive),
-        caption="Spans, places of carriages and sag are to scale; boxes are carriages. The colour of a span "
-        "is its tension at rest.",
+        caption="Spans, places of carriages and sag are to the scale of their axis; boxes are carriages. The "
+        "colour of a span is its tension at rest.",
         drawing=moving_machine(drive, None),
     )
 
