@@ -428,7 +428,7 @@ def of_both(seeds, segments):
 @pytest.mark.verify
 def test_fifty_random_recordings_of_both_spans(measured):
     """Every tension within 1 %, nine tenths of the 95 % intervals hold it."""
-    identified, inside, worst = of_both(range(20_000, 20_050), 360)
+    identified, inside, worst = of_both(range(20_000, 20_050), 720)
     measured(f"{identified} of 50, worst {100 * worst:.3f} %, {inside} of {2 * identified} intervals hold")
     assert identified >= 48, identified
     assert worst < 0.01, worst

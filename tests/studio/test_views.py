@@ -12,6 +12,7 @@ import pytest
 from cabledrive.parameters import drive_text, load_drive, packaged_drives, packaged_text
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.report.figures.study_runs import spectrum
+from cabledrive.report.typesetting import typeset_words
 from cabledrive.rig import track
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.resonance import resonance
@@ -23,7 +24,7 @@ def test_the_resonance_page_says_the_verdict_of_the_command(studio):
     page = studio.get("/resonance?drive=dissertation-2&torque=10+mN*m").text
     found = resonance(load_drive("dissertation-2"), torque=0.01)
     assert f">{found.verdict}</span>" in page
-    assert all(words.split(";")[0][:40] in page.replace("&#39;", "'") for words in found.reasons)
+    assert all(typeset_words(words)[:40] in page.replace("&#39;", "'") for words in found.reasons)
 
 
 @pytest.mark.parametrize("name", packaged_drives())
