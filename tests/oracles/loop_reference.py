@@ -1,9 +1,11 @@
 """The loop of the rig for the reader: the compiled run, a sample at a time, for laws of the chain.
 
-The plant is that of `oracles.readable_plant`, encoders and filter stand here; no kernel is run.
+The plant is that of `oracles.readable_plant`, the law that of the benchmark's numpy loop, encoders and filter
+stand here; no kernel is run.
 """
 
 import numpy as np
+from benchmarks.sampled_loops import darc_step
 
 from cabledrive.control.numbers import KALMAN, NOMINAL
 from cabledrive.rig.closed_loop.loop import Loop
@@ -31,32 +33,13 @@ def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
             states = believed[observer.chosen]
         else:
             states = x[observer.chosen]
-        command, estimate = darc(law, estimate, states, loop.controller.reference[k])
+        command, estimate = darc_step(law, estimate, states, loop.controller.reference[k])
         older, newest = newest, np.clip(command, -rig.torque_limit, rig.torque_limit)
         if observer.kind == KALMAN:
             believed, held = predicted(observer.model, observer.scalars, n, believed, held, older, newest)
         commands[k] = newest
         moving, slip = plant.moved(moving, slip, float(newest), rig.interval)
     return commands, angles
-
-
-def darc(law, estimate: Array, states: Array, row: Array) -> tuple[float, Array]:
-    """Command [N m] of the law that adapts by its own motion, Eqs. (6.20), (6.24), and the next estimates."""
-    count, (surface, elastic, inertial) = len(states), law.rows
-    nominal, low, high, gain, limit = law.learning
-    interval, k_sigma, slope, by_reference, desired = law.scalars[:5]
-    z = law.matrix @ states
-    error = z - row[:count]
-    sigma = surface[:count] @ error
-    rate = inertial @ np.append(z, row[count] - surface[: count - 1] @ error[1:])
-    friction = np.tanh(slope * (row[count + 1] if by_reference else states[count // 2]))
-    regressor = np.array([-rate, -states[count // 2], -friction, 1.0])
-    acting = -regressor @ estimate
-    if desired:
-        own, regressor = regressor, np.array([-row[count + 2], -row[count + 1], -friction, 1.0])
-        acting = -nominal @ (own - regressor) - regressor @ estimate
-    moved = interval * np.clip(gain * regressor * sigma, -limit, limit)
-    return elastic[:count] @ z + acting - k_sigma * sigma, np.clip(estimate + moved, low, high)
 
 
 def predicted(
