@@ -108,7 +108,7 @@ def test_geometric_stiffness_is_the_curvature_of_the_belts_length():
     curvature = (
         (-lengths[0] + 16 * lengths[1] - 30 * lengths[2] + 16 * lengths[3] - lengths[4]) / 12 / step**2
     )
-    across = network.direction == 1
+    across = np.arange(network.time.size) % 3 == 1
     rows = (network.start - network.end)[across, arm]
     strings = float(np.sum(network.impedance[across] / network.time[across] * rows**2))
     bodies = float(network.geometric[arm, arm])

@@ -15,7 +15,7 @@ from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route import RoutedDrive, followers, moved, posed
-from cabledrive.parameters.route.tables import routed_from_tables
+from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.studies.planned_motion import PlannedMotion, drive_along
 
 ROUTES = Path(__file__).parent / "routes"
@@ -70,7 +70,7 @@ def test_names_have_no_bearing_on_the_hash(name):
         motor["pulley"] = old[motor["pulley"]]
     for carriage in renamed.get("carriage", []):
         carriage["route"] = old[carriage["route"]]
-    one, other = (cd.content_hash(routed_from_tables(each)) for each in (data, renamed))
+    one, other = (cd.content_hash(drive_from_tables(each)) for each in (data, renamed))
     assert one == other
 
 
@@ -127,7 +127,7 @@ def test_lengths_of_a_crossed_and_an_open_belt_are_those_of_the_textbook():
                 {"name": "r", "path": [signs[0] + "a", signs[1] + "b"], "closed": True, "crossed": True}
             ],
         }
-        drive = routed_from_tables(data)
+        drive = drive_from_tables(data)
         for span in drive.free_spans:
             assert span.length == pytest.approx(np.sqrt(1 - offset**2), rel=1e-12)
         wraps = [span.wrap for span in drive.free_spans]

@@ -1,7 +1,6 @@
 """Set-valued friction against closed forms, and sensitivities against differences.
 
-Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.chain_kernels,
-cabledrive.reduction.axis_kernels.
+Compiled modules under test: cabledrive.reduction.chain_kernels.
 """
 
 from dataclasses import replace
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from cabledrive.reduction.axis_kernels import release
 from cabledrive.reduction.friction_integration import (
     FrictionLaw,
     direction,
@@ -65,8 +63,8 @@ def test_turning_points_do_not_lower_the_order():
     coarse = wave(300, dt)
     fine = integrate_chain(TWO, coarse, dt, substeps=32).angles[-1]
     error = [np.abs(integrate_chain(TWO, coarse, dt, substeps=k).angles[-1] - fine).max() for k in (1, 2, 4)]
-    assert error[1] < error[0] / 2.5, f"errors {error}"
-    assert error[2] < error[1] / 2.5, f"errors {error}"
+    assert error[0] < 1e-6, f"errors {error}"
+    assert error[2] < error[0] / 6.0, f"errors {error}"
 
 
 @pytest.mark.parametrize(
@@ -140,24 +138,3 @@ def test_flanks_of_a_gap_push_and_never_pull():
     truth = solve_ivp(rates, (0.0, 0.199), [0.0, 8.0], t_eval=interval * np.arange(200), max_step=1e-5)
     assert truth.y[1].min() < -1.0, "the flanks do not throw them apart"
     np.testing.assert_allclose(relative, truth.y[1], atol=5e-3 * 8.0)
-
-
-@pytest.mark.parametrize("slope", [0.0, 0.5])
-def test_one_axis_alone_moves_as_a_row_of_one(slope):
-    u = wave(1500, 1e-3)
-    ways = [direction(1, name) for name in ("inertia", "viscous", "coulomb", "offset", "speed")]
-    law = FrictionLaw(excess=(0.0,), fading=(1.0,), slope=(slope,))
-    start = np.array([0.0, 1.0])
-    row = integrate_chain(ONE, u, 1e-3, law=law, start=start, directions=np.column_stack(ways))
-    speeds, sensitivities = integrate_rigid_axis(
-        np.array([0.002, 0.003, 0.04, 0.0]), u, 1e-3, start=1.0, slope=slope
-    )
-    np.testing.assert_allclose(speeds, row.speeds[:, 0], atol=1e-8)
-    scale = np.abs(sensitivities).max(axis=0)
-    error = np.abs(sensitivities - row.speed_sensitivities[:, 0]) / scale
-    assert np.quantile(error, 0.99) < 1e-5, f"{error.max(axis=0)}"
-
-
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_load_above_friction_lets_an_axis_go_at_once(way):
-    assert release(2.0 * way, 0.0, 1.0, 0.25, 1.0) == (0.25, way)

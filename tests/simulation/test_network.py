@@ -13,8 +13,7 @@ from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network import NetworkStart
-from cabledrive.simulation.network.case import network_case
-from cabledrive.simulation.network.result import left_out
+from cabledrive.simulation.network.case import left_out, network_case
 from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent

@@ -131,8 +131,6 @@ class ChainModel:
             chain,
             acting,
             step,
-            gains=(1.0, *(0.0,) * (n - 1)),
-            start=np.zeros(2 * n),
             directions=np.column_stack(directions) if sensitive else None,
             hold=self.hold,
         )

@@ -66,11 +66,6 @@ class TensionOnly(CableLaw):
         taut = self.taut.energy_density(u_x, v_x, w_x)
         return np.where(self.is_slack(u_x, v_x, w_x), at_limit - self.pretension * u_x, taut)
 
-    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Derivative of the components, zero where the cable is slack [N]."""
-        slack = self.is_slack(u_x, v_x, w_x)
-        return np.where(slack[..., None, None], 0.0, self.taut.stiffness_matrix(u_x, v_x, w_x))
-
     def largest_stiffness(self) -> float:
         """That of the taut law [N]."""
         return self.taut.largest_stiffness()
@@ -230,14 +225,6 @@ class ExactLaw(_Hookean):
         across = self.pretension + gain
         return self.pretension * u_x + gain * (1.0 + u_x), across * v_x, across * w_x
 
-    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
-        t = np.stack(self.strain_gradient(u_x, v_x, w_x), axis=-1)  # unit vector along the cable
-        along = t[..., :, None] * t[..., None, :]
-        strain = self.strain(u_x, v_x, w_x)[..., None, None]
-        across = (self.pretension + self.stiffness * strain) / (1.0 + strain)
-        return self.stiffness * along + across * (np.eye(3) - along)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeakLaw(_Hookean):
@@ -261,15 +248,6 @@ class WeakLaw(_Hookean):
         across = self.pretension + gain
         return self.pretension * u_x + gain * (1.0 + u_x), across * v_x, across * w_x
 
-    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
-        strain = self.strain(u_x, v_x, w_x)[..., None, None]
-        direction = np.stack((1.0 + u_x, v_x, w_x), axis=-1)
-        gradient = np.stack(self.strain_gradient(u_x, v_x, w_x), axis=-1)
-        turning = direction[..., :, None] * gradient[..., None, :]
-        across = (self.pretension + self.stiffness * strain) / (1.0 + strain)
-        return across * np.eye(3) + self.axial_rigidity / (1.0 + strain) ** 2 * turning
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConsistentWeakLaw(_Hookean):
@@ -286,13 +264,6 @@ class ConsistentWeakLaw(_Hookean):
         excess = self.stiffness * self.strain(u_x, v_x, w_x)
         tension = self.pretension + excess
         return excess, tension * v_x, tension * w_x
-
-    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
-        gradient = np.stack(self.strain_gradient(u_x, v_x, w_x), axis=-1)
-        along = gradient[..., :, None] * gradient[..., None, :]
-        tension = self.pretension + self.stiffness * self.strain(u_x, v_x, w_x)[..., None, None]
-        return self.stiffness * along + tension * np.diag([0.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -317,11 +288,6 @@ class LinearLaw(_Hookean):
     def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         """Components above the pretension, free of cancellation at small displacements [N]."""
         return self.stiffness * u_x, self.pretension * v_x, self.pretension * w_x
-
-    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
-        matrix = np.diag([self.stiffness, self.pretension, self.pretension])
-        return np.broadcast_to(matrix, (*np.shape(u_x), 3, 3))
 
 
 LAWS: dict[str, type[CableLaw]] = {law.name: law for law in (ExactLaw, WeakLaw, ConsistentWeakLaw, LinearLaw)}

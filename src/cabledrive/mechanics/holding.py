@@ -6,9 +6,9 @@ from itertools import pairwise
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import nearest
 
@@ -136,7 +136,7 @@ def joint_of(drive: Drive) -> Joint | None:
     return Joint(stiffness=motor.joint_stiffness, damping=motor.joint_damping)
 
 
-def shaft_frictions(drive: Drive) -> list[tuple[float, float, NDArray[np.float64]]]:
+def shaft_frictions(drive: Drive) -> list[tuple[float, float, Array]]:
     """Friction of drive pulley, load pulley, motor and joint, seen at the rim.
 
     Viscous [N s/m] and Coulomb [N], and how much of it moves with the rims of the three shafts, shape (3,).
@@ -151,6 +151,21 @@ def shaft_frictions(drive: Drive) -> list[tuple[float, float, NDArray[np.float64
         ]
     ways = np.vstack((np.eye(3), (-1.0, 0.0, 1.0)))
     return [(viscous, coulomb, way) for (viscous, coulomb), way in zip(found, ways, strict=False)]
+
+
+def modal_losses(drive: Drive, rims: Array, squares: Array) -> Array:
+    """Damping between modes of unit modal mass, (k, k) [1/s]: shafts, joint, and Kelvin-Voigt of the cable.
+
+    ``rims``, (k, 3): displacement of drive pulley, load pulley and motor [kg^-1/2]; ``squares``, (k,): of the
+    frequencies [rad^2/s^2], the strain energy of which springs take a part.
+    """
+    motor, square, cable = drive.motor, drive.drive_pulley.radius**2, squares.copy()
+    if motor is not None:
+        cable -= (motor.joint_stiffness or 0.0) / square * (rims[:, 2] - rims[:, 0]) ** 2
+        cable -= (motor.holding_stiffness or 0.0) / square * rims[:, 2] ** 2
+    viscous = [(b, rims @ way) for b, _, way in shaft_frictions(drive)]
+    own = np.diag(drive.cable.axial_damping / drive.cable.axial_rigidity * cable)
+    return np.asarray(sum((b * np.outer(shape, shape) for b, shape in viscous), own))
 
 
 _DENSE = 400  # masses up to which the matrix is solved as a dense one

@@ -75,6 +75,12 @@ def longitudinal_chains(
     )
 
 
+def rigid_mass(drive: Drive) -> float:
+    """Mass at the rim of everything that moves when a drive without held parts turns [kg]."""
+    (labelled,) = longitudinal_chains(drive)
+    return float(labelled.chain.all_masses.sum() + labelled.chain.cable_mass)
+
+
 def transverse_chains(drive: Drive, *, rest: RestState | None = None) -> tuple[LabelledChain, ...]:
     r"""Strings that carry the transverse motion: each span, cut where a guided carriage holds it.
 

@@ -11,9 +11,9 @@ from math import pi, sqrt
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.hanging import HangingElement, hanging_elements, irvine_parameters
+from cabledrive.mechanics.network.hanging import hanging_elements, irvine_parameters
 from cabledrive.mechanics.network.motion import ACROSS, ALONG
-from cabledrive.mechanics.network.pieces import end_place, wrap_at
+from cabledrive.mechanics.network.pieces import Element, Hanging, wrap_at
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.mechanics.rest import RestingSection
 from cabledrive.modal.mode import TRANSVERSE, Mode
@@ -172,7 +172,7 @@ def route_limit(
     )
 
 
-def _hung(network: Network, hanging: bool) -> tuple[dict[int, HangingElement], list[int]]:
+def _hung(network: Network, hanging: bool) -> tuple[dict[int, Element], list[int]]:
     """Elements that hang, by their piece, and numbers of the spans whose sag is left out."""
     elements = hanging_elements(network) if hanging else {}
     hung = {network.pieces[piece].span for piece in elements}
@@ -244,9 +244,7 @@ def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
             )
 
 
-def hanging_limit(
-    network: Network, elements: Mapping[int, HangingElement], listed: Sequence[Mode]
-) -> str | None:
+def hanging_limit(network: Network, elements: Mapping[int, Element], listed: Sequence[Mode]) -> str | None:
     """Why a list with hanging ropes is not certified although the count agrees; None where it is.
 
     ``elements``: by the number of their piece.
@@ -258,7 +256,8 @@ def hanging_limit(
     errors: dict[str, float] = {}
     for piece, element in elements.items():
         span = names[network.pieces[piece].span]
-        errors[span] = max(slope_error(element), errors.get(span, 0.0))
+        assert element.hanging is not None
+        errors[span] = max(slope_error(element.hanging, element.tension), errors.get(span, 0.0))
     for mode in listed:
         shares = mode.strain_shares
         parts = {
@@ -274,27 +273,28 @@ def hanging_limit(
     return None
 
 
-def slope_error(element: HangingElement) -> float:
+def slope_error(hanging: Hanging, tension: float) -> float:
     r"""Relative error of a frequency by shallow sag, an estimate: :math:`\theta^2 + \min(g, 1)\,T/EA`.
 
     :math:`\theta` is the steepest slope against the chord, :math:`g = \sqrt 8\,\lambda/\pi^2` the coupling of
     motion along and across, which the tension at rest changes by T/EA of it. Against cables divided about
     their catenaries, 100 random machines, the largest error found is 0.96 of it.
     """
-    strain = element.tension / element.axial_rigidity
-    coupling = np.sqrt(8.0 * element.hanging.irvine(element.axial_rigidity)) / np.pi**2
-    return float(np.abs(element.hanging.end_slopes).max() ** 2 + min(coupling, 1.0) * strain)
+    coupling = np.sqrt(8.0 * hanging.irvine) / np.pi**2
+    strain = tension / hanging.piece.rope.axial_rigidity
+    return float(np.abs(hanging.end_slopes).max() ** 2 + min(coupling, 1.0) * strain)
 
 
-def _lifted(network: Network, elements: Mapping[int, HangingElement]) -> str | None:
+def _lifted(network: Network, elements: Mapping[int, Element]) -> str | None:
     """Why a rope does not lie on a pulley: sag turns it, at both its ends together, by more than it wraps."""
     drive = network.drive
     left = {i: span.wrap for i, span in enumerate(drive.free_spans) if span.wrap is not None}
     for number, element in elements.items():
         piece = network.pieces[number]
+        assert element.hanging is not None
         near, far = element.hanging.end_slopes.tolist()
         for start, slope in ((True, near), (False, -far)):
-            place, wrap = end_place(drive, piece, start), wrap_at(drive, piece.span, start)
+            place, wrap = piece.place(start), wrap_at(drive, piece.span, start)
             if place is not None and wrap is not None:
                 left[wrap[0]] += place.sense * slope
     for number, wrapped in left.items():

@@ -19,13 +19,14 @@ from math import pi
 import numpy as np
 
 from cabledrive.mechanics.chain import LabelledChain
-from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
 from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
 from cabledrive.modal.networks import network_of_chain, network_of_drive
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
 
 TURNING = 1e-6
 """Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
@@ -89,6 +90,13 @@ def pulley_mode(drive: Drive) -> PulleyMode:
     raise InputRefused(
         f"no pulley turns in the {seen} lowest longitudinal modes: there is no pulley mode in range"
     )
+
+
+def rims_of(mode: Mode, shape: int = 0) -> Array:
+    """Displacement of drive pulley, load pulley and motor, on a rigid joint as its pulley, shape (3,)."""
+    at = {name: float(values[shape]) for name, values in mode.joints.items()}
+    rim = at.get(DRIVE_PULLEY, 0.0)
+    return np.array([rim, at.get(LOAD_PULLEY, 0.0), at.get(MOTOR, rim)])
 
 
 def span_frequency(drive: Drive) -> float:

@@ -15,8 +15,7 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.strain_free import POSE, is_pose_key, moved
-from cabledrive.parameters.route.tables import ROUTE_ARRAYS, routed_from_tables, tables_from_routed
-from cabledrive.parameters.tables import ARRAYS, check_schema, drive_from_tables, tables_from_drive
+from cabledrive.parameters.tables import ARRAYS, drive_from_tables, tables_from_drive
 from cabledrive.parameters.toml_values import content_of, toml_of
 from cabledrive.parameters.units import to_si
 
@@ -73,11 +72,8 @@ def _built(data: dict[str, Any], overrides: Iterable[str]) -> Drive | RoutedDriv
             pose[key] = float(number)
         else:
             _override(data, setting)
-    if data.get("kind") != "route":
-        return drive_from_tables(data)
-    check_schema(data)
-    drive = routed_from_tables(data)
-    return moved(drive, pose) if pose else drive
+    drive: Drive | RoutedDrive = drive_from_tables(data)
+    return moved(drive, pose) if pose and isinstance(drive, RoutedDrive) else drive
 
 
 def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
@@ -118,8 +114,7 @@ def drive_text(drive: Drive | RoutedDrive) -> str:
     """
     import tomli_w
 
-    tables = tables_from_routed(drive) if isinstance(drive, RoutedDrive) else tables_from_drive(drive)
-    return tomli_w.dumps(tables, multiline_strings=True)
+    return tomli_w.dumps(tables_from_drive(drive), multiline_strings=True)
 
 
 def packaged_drives(*kinds: str) -> tuple[str, ...]:
@@ -230,7 +225,8 @@ def _enter(table: Any, step: str, path: list[str]) -> Any:
     if not isinstance(table, dict):
         raise InputRefused(f'--set: "{place}" is inside a value, not a table: shorten the key')
     # One motor may be a plain table also where several could be listed.
-    return table.setdefault(step, [] if step in ARRAYS or (step in ROUTE_ARRAYS and step != "motor") else {})
+    several = step != "motor" and any(step in arrays for arrays in ARRAYS.values())
+    return table.setdefault(step, [] if several else {})
 
 
 def _setting(text: str) -> Any:

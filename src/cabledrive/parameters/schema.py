@@ -11,9 +11,8 @@ from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST, key_of
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import MOVES
-from cabledrive.parameters.route.tables import KEY, RELATIVE, ROUTE_ARRAYS, ROUTE_TABLES, tables_from_routed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.parameters.tables import ARRAYS, TABLES, tables_from_drive
+from cabledrive.parameters.tables import ARRAYS, KEY, RELATIVE, TABLES, tables_from_drive
 
 _LIMITS: dict[str, dict[str, float]] = {
     "positive": {"minimum": SMALLEST, "maximum": LARGEST},
@@ -52,19 +51,20 @@ _EXCITATION: dict[str, Any] = {
 }
 
 
-def _whole_schema(machine: type, tables: dict[str, type], arrays: dict[str, type]) -> dict[str, Any]:
+def _whole_schema(machine: type) -> dict[str, Any]:
     """All tables of one kind of file, each key with its meaning, unit and bound."""
     schema = _table_schema(machine)
-    parts = {key: _table_schema(table) for key, table in tables.items()}
-    parts |= {key: {"type": "array", "items": _table_schema(table)} for key, table in arrays.items()}
+    parts = {key: _table_schema(table) for key, table in TABLES[machine].items()}
+    for key, table in ARRAYS[machine].items():
+        parts[key] = {"type": "array", "items": _table_schema(table)}
+    parts["excitation"]["properties"] |= _EXCITATION
     schema["properties"] |= {key: {"type": "string"} for key in WORDS} | parts
     return schema
 
 
 def _two_pulley_schema() -> dict[str, Any]:
     """Files of kind "loop" and "line"."""
-    schema = _whole_schema(Drive, TABLES, ARRAYS)
-    schema["properties"]["excitation"]["properties"] |= _EXCITATION
+    schema = _whole_schema(Drive)
     schema["properties"]["pulley"] |= {"minItems": 2, "maxItems": 2}
     schema["properties"]["carriage"] |= {"maxItems": MOST_CARRIAGES}
     schema["properties"]["layout"] |= {
@@ -93,14 +93,13 @@ def _both_rigidities() -> dict[str, Any]:
 
 def _route_schema() -> dict[str, Any]:
     """Files of kind "route"."""
-    schema = _whole_schema(RoutedDrive, ROUTE_TABLES, ROUTE_ARRAYS)
+    schema = _whole_schema(RoutedDrive)
     keys = schema["properties"]
     keys[KEY] = {
         "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}],
         "description": "length that places may be written relative to, such as 0.5 shaft - 1 m [m]",
     }
     point, text = _pair_schema("m"), {"type": "string"}
-    keys["excitation"]["properties"] |= _EXCITATION
     keys["body"]["items"]["properties"]["moves"] = {
         "anyOf": [{"enum": list(MOVES)}, {"type": "array", "items": {"enum": list(MOVES)}, "minItems": 1}],
         "description": "how it moves; turn: about its pivot",
@@ -182,14 +181,11 @@ def content_hash(drive: Drive | RoutedDrive) -> str:
     str
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
     """
-    if isinstance(drive, RoutedDrive):
-        content = tables_from_routed(drive, words=False)
-    else:
-        content = tables_from_drive(drive, words=False)
-        if isinstance(drive, AxisDrive):
-            content["machine"] = tables_from_routed(drive.machine, words=False)
-        for number, carriage in enumerate(drive.carriage):
-            if carriage.coupled:  # by the number of the other one, which a new name does not change
-                content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
+    content = tables_from_drive(drive, words=False)
+    if isinstance(drive, AxisDrive):
+        content["machine"] = tables_from_drive(drive.machine, words=False)
+    for number, carriage in enumerate(drive.carriage if isinstance(drive, Drive) else ()):
+        if carriage.coupled:  # by the number of the other one, which a new name does not change
+            content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()

@@ -17,18 +17,11 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.chain import LabelledChain
-from cabledrive.mechanics.holding import (
-    DRIVE_PULLEY,
-    FREE,
-    LOAD_PULLEY,
-    MOTOR,
-    motor_condition,
-    shaft_frictions,
-)
+from cabledrive.mechanics.holding import FREE, modal_losses, motor_condition, shaft_frictions
 from cabledrive.mechanics.rest import rest_state
-from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
+from cabledrive.mechanics.spans import rigid_mass, transverse_chains
 from cabledrive.modal.shapes import SlopeWave
-from cabledrive.modal.tuning import PulleyMode, pulley_mode
+from cabledrive.modal.tuning import PulleyMode, pulley_mode, rims_of
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.transverse_sections import (
@@ -43,44 +36,18 @@ from cabledrive.reduction.transverse_sections import (
 )
 
 
-def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
-    """Displacements of drive rim, load rim and motor per q, and the square root of the modal mass [kg^1/2].
+def scaled_rims(pulley: PulleyMode) -> tuple[Array, float]:
+    """Displacements of drive rim, load rim and motor per q, (3,), and the root of the modal mass [kg^1/2].
 
     q is the displacement of the load rim relative to the drive rim; in modes where the two go together, the
     larger of both.
     """
-    shape = {name: float(values[pulley.shape]) for name, values in pulley.mode.joints.items()}
-    drive, load = shape.get(DRIVE_PULLEY, 0.0), shape.get(LOAD_PULLEY, 0.0)
+    rims = rims_of(pulley.mode, pulley.shape)
+    drive, load, _ = rims
     scale = load - drive
     if abs(scale) < 0.1 * max(abs(drive), abs(load)):
         scale = load if abs(load) > abs(drive) else drive
-    motor = shape.get(MOTOR, drive)
-    return {DRIVE_PULLEY: drive / scale, LOAD_PULLEY: load / scale, MOTOR: motor / scale}, 1.0 / scale
-
-
-def modal_damping(
-    drive: Drive, shafts: list[tuple[float, float, float]], rim: dict[str, float], mass: float, omega: float
-) -> float:
-    """Damping c_q [1/s] of the pulley mode: pulleys, motor, joint, and Kelvin-Voigt for the cable's strain.
-
-    ``shafts``: viscous, Coulomb friction and displacement per q of what rubs; ``rim``: displacements per q;
-    ``mass``: M [kg]; ``omega``: W [rad/s].
-    """
-    motor, strain, arm = drive.motor, omega**2, drive.drive_pulley.radius
-    if motor is not None:
-        joint, holding = motor.joint_stiffness or 0.0, motor.holding_stiffness or 0.0
-        twist = rim[MOTOR] - rim[DRIVE_PULLEY]
-        strain -= (joint * (twist / arm) ** 2 + holding * (rim[MOTOR] / arm) ** 2) / mass
-    cable = drive.cable.axial_damping / drive.cable.axial_rigidity * strain
-    return cable + sum(viscous * shape**2 for viscous, _, shape in shafts) / mass
-
-
-def rigid_mass(drive: Drive) -> float:
-    """Mass at the rim of everything that moves when the drive turns. Returns [kg]."""
-    (chain,) = longitudinal_chains(drive)
-    parts = chain.chain
-    pendant = parts.pendant.mass if parts.pendant else 0.0
-    return float(parts.masses.sum() + parts.cable_mass + pendant)
+    return rims / scale, float(1.0 / scale)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -136,7 +103,7 @@ def autoparametric_model(
     """
     tensions = span_tensions(drive, load_torque)
     pulley = pulley_mode(drive)
-    rim, factor = scaled_rims(pulley)
+    moved, factor = scaled_rims(pulley)
     along = [
         replace(wave, slope=factor * wave.slope) for wave in pulley.mode._motion.slope_waves(pulley.shape)
     ]
@@ -145,7 +112,6 @@ def autoparametric_model(
     sections = [nearest_section(chain, pulley.omega, number) for chain in strings]
     coupling = coupling_of(drive, along, sections)
     uneven, shared = stiffening_of(drive, coupling, sections, mass * pulley.omega**2)
-    moved = np.array([rim[DRIVE_PULLEY], rim[LOAD_PULLEY], rim[MOTOR]])
     shafts = [(viscous, coulomb, float(way @ moved)) for viscous, coulomb, way in shaft_frictions(drive)]
     free = not any(p.fixed for p in drive.pulley) and motor_condition(drive) == FREE
     rest, rigidity = drive.cable.pretension, drive.cable.axial_rigidity
@@ -157,9 +123,9 @@ def autoparametric_model(
     return AutoparametricModel(
         natural=pulley.omega,
         modal_mass=mass,
-        modal_damping=modal_damping(drive, shafts, rim, mass, pulley.omega),
-        rims=(rim[DRIVE_PULLEY], rim[LOAD_PULLEY]),
-        torque_arm=rim[MOTOR] / drive.drive_pulley.radius,
+        modal_damping=float(modal_losses(drive, moved[None] / factor, np.array([pulley.omega**2]))[0, 0]),
+        rims=(float(moved[0]), float(moved[1])),
+        torque_arm=float(moved[2] / drive.drive_pulley.radius),
         rigid_arm=1.0 / drive.drive_pulley.radius if free else 0.0,
         rigid_mass=rigid_mass(drive) if free else inf,
         rigid_damping=sum(viscous for viscous, _, _ in shafts[:3]) if free else 0.0,

@@ -2,8 +2,12 @@
 
 Between events the chain is smooth and one Runge-Kutta step of order 4 carries state and sensitivities. An
 inertia whose speed reaches zero is followed to that instant; there it sticks, or slips on the other way, and
-the sensitivity of its speed jumps by the ratio of its accelerations after and before. The readable door is
+the sensitivity of its speed jumps by the ratio of its accelerations after and before. One that sticks is
+followed to the instant at which its load exceeds its friction. The readable door is
 `cabledrive.reduction.friction_integration`.
+
+A state is an array (2n, 1 + m): places, then speeds, in its first column, their sensitivities to m parameters
+in the others.
 """
 
 from math import exp, tanh
@@ -11,13 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit
-from cabledrive.parameters.arrays import Integers
-
-Moved = tuple[Array, Array]
-"""Places, then speeds (2n,), and their sensitivities (2n, m)."""
-Work = tuple[Moved, Moved, Moved, Moved, Moved]
+from cabledrive.mechanics.compiled import njit, njit_inner
+from cabledrive.parameters.arrays import Array, Integers
 
 
 class ChainNumbers(NamedTuple):
@@ -37,11 +36,12 @@ INERTIA, VISCOUS, COULOMB, OFFSET, GAIN, EXCESS, FADING, SLOPE = range(8)
 STIFFNESS, DAMPING, GAP, P, Q = range(5)
 
 
-@njit
-def link_force(c: ChainNumbers, j: int, x: Array, n: int) -> tuple[float, float]:
+@njit_inner
+def link_force(c: ChainNumbers, j: int, x: Array) -> tuple[float, float]:
     """Force of link j: stretch beyond the gap times stiffness, and damping while it is in contact."""
-    stretch = c.link[P, j] * x[j] - c.link[Q, j] * x[j + 1]
-    rate = c.link[P, j] * x[n + j] - c.link[Q, j] * x[n + j + 1]
+    n = c.body.shape[1]
+    stretch = c.link[P, j] * x[j, 0] - c.link[Q, j] * x[j + 1, 0]
+    rate = c.link[P, j] * x[n + j, 0] - c.link[Q, j] * x[n + j + 1, 0]
     half = 0.5 * c.link[GAP, j]
     if half > 0.0:
         if abs(stretch) <= half:
@@ -54,18 +54,19 @@ def link_force(c: ChainNumbers, j: int, x: Array, n: int) -> tuple[float, float]
     return c.link[STIFFNESS, j] * stretch + c.link[DAMPING, j] * rate, stretch
 
 
-@njit
-def load_on(c: ChainNumbers, i: int, x: Array, u: float, n: int) -> float:
+@njit_inner
+def load_on(c: ChainNumbers, i: int, x: Array, u: float) -> float:
     """Torque on inertia i without its Coulomb friction."""
-    load = c.body[GAIN, i] * u + c.body[OFFSET, i] - c.body[VISCOUS, i] * x[n + i]
+    n = c.body.shape[1]
+    load = c.body[GAIN, i] * u + c.body[OFFSET, i] - c.body[VISCOUS, i] * x[n + i, 0]
     if i < n - 1:
-        load -= c.link[P, i] * link_force(c, i, x, n)[0]
+        load -= c.link[P, i] * link_force(c, i, x)[0]
     if i > 0:
-        load += c.link[Q, i - 1] * link_force(c, i - 1, x, n)[0]
+        load += c.link[Q, i - 1] * link_force(c, i - 1, x)[0]
     return load
 
 
-@njit
+@njit_inner
 def coulomb_of(c: ChainNumbers, i: int, speed: float, slip: int) -> float:
     """Coulomb friction of inertia i that slips in direction ``slip``."""
     if c.body[SLOPE, i] > 0.0:
@@ -76,164 +77,141 @@ def coulomb_of(c: ChainNumbers, i: int, speed: float, slip: int) -> float:
     return slip * friction
 
 
-@njit
-def derivative(c: ChainNumbers, now: Moved, slip: Integers, u: float, rates: Moved) -> None:
-    """Rates of the state (2n,) and of its sensitivities (2n, m)."""
-    (x, s), (dx, ds) = now, rates
+@njit_inner
+def derivative(c: ChainNumbers, x: Array, slip: Integers, u: float, rate: Array) -> None:
+    """Rates of a state."""
     n = c.body.shape[1]
-    m = s.shape[1]
     for i in range(n):
-        dx[i] = x[n + i]
-        for k in range(m):
-            ds[i, k] = s[n + i, k]
+        for k in range(x.shape[1]):
+            rate[i, k] = x[n + i, k]
+            rate[n + i, k] = 0.0
         if slip[i] == 0:
-            dx[n + i] = 0.0
-            for k in range(m):
-                ds[n + i, k] = 0.0
             continue
-        speed = x[n + i]
-        acceleration = (load_on(c, i, x, u, n) - coulomb_of(c, i, speed, slip[i])) / c.body[INERTIA, i]
-        dx[n + i] = acceleration
-        for k in range(m):
+        speed, inertia, slope = x[n + i, 0], c.body[INERTIA, i], c.body[SLOPE, i]
+        acceleration = (load_on(c, i, x, u) - coulomb_of(c, i, speed, slip[i])) / inertia
+        rate[n + i, 0] = acceleration
+        # friction by its own size and by the speed
+        level, fall = 1.0 * slip[i], c.body[VISCOUS, i]
+        if slope > 0.0:
+            level = tanh(slope * speed)
+            fall += c.body[COULOMB, i] * slope * (1.0 - level * level)
+        elif c.body[EXCESS, i] != 0.0:
+            ratio = speed / c.body[FADING, i]
+            fall -= level * c.body[EXCESS, i] * 2.0 * ratio / c.body[FADING, i] * exp(-ratio * ratio)
+        for k in range(x.shape[1] - 1):
             force = c.directions[4 * n + i, k] * u + c.directions[3 * n + i, k]
-            force -= c.directions[n + i, k] * speed + c.body[VISCOUS, i] * s[n + i, k]
-            force -= c.directions[i, k] * acceleration
-            if c.body[SLOPE, i] > 0.0:
-                level = tanh(c.body[SLOPE, i] * speed)
-                force -= c.directions[2 * n + i, k] * level
-                force -= c.body[COULOMB, i] * c.body[SLOPE, i] * (1.0 - level * level) * s[n + i, k]
-            else:
-                force -= slip[i] * c.directions[2 * n + i, k]
-                if c.body[EXCESS, i] != 0.0:
-                    ratio = speed / c.body[FADING, i]
-                    fall = -2.0 * ratio / c.body[FADING, i] * exp(-ratio * ratio)
-                    force -= slip[i] * c.body[EXCESS, i] * fall * s[n + i, k]
+            force -= c.directions[i, k] * acceleration + c.directions[n + i, k] * speed
+            force -= c.directions[2 * n + i, k] * level + fall * x[n + i, 1 + k]
             if i < n - 1:
-                force -= c.link[P, i] * link_sensitivity(c, i, x, s, k, n)
+                force -= c.link[P, i] * link_sensitivity(c, i, x, k)
             if i > 0:
-                force += c.link[Q, i - 1] * link_sensitivity(c, i - 1, x, s, k, n)
-            ds[n + i, k] = force / c.body[INERTIA, i]
+                force += c.link[Q, i - 1] * link_sensitivity(c, i - 1, x, k)
+            rate[n + i, 1 + k] = force / inertia
 
 
-@njit
-def link_sensitivity(c: ChainNumbers, j: int, x: Array, s: Array, k: int, n: int) -> float:
+@njit_inner
+def link_sensitivity(c: ChainNumbers, j: int, x: Array, k: int) -> float:
     """Derivative of the force of link j by parameter k."""
-    force, beyond = link_force(c, j, x, n)
+    force, beyond = link_force(c, j, x)
     if beyond == 0.0 and force == 0.0 and c.link[GAP, j] > 0.0:
         return 0.0
-    rate = c.link[P, j] * x[n + j] - c.link[Q, j] * x[n + j + 1]
-    stretch_s = c.link[P, j] * s[j, k] - c.link[Q, j] * s[j + 1, k]
-    rate_s = c.link[P, j] * s[n + j, k] - c.link[Q, j] * s[n + j + 1, k]
+    n, p, q = c.body.shape[1], c.link[P, j], c.link[Q, j]
     by_stiffness = c.directions[5 * n + j, k] * beyond
-    by_damping = c.directions[6 * n - 1 + j, k] * rate
-    return by_stiffness + by_damping + c.link[STIFFNESS, j] * stretch_s + c.link[DAMPING, j] * rate_s
+    by_damping = c.directions[6 * n - 1 + j, k] * (p * x[n + j, 0] - q * x[n + j + 1, 0])
+    stretch = c.link[STIFFNESS, j] * (p * x[j, 1 + k] - q * x[j + 1, 1 + k])
+    rate = c.link[DAMPING, j] * (p * x[n + j, 1 + k] - q * x[n + j + 1, 1 + k])
+    return by_stiffness + by_damping + stretch + rate
 
 
-@njit
+@njit_inner
 def runge_kutta(
-    c: ChainNumbers, now: Moved, slip: Integers, drive: tuple[float, float, float], end: Moved, work: Work
+    c: ChainNumbers, x: Array, slip: Integers, drive: tuple[float, float, float], end: Array, work: Array
 ) -> None:
     """One step of order 4 into ``end``; ``drive``: torque at its start and its end, its length [s]."""
-    (x, s), (xe, se), (u0, u1, h) = now, end, drive
-    first, second, third, fourth, trial = work
+    u0, u1, h = drive
     um = 0.5 * (u0 + u1)
-    derivative(c, now, slip, u0, first)
-    advance(now, 0.5 * h, first, trial)
-    derivative(c, trial, slip, um, second)
-    advance(now, 0.5 * h, second, trial)
-    derivative(c, trial, slip, um, third)
-    advance(now, h, third, trial)
-    derivative(c, trial, slip, u1, fourth)
-    (k0, s0), (k1, s1), (k2, s2), (k3, s3) = first, second, third, fourth
-    for a in range(x.size):
-        xe[a] = x[a] + h / 6.0 * (k0[a] + 2.0 * (k1[a] + k2[a]) + k3[a])
-        for k in range(s.shape[1]):
-            se[a, k] = s[a, k] + h / 6.0 * (s0[a, k] + 2.0 * (s1[a, k] + s2[a, k]) + s3[a, k])
+    derivative(c, x, slip, u0, work[0])
+    advance(x, 0.5 * h, work[0], work[4])
+    derivative(c, work[4], slip, um, work[1])
+    advance(x, 0.5 * h, work[1], work[4])
+    derivative(c, work[4], slip, um, work[2])
+    advance(x, h, work[2], work[4])
+    derivative(c, work[4], slip, u1, work[3])
+    for i in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            inner = work[1, i, k] + work[2, i, k]
+            end[i, k] = x[i, k] + h / 6.0 * (work[0, i, k] + 2.0 * inner + work[3, i, k])
 
 
-@njit
-def advance(now: Moved, part: float, rates: Moved, trial: Moved) -> None:
-    """State and sensitivities after a part of a step at given rates."""
-    (x, s), (dx, ds), (xt, st) = now, rates, trial
-    for a in range(x.size):
-        xt[a] = x[a] + part * dx[a]
-        for k in range(s.shape[1]):
-            st[a, k] = s[a, k] + part * ds[a, k]
+@njit_inner
+def advance(x: Array, part: float, rate: Array, end: Array) -> None:
+    """State after a part of a step at given rates."""
+    for i in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            end[i, k] = x[i, k] + part * rate[i, k]
 
 
 MOST_EVENTS = 24
 CROSSING_STEPS = 12
 
 
-@njit
-def first_crossing(c: ChainNumbers, x: Array, xe: Array, slip: Integers) -> tuple[int, float]:
-    """Number of the inertia whose speed turns first within a step, by linear interpolation; -1: none."""
-    n = slip.size
-    found, earliest = -1, 2.0
-    for i in range(n):
-        if slip[i] != 0 and c.body[SLOPE, i] == 0.0 and c.body[COULOMB, i] + c.body[EXCESS, i] > 0.0:
-            before, after = slip[i] * x[n + i], slip[i] * xe[n + i]
-            if after < 0.0:
-                part = before / (before - after) if before > 0.0 else 0.0
-                if part < earliest:
-                    found, earliest = i, part
-    return found, earliest
+@njit_inner
+def reserve(c: ChainNumbers, i: int, x: Array, slip: Integers, u: float) -> float:
+    """What is left before inertia i turns: its speed, or of one that sticks friction beyond its load."""
+    if slip[i] != 0:
+        return slip[i] * x[c.body.shape[1] + i, 0]
+    return c.body[COULOMB, i] + c.body[EXCESS, i] - abs(load_on(c, i, x, u))
 
 
-@njit
-def turn(c: ChainNumbers, x: Array, s: Array, slip: Integers, i: int, u: float) -> None:
+@njit_inner
+def turn(c: ChainNumbers, x: Array, slip: Integers, i: int, u: float) -> None:
     """At zero speed of inertia i: stick, or slip on; the sensitivity of its speed jumps accordingly."""
-    n = c.body.shape[1]
-    x[n + i] = 0.0
-    load = load_on(c, i, x, u, n)
-    most = c.body[COULOMB, i] + c.body[EXCESS, i]
-    before = (load - slip[i] * most) / c.body[INERTIA, i]
+    row = c.body.shape[1] + i
+    x[row, 0] = 0.0
+    load, most = load_on(c, i, x, u), c.body[COULOMB, i] + c.body[EXCESS, i]
+    if slip[i] == 0:
+        slip[i] = 1 if load > 0.0 else -1
+        return
+    before, after = load - slip[i] * most, 0.0
     if abs(load) <= most:
         slip[i] = 0
-        after = 0.0
     else:
         slip[i] = 1 if load > 0.0 else -1
-        after = (load - slip[i] * most) / c.body[INERTIA, i]
+        after = load - slip[i] * most
     ratio = after / before if before != 0.0 else 0.0
-    for k in range(s.shape[1]):
-        s[n + i, k] *= ratio
+    for k in range(1, x.shape[1]):
+        x[row, k] *= ratio
 
 
-@njit
-def release(c: ChainNumbers, x: Array, slip: Integers, u: float) -> None:
-    """Let go every inertia whose load exceeds its friction."""
-    n = c.body.shape[1]
-    for i in range(n):
-        if slip[i] == 0:
-            load = load_on(c, i, x, u, n)
-            if abs(load) > c.body[COULOMB, i] + c.body[EXCESS, i]:
-                slip[i] = 1 if load > 0.0 else -1
-
-
-@njit
+@njit_inner
 def step(
-    c: ChainNumbers, now: Moved, slip: Integers, drive: tuple[float, float, float], end: Moved, work: Work
+    c: ChainNumbers, x: Array, slip: Integers, drive: tuple[float, float, float], end: Array, work: Array
 ) -> None:
-    """One step with all turns and releases in it; the state and ``slip`` are moved on."""
-    (x, s), (xe, se), (u0, u1, h) = now, end, drive
-    n = c.body.shape[1]
+    """One step with all turns in it; the state and ``slip`` are moved on."""
+    u0, u1, h = drive
     done = 0.0
     for _event in range(MOST_EVENTS):
-        rest = h - done
-        release(c, x, slip, u0 + (u1 - u0) * done / h)
-        ua = u0 + (u1 - u0) * done / h
-        runge_kutta(c, now, slip, (ua, u1, rest), end, work)
-        i, part = first_crossing(c, x, xe, slip)
-        if i < 0:
-            x[:] = xe
-            s[:] = se
+        rest, ua = h - done, u0 + (u1 - u0) * done / h
+        for i in range(slip.size):
+            if slip[i] == 0 and reserve(c, i, x, slip, ua) < 0.0:
+                turn(c, x, slip, i, ua)
+        runge_kutta(c, x, slip, (ua, u1, rest), end, work)
+        found, part, at_low, at_high = -1, 2.0, 0.0, 0.0
+        for i in range(slip.size):  # the first that turns, by linear interpolation
+            if c.body[SLOPE, i] == 0.0 and c.body[COULOMB, i] + c.body[EXCESS, i] > 0.0:
+                before, after = reserve(c, i, x, slip, ua), reserve(c, i, end, slip, u1)
+                if after < 0.0:
+                    early = before / (before - after) if before > 0.0 else 0.0
+                    if early < part:
+                        found, part, at_low, at_high = i, early, before, after
+        if found < 0:
+            advance(end, 0.0, end, x)
             return
         low, high = 0.0, 1.0
-        at_low, at_high = slip[i] * x[n + i], slip[i] * xe[n + i]
         for _ in range(CROSSING_STEPS):
             ub = ua + (u1 - ua) * part
-            runge_kutta(c, now, slip, (ua, ub, part * rest), end, work)
-            value = slip[i] * xe[n + i]
+            runge_kutta(c, x, slip, (ua, ub, part * rest), end, work)
+            value = reserve(c, found, end, slip, ub)
             if abs(value) <= 1e-12 * (abs(at_low) + abs(at_high)) or high - low < 1e-13:
                 break
             if value > 0.0:
@@ -242,60 +220,39 @@ def step(
             else:
                 high, at_high = part, value
                 at_low *= 0.5
-            part = (
-                low + (high - low) * at_low / (at_low - at_high) if at_low > at_high else 0.5 * (low + high)
-            )
-        x[:] = xe
-        s[:] = se
+            within = at_low / (at_low - at_high) if at_low > at_high else 0.5
+            part = low + (high - low) * within
+        advance(end, 0.0, end, x)
         done += part * rest
-        turn(c, x, s, slip, i, ua + (u1 - ua) * part)
+        turn(c, x, slip, found, ua + (u1 - ua) * part)
         if done >= h * (1.0 - 1e-12):
             return
-    x[:] = xe
-    s[:] = se
-
-
-@njit
-def moved(n: int, m: int) -> Moved:
-    """Room for a state of n inertias and its sensitivities to m parameters."""
-    return np.empty(2 * n), np.empty((2 * n, m))
 
 
 @njit
 def integrate(
-    c: ChainNumbers, torque: Array, x0: Array, grid: tuple[float, int, float], kept: tuple[Array, Array]
+    c: ChainNumbers, torque: Array, x: Array, grid: tuple[float, int, float], states: Array
 ) -> None:
-    """Carry the chain over all samples; keeps its state and the sensitivities at each sample.
+    """Carry the chain over all samples from the state ``x``; keeps it at each, (samples, 2n, 1 + m).
 
     ``grid``: interval of the samples [s]; steps in it; 0 for torque that stands from sample to sample, 1 for
     torque on straight lines between samples.
     """
-    (interval, substeps, hold), (states, sensitivities) = grid, kept
+    interval, substeps, hold = grid
     n = c.body.shape[1]
-    m = c.directions.shape[1]
-    x = x0.copy()
-    s = np.zeros((2 * n, m))
-    for i in range(n):
-        for k in range(m):
-            s[i, k] = c.directions[7 * n - 2 + i, k]
-            s[n + i, k] = c.directions[8 * n - 2 + i, k]
-    now, end = (x, s), moved(n, m)
-    work = (moved(n, m), moved(n, m), moved(n, m), moved(n, m), moved(n, m))
+    end, work = np.empty_like(x), np.empty((5, *x.shape))
     slip = np.zeros(n, dtype=np.int64)
     for i in range(n):
         if c.body[SLOPE, i] > 0.0 or c.body[COULOMB, i] + c.body[EXCESS, i] <= 0.0:
             slip[i] = 1
-        elif x[n + i] != 0.0:
-            slip[i] = 1 if x[n + i] > 0.0 else -1
-    h = interval / substeps
+        elif x[n + i, 0] != 0.0:
+            slip[i] = 1 if x[n + i, 0] > 0.0 else -1
     for sample in range(torque.size):
-        states[sample] = x
-        sensitivities[sample] = s
+        advance(x, 0.0, x, states[sample])
         if sample == torque.size - 1:
             break
         start = torque[sample]
         rise = (torque[sample + 1] - start) * hold
         for part in range(substeps):
-            u0 = start + rise * part / substeps
-            u1 = start + rise * (part + 1) / substeps
-            step(c, now, slip, (u0, u1, h), end, work)
+            ends = start + rise * part / substeps, start + rise * (part + 1) / substeps
+            step(c, x, slip, (ends[0], ends[1], interval / substeps), end, work)

@@ -6,7 +6,6 @@ import numpy as np
 
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.axis_kernels import PARAMETERS, integrate_axis
 from cabledrive.reduction.chain_kernels import ChainNumbers, integrate
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -50,7 +49,6 @@ def integrate_chain(
     torque: Array,
     interval: float,
     *,
-    gains: tuple[float, ...] | None = None,
     gaps: tuple[float, ...] | None = None,
     law: FrictionLaw | None = None,
     start: Array | None = None,
@@ -60,35 +58,37 @@ def integrate_chain(
 ) -> IntegratedMotion:
     """Move a lumped chain from rest (or ``start``) under a torque given at samples.
 
-    ``torque``, shape (samples,) [N m], or whatever ``gains`` turn into torque; ``interval``: time between
-    samples [s]; ``gains``: torque on each inertia per unit of ``torque``; default: 1 on the first, 0 on the
-    others; ``gaps``: backlash of each link [rad, or m between rims]; ``law``: default: constant Coulomb
-    friction; ``start``, shape (2n,): angles, then speeds; ``directions``, shape (9 n - 2, m): how each of m
-    parameters moves the quantities of the chain, see `direction`; ``substeps``: steps per sample; ``hold``,
-    {"line", "step"}: torque on straight lines between samples, or standing from sample to sample.
+    ``torque``, shape (samples,): on the first inertia [N m]; ``interval``: time between samples [s];
+    ``gaps``: backlash of each link [rad, or m between rims]; ``law``: default: constant Coulomb friction;
+    ``start``, shape (2n,): angles, then speeds; ``directions``, shape (9 n - 2, m): how each of m parameters
+    moves the quantities of the chain, see `direction`; ``substeps``: steps per sample; ``hold``, {"line",
+    "step"}: torque on straight lines between samples, or standing from sample to sample.
     Raises `NotComputed` if the motion leaves the finite numbers.
     """
     n = chain.size
-    numbers = chain_numbers(chain, gains, gaps, law, directions)
-    torque = np.ascontiguousarray(torque, dtype=float)
-    states = np.empty((torque.size, 2 * n))
-    sensitivities = np.empty((torque.size, 2 * n, numbers.directions.shape[1]))
+    numbers = chain_numbers(chain, gaps, law, directions)
     begin = np.zeros(2 * n) if start is None else np.array(start, dtype=float)
-    grid = float(interval), substeps, 1.0 if hold == "line" else 0.0
-    integrate(numbers, torque, begin, grid, (states, sensitivities))
-    if not np.all(np.isfinite(states[-1])):
-        first = int(np.argmin(np.isfinite(states).all(axis=1)))
+    states = _states(numbers, torque, (float(interval), substeps, 1.0 if hold == "line" else 0.0), begin)
+    if not np.all(np.isfinite(states[-1, :, 0])):
+        first = int(np.argmin(np.isfinite(states[:, :, 0]).all(axis=1)))
         raise NotComputed(f"motion of {n} inertias diverged at t = {first * interval:.4g} s: raise substeps")
     return IntegratedMotion(
-        angles=states[:, :n],
-        speeds=states[:, n:],
-        speed_sensitivities=sensitivities[:, n:],
+        angles=states[:, :n, 0], speeds=states[:, n:, 0], speed_sensitivities=states[:, n:, 1:]
     )
+
+
+def _states(numbers: ChainNumbers, torque: Array, grid: tuple[float, int, float], start: Array) -> Array:
+    """States at the samples, see `cabledrive.reduction.chain_kernels.integrate`."""
+    moved = numbers.directions[-start.size :]
+    states = np.empty((len(torque), start.size, 1 + moved.shape[1]))
+    integrate(
+        numbers, np.ascontiguousarray(torque, dtype=float), np.column_stack((start, moved)), grid, states
+    )
+    return states
 
 
 def chain_numbers(
     chain: LumpedChain,
-    gains: tuple[float, ...] | None = None,
     gaps: tuple[float, ...] | None = None,
     law: FrictionLaw | None = None,
     directions: Array | None = None,
@@ -104,7 +104,7 @@ def chain_numbers(
     law = law or FrictionLaw(excess=zeros, fading=(1.0,) * n, slope=zeros)
     ratios = np.array(chain.ratios, dtype=float).reshape(n - 1, 2)
     body = [chain.inertias, chain.viscous, chain.coulomb, chain.offsets]
-    body += [gains if gains is not None else (1.0, *zeros[1:]), law.excess, law.fading, law.slope]
+    body += [(1.0, *zeros[1:]), law.excess, law.fading, law.slope]
     link = [chain.stiffness, chain.damping, gaps if gaps is not None else zeros[1:], *ratios.T]
     return ChainNumbers(
         body=np.array(body, dtype=float),
@@ -116,7 +116,7 @@ def chain_numbers(
 def integrate_rigid_axis(
     values: Array, torque: Array, interval: float, *, start: float = 0.0, slope: float = 0.0
 ) -> tuple[Array, Array]:
-    """Move one rigid axis: what `integrate_chain` does for a chain of one, several times quicker.
+    """Move one rigid axis, a chain of one.
 
     ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset; ``torque``, shape (samples,)
     [N m], on straight lines between samples; ``interval`` [s]; ``start``: speed at the first sample [rad/s];
@@ -125,10 +125,17 @@ def integrate_rigid_axis(
     parameters and the speed at the start.
     Raises `NotComputed` if the motion leaves the finite numbers.
     """
-    torque = np.ascontiguousarray(torque, dtype=float)
-    speeds, sensitivities = np.empty(torque.size), np.empty((torque.size, PARAMETERS))
-    moved = speeds, sensitivities
-    integrate_axis(np.array(values, dtype=float), slope, torque, float(interval), start, moved)
-    if not np.isfinite(speeds[-1]):
+    body = np.array([*values, 1.0, 0.0, 1.0, slope], dtype=float)[:, None]
+    states = _states(
+        ChainNumbers(body, _NO_LINKS, _OF_AN_AXIS),
+        torque,
+        (float(interval), 1, 1.0),
+        np.array([0.0, start]),
+    )
+    if not np.isfinite(states[-1, 1, 0]):
         raise NotComputed("motion of the axis diverged: the viscous friction or the inertia is no machine's")
-    return speeds, sensitivities
+    return states[:, 1, 0], states[:, 1, 1:]
+
+
+_NO_LINKS = np.zeros((5, 0))
+_OF_AN_AXIS = np.stack([direction(1, name) for name in (*QUANTITIES[:4], "speed")], axis=1)

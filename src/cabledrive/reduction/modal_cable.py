@@ -7,8 +7,7 @@ import numpy as np
 from scipy.linalg import eigh, expm
 
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.assembly import DIRECTIONS, dampers_of, rotor_turn
-from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
@@ -101,16 +100,14 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
     rows, inputs = _inputs(network)
     damping = modal_damping(network, squares, shapes)
     k = squares.size
-    along = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
-    pull = (network.impedance / network.time)[along, None] * (network.end - network.start)[along]
-    names, pieces = piece_names(network), [network.pieces[i] for i in network.piece[along]]
+    names = piece_names(network)
     numbers = ModalCableNumbers(
         steps=1,
         step=interval,
         along=expm(first_order(squares, damping) * interval),
         push=_push(squares, damping, (rows @ shapes).T, interval),
         across=np.zeros((4, 0)),
-        sag=np.zeros((len(along), 0)),
+        sag=np.zeros((len(names), 0)),
         coupling=np.zeros((k, 0, 0)),
         carried=np.zeros(0),
         stretching=np.zeros(0),
@@ -118,15 +115,15 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
         middle=np.zeros(0),
         factors=np.zeros(3),
         motions=np.ascontiguousarray(shapes),
-        rest=np.array([min(piece.start_tension, piece.end_tension) for piece in pieces]),
-        tension=np.ascontiguousarray(pull @ shapes),
+        rest=network.lowest_tension,
+        tension=np.ascontiguousarray(network.pull @ shapes),
     )
     return ModalCable(
         numbers=numbers,
         interval=interval,
         inputs=inputs,
         motions=tuple((name, "m" if slides(name) else "rad") for name in network.motion.names),
-        spans=tuple(names[i] for i in network.piece[along]),
+        spans=names,
         highest=top,
         modes=k,
         sine=False,
@@ -149,14 +146,11 @@ def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
     Dampers couple the modes; what ropes lose is counted in each mode for itself, from the exact waves with
     their damping at its frequency.
     """
-    values, rows = dampers_of(network)
-    felt = rows @ shapes
-    damping = np.asarray((felt.T * values) @ felt)
-    dampers = (values, rows)
+    damping = np.asarray(shapes.T @ network.dampers.matrix @ shapes)
     for i, square in enumerate(squares):
         if square > 0.0:
             omega = float(np.sqrt(square))
-            force = dynamic_stiffness(network, complex(omega), dampers) @ shapes[:, i]
+            force = dynamic_stiffness(network, complex(omega), damped=True) @ shapes[:, i]
             damping[i, i] = float((shapes[:, i] @ force).imag) / omega
     return damping
 
@@ -173,7 +167,7 @@ def _push(squares: Array, damping: Array, forces: Array, step: float) -> Array:
 def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
     """Torque of each motor, force or torque on each move of a body: rows and names with units."""
     drive, motion = network.drive, network.motion
-    rows = [rotor_turn(network, number) for number in drive.driven]
+    rows = [rotor_turn(motion, number) for number in drive.driven]
     names = [(f"{drive.pulley[number].name}_torque", "N.m") for number in drive.driven]
     for body in drive.body:
         for move in body.moves:

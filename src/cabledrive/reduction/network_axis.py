@@ -11,14 +11,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.holding import FREE
-from cabledrive.mechanics.network.assembly import (
-    DIRECTIONS,
-    Network,
-    dampers_of,
-    network_of,
-    relative_turn,
-    rotor_turn,
-)
+from cabledrive.mechanics.network.assembly import Network, network_of, relative_turn, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import LONGITUDINAL
@@ -151,8 +144,7 @@ def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, 
     turn = _motor_turn(network, motors)
     signs = dict(zip(motors, (1.0, -next(reversed(motors.values()))), strict=True))
     held, place = _motor_turn(network, signs), network.motion.unit(other)
-    values, rows = dampers_of(network)
-    damping = _rope_damping(network) + (rows.T * values) @ rows
+    damping = network.rope_damping + network.dampers.matrix
     seen = np.vstack([network.motion.unit(drive.load), place])
 
     def motion(at_rest: Array) -> Array:
@@ -222,18 +214,15 @@ def slack_torque(chain: NetworkChain) -> float:
     bordered[:n, :n], bordered[:n, n], bordered[n, :n] = network.static_stiffness, load, load
     # Of two axes the other one is free to move and does not: least squares leave it where it is.
     motion = np.linalg.lstsq(bordered, np.append(turn, 0.0), rcond=1e-12)[0][:n]
-    along = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
-    pull = (network.impedance / network.time)[along] * ((network.end - network.start)[along] @ motion)
-    tension = np.array(
-        [min(network.pieces[i].start_tension, network.pieces[i].end_tension) for i in network.piece[along]]
-    )
-    return float(1.0 / np.max(np.abs(pull) / tension))
+    return float(1.0 / np.max(np.abs(network.pull @ motion) / network.lowest_tension))
 
 
 def _motor_turn(network: Network, motors: dict[str, float]) -> Array:
     """Row of the motor angle of an axis, shape (n,)."""
     names = [network.drive.pulley[number].name for number in network.drive.driven]
-    turns = [motors[name] * rotor_turn(network, network.drive.driven[i]) for i, name in enumerate(names)]
+    turns = [
+        motors[name] * rotor_turn(network.motion, network.drive.driven[i]) for i, name in enumerate(names)
+    ]
     return np.asarray(sum(turns) / len(turns))
 
 
@@ -280,7 +269,7 @@ def _friction(chain: NetworkChain, slides: bool) -> tuple[tuple[float, float], t
         for move in body.moves
     ]
     found += [
-        (pulley.viscous_friction, pulley.coulomb_friction, relative_turn(network, number))
+        (pulley.viscous_friction, pulley.coulomb_friction, relative_turn(motion, number))
         for number, pulley in enumerate(machine.pulley)
         if not pulley.fixed
     ]
@@ -302,15 +291,4 @@ def _link_damping(chain: NetworkChain) -> float:
     vectors = np.linalg.eigh(root[:, None] * stiffness * root)[1] * root[:, None]
     stretch = float(vectors[-1, 1] - vectors[-2, 1])  # of the last link in the first mode [rad]
     shape = chain.shapes[:, 1]
-    return float(shape @ _rope_damping(chain.network) @ shape) / stretch**2
-
-
-def _rope_damping(network: Network) -> Array:
-    """Damping of ropes that stretch evenly, shape (n, n) [N s/m], with the coordinates of the network."""
-    along = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
-    routes = [network.drive.free_spans[network.pieces[i].span].route for i in network.piece[along]]
-    ropes = [network.drive.ropes[route] for route in routes]
-    damping, rigidity = np.array([(rope.axial_damping, rope.axial_rigidity) for rope in ropes]).T
-    stretch = (network.end - network.start)[along]
-    lengths = network.time[along] * rigidity / network.impedance[along]
-    return np.asarray((stretch.T * (network.ropes[along] * damping / lengths)) @ stretch)
+    return float(shape @ chain.network.rope_damping @ shape) / stretch**2

@@ -125,7 +125,7 @@ def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
             f"motor: {len(drive.motor)} given, a chain is driven by one, or by two as sum and difference"
         )
     network = network_of(drive, motor=FREE)
-    turns = [rotor_turn(network, number) for number in drive.driven]
+    turns = [rotor_turn(network.motion, number) for number in drive.driven]
     names = [drive.pulley[number].name for number in drive.driven]
     spectrum = Spectrum(network_of_routes(network, even=True))
     if len(turns) == 1:
@@ -301,8 +301,7 @@ def _merged(turn: Array, shapes: Array) -> Array | None:
 
 def _load_of(network: Network, rigid: Array, who: str) -> str:
     """The coordinate with the largest kinetic energy of the rigid motion, the motors' own left out."""
-    momentum = (network.mass_rows.T * network.mass) @ (network.mass_rows @ rigid)
-    energy = dict(zip(network.motion.names, rigid * momentum, strict=True))
+    energy = dict(zip(network.motion.names, rigid * (network.masses.matrix @ rigid), strict=True))
     pulleys = [network.drive.pulley[number].name for number in network.drive.driven]
     for name in pulleys:
         energy.pop(name, None)

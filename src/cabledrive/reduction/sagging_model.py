@@ -32,6 +32,7 @@ from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.spectrum import Spectrum
+from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.sagging_kernels import integrate_sagging
@@ -90,8 +91,7 @@ def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int 
     for chain in longitudinal_chains(drive):
         parts = chain.chain
         if parts.rigid_body_modes:
-            mass = float(parts.masses.sum() + parts.cable_mass)
-            mass += parts.pendant.mass if parts.pendant else 0.0
+            mass = parts.all_masses.sum() + parts.cable_mass
             rows.append((0.0, np.full(3, mass**-0.5), np.zeros(state.mesh.spacing.size)))
         wanted = max(least, FEWEST_MODES, parts.masses.size)
         reach = max(top, 1.5 * wanted * pi / float(parts.travel_times.sum()))
@@ -99,11 +99,8 @@ def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int 
         kept = max(wanted, sum(2 * pi * mode.frequency < top for mode in solved))
         for mode in solved[: min(kept, MOST_MODES)]:
             for shape in range(mode.multiplicity):
-                at = {name: float(values[shape]) for name, values in mode.joints.items()}
-                rim = at.get(DRIVE_PULLEY, 0.0)
-                rims = np.array([rim, at.get(LOAD_PULLEY, 0.0), at.get(MOTOR, rim)])
                 strain = _strain(drive, state, mode._motion.slope_waves(shape))
-                rows.append((2 * pi * mode.frequency, rims, strain))
+                rows.append((2 * pi * mode.frequency, rims_of(mode, shape), strain))
     rows.sort(key=lambda row: row[0])
     natural, moved, strains = (np.array(own) for own in zip(*rows[: MOST_MODES + 1], strict=True))
     return LongitudinalModes(natural=natural, rims=moved, strain=strains)
@@ -122,20 +119,17 @@ def _strain(drive: Drive, state: StaticState, pieces: Sequence[SlopeWave]) -> Ar
     return found
 
 
-def _damping(drive: Drive, modes: LongitudinalModes, spacing: Array) -> Array:
-    """Viscous friction at the shafts, the joint's damping and the cable's own, shape (k, k) [1/s]."""
-    viscous = [(b, modes.rims @ way) for b, _, way in shaft_frictions(drive)]
-    stretch = 1.0 + drive.cable.prestrain
-    own = drive.cable.axial_damping * stretch * (modes.strain * spacing) @ modes.strain.T
-    return np.asarray(own + sum(b * np.outer(shape, shape) for b, shape in viscous))
-
-
-def _friction(drive: Drive) -> Array:
-    """Coulomb friction of the shafts at their rims [N]."""
-    found = np.array([coulomb for _, coulomb, _ in shaft_frictions(drive)] + [0.0])[:3]
+def _shafts(drive: Drive, modes: LongitudinalModes, spacing: Array) -> tuple[Array, Array]:
+    """Damping of shafts, joint and cable, (k, k) [1/s]; Coulomb friction of the shafts' rims, (3,) [N]."""
+    shafts = shaft_frictions(drive)
+    losses = (1.0 + drive.cable.prestrain) * drive.cable.axial_damping * (modes.strain * spacing)
+    losses = losses @ modes.strain.T
+    for viscous, _, way in shafts:
+        losses = losses + viscous * np.outer(modes.rims @ way, modes.rims @ way)
+    friction = np.array([coulomb for _, coulomb, _ in shafts] + [0.0])[:3]
     if drive.motor is not None and drive.motor.joint_stiffness is None:
-        found[0], found[2] = found[0] + found[2], 0.0
-    return found
+        friction[0], friction[2] = friction[0] + friction[2], 0.0
+    return losses, friction
 
 
 def _fixed_length(drive: Drive) -> float:
@@ -154,7 +148,7 @@ def sagging_model(
     cable, most = drive.cable, max(len(part.numbers) for part in flat)
     rigidity, spacing = cable.axial_rigidity, state.mesh.spacing
     stretches, planes = (*flat, *flat), ("w",) * len(flat) + ("v",) * len(flat)
-    friction = _friction(drive)
+    losses, friction = _shafts(drive, modes, spacing)
     followers = np.flatnonzero((friction > 0.0) | (np.arange(len(SHAFTS)) == SHAFTS.index(MOTOR)))
     # static strain per force at the shafts of the followers, less that of the kept modes
     softness = np.divide(1.0, modes.natural**2, out=np.zeros(modes.natural.size), where=modes.natural > 0.0)
@@ -179,7 +173,7 @@ def sagging_model(
             bend[b, :m] = 2.0 * slopes @ sag
     return SaggingModel(
         natural=np.pad(modes.natural, behind),
-        damping=np.pad(_damping(drive, modes, spacing), behind),
+        damping=np.pad(losses, behind),
         torque_shape=np.pad(modes.rims[:, 2], behind) / drive.drive_pulley.radius,
         friction_shape=np.pad(modes.rims.T, ((0, 0), behind)),
         friction=friction,
@@ -273,32 +267,30 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         at = np.unique(places[1:-1])
         probes[r, : part.omega.size, : at.size] = part.shapes[:, at]
     table = np.concatenate([model.square[None], model.coupling]).transpose(1, 3, 0, 2)
+    own = {name: getattr(model, name) for name in _OF_THE_MODEL}
     return SaggingNumbers(
+        **own,
         stiff=exact_spring(model.natural, h),
         compliance=np.divide(1.0, model.natural**2, out=np.zeros(modes), where=model.natural > 0.0),
         kept=solve @ (np.eye(modes) - 0.5 * h * model.damping),
         solve=solve,
-        torque_shape=model.torque_shape,
-        friction=model.friction,
-        friction_shape=model.friction_shape,
         impulse_rate=np.maximum(np.einsum("sk,sk->s", model.friction_shape, solved), 1e-300),
         solved=np.ascontiguousarray(solved),
         counts=model.count,
         natural=natural,
         spring=exact_spring(natural, h),
-        mass=model.mass,
-        loss=model.loss,
-        direct=model.direct,
         table=table.reshape(rows, most, -1),
-        bend=model.bend,
-        carried=model.carried,
         raised=2.0 * model.carried,
         probes=probes,
         rest=np.ascontiguousarray(state.tension[watched]),
         watched=np.ascontiguousarray(model.rigidity * model.strain[:, watched]),
-        followers=model.followers,
-        rim_force=model.rim_force,
     )
+
+
+_OF_THE_MODEL = (
+    *("torque_shape", "friction", "friction_shape", "followers", "rim_force"),
+    *("mass", "loss", "direct", "bend", "carried"),
+)
 
 
 def integrate(

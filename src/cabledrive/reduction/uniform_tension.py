@@ -31,15 +31,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.mechanics.holding import (
-    DRIVE_PULLEY,
-    FREE,
-    LOAD_PULLEY,
-    MOTOR,
-    motor_condition,
-    shaft_frictions,
-)
-from cabledrive.modal import Mode, longitudinal_modes
+from cabledrive.mechanics.holding import FREE, modal_losses, motor_condition
+from cabledrive.mechanics.spans import rigid_mass
+from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.modal_cable_kernels import (
@@ -88,27 +83,29 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
     cable, length = drive.cable, drive.pulley_distance
     span_resonance = pi * cable.axial_wave_speed / length
     kept = longitudinal_modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi))
-    shapes = _rim_shapes(drive, kept)
+    shapes = [rims_of(mode) for mode in kept]
     natural = np.array([2 * pi * mode.frequency for mode in kept])
     if motor_condition(drive) == FREE:
         natural = np.append(0.0, natural)
+        shapes.insert(0, np.full(3, rigid_mass(drive) ** -0.5))
     elif not kept:
         raise InputRefused(
             "the holding stiffness leaves no longitudinal mode below the first resonance of a span: the fast "
             "model does not fit; use --model exact"
         )
+    rims = np.array(shapes)
     wave_numbers = np.arange(1, sines + 1, dtype=np.float64) * pi / length
     stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)
     density = cable.stretched_mass_per_length
-    stretch = np.outer(shapes[:, 1] - shapes[:, 0], [1.0, -1.0])
+    stretch = np.outer(rims[:, 1] - rims[:, 0], [1.0, -1.0])
     x, m = (natural * length / cable.axial_wave_speed)[:, None, None], np.arange(1, sines + 1)
     uneven = 1.0 - x**2 / (4 * pi**2 * m**2 - x**2)
     per_sine = 2.0 * (1.0 - np.cos(m * pi)) / (m * pi)  # -g on w1 and +g on w2 onto the sines, (2.26), (2.27)
     return UniformTensionModel(
         natural=natural,
-        damping=_damping(drive, shapes, natural, stiffness),
-        rims=shapes[:, :2],
-        torque_shape=shapes[:, 2] / drive.drive_pulley.radius,
+        damping=modal_losses(drive, rims, natural**2),
+        rims=rims[:, :2],
+        torque_shape=rims[:, 2] / drive.drive_pulley.radius,
         stretch=stretch,
         coupling=0.25 * cable.axial_rigidity * stretch[:, :, None] * wave_numbers**2 * uneven,
         transverse=wave_numbers * cable.transverse_wave_speed,
@@ -146,32 +143,6 @@ def _check_fits(drive: Drive, sines: int) -> None:
             raise InputRefused(f"{why} use --model exact")
     if not 1 <= sines <= 400:
         raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")
-
-
-def _rim_shapes(drive: Drive, kept: tuple[Mode, ...]) -> Array:
-    """Drive rim, load rim and torque point of the modes, (k, 3) [kg^-1/2]; first a rigid rotation, if any."""
-    motor = drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
-    cable = 2.0 * drive.cable.mass_per_length * drive.span_length
-    whole = drive.drive_pulley.rim_mass + drive.load_pulley.rim_mass + motor + cable
-    rows = [np.full(3, whole**-0.5)] if motor_condition(drive) == FREE else []
-    for mode in kept:
-        joints = mode.joints
-        rows.append(np.array([joints[name][0] for name in (DRIVE_PULLEY, LOAD_PULLEY)]))
-        rows[-1] = np.append(rows[-1], joints.get(MOTOR, joints[DRIVE_PULLEY])[0])
-    return np.array(rows)
-
-
-def _damping(drive: Drive, shapes: Array, natural: Array, stiffness: float) -> Array:
-    """Pulley, motor, joint and Kelvin-Voigt damping in modal coordinates, shape (k, k) [1/s]."""
-    motor, radius = drive.motor, drive.drive_pulley.radius
-    viscous = [(b, shapes @ way) for b, _, way in shaft_frictions(drive)]
-    axial = drive.cable.axial_damping * (1.0 + drive.cable.prestrain) / stiffness
-    elsewhere = np.zeros(natural.size)  # strain energy that is not the cable's
-    if motor is not None and motor.joint_stiffness is not None:
-        elsewhere += motor.joint_stiffness / radius**2 * (shapes[:, 2] - shapes[:, 0]) ** 2
-    if motor is not None and motor.holding_stiffness is not None:
-        elsewhere += motor.holding_stiffness / radius**2 * shapes[:, 2] ** 2
-    return sum(b * np.outer(shape, shape) for b, shape in viscous) + np.diag(axial * (natural**2 - elsewhere))
 
 
 class IntegratedMotion(NamedTuple):

@@ -1,6 +1,6 @@
 """Everything that is decided before the first step of a run of a loop or a line."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -11,16 +11,19 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.mesh import Mesh, mesh_of
+from cabledrive.mechanics.mesh import Mesh, mesh_of, strain_energy, weight_energy
+from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH
+from cabledrive.simulation.error_estimate import error_estimate_of
+from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import State, new_state, plan_of
-from cabledrive.simulation.prepared import RopeRun
+from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.signals import Function, Signal, checked_signal
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, place_at_start, velocity_at_start
 
@@ -41,6 +44,8 @@ class Case(RopeRun):
 
     machine: Drive
     mesh: Mesh
+    coarser: Callable[[Scheme], "Case"] | None = None
+    """The same run with another scheme, where its discretisation error is to be estimated."""
 
     @property
     def law(self) -> CableLaw:
@@ -100,6 +105,66 @@ class Case(RopeRun):
     def place(self, piece: int, segment: int) -> tuple[str, float]:
         """Span, and distance of the middle of a segment from its start [m]."""
         return self.mesh.spans[piece], float(self.mesh.position[piece, segment : segment + 2].mean())
+
+    def result(self, outcome: Outcome) -> SimulationResult:
+        """Result of the run, as far as it went."""
+        rows, every, mesh, scheme = outcome.rows, self.recording.fields or 1, self.mesh, self.scheme
+        fields, common = outcome.fields[: -(-len(rows) // every)], self.common(outcome)
+        middles = ((span, 0.5 * float(mesh.position[0, -1])) for span in mesh.spans)
+        estimate = None
+        if self.coarser is not None and outcome.stopped is None:
+            estimate = error_estimate_of(rows, self.coarser, scheme)
+        handled = 0.0
+        if len(rows):  # what it started with above the energy at rest, and the work done on it
+            start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) - self.rest_energy
+            work = rows[:, COLUMN["torque_work"]] + rows[:, COLUMN["force_work"]]
+            handled = max(start, 0.0) + float(np.max(work, initial=0.0))
+        return SimulationResult(
+            **common,
+            probes=(*middles, *self.recording.probes),
+            field_time=common["time"][::every][: len(fields)],
+            fields=fields,
+            spans=mesh.spans,
+            position=mesh.position,
+            energy_handled=handled,
+            slack_events=self.slack_events(outcome.state),
+            extremes=self._extremes(outcome.state),
+            error_estimate=estimate,
+            provenance=self.provenance(
+                {
+                    "cfl": self.grid.cfl,
+                    "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
+                    "segments": mesh.segments,
+                },
+                duration=self.grid.steps * self.grid.step,
+                torque=self.torques[0].fingerprint,
+                torque_offset=float(self.holding[0]),
+            ),
+        )
+
+    @cached_property
+    def rest_energy(self) -> float:
+        """Energy of the drive at rest under gravity, above that of the straight pretensioned cable [J]."""
+        mesh, law = self.mesh, self.law
+        if not self.machine.layout.gravity:
+            return 0.0
+        try:
+            rest = equilibrium(mesh, law).displacement
+        except (InputRefused, NotComputed):  # gravity turns the pulleys, so count from held ones
+            rest = equilibrium(mesh, law, hold="both").displacement
+        held = 0.5 * rotor_stiffness(mesh) * float(rest[0, 0]) ** 2
+        return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest) + held
+
+    def _extremes(self, state: State) -> dict[str, float]:
+        """Least and largest angle of each shaft [rad], largest |v| and |w| of each midpoint [m]."""
+        found, shafts = {}, self.mesh.shafts
+        for k, name in enumerate(("drive", "load", "motor")):
+            radius = shafts[k if k < len(shafts) else 0].radius
+            for word, place in zip(("min", "max"), state.extremes[:, k].tolist(), strict=True):
+                found[f"{name}_angle_{word}"] = place / radius if np.isfinite(place) else 0.0
+        for span, (v, w) in zip(self.mesh.spans, state.peaks.tolist(), strict=True):
+            found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
+        return found
 
 
 def case_of(

@@ -10,9 +10,9 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.simulation.case import Case
 from cabledrive.simulation.channels import COLUMN, probe_columns
 from cabledrive.simulation.keeping import Records
+from cabledrive.simulation.prepared import PreparedRun
 from cabledrive.simulation.run import integrate_run
 from cabledrive.simulation.start import Scheme
 
@@ -50,7 +50,7 @@ def check_halves(scheme: Scheme) -> None:
         )
 
 
-def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Scheme) -> ErrorEstimate:
+def error_estimate_of(rows: Array, prepare: Callable[[Scheme], PreparedRun], scheme: Scheme) -> ErrorEstimate:
     r"""Estimate the discretisation error of a run by Richardson's extrapolation.
 
     With the differences :math:`D_1 = |x_n - x_{n/2}|` and :math:`D_2 = |x_{n/2} - x_{n/4}|`, largest over the

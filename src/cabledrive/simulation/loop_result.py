@@ -5,54 +5,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.mesh import Mesh, strain_energy, weight_energy
-from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
-from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.simulation.case import Case
-from cabledrive.simulation.channels import (
-    AXIAL,
-    CHANNELS,
-    COLUMN,
-    WEIGHT_ENERGY,
-    Channel,
-    probe_columns,
-)
+from cabledrive.simulation.channels import CHANNELS, COLUMN, Channel, probe_columns
 from cabledrive.simulation.netcdf import Content, Variable
 from cabledrive.simulation.result import RunResult
-from cabledrive.simulation.run import Outcome
 from cabledrive.simulation.start import PLANES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from cabledrive.simulation.error_estimate import ErrorEstimate
-
-
-def energy_handled(rows: Array, energy_at_rest: float) -> float:
-    """Largest energy [J] of a run: what it started with above `rest_energy`, and the work done on it."""
-    if not len(rows):
-        return 0.0
-    start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) - energy_at_rest
-    work = rows[:, COLUMN["torque_work"]] + rows[:, COLUMN["force_work"]]
-    return max(start, 0.0) + float(np.max(work, initial=0.0))
-
-
-def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
-    """Energy [J] of the drive at rest under gravity, relative to the straight pretensioned cable."""
-    if not drive.layout.gravity:
-        return 0.0
-    try:
-        rest = equilibrium(mesh, law).displacement
-    except (
-        InputRefused,
-        NotComputed,
-    ):  # gravity turns the pulleys: there is no rest, so count from held ones
-        rest = equilibrium(mesh, law, hold="both").displacement
-    held = 0.5 * rotor_stiffness(mesh) * float(rest[0, 0]) ** 2
-    return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest) + held
 
 
 @described
@@ -191,58 +154,14 @@ class SimulationResult(RunResult):
         dict
         """
         extremes = self.extremes
+        tensions = [COLUMN[f"least_tension_{span}"] for span in self.spans]
         return {
             **super().summary(),
             "load_angle": {"peak_to_peak": extremes["load_angle_max"] - extremes["load_angle_min"]},
             "drive_angle": {"peak_to_peak": extremes["drive_angle_max"] - extremes["drive_angle_min"]},
             **{f"{span}_midpoint": {"peak": extremes[f"{span}_w_peak"]} for span in self.spans},
-            "least_tension": self._least_tension(),
+            "least_tension": float(np.min(self.rows[:, tensions])) if len(self.rows) else None,
             "compiled": self.interpreted is None,
             "interpreted": self.interpreted,
             "error_estimate": asdict(self.error_estimate) if self.error_estimate else None,
         }
-
-    def _least_tension(self) -> float | None:
-        columns = [COLUMN[f"least_tension_{span}"] for span in self.spans]
-        return float(np.min(self.rows[:, columns])) if len(self.rows) else None
-
-
-def result_of(case: Case, outcome: Outcome) -> SimulationResult:
-    """Result of a run, as far as it went."""
-    rows, every, scheme = outcome.rows, case.recording.fields or 1, case.scheme
-    fields = outcome.fields[: -(-len(rows) // every)]
-    return SimulationResult(
-        **outcome.common(case),
-        probes=(
-            *((span, 0.5 * float(case.mesh.position[0, -1])) for span in case.mesh.spans),
-            *case.recording.probes,
-        ),
-        field_time=outcome.common(case)["time"][::every][: len(fields)],
-        fields=fields,
-        spans=case.mesh.spans,
-        position=case.mesh.position,
-        energy_handled=energy_handled(rows, rest_energy(case.machine, case.mesh, case.law)),
-        slack_events=case.slack_events(outcome.state),
-        extremes=_extremes(case, outcome),
-        provenance=case.provenance(
-            {
-                "cfl": case.grid.cfl,
-                "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
-                "segments": case.mesh.segments,
-            },
-            duration=case.grid.steps * case.grid.step,
-            torque=case.torques[0].fingerprint,
-            torque_offset=float(case.holding[0]),
-        ),
-    )
-
-
-def _extremes(case: Case, outcome: Outcome) -> dict[str, float]:
-    found, mesh, state = {}, case.mesh, outcome.state
-    for k, name in enumerate(("drive", "load", "motor")):
-        radius = mesh.shafts[k].radius if k < len(mesh.shafts) else mesh.shafts[0].radius
-        for word, place in zip(("min", "max"), state.extremes[:, k].tolist(), strict=True):
-            found[f"{name}_angle_{word}"] = place / radius if np.isfinite(place) else 0.0
-    for span, (v, w) in zip(mesh.spans, state.peaks.tolist(), strict=True):
-        found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
-    return found

@@ -12,16 +12,15 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.simulation.case import CarriageForce, case_of
-from cabledrive.simulation.error_estimate import check_halves, error_estimate_of
-from cabledrive.simulation.loop_result import SimulationResult, result_of
+from cabledrive.simulation.error_estimate import check_halves
+from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.network.case import NetworkStart, network_case
-from cabledrive.simulation.network.result import network_result
-from cabledrive.simulation.run import Outcome, keep_run
+from cabledrive.simulation.prepared import PreparedRun
+from cabledrive.simulation.run import keep_run
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Recording, Scheme, Start
 from cabledrive.simulation.travel.case import PlannedMove
 from cabledrive.simulation.travel.prepare import travel_case
-from cabledrive.simulation.travel.result import travel_result
 
 
 def simulate(
@@ -95,6 +94,7 @@ def simulate(
     if model is not None:
         scheme = replace(scheme or Scheme(), model=model)
     keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}
+    asked: Any = {"torque": torque, "start": start, "recording": recording}
     if isinstance(drive, RoutedDrive):
         for name, given in (("forces", bool(forces)), ("error_estimate", error_estimate)):
             if given:
@@ -105,16 +105,14 @@ def simulate(
             raise InputRefused(
                 'kind = "route": start must be a NetworkStart: spans are called by their names'
             )
-        asked: Any = {"torque": torque, "start": start, "scheme": scheme, "recording": recording}
-        routed: Any  # with its own channels: a caller knows what drive it gave
+        case: PreparedRun
         if travel:
             move = travel if isinstance(travel, PlannedMove) else None
-            moving = travel_case(drive, duration, move=move, **asked)
-            routed = keep_run(moving, partial(travel_result, moving), **keeping)
+            case = travel_case(drive, duration, move=move, scheme=scheme, **asked)
         else:
-            case = network_case(drive, duration, **asked)
-            routed = keep_run(case, partial(network_result, case), **keeping)
-        return cast(SimulationResult, routed)
+            case = network_case(drive, duration, scheme=scheme, **asked)
+        # with its own channels: a caller knows what drive it gave
+        return cast(SimulationResult, keep_run(case, **keeping))
     require_own_spans(drive, "`simulate`")
     scheme = scheme or Scheme()
     if travel:
@@ -123,18 +121,9 @@ def simulate(
         raise InputRefused(
             'torques by motor and NetworkStart are for machines of kind "route": leave them out'
         )
-    prepare = partial(
-        case_of, drive, duration, torque=torque, forces=forces, start=start, recording=recording
-    )
+    prepare = partial(case_of, drive, duration, forces=forces, **asked)
     loop = prepare(scheme=scheme)
     if error_estimate:
         check_halves(scheme)
-
-    def finished(outcome: Outcome) -> SimulationResult:
-        result = result_of(loop, outcome)
-        if not error_estimate or result.stopped is not None:
-            return result
-        estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)
-        return replace(result, error_estimate=estimate)
-
-    return keep_run(loop, finished, **keeping)
+        loop = replace(loop, coarser=lambda other: prepare(scheme=other))
+    return cast(SimulationResult, keep_run(loop, **keeping))

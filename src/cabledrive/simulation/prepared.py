@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,12 +23,22 @@ from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import Channel, width_of
 from cabledrive.simulation.methods import TimeGrid, auxiliary, integrate_steps
 from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_workspace
-from cabledrive.simulation.result import SlackEvent
+from cabledrive.simulation.result import RunResult, SlackEvent
 from cabledrive.simulation.signals import Signal
 from cabledrive.simulation.start import Recording, Scheme
 
 KEPT_OF_THE_LAST = {"extremes", "peaks", "reached", "events"}
 """What a state keeps of the step beyond the end of the run."""
+
+
+class Outcome(NamedTuple):
+    """How a run ended."""
+
+    rows: Array  # records that belong to the run so far
+    fields: Array
+    state: Any  # at the end
+    stopped: str | None  # why it ended early, in one line; None if it did not
+    wall_time: float  # how long it took [s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,6 +119,23 @@ class PreparedRun(ABC):
         }
         plain: dict[str, Any] = json.loads(json.dumps(content))
         return plain
+
+    @abstractmethod
+    def result(self, outcome: Outcome) -> RunResult:
+        """Result of the run, as far as it went."""
+
+    def common(self, outcome: Outcome) -> dict[str, Any]:
+        """What every result holds of how its run ended."""
+        return {
+            "time": np.arange(len(outcome.rows), dtype=np.float64) * self.grid.interval,
+            "rows": outcome.rows,
+            "steps": int(outcome.state.counts[0]),
+            "step": self.grid.step,
+            "largest_step": self.grid.largest_step,
+            "channels": self.channels,
+            "stopped": outcome.stopped,
+            "wall_time": outcome.wall_time,
+        }
 
     def provenance(self, method: dict[str, Any], **beside: Any) -> dict[str, Any]:
         """Version, drive, method and settings of a result; ``method``: what only this kind of run has."""

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,11 +15,8 @@ from cabledrive.parameters.terminal import TerminalLine, on_a_terminal
 from cabledrive.simulation.keeping import RESULT, Records, RecordsInFolder, left_behind, part_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.plan import copy_state
-from cabledrive.simulation.prepared import PreparedRun
-
-if TYPE_CHECKING:
-    from cabledrive.simulation.result import RunResult
-
+from cabledrive.simulation.prepared import Outcome, PreparedRun
+from cabledrive.simulation.result import RunResult
 
 SECONDS_BETWEEN = 0.5
 
@@ -64,29 +61,6 @@ NODE_STEPS_PER_CHUNK = 20_000_000
 SECONDS_PER_COMMIT = 5.0
 MOST_LOADED = 1_000_000_000  # bytes
 INTERRUPTED, UNWRITTEN = "interrupted", "the records cannot be written"
-
-
-class Outcome(NamedTuple):
-    """How a run ended."""
-
-    rows: Array  # records that belong to the run so far
-    fields: Array
-    state: Any  # at the end
-    stopped: str | None  # why it ended early, in one line; None if it did not
-    wall_time: float  # how long it took [s]
-
-    def common(self, case: PreparedRun) -> dict[str, Any]:
-        """What every result holds of it."""
-        return {
-            "time": np.arange(len(self.rows), dtype=np.float64) * case.grid.interval,
-            "rows": self.rows,
-            "steps": int(self.state.counts[0]),
-            "step": case.grid.step,
-            "largest_step": case.grid.largest_step,
-            "channels": case.channels,
-            "stopped": self.stopped,
-            "wall_time": self.wall_time,
-        }
 
 
 def integrate_run(
@@ -153,18 +127,9 @@ def _written(action: Callable[..., None], *content: Any) -> str | None:
     return None
 
 
-Kept = TypeVar("Kept", bound="RunResult")
-
-
 def keep_run(
-    case: PreparedRun,
-    result_of: Callable[[Outcome], Kept],
-    *,
-    output: str | Path | None,
-    force: bool,
-    resume: bool,
-    progress: bool | None,
-) -> Kept:
+    case: PreparedRun, *, output: str | Path | None, force: bool, resume: bool, progress: bool | None
+) -> RunResult:
     """Take a run to its end, or as far as it goes; options as of `cabledrive.simulation.simulate`.
 
     Raises `SimulationInterrupted` if it was interrupted from outside.
@@ -172,7 +137,7 @@ def keep_run(
     if output is None:
         if resume:
             raise InputRefused("resume needs the output of the interrupted run: name it")
-        return _finished(result_of(integrate_run(case, Records(case), progress=progress)), output)
+        return _finished(case.result(integrate_run(case, Records(case), progress=progress)), output)
     path = Path(output)
     check_writable(path, force=force)
     folder = part_of(path)
@@ -186,7 +151,7 @@ def keep_run(
             kept = RecordsInFolder(folder, case, resume=resume)
             try:
                 outcome = integrate_run(case, kept, resumed=kept.resumed, progress=progress)
-                result = result_of(outcome)
+                result = case.result(outcome)
                 if outcome.stopped != INTERRUPTED and not (outcome.stopped or "").startswith(UNWRITTEN):
                     result = _put(result, path, kept, force=force)
             finally:
@@ -201,7 +166,7 @@ def keep_run(
     return _finished(result, output)
 
 
-def _put(result: Kept, path: Path, records: RecordsInFolder, *, force: bool) -> Kept:
+def _put(result: RunResult, path: Path, records: RecordsInFolder, *, force: bool) -> RunResult:
     """Write the result and delete its records; where the disk refuses, say so and keep them."""
     for file in records.files:
         file.flush()
@@ -218,16 +183,17 @@ def _put(result: Kept, path: Path, records: RecordsInFolder, *, force: bool) -> 
     return replace(result, path=path)
 
 
-def _finished(result: Kept, output: str | Path | None) -> Kept:
+def _finished(result: RunResult, output: str | Path | None) -> RunResult:
     """The result of a run that was not interrupted."""
     if result.stopped != INTERRUPTED:
         return result
-    line = f"{result.steps * result.step:.6g} s were simulated"
+    go_on = "go on with the same command and --resume"
     if output is None:
-        line = f"{line}; with an output file the run could be resumed"
-    else:
-        line = f"{line}; go on with the same command and --resume"
-    raise SimulationInterrupted(line, result)
+        go_on = "with an output file the run could be resumed"
+    raise SimulationInterrupted(f"{result.steps * result.step:.6g} s were simulated; {go_on}", result)
+
+
+Kept = TypeVar("Kept", bound=RunResult)
 
 
 def whole(result: Kept) -> Kept:
@@ -246,6 +212,6 @@ class SimulationInterrupted(KeyboardInterrupt):
         Everything up to there.
     """
 
-    def __init__(self, message: str, result: "RunResult") -> None:
+    def __init__(self, message: str, result: RunResult) -> None:
         super().__init__(message)
         self.result = result

@@ -21,8 +21,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, coulomb_of, dampers_of, rotor_turn
-from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.mechanics.network.assembly import Network, rotor_turn
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, moved
@@ -94,8 +93,7 @@ def shares(here: Array, poses: int) -> Array:
 
 def strainless(network: Network) -> Array:
     """Motions of the coordinates that strain no rope, joint or spring, shape (n, k)."""
-    along = network.direction == DIRECTIONS.index(ALONG)
-    rows = np.vstack((network.start[along] - network.end[along], network.spring_rows))
+    rows = np.vstack((-network.stretch, network.springs.rows))
     size = np.abs(rows).max(axis=0)  # a column of metres and one of radians count alike
     scale = 1.0 / np.where(size > 0.0, size, 1.0)
     _, values, vectors = np.linalg.svd(rows * scale)
@@ -158,7 +156,7 @@ def _driven_way(
     drive: RoutedDrive, network: Network, free: Array, motion: PlannedMotion
 ) -> tuple[Array, Array]:
     """Where the torque takes the coordinates of the machine from rest, without friction, and their rates."""
-    turns = np.array([rotor_turn(network, number) for number in driven_of(drive)])
+    turns = np.array([rotor_turn(network.motion, number) for number in driven_of(drive)])
     mass = free.T @ network.static_mass @ free
     held = np.linalg.solve(mass, free.T @ network.static_stiffness @ free)
     if np.abs(held).max(initial=0.0) * motion.time[-1] ** 2 > _HELD:
@@ -227,7 +225,7 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
         sum(share[:, p].reshape(-1, *[1] * (own[k].ndim - 1)) * own[k] for p, own in enumerate(found))
         for k in range(5)
     )
-    turns = np.array([rotor_turn(slow.networks[0], number) for number in driven_of(drive)])
+    turns = np.array([rotor_turn(slow.networks[0].motion, number) for number in driven_of(drive)])
     return MotionTensions(
         slow=slow,
         time=time,
@@ -270,21 +268,10 @@ def _elastic_modes(network: Network, free: Array) -> _ElasticModes:
     except np.linalg.LinAlgError:
         raise InputRefused("motion: the machine is not stable at rest in a pose that it passes") from None
     shapes = others @ vectors
-    dampers, rows = dampers_of(network)
-    rope = network.direction == DIRECTIONS.index(ALONG)
-    stretch = (network.start - network.end)[rope]
-    damping = np.append(dampers, _rope_damping(network)[rope])
-    loss = damping @ (np.vstack((rows, stretch)) @ shapes) ** 2
+    along = [piece.rope.axial_damping / piece.length for piece in network.pieces]  # of one rope
+    damping = np.append(network.dampers.values, network.ropes[::3] * along)
+    loss = damping @ (np.vstack((network.dampers.rows, network.stretch)) @ shapes) ** 2
     return _ElasticModes(shapes, np.where(own > 1e-16 * own.max(), own, 0.0), loss)
-
-
-def _rope_damping(network: Network) -> Array:
-    """Axial damping of each link, of all parallel ropes [N s/m]."""
-    drive = network.drive
-    routes = [drive.free_spans[network.pieces[piece].span].route for piece in network.piece]
-    damping = np.array([drive.ropes[route].axial_damping for route in routes])
-    length = np.array([network.pieces[piece].length for piece in network.piece])
-    return np.asarray(network.ropes * damping / length)
 
 
 def _in_pose(
@@ -299,7 +286,7 @@ def _in_pose(
     ``along``: the motion's time, rates, accelerations, and the torque that its file gives.
     """
     time, rate, acceleration, told = along
-    turns = np.array([rotor_turn(network, number) for number in driven_of(network.drive)])
+    turns = np.array([rotor_turn(network.motion, number) for number in driven_of(network.drive)])
     rubbed = _friction(network, rate) if given else np.zeros_like(rate)
     inertia = acceleration @ network.static_mass
     torque = _torque(network, turns, free, inertia - rubbed) if given else told
@@ -312,15 +299,12 @@ def _in_pose(
         ]
         or [np.zeros((time.size, 0))]
     )
-    rope = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
-    stretch = network.end[rope] - network.start[rope]
-    rigid = network.impedance[rope] / network.time[rope]
     tension = np.array([(piece.start_tension, piece.end_tension) for piece in network.pieces])
     rest = np.broadcast_to(tension, (time.size, *tension.shape))
-    mass = network.impedance[rope] * network.time[rope]
-    near, far = acceleration @ network.start[rope].T, acceleration @ network.end[rope].T
+    mass = (network.impedance * network.time)[::3]
+    near, far = acceleration @ network.start[::3].T, acceleration @ network.end[::3].T
     own = np.stack((-mass * (2.0 * near + far), mass * (near + 2.0 * far)), axis=-1) / 6.0
-    both = [rest + own + (x @ (stretch @ modes.shapes).T * rigid)[:, :, None] for x in (even, swing)]
+    both = [rest + own + (x @ (network.pull @ modes.shapes).T)[:, :, None] for x in (even, swing)]
     return rest, both[0], both[1], torque, np.broadcast_to(_holding(network), (time.size, len(turns)))
 
 
@@ -337,9 +321,8 @@ def _answer(push: Array, mass: float, loss: float, step: float) -> Array:
 
 def _friction(network: Network, rate: Array) -> Array:
     """Forces of bearings, bodies and motors against a motion, shape (t, n); nothing rubs at rest."""
-    dampers, rows = dampers_of(network)
-    total = -(rate @ rows.T * dampers) @ rows
-    for _, row, friction in coulomb_of(network):
+    total = -rate @ network.dampers.matrix
+    for friction, row, _ in zip(*network.rubs, strict=True):
         speed = rate @ row
         slow = max(_TURNING * float(np.abs(speed).max(initial=0.0)), 1e-300)
         total = total - np.outer(friction * np.clip(speed / slow, -1.0, 1.0), row)

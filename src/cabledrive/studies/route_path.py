@@ -210,7 +210,7 @@ def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Ar
 
     _, shapes = eigh(network.static_stiffness, network.static_mass)
     rows = torques_of(drive, motion)
-    turns = np.array([rotor_turn(network, number) for number in driven_of(drive)])
+    turns = np.array([rotor_turn(network.motion, number) for number in driven_of(drive)])
     free = shapes[:, :rigid]
     way = summed(motion.time, summed(motion.time, np.array(rows).T @ turns @ free)) @ free.T
     keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]

@@ -14,7 +14,7 @@ from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.strain_free import POSE
-from cabledrive.parameters.route.tables import with_shaft
+from cabledrive.parameters.tables import with_shaft
 from cabledrive.parameters.units import to_si
 
 LEFT_OUT = {"schema", "name", "kind", "title", "source"}

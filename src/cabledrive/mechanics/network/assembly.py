@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,19 @@ from cabledrive.parameters.route import RoutedDrive
 DIRECTIONS = (ALONG, ACROSS, OUT_OF_PLANE)
 
 
+class Parts(NamedTuple):
+    """Some parts of one kind: values (k,), the rows (k, n) by which q moves or strains them, names."""
+
+    values: Array
+    rows: Array
+    names: tuple[str, ...]
+
+    @property
+    def matrix(self) -> Array:
+        """What they are together, shape (n, n)."""
+        return np.asarray((self.rows.T * self.values) @ self.rows)
+
+
 @described
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Network:
@@ -37,21 +51,16 @@ class Network:
     motion: Motion = meaning("its coordinates")
     statics: Statics = meaning("its forces at rest")
     pieces: list[Piece] = meaning("ropes between joints, cut at carriages")
-    piece: NDArray[np.intp] = meaning(
-        "(m,): piece of each link; three links a piece: along, across, out of plane"
-    )
-    direction: NDArray[np.intp] = meaning("(m,): 0: along, 1: across, 2: out of plane")
-    start: Array = meaning("(m, n): row of the start of each link")
+    start: Array = meaning("(m, n): row of the start of each link: along, across, out of plane of each piece")
     end: Array = meaning("(m, n): row of its end")
     impedance: Array = meaning("(m,): z of one rope [kg/s], Eq. (N.3)")
     time: Array = meaning("(m,): travel time [s]")
     lag: Array = meaning("(m,): of a rope that runs [s]")
     ropes: NDArray[np.intp] = meaning("(m,): parallel ropes")
-    mass: Array = meaning("masses [kg] and moments of inertia [kg m^2]")
-    mass_rows: Array = meaning("how q moves them")
-    spring: Array = meaning("springs [N/m], [N m/rad]")
-    spring_rows: Array = meaning("how q strains them")
-    spring_names: tuple[str, ...] = meaning("what each spring is")
+    masses: Parts = meaning("masses [kg] and moments of inertia [kg m^2]")
+    springs: Parts = meaning("springs [N/m], [N m/rad]")
+    dampers: Parts = meaning("dampers [N s/m], [N m s/rad]; ropes have their own")
+    rubs: Parts = meaning("Coulomb friction [N], [N m] of all that rubs, but for ropes on their wraps")
     geometric: Array = meaning("(n, n): stiffness of turning bodies under the forces at rest, Eq. (N.4)")
 
     @property
@@ -60,26 +69,17 @@ class Network:
         return self.motion.drive
 
     @cached_property
-    def places(self) -> list[tuple[str, str]]:
-        """Span and direction of each link."""
-        spans = [self.drive.free_spans[piece.span].name for piece in self.pieces]
-        return [
-            (spans[piece], DIRECTIONS[way]) for piece, way in zip(self.piece, self.direction, strict=True)
-        ]
-
-    @cached_property
     def static_stiffness(self) -> Array:
         """Stiffness of every coordinate against every other at rest, shape (n, n)."""
         stretch = self.start - self.end
         link = self.ropes * self.impedance / self.time
-        matrix = (stretch.T * link) @ stretch + (self.spring_rows.T * self.spring) @ self.spring_rows
-        return np.asarray(matrix + self.geometric)
+        return np.asarray((stretch.T * link) @ stretch + self.springs.matrix + self.geometric)
 
     @cached_property
     def static_mass(self) -> Array:
         """Mass matrix of slow motions, ropes shared out between their ends, shape (n, n)."""
         rope = self.ropes * self.impedance * self.time / 6.0
-        matrix = (self.mass_rows.T * self.mass) @ self.mass_rows
+        matrix = self.masses.matrix
         for a, b, share in (
             (self.start, self.start, 2.0),
             (self.end, self.end, 2.0),
@@ -88,6 +88,29 @@ class Network:
             part = (a.T * (share * rope)) @ b
             matrix = matrix + (part + part.T) / (2.0 if a is b else 1.0)
         return np.asarray(matrix)
+
+    @property
+    def stretch(self) -> Array:
+        """Rows of what each piece is stretched by, shape (pieces, n) [m]."""
+        return (self.end - self.start)[::3]
+
+    @property
+    def pull(self) -> Array:
+        """Tension of one rope of each piece by the coordinates, ropes without mass, (pieces, n) [N/m]."""
+        return (self.impedance / self.time)[::3, None] * self.stretch
+
+    @property
+    def lowest_tension(self) -> Array:
+        """Tension of one rope of each piece at rest at its end where it is lower, shape (pieces,) [N]."""
+        return np.array([min(piece.start_tension, piece.end_tension) for piece in self.pieces])
+
+    @property
+    def rope_damping(self) -> Array:
+        """Damping of ropes that stretch evenly, shape (n, n) [N s/m]."""
+        ropes = [piece.rope for piece in self.pieces]
+        damping, rigidity = np.array([(rope.axial_damping, rope.axial_rigidity) for rope in ropes]).T
+        lengths = self.time[::3] * rigidity / self.impedance[::3]
+        return np.asarray((self.stretch.T * (self.ropes[::3] * damping / lengths)) @ self.stretch)
 
 
 def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[str] = ()) -> Network:
@@ -113,45 +136,32 @@ def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[s
     names = (hold,) if isinstance(hold, str) else tuple(hold)
     motion, statics = Motion(drive, condition(drive, motor), names), statics_of(drive)
     pieces = pieces_of(motion, statics)
-    links = [(number, way) for number in range(len(pieces)) for way in range(len(DIRECTIONS))]
-    waves = [waves_of_piece(drive, pieces[number], DIRECTIONS[way]) for number, way in links]
-    start, end = (
-        np.array([pieces[number].rows[DIRECTIONS[way]][side] for number, way in links]) for side in (0, 1)
-    )
-    mass, mass_rows = _masses(motion)
-    spring, spring_rows, spring_names = _springs(motion)
+    links = [(piece, way) for piece in pieces for way in DIRECTIONS]
+    impedance, time, lag = np.array([waves_of_piece(piece, way) for piece, way in links]).T
+    start, end = (np.array([piece.rows[way][side] for piece, way in links]) for side in (0, 1))
     network = Network(
         motion=motion,
         statics=statics,
         pieces=pieces,
-        piece=np.array([number for number, _ in links]),
-        direction=np.array([way for _, way in links]),
         start=start,
         end=end,
-        impedance=np.array([wave[0] for wave in waves]),
-        time=np.array([wave[1] for wave in waves]),
-        lag=np.array([wave[2] for wave in waves]),
-        ropes=np.array(
-            [drive.route[drive.free_spans[pieces[number].span].route].ropes for number, _ in links]
-        ),
-        mass=mass,
-        mass_rows=mass_rows,
-        spring=spring,
-        spring_rows=spring_rows,
-        spring_names=spring_names,
+        impedance=impedance,
+        time=time,
+        lag=lag,
+        ropes=np.array([piece.route.ropes for piece, _ in links]),
+        **_parts(motion),
         geometric=geometric_stiffness(motion, statics),
     )
     _check_held(network)
     return network
 
 
-def waves_of_piece(drive: RoutedDrive, piece: Piece, direction: str) -> tuple[float, float, float]:
+def waves_of_piece(piece: Piece, direction: str) -> tuple[float, float, float]:
     """Impedance of one rope, travel time and lag of a piece, Eq. (N.3).
 
     Across, the tension counts by the travel time of a string in which it changes evenly.
     """
-    span = drive.free_spans[piece.span]
-    rope, route = drive.ropes[span.route], drive.route[span.route]
+    rope, route = piece.rope, piece.route
     tension = (0.5 * (sqrt(piece.start_tension) + sqrt(piece.end_tension))) ** 2
     stretch = 1.0 + tension / rope.axial_rigidity
     length = piece.length / stretch
@@ -163,62 +173,58 @@ def waves_of_piece(drive: RoutedDrive, piece: Piece, direction: str) -> tuple[fl
     if abs(v) >= c:
         raise InputRefused(
             f'route "{route.name}": speed = {route.speed:.4g} m/s reaches the wave speed '
-            f"{c * stretch:.4g} m/s of span "
-            f"{span.name}, above which no vibration is stable: lower the speed, or raise the pretension"
+            f"{c * stretch:.4g} m/s of span {piece.where.name}, above which no vibration is stable: lower "
+            "the speed, or raise the pretension"
         )
     return z, c * length / (c**2 - v**2), v * length / (c**2 - v**2)
 
 
-def _masses(motion: Motion) -> tuple[Array, Array]:
-    """Masses and moments of inertia with the rows by which they move."""
-    drive = motion.drive
-    parts: list[tuple[float, Array]] = []
+def _parts(motion: Motion) -> dict[str, Parts]:
+    """What moves with the coordinates beside the ropes: of bodies, pulleys, motors and carriages."""
+    drive, motors = motion.drive, dict(zip(motion.drive.driven, motion.drive.motor, strict=True))
+    masses, springs, dampers, rubs = (list[tuple[float, Array, str]]() for _ in range(4))
     for number, body in enumerate(drive.body):
-        parts += [(body.mass, row) for row in motion.point(body.at, number)]
-        parts.append((body.inertia, motion.rotation(number)))
-    motors = dict(zip(drive.driven, drive.motor, strict=True))
+        masses += [(body.mass, row, body.name) for row in motion.point(body.at, number)]
+        masses.append((body.inertia, motion.rotation(number), body.name))
+        for move in body.moves:
+            own = motion.unit(f"{body.name}.{move}")
+            springs.append((body.stiffness, own, f"spring of {body.name}"))
+            dampers.append((body.damping, own, body.name))
+            rubs.append((body.coulomb_friction, own, f"{body.name}.{move}"))
     for number, pulley in enumerate(drive.pulley):
-        body_number = drive.body_number(pulley.on, pulley.name)
-        parts += [(pulley.mass, row) for row in motion.point(pulley.at, body_number)]
-        motor = motors.get(number)
-        rigid = motor.inertia if motor is not None and motor.joint_stiffness is None else 0.0
-        parts.append((pulley.inertia + rigid, motion.angle(number)))
-        if motor is not None and motor.joint_stiffness is not None:
-            parts.append((motor.inertia, motion.rotor(number)))
+        name, motor, turn = pulley.name, motors.get(number), relative_turn(motion, number)
+        masses += [
+            (pulley.mass, row, name) for row in motion.point(pulley.at, drive.body_number(pulley.on, name))
+        ]
+        joint = None if motor is None else motor.joint_stiffness
+        rigid = motor.inertia if motor is not None and joint is None else 0.0
+        masses.append((pulley.inertia + rigid, motion.angle(number), name))
+        dampers.append((pulley.viscous_friction, turn, name))
+        rubs.append((pulley.coulomb_friction, turn, name))
+        if motor is not None:
+            rotor = rotor_turn(motion, number)
+            dampers.append((motor.viscous_friction, rotor, name))
+            if joint is not None:
+                masses.append((motor.inertia, motion.rotor(number), name))
+                dampers.append((motor.joint_damping, rotor - turn, name))
+    for number, motor in motors.items():
+        rotor = motion.angle(number) if motor.joint_stiffness is None else motion.rotor(number)
+        springs.append((motor.joint_stiffness or 0.0, rotor - motion.angle(number), "motor joint"))
+        if motion.motor == HOLDING:
+            springs.append(
+                (motor.holding_stiffness or 0.0, rotor - motion.mount(number), "holding stiffness")
+            )
+        name = f"motor of {drive.pulley[number].name}"
+        rubs.append((motor.coulomb_friction, rotor_turn(motion, number), name))
     for number, carriage in enumerate(drive.carriage):
         name = motion.carriage_name(number)
-        parts += [(carriage.mass, motion.unit(f"{name} {way}")) for way in DIRECTIONS]
-    kept = [(mass, row) for mass, row in parts if mass > 0.0 and row.any()]
-    return _stacked(kept, len(motion.names))
-
-
-def _stacked(parts: list[tuple[float, Array]], n: int) -> tuple[Array, Array]:
-    rows = np.array([row for _, row in parts]) if parts else np.zeros((0, n))
-    return np.array([value for value, _ in parts]), rows
-
-
-def _springs(motion: Motion) -> tuple[Array, Array, tuple[str, ...]]:
-    """Springs of bodies, joints and holding stiffnesses, with the rows that strain them and their names."""
-    drive = motion.drive
-    parts: list[tuple[float, Array]] = []
-    names: list[str] = []
-    for body in drive.body:
-        if body.stiffness > 0.0:
-            parts += [(body.stiffness, motion.unit(f"{body.name}.{move}")) for move in body.moves]
-            names += [f"spring of {body.name}"] * len(body.moves)
-    for number, motor in zip(drive.driven, drive.motor, strict=True):
-        shaft = motion.angle(number)
-        if motor.joint_stiffness is not None:
-            rotor = motion.rotor(number)
-            parts.append((motor.joint_stiffness, rotor - shaft))
-            names.append("motor joint")
-            shaft = rotor
-        if motion.motor == HOLDING and motor.holding_stiffness is not None:
-            parts.append((motor.holding_stiffness, shaft - motion.mount(number)))
-            names.append("holding stiffness")
-    kept = [(part, name) for part, name in zip(parts, names, strict=True) if part[1].any()]
-    stiffness, rows = _stacked([part for part, _ in kept], len(motion.names))
-    return stiffness, rows, tuple(name for _, name in kept)
+        masses += [(carriage.mass, motion.unit(f"{name} {way}"), name) for way in DIRECTIONS]
+    found = {}
+    for kind, parts in (("masses", masses), ("springs", springs), ("dampers", dampers), ("rubs", rubs)):
+        kept = [part for part in parts if part[0] > 0.0 and part[1].any()]
+        rows = np.array([row for _, row, _ in kept]).reshape(-1, len(motion.names))
+        found[kind] = Parts(np.array([value for value, _, _ in kept]), rows, tuple(name for *_, name in kept))
+    return found
 
 
 def _check_held(network: Network) -> None:
@@ -236,52 +242,13 @@ def _check_held(network: Network) -> None:
             raise InputRefused(f"pulley {name}: no route passes it: add it to a path, or leave it out")
 
 
-def dampers_of(network: Network) -> tuple[Array, Array]:
-    """Dampers [N s/m], [N m s/rad], shape (k,), and their rows, shape (k, n); ropes have their own."""
-    drive, motion = network.drive, network.motion
-    parts: list[tuple[float, Array]] = []
-    for body in drive.body:
-        parts += [(body.damping, motion.unit(f"{body.name}.{move}")) for move in body.moves]
-    motors = dict(zip(drive.driven, drive.motor, strict=True))
-    for number, pulley in enumerate(drive.pulley):
-        turn = relative_turn(network, number)
-        parts.append((pulley.viscous_friction, turn))
-        motor = motors.get(number)
-        if motor is None:
-            continue
-        rotor = rotor_turn(network, number)
-        parts.append((motor.viscous_friction, rotor))
-        if motor.joint_stiffness is not None:
-            parts.append((motor.joint_damping, rotor - turn))
-    return _stacked([part for part in parts if part[0] > 0.0 and part[1].any()], len(motion.names))
-
-
-def relative_turn(network: Network, pulley: int) -> Array:
+def relative_turn(motion: Motion, pulley: int) -> Array:
     """Turn of a pulley against what carries it, shape (n,)."""
-    return network.motion.angle(pulley) - network.motion.mount(pulley)
+    return motion.angle(pulley) - motion.mount(pulley)
 
 
-def rotor_turn(network: Network, pulley: int) -> Array:
+def rotor_turn(motion: Motion, pulley: int) -> Array:
     """Turn of the rotor that drives a pulley, against what carries the motor, shape (n,)."""
-    if f"rotor of {network.drive.pulley[pulley].name}" not in network.motion.names:
-        return relative_turn(network, pulley)
-    return network.motion.rotor(pulley) - network.motion.mount(pulley)
-
-
-def coulomb_of(network: Network) -> list[tuple[str, Array, float]]:
-    """Name, row, shape (n,), and friction [N], [N m] of all that rubs, but for ropes on their wraps."""
-    drive, motion = network.drive, network.motion
-    parts = [
-        (f"{body.name}.{move}", motion.unit(f"{body.name}.{move}"), body.coulomb_friction)
-        for body in drive.body
-        for move in body.moves
-    ]
-    parts += [
-        (pulley.name, relative_turn(network, number), pulley.coulomb_friction)
-        for number, pulley in enumerate(drive.pulley)
-    ]
-    for number, motor in zip(drive.driven, drive.motor, strict=True):
-        parts.append(
-            (f"motor of {drive.pulley[number].name}", rotor_turn(network, number), motor.coulomb_friction)
-        )
-    return [part for part in parts if part[2] > 0.0 and part[1].any()]
+    if f"rotor of {motion.drive.pulley[pulley].name}" not in motion.names:
+        return relative_turn(motion, pulley)
+    return motion.rotor(pulley) - motion.mount(pulley)

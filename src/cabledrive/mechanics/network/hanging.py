@@ -11,56 +11,17 @@ where q is the weight across it and the shear :math:`V_0` follows from the ends 
 that is fed round strains nothing. What is left out is of second order in :math:`\theta`.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import gravity
-from cabledrive.mechanics.network.pieces import Element, carriage_at, end_place, straight_element
-from cabledrive.mechanics.sag import irvine_parameter
+from cabledrive.mechanics.network.pieces import Element, Hanging, Piece, carriage_at, straight_element
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.geometry import Place
 
 STRAIGHT = 5e-7
 r"""Irvine's :math:`\lambda^2` up to which a rope is straight: it moves no frequency by more than 1e-4."""
-
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Hanging:
-    """A piece of rope at rest that hangs."""
-
-    shear: float  # force across the chord at its start [N]
-    load: float  # weight across the chord per metre [N/m]
-    start_tension: float  # as of its `Piece` [N]
-    end_tension: float  # [N]
-    length: float  # [m]
-
-    def tension(self, x: NDArray[np.float64]) -> Array:
-        """Tension [N]; ``x`` [m] from its start, any shape."""
-        return np.asarray(self.start_tension + (self.end_tension - self.start_tension) * x / self.length)
-
-    def slope(self, x: NDArray[np.float64]) -> Array:
-        """Slope against the chord; ``x`` [m] from its start, any shape."""
-        return np.asarray((self.shear - self.load * x) / self.tension(x))
-
-    @property
-    def end_slopes(self) -> Array:
-        """Slope against the chord at its start and its end, the steepest of a piece, shape (2,)."""
-        return self.slope(np.array([0.0, self.length]))
-
-    def mean(self, power: int) -> float:
-        """Mean of a power of the slope."""
-        x = 0.5 * self.length * (1.0 + _POINTS)
-        return float(0.5 * _WEIGHTS @ self.slope(x) ** power)
-
-    def irvine(self, rigidity: float) -> float:
-        r"""Irvine's :math:`\lambda^2` of its slopes; ``rigidity``: EA [N]."""
-        tension = 0.5 * (self.start_tension + self.end_tension)
-        return irvine_parameter(rigidity, tension, tension**2 * self.mean(2))
 
 
 def hanging_pieces(network: Network) -> list[Hanging]:
@@ -69,43 +30,19 @@ def hanging_pieces(network: Network) -> list[Hanging]:
     found: list[Hanging] = []
     run: list[Hanging] = []
     for piece in network.pieces:
-        span = drive.free_spans[piece.span]
-        across = np.array(span.across)
-        end = run[-1].shear - run[-1].load * run[-1].length if run else 0.0
+        across, end = np.array(piece.where.across), 0.0
         if run:
+            end = run[-1].shear - run[-1].load * run[-1].piece.length
             end -= drive.carriage[carriage_at(drive, piece.span, piece.start)].mass * float(g @ across)
-        run.append(
-            Hanging(
-                shear=end,
-                load=float(network.statics.line_load[piece.span] @ across),
-                start_tension=piece.start_tension,
-                end_tension=piece.end_tension,
-                length=piece.length,
-            )
-        )
-        if piece.end == span.length or drive.carriage[carriage_at(drive, piece.span, piece.end)].guided:
+        load = float(network.statics.line_load[piece.span] @ across)
+        run.append(Hanging(piece=piece, shear=end, load=load))
+        if piece.place(False) or drive.carriage[carriage_at(drive, piece.span, piece.end)].guided:
             # the shear that brings the ends of what hangs between two places of the chord there
-            rise = sum(own.mean(1) * own.length for own in run)
-            unit = sum(replace(own, shear=1.0, load=0.0).mean(1) * own.length for own in run)
+            rise = sum(own.mean(1) * own.piece.length for own in run)
+            unit = sum(replace(own, shear=1.0, load=0.0).mean(1) * own.piece.length for own in run)
             found += [replace(own, shear=own.shear - rise / unit) for own in run]
             run = []
     return found
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HangingElement(Element):
-    """One rope that hangs, along and across its chord together."""
-
-    hanging: Hanging  # its piece at rest, from tangent point to tangent point of a straight rope
-    along: float  # its length where it is stretched, lift-off by bending left out [m]
-
-    def slope(self, x: NDArray[np.float64]) -> Array:
-        """Slope against the chord; ``x`` [m] from its start, any shape."""
-        return self.hanging.slope(x - self.before)
-
-    def tension_at(self, x: NDArray[np.float64]) -> Array:
-        """Tension [N]; ``x`` [m] from its start, any shape."""
-        return self.hanging.tension(x - self.before)
 
 
 def irvine_parameters(network: Network) -> Array:
@@ -116,36 +53,36 @@ def irvine_parameters(network: Network) -> Array:
     return _at_rest(network)[1]
 
 
-def hanging_elements(network: Network) -> dict[int, HangingElement]:
+def hanging_elements(network: Network) -> dict[int, Element]:
     """Elements of the pieces that hang, Eq. (N.13), by the number of the piece; none of ropes that run."""
-    drive = network.drive
     hanging, irvine = _at_rest(network)
-    found: dict[int, HangingElement] = {}
+    found: dict[int, Element] = {}
     for number, (piece, own) in enumerate(zip(network.pieces, hanging, strict=False)):
-        if irvine[piece.span] <= STRAIGHT or drive.route[drive.free_spans[piece.span].route].speed:
+        if irvine[piece.span] <= STRAIGHT or piece.route.speed:
             continue
-        straight = straight_element(drive, piece)
+        straight = straight_element(network.drive, piece)
         near, far = own.end_slopes.tolist()
-        before = _shift(end_place(drive, piece, True), near)
-        after = -_shift(end_place(drive, piece, False), far)
-        same = {one.name: getattr(straight, one.name) for one in fields(straight)}
-        same |= {"length": straight.length + before + after, "before": straight.before + before}
-        found[number] = HangingElement(**same, hanging=own, along=piece.length + before + after)
+        before, after = _shift(piece, True, near), -_shift(piece, False, far)
+        found[number] = replace(
+            straight,
+            length=straight.length + before + after,
+            before=straight.before + before,
+            hanging=own,
+            along=piece.length + before + after,
+        )
     return found
 
 
 def _at_rest(network: Network) -> tuple[list[Hanging], Array]:
     """How the pieces of all spans hang, none without gravity, and Irvine's parameter of each span."""
-    drive, irvine = network.drive, np.zeros(len(network.drive.free_spans))
-    if drive.layout.gravity == 0.0:
-        return [], irvine
-    hanging = hanging_pieces(network)
-    for piece, own in zip(network.pieces, hanging, strict=True):
-        rigidity = drive.ropes[drive.free_spans[piece.span].route].axial_rigidity
-        irvine[piece.span] = max(irvine[piece.span], own.irvine(rigidity))
+    irvine = np.zeros(len(network.drive.free_spans))
+    hanging = hanging_pieces(network) if network.drive.layout.gravity else []
+    for own in hanging:
+        irvine[own.piece.span] = max(irvine[own.piece.span], own.irvine)
     return hanging, irvine
 
 
-def _shift(place: Place | None, turned: float) -> float:
+def _shift(piece: Piece, start: bool, turned: float) -> float:
     """How far a rope that is turned leaves its pulley before the tangent point of a straight one [m]."""
+    place = piece.place(start)
     return 0.0 if place is None else -place.sense * place.radius * turned

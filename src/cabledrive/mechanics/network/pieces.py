@@ -13,13 +13,15 @@ from itertools import pairwise
 from math import sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, gravity
 from cabledrive.mechanics.network.statics import Statics
+from cabledrive.mechanics.sag import irvine_parameter
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import Place
+from cabledrive.parameters.route import FreeSpan, Place, Route, RoutedDrive
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -32,11 +34,20 @@ class Piece:
     start_tension: float  # of one rope [N]
     end_tension: float  # of one rope [N]
     rows: dict[str, tuple[Array, Array]]  # motion of its start and its end by direction, each shape (n,)
+    where: FreeSpan
+    route: Route
+    rope: Rope
 
     @property
     def length(self) -> float:
         """Length under tension [m]."""
         return self.end - self.start
+
+    def place(self, start: bool) -> Place | None:
+        """Anchor or pulley at one end; None: a carriage."""
+        if start:
+            return self.where.start if self.start == 0.0 else None
+        return self.where.end if self.end == self.where.length else None
 
 
 def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
@@ -79,6 +90,9 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
                     start_tension=tension,
                     end_tension=after,
                     rows={way: (near[way], far[way]) for way in (ALONG, ACROSS, OUT_OF_PLANE)},
+                    where=span,
+                    route=drive.route[span.route],
+                    rope=drive.ropes[span.route],
                 )
             )
             tension = after
@@ -90,8 +104,45 @@ EVEN = 5e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Hanging:
+    """A piece of rope at rest that hangs."""
+
+    piece: Piece
+    shear: float  # force across the chord at its start [N]
+    load: float  # weight across the chord per metre [N/m]
+
+    def tension(self, x: NDArray[np.float64]) -> Array:
+        """Tension [N]; ``x`` [m] from its start, any shape."""
+        first, last = self.piece.start_tension, self.piece.end_tension
+        return np.asarray(first + (last - first) * x / self.piece.length)
+
+    def slope(self, x: NDArray[np.float64]) -> Array:
+        """Slope against the chord; ``x`` [m] from its start, any shape."""
+        return np.asarray((self.shear - self.load * x) / self.tension(x))
+
+    @property
+    def end_slopes(self) -> Array:
+        """Slope against the chord at its start and its end, the steepest of a piece, shape (2,)."""
+        return self.slope(np.array([0.0, self.piece.length]))
+
+    def mean(self, power: int) -> float:
+        """Mean of a power of the slope."""
+        x = 0.5 * self.piece.length * (1.0 + _POINTS)
+        return float(0.5 * _WEIGHTS @ self.slope(x) ** power)
+
+    @property
+    def irvine(self) -> float:
+        r"""Irvine's :math:`\lambda^2` of its slopes."""
+        tension = 0.5 * (self.piece.start_tension + self.piece.end_tension)
+        return irvine_parameter(self.piece.rope.axial_rigidity, tension, tension**2 * self.mean(2))
+
+
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Element:
-    """One rope across: a string whose tension changes along it, or a tensioned beam."""
+    """One rope across: a string whose tension changes along it, a tensioned beam, a rope that hangs."""
 
     start_tension: float  # [N]
     end_tension: float  # [N]
@@ -100,6 +151,10 @@ class Element:
     density: float  # mass per unstretched length [kg/m]
     axial_rigidity: float  # EA [N]
     bending: float  # EI [N m^2]; 0: a string
+    hanging: Hanging | None = (
+        None  # its piece at rest, from tangent point to tangent point of a straight rope
+    )
+    along: float = 0.0  # length where it is stretched, of one that hangs, lift-off by bending left out [m]
 
     @property
     def tension(self) -> float:
@@ -111,51 +166,44 @@ class Element:
         """Length under tension over the unstretched one."""
         return 1.0 + self.tension / self.axial_rigidity
 
+    def tension_at(self, x: NDArray[np.float64]) -> Array:
+        """Tension [N]; ``x`` [m] from its start, any shape."""
+        if self.hanging is not None:
+            return self.hanging.tension(x - self.before)
+        return np.asarray(self.start_tension + (self.end_tension - self.start_tension) * x / self.length)
+
 
 def element_of(drive: RoutedDrive, piece: Piece, direction: str) -> Element | None:
     """The element of a piece in one direction; None: a straight string of even tension, as running ropes."""
-    span = drive.free_spans[piece.span]
-    rope, route = drive.ropes[span.route], drive.route[span.route]
     change = abs(piece.end_tension - piece.start_tension) / piece.start_tension
-    if direction == ALONG or route.speed or (change <= EVEN and not rope.bending_stiffness):
-        return None
-    return straight_element(drive, piece)
+    even = change <= EVEN and not piece.rope.bending_stiffness
+    return None if direction == ALONG or piece.route.speed or even else straight_element(drive, piece)
 
 
 def straight_element(drive: RoutedDrive, piece: Piece) -> Element:
     """One rope of a piece across, from lift-off to lift-off."""
-    rope = drive.ropes[drive.free_spans[piece.span].route]
-    bending = rope.bending_stiffness or 0.0
+    bending = piece.rope.bending_stiffness or 0.0
     before, after = (lift_off(drive, piece, start=own) if bending else 0.0 for own in (True, False))
     return Element(
         start_tension=piece.start_tension,
         end_tension=piece.end_tension,
         length=before + piece.length + after,
         before=before,
-        density=rope.density,
-        axial_rigidity=rope.axial_rigidity,
+        density=piece.rope.density,
+        axial_rigidity=piece.rope.axial_rigidity,
         bending=bending,
     )
 
 
 def lift_off(drive: RoutedDrive, piece: Piece, *, start: bool) -> float:
     """How far beyond the tangent point the rope leaves its pulley [m]; 0 at anchors and carriages."""
-    span = drive.free_spans[piece.span]
-    place = end_place(drive, piece, start)
+    place = piece.place(start)
     if place is None or place.sense == 0:
         return 0.0
-    bending = drive.ropes[span.route].bending_stiffness or 0.0
+    bending = piece.rope.bending_stiffness or 0.0
     free = sqrt(bending / (piece.start_tension if start else piece.end_tension))
     wrap = wrap_at(drive, piece.span, start)
     return free if wrap is None else min(free, 0.5 * wrap[1] * place.radius)
-
-
-def end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
-    """Anchor or pulley at one end of a piece; None: a carriage."""
-    span = drive.free_spans[piece.span]
-    if start:
-        return span.start if piece.start == 0.0 else None
-    return span.end if piece.end == span.length else None
 
 
 def carriage_at(drive: RoutedDrive, span: int, place: float) -> int:

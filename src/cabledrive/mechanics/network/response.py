@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, dampers_of, network_of
-from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.mechanics.network.assembly import Network, network_of
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
@@ -32,13 +31,12 @@ def network_response(
     Returns shape (p, k). Raises `NotComputed` where a frequency is one of an undamped mode.
     """
     found = np.empty((omega.size, output.shape[0]), dtype=np.complex128)
-    dampers = dampers_of(network)
     for number, w in enumerate(omega):
         if loss_factor is None:
-            stiffness = dynamic_stiffness(network, complex(w), dampers)
+            stiffness = dynamic_stiffness(network, complex(w), damped=True)
         else:  # K (1 + i eta) - w^2 M is (1 + i eta) times the undamped one at w / sqrt(1 + i eta)
             scale = 1.0 + 1j * loss_factor
-            stiffness = scale * dynamic_stiffness(network, w / np.sqrt(scale), None)
+            stiffness = scale * dynamic_stiffness(network, w / np.sqrt(scale), damped=False)
         try:
             found[number] = output @ np.linalg.solve(stiffness, force.astype(np.complex128))
         except np.linalg.LinAlgError:
@@ -48,9 +46,9 @@ def network_response(
     return found
 
 
-def dynamic_stiffness(network: Network, omega: complex, dampers: tuple[Array, Array] | None) -> Complex:
+def dynamic_stiffness(network: Network, omega: complex, *, damped: bool) -> Complex:
     """Force per motion of the coordinates, shape (n, n)."""
-    impedance, time = _waves(network, omega, damped=dampers is not None)
+    impedance, time = _waves(network, omega, damped=damped)
     alpha, phase = omega * time, np.exp(1j * omega * network.lag)
     stretch = phase[:, None] * network.start - network.end
     # Where ropes run, the transpose conjugate of a row has the phase turned back, not the frequency's part.
@@ -59,11 +57,9 @@ def dynamic_stiffness(network: Network, omega: complex, dampers: tuple[Array, Ar
     edge = -network.ropes * impedance * np.tan(0.5 * alpha)
     total: NDArray[Any] = (back.T * link) @ stretch
     total = total + (network.start.T * edge) @ network.start + (network.end.T * edge) @ network.end
-    total = omega * total + (network.spring_rows.T * network.spring) @ network.spring_rows + network.geometric
-    total = total - omega**2 * (network.mass_rows.T * network.mass) @ network.mass_rows
-    if dampers is not None:
-        values, rows = dampers
-        total = total + 1j * omega * (rows.T * values) @ rows
+    total = omega * total + network.springs.matrix + network.geometric - omega**2 * network.masses.matrix
+    if damped:
+        total = total + 1j * omega * network.dampers.matrix
     return np.asarray(total)
 
 
@@ -73,8 +69,8 @@ def _waves(network: Network, omega: complex, *, damped: bool) -> tuple[Complex, 
     if not damped:
         return impedance, time
     for link in np.flatnonzero(network.lag == 0.0):
-        rope = network.drive.ropes[network.drive.free_spans[network.pieces[network.piece[link]].span].route]
-        if DIRECTIONS[network.direction[link]] == ALONG:
+        rope = network.pieces[link // 3].rope
+        if link % 3 == 0:
             root = np.sqrt(1.0 + 1j * omega * rope.axial_damping / rope.axial_rigidity)
             impedance[link], time[link] = impedance[link] * root, time[link] / root
         else:

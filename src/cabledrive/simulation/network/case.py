@@ -3,12 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
@@ -24,8 +26,9 @@ from cabledrive.simulation.channels import (
 )
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan
+from cabledrive.simulation.network.result import NetworkResult
 from cabledrive.simulation.plan import new_state
-from cabledrive.simulation.prepared import RopeRun
+from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
 from cabledrive.simulation.signals import Function, Signal, checked_signal
 from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, profile_of
 
@@ -153,6 +156,51 @@ class NetworkCase(RopeRun):
     def place(self, piece: int, segment: int) -> tuple[str, float]:
         """Piece, and distance of the middle of a segment from its start [m]."""
         return self.mesh.pieces[piece], float((segment + 0.5) * self.mesh.spacing[piece])
+
+    def result(self, outcome: Outcome) -> NetworkResult:
+        """Result of the run, as far as it went."""
+        mesh, state, rows = self.mesh, outcome.state, outcome.rows
+        columns = {channel.name: k for k, channel in enumerate(self.channels)}
+        energies = rows[:1, columns["rope_energy"] : columns["rope_energy"] + 4].sum() if len(rows) else 0.0
+        work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
+        # Turning a pulley passes rope on and leaves the geometry as it is: only bodies count.
+        bodies = [n for n, name in enumerate(mesh.names) if "." in name and not name.startswith("slip at ")]
+        reach = np.where(np.isfinite(state.extremes), np.abs(state.extremes), 0.0).max(axis=0)
+        along = np.einsum("kaxn,n->kax", np.abs(mesh.ends[:, :, [0, 2]][..., bodies]), reach[bodies])
+        return NetworkResult(
+            **common_of_routes(self, outcome, mesh.names),
+            spans=mesh.pieces,
+            energy_handled=max(float(energies), 0.0) + work,
+            energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length)),
+            midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
+            slack_events=self.slack_events(state),
+            largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
+            assumptions=_ASSUMPTIONS + left_out(mesh.network.drive),
+            doubts=tuple(unheld_words(mesh.network.motion, mesh.network.statics)),
+            provenance=self.provenance(
+                {"motor": mesh.network.motion.motor}, torque=[signal.fingerprint for signal in self.torques]
+            ),
+        )
+
+
+_ASSUMPTIONS = (
+    "motion about the state of rest: lengths, wraps and directions of spans stay those at rest",
+    "each span has its mean tension at rest and is straight: its own weight and sag are left out",
+    "torque: beyond what holds the machine at rest",
+)
+
+
+def common_of_routes(case: PreparedRun, outcome: Outcome, names: tuple[str, ...]) -> dict[str, Any]:
+    """What results of machines with routes hold alike; ``names``: of the coordinates."""
+    extremes = np.where(np.isfinite(outcome.state.extremes), outcome.state.extremes, 0.0).T.tolist()
+    both = {name: (low, high) for name, (low, high) in zip(names, extremes, strict=True)}
+    return case.common(outcome) | {"extremes": both}
+
+
+def left_out(drive: RoutedDrive) -> tuple[str, ...]:
+    """What the drive states and the run does not have."""
+    names = [motor.pulley or "the first pulley" for motor in drive.motor if motor.offset_torque != 0.0]
+    return (f"motor.offset_torque of {', '.join(names)} is left out",) if names else ()
 
 
 def network_case(

@@ -15,7 +15,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.network import Network
-from cabledrive.mechanics.network.assembly import coulomb_of, dampers_of, rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.span_table import follows
 from cabledrive.parameters.arrays import Integers
@@ -100,7 +100,7 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
             f"segments = {segments!r} must be a whole number of at least {FEWEST_SEGMENTS}: give one"
         )
     drive, wraps = network.drive, wraps_of(network)
-    ropes = [drive.ropes[drive.free_spans[piece.span].route] for piece in network.pieces]
+    ropes = [piece.rope for piece in network.pieces]
     length = np.array([piece.length for piece in network.pieces])
     tension = np.array([0.5 * (piece.start_tension + piece.end_tension) for piece in network.pieces])
     rigidity = np.array([rope.axial_rigidity for rope in ropes])
@@ -119,14 +119,12 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
             ends[number, :, axis, :moved] = piece.rows[way]
     for number, wrap in enumerate(wraps, start=moved):  # a rope that slips moves the ends on both its sides
         ends[wrap.before, 1, 0, number] = ends[wrap.behind, 0, 0, number] = 1.0
-    lines = np.array([network.ropes[3 * k] for k in range(len(length))], dtype=np.float64)
+    lines = network.ropes[::3].astype(np.float64)
     half = 0.5 * lines * density * spacing
-    mass = _padded((network.mass_rows.T * network.mass) @ network.mass_rows, n)
+    mass = _padded(network.masses.matrix, n)
     mass += np.einsum("k,kaxi,kaxj->ij", half, ends, ends)
-    dampers, rows = dampers_of(network)
-    springs = (network.spring_rows.T * network.spring) @ network.spring_rows + network.geometric
     driven = drive.driven or tuple(range(len(drive.pulley)))[:1]
-    motors = [np.append(rotor_turn(network, number), np.zeros(len(wraps))) for number in driven]
+    motors = [np.append(rotor_turn(network.motion, number), np.zeros(len(wraps))) for number in driven]
     return NetworkMesh(
         network=network,
         wraps=wraps,
@@ -143,8 +141,8 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
         ropes=lines,
         ends=ends,
         mass=mass,
-        stiffness=_padded(springs, n),
-        damping=_padded((rows.T * dampers) @ rows, n),
+        stiffness=_padded(network.springs.matrix + network.geometric, n),
+        damping=_padded(network.dampers.matrix, n),
         driven=tuple(drive.pulley[number].name for number in driven),
         motor=np.array(motors) if motors else np.zeros((0, n)),
     )
@@ -159,12 +157,12 @@ def _padded(matrix: Array, n: int) -> Array:
 def piece_names(network: Network) -> tuple[str, ...]:
     """Names of the pieces of rope: the span's, with a number where carriages cut it."""
     spans = [piece.span for piece in network.pieces]
-    names = []
-    for number, span in enumerate(spans):
-        name = network.drive.free_spans[span].name
-        place = spans[: number + 1].count(span)
-        names.append(f"{name}, part {place}" if spans.count(span) > 1 else name)
-    return tuple(names)
+    return tuple(
+        f"{piece.where.name}, part {spans[: k + 1].count(piece.span)}"
+        if spans.count(piece.span) > 1
+        else piece.where.name
+        for k, piece in enumerate(network.pieces)
+    )
 
 
 def rubbing_of(
@@ -176,17 +174,14 @@ def rubbing_of(
     a wrap per tension of its slacker side; pieces (k, 2) before and behind a wrap, -1 elsewhere; difference
     (n,) of the tensions at rest on both sides of a wrap, which its friction holds [N].
     """
-    parts = coulomb_of(network)
-    n = len(network.motion.names)
-    rows, rest = np.zeros((len(parts) + len(wraps), n + len(wraps))), np.zeros(n + len(wraps))
-    bound = [*(bound for _, _, bound in parts), *(wrap.ropes * wrap.factor for wrap in wraps)]
-    beside = [*((-1, -1) for _ in parts), *((wrap.before, wrap.behind) for wrap in wraps)]
-    for k, (_, row, _) in enumerate(parts):
-        rows[k, :n] = row
-    for k, wrap in enumerate(wraps):
-        rows[len(parts) + k, n + k] = 1.0
-        rest[n + k] = wrap.ropes * (tension[wrap.behind] - tension[wrap.before])
-    return rows, np.array(bound), np.array(beside, dtype=np.int64).reshape(-1, 2), rest
+    parts, moved = network.rubs, len(network.motion.names)
+    first, n = len(parts.values), moved + len(wraps)
+    rows, rest = np.zeros((first + len(wraps), n)), np.zeros(n)
+    rows[:first, :moved], rows[first:, moved:] = parts.rows, np.eye(len(wraps))
+    rest[moved:] = [wrap.ropes * (tension[wrap.behind] - tension[wrap.before]) for wrap in wraps]
+    bound = np.append(parts.values, [wrap.ropes * wrap.factor for wrap in wraps])
+    beside = [(-1, -1)] * first + [(wrap.before, wrap.behind) for wrap in wraps]
+    return rows, bound, np.array(beside, dtype=np.int64).reshape(-1, 2), rest
 
 
 def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array, Array]:

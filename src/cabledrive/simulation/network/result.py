@@ -1,17 +1,13 @@
-"""What comes out of a run of a network of spans, from its records and its last state."""
+"""What comes out of a run of a machine with routes."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.netcdf import Content
-from cabledrive.simulation.network.case import NetworkCase
 from cabledrive.simulation.result import RunResult
-from cabledrive.simulation.run import Outcome
 
 LARGE_MOTION = 0.02
 """Motion of a span's end, relative to its length, above which fixed directions are doubtful."""
@@ -66,6 +62,7 @@ class NetworkResult(RunResult):
         -------
         dict
         """
+        some = len(self.rows) > 0
         return {
             **super().summary(),
             "coordinates": {
@@ -76,7 +73,7 @@ class NetworkResult(RunResult):
                 {
                     "name": name,
                     "midpoint_peak": self.midpoint_peaks.get(name),
-                    "least_tension": self._least_tension(name),
+                    "least_tension": float(np.min(self.channel(f"least tension, {name}"))) if some else None,
                 }
                 for name in self.spans
             ],
@@ -85,47 +82,3 @@ class NetworkResult(RunResult):
             "assumptions": list(self.assumptions),
             "warnings": list(self.warnings),
         }
-
-    def _least_tension(self, span: str) -> float | None:
-        return float(np.min(self.channel(f"least tension, {span}"))) if len(self.rows) else None
-
-
-_ASSUMPTIONS = (
-    "motion about the state of rest: lengths, wraps and directions of spans stay those at rest",
-    "each span has its mean tension at rest and is straight: its own weight and sag are left out",
-    "torque: beyond what holds the machine at rest",
-)
-
-
-def network_result(case: NetworkCase, outcome: Outcome) -> NetworkResult:
-    """Result of a run, as far as it went."""
-    mesh, names, state, rows = case.mesh, case.mesh.names, outcome.state, outcome.rows
-    columns = {channel.name: k for k, channel in enumerate(case.channels)}
-    energies = rows[:1, columns["rope_energy"] : columns["rope_energy"] + 4].sum() if len(rows) else 0.0
-    work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
-    extremes = np.where(np.isfinite(state.extremes), state.extremes, 0.0)
-    reach = np.abs(extremes).max(axis=0)
-    # Turning a pulley passes rope on and leaves the geometry as it is: only bodies count.
-    bodies = [n for n, name in enumerate(names) if "." in name and not name.startswith("slip at ")]
-    along = np.einsum("kaxn,n->kax", np.abs(mesh.ends[:, :, [0, 2]][..., bodies]), reach[bodies])
-    return NetworkResult(
-        **outcome.common(case),
-        spans=mesh.pieces,
-        energy_handled=max(float(energies), 0.0) + work,
-        energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length)),
-        extremes={name: (float(low), float(high)) for name, low, high in zip(names, *extremes, strict=True)},
-        midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
-        slack_events=case.slack_events(state),
-        largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
-        assumptions=_ASSUMPTIONS + left_out(case.mesh.network.drive),
-        doubts=tuple(unheld_words(case.mesh.network.motion, case.mesh.network.statics)),
-        provenance=case.provenance(
-            {"motor": case.mesh.network.motion.motor}, torque=[signal.fingerprint for signal in case.torques]
-        ),
-    )
-
-
-def left_out(drive: RoutedDrive) -> tuple[str, ...]:
-    """What the drive states and the run does not have."""
-    names = [motor.pulley or "the first pulley" for motor in drive.motor if motor.offset_torque != 0.0]
-    return (f"motor.offset_torque of {', '.join(names)} is left out",) if names else ()

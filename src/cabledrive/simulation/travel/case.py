@@ -1,9 +1,10 @@
 """Everything that is decided before the first step of a run in which bodies travel."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import degrees
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +13,15 @@ from cabledrive.mechanics.network import Network, network_of
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.simulation.network.case import common_of_routes, left_out
+from cabledrive.simulation.network.result import NetworkResult
 from cabledrive.simulation.plan import SLACK
-from cabledrive.simulation.prepared import PreparedRun
+from cabledrive.simulation.prepared import Outcome, PreparedRun
 from cabledrive.simulation.travel.plan import (
+    DENSITY,
     NO_SPAN,
     OFF_THE_PULLEY,
+    ROPES,
     TALLIES,
     TOO_SHORT,
     TravelPlan,
@@ -87,8 +92,7 @@ def _posed(drive: RoutedDrive, place: Array, names: tuple[str, ...], slides: lis
 def _rates(network: Network, moves: Mapping[str, float], slides: list[str]) -> Array:
     """Rates of all coordinates where bodies move and neither a rope nor a spring is strained."""
     names = network.motion.names
-    along = network.direction == 0
-    strained = np.vstack([network.start[along] - network.end[along], network.spring_rows])
+    strained = np.vstack([-network.stretch, network.springs.rows])
     _, sizes, rows = np.linalg.svd(strained)
     rank = int(np.sum(sizes > _SMALL * sizes[0]))
     free = rows[rank:].T  # motions that strain nothing, shape (n, m)
@@ -120,6 +124,17 @@ class PlannedMove:
 
     moves: Mapping[str, float] = meaning('by coordinate, such as "car.y" [m]')
     rise: float = meaning("time that the move takes [s]; the motors rest from then on")
+
+
+PARALLEL = 1e-3
+"""Sine of the angle by which spans may turn without inertia of the ropes across them counting."""
+
+_ASSUMPTIONS = (
+    "ropes are straight between pulleys: no vibration across them, no sag",
+    "ropes stick to pulleys (see the friction that needs) and have no mass on them; on a drum they stay in "
+    "one layer and keep the tension of their span",
+)
+_ACROSS = "ropes have weight but no inertia across their spans"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -179,6 +194,79 @@ class TravelCase(PreparedRun):
         part = smooth_rise(np.minimum(time / self.move.rise, 1.0), ORDER)[0]
         turns = np.stack([self.way.turns(part, int(rotor)) for rotor in self.plan.rotor], axis=1)
         return (np.asarray(np.diff(turns, axis=0) / self.grid.step),)
+
+    def result(self, outcome: Outcome) -> NetworkResult:
+        """Result of the run, as far as it went."""
+        rows, move = outcome.rows, self.move
+        columns = {channel.name: k for k, channel in enumerate(self.channels)}
+        first, last = columns["rope_energy"], columns["balance"] - TALLIES
+        # Strain and springs count from the start: at rest they are large, and nothing happens to them.
+        moving = rows[:, first : first + 2].sum(axis=1)
+        work = np.abs(rows[:, last]) if len(rows) else np.zeros(1)
+        return NetworkResult(
+            **common_of_routes(self, outcome, self.names),
+            spans=self.spans,
+            energy_handled=max(float(np.max(moving, initial=0.0)), float(np.max(work, initial=0.0))),
+            energy_at_rest=float(rows[0, columns["strain_energy"]]) if len(rows) else 0.0,
+            midpoint_peaks={},
+            largest_motion=0.0,
+            assumptions=self._assumptions,
+            wraps=self._wraps(outcome.state),
+            doubts=tuple(self._doubts(outcome.state, rows)),
+            provenance=self.provenance(
+                {"travels": True, "motor": "free" if move is None else "prescribed"},
+                move=None if move is None else dict(move.moves),
+                rise=None if move is None else move.rise,
+                torque=[signal.fingerprint for signal in self.torques],
+            ),
+        )
+
+    @property
+    def _assumptions(self) -> tuple[str, ...]:
+        drive, plan, found = self.network.drive, self.plan, list(_ASSUMPTIONS)
+        sideways = np.stack([-plan.bearing[:, 1], plan.bearing[:, 0]], axis=1)
+        if np.max(np.abs(np.einsum("sc,sicn->sin", sideways, plan.frame)), initial=0.0) > PARALLEL:
+            mass = float(np.sum(plan.piece[:, ROPES] * plan.piece[:, DENSITY] * self.length))
+            carried = sum(body.mass for body in drive.body)
+            found.append(f"{_ACROSS}: {mass:.3g} kg of ropes beside {carried:.4g} kg of bodies")
+        if self.move is None:
+            found.append("torque: beyond what holds the machine at rest")
+        return (*found, *left_out(drive))
+
+    def _wraps(self, state: TravelState) -> tuple[dict[str, Any], ...]:
+        """Largest friction coefficient that each wrap needed, beside the file's."""
+        found: dict[str, dict[str, Any]] = {}
+        for s, span in enumerate(self.network.drive.free_spans):
+            if span.wrap is None or span.end.pulley is None or self.plan.beyond[s, 1] < 0:
+                continue
+            name, needed = span.end.name, float(state.reached[1, s])
+            if name not in found or needed > found[name]["needed_friction"]:
+                own = self.network.drive.pulley[span.end.pulley].capstan_friction
+                found[name] = {"pulley": name, "needed_friction": needed, "friction": own}
+        return tuple(found.values())
+
+    def _doubts(self, state: TravelState, rows: Array) -> Iterator[str]:
+        """What the run assumed and did not keep to; where it asks more of a motor than the file allows."""
+        for wrap in self._wraps(state):
+            needed, own = wrap["needed_friction"], wrap["friction"]
+            if own is not None and needed > own:
+                yield (
+                    f"the rope would slip on {wrap['pulley']}: it needs a friction coefficient of "
+                    f"{needed:.3g}, capstan_friction is {own:.3g}; the run holds it fast"
+                )
+        columns = {channel.name: k for k, channel in enumerate(self.channels)}
+        for motor, name, rotor in zip(self.network.drive.motor, self.motors, self.plan.rotor, strict=False):
+            asked = (
+                ("torque", motor.torque_limit, f"torque on {name}", "N m"),
+                ("speed", motor.speed_limit, f"speed of {self.names[int(rotor)]}", "rad/s"),
+            )
+            for what, limit, channel, unit in asked:
+                largest = float(np.max(np.abs(rows[:, columns[channel]]), initial=0.0))
+                if limit is not None and largest > limit:
+                    yield (
+                        f"the {what} of {name} reaches {largest:.4g} {unit}, above {what}_limit = "
+                        f"{limit:.4g}: move more slowly"
+                    )
 
     def first_state(self) -> TravelState:
         """State before the first step: speeds half a step before the start."""

@@ -128,12 +128,9 @@ def largest_travel_step(network: Network, counts: Integers, shortest: Array) -> 
     )
     cell = shortest / counts
     own = np.where(counts == 1, 8.0, 6.0) * rigidity / density / cell**2
-    along = network.direction == 0
-    ends = np.concatenate([network.start[along], network.end[along]])
+    ends = np.concatenate([network.start[::3], network.end[::3]])
     stiffness = np.tile(4.0 * lines * rigidity / cell, 2)
-    matrix = (ends.T * stiffness) @ ends
-    matrix = matrix + 2.0 * (network.spring_rows.T * network.spring) @ network.spring_rows
-    mass = (network.mass_rows.T * network.mass) @ network.mass_rows
-    omega = float(np.sqrt(eigh(matrix, mass, eigvals_only=True)[-1]))
+    matrix = (ends.T * stiffness) @ ends + 2.0 * network.springs.matrix
+    omega = float(np.sqrt(eigh(matrix, network.masses.matrix, eigvals_only=True)[-1]))
     ratio = 0.5 * omega * float((damping / rigidity).max())
     return min(2.0 / float(np.sqrt(own.max())), 2.0 / omega * float(np.sqrt(1.0 + ratio**2) - ratio))

@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.assembly import dampers_of, rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.motion import condition, gravity
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
@@ -46,10 +46,12 @@ def travel_case(
     network = network_of(drive, motor="free")
     way = None if move is None else way_of(drive, move.moves)
     motors = drive.driven or tuple(range(len(drive.pulley)))[:1]
-    rotors = np.array([int(np.argmax(rotor_turn(network, number))) for number in motors], dtype=np.int64)
+    rotors = np.array(
+        [int(np.argmax(rotor_turn(network.motion, number))) for number in motors], dtype=np.int64
+    )
     if way is not None and not np.any(way.places[:, rotors]):
         raise InputRefused("move: it turns no motor: name a body that the motors move")
-    mass = network.mass @ network.mass_rows**2
+    mass = network.masses.values @ network.masses.rows**2
     for name, own in zip(network.motion.names, mass, strict=True):
         if own <= 0.0:
             raise InputRefused(f'kind = "route", travel: {name} has no mass: give it mass or inertia')
@@ -149,7 +151,7 @@ def _plan(
 ) -> tuple[TravelPlan, Array, Array, Array]:
     """Plan, places of the cells, unstretched lengths, and torques that hold the machine."""
     drive, motion, n = network.drive, network.motion, len(network.motion.names)
-    spans, dampers = drive.free_spans, dampers_of(network)
+    spans = drive.free_spans
     ends = [(span.start, span.end) for span in spans]
     ropes = [drive.ropes[span.route] for span in spans]
     lines = np.array([drive.route[span.route].ropes for span in spans], dtype=np.float64)
@@ -188,9 +190,9 @@ def _plan(
         beyond=beyond,
         bearing=np.array([span.along for span in spans]),
         gravity=gravity(drive),
-        mass=np.asarray((network.mass_rows.T * network.mass) @ network.mass_rows),
-        stiffness=np.asarray((network.spring_rows.T * network.spring) @ network.spring_rows),
-        damping=np.asarray((dampers[1].T * dampers[0]) @ dampers[1]),
+        mass=network.masses.matrix,
+        stiffness=network.springs.matrix,
+        damping=network.dampers.matrix,
         rest=np.zeros(n),
         rotor=rotors,
         rub=rub,

@@ -21,7 +21,6 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import intact_object, with_own_hash, write_whole
-from cabledrive.parameters.route.tables import tables_from_routed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 from cabledrive.parameters.version import __version__
@@ -31,7 +30,7 @@ from cabledrive.studies.study.knowledge_stage import usable_log
 def as_plain(value: Any) -> Any:
     """What JSON can hold of a result, without loss; fields that no comparison sees are left out."""
     if isinstance(value, AxisDrive):
-        machine = tables_from_routed(value.machine)
+        machine = tables_from_drive(value.machine)
         return tables_from_drive(value) | {"machine": machine, "load": value.load, "gain": value.gain}
     if isinstance(value, Drive):
         return tables_from_drive(value)
