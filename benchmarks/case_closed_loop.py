@@ -69,7 +69,9 @@ MANY = (
 
 def loop_of(options: RigOptions, motion: Motion) -> Loop:
     generator = np.random.default_rng(0)
-    return close_loop(DRIVE, DRIVE, design("darc-4", DesignSpec(DRIVE, motion)), motion, options, generator)
+    return close_loop(
+        DesignSpec(DRIVE, motion, options=options), design("darc-4", DesignSpec(DRIVE, motion)), generator
+    )
 
 
 def general(loop: Loop):

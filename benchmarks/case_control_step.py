@@ -9,9 +9,9 @@ import cabledrive as cd
 from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
-from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig import Motion
+from cabledrive.rig.closed_loop.chain_kernels import LoopState
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
-from cabledrive.rig.closed_loop.loop_numbers import LoopState
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.tuning import design
 
@@ -70,7 +70,7 @@ def report() -> str:
 def made(name: str, gains: str) -> tuple:
     drive, motion = cd.load_drive("dissertation-3"), Motion()
     spec = DesignSpec(drive, motion, best=gains == "best")
-    loop = close_loop(drive, drive, design(name, spec), motion, RigOptions(), np.random.default_rng(0))
+    loop = close_loop(DesignSpec(drive, motion), design(name, spec), np.random.default_rng(0))
     first = 2 * loop.chain.size + 1
     log = run(loop).log
     readings = np.ascontiguousarray(log[:, first : first + 3])

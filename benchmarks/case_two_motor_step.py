@@ -74,6 +74,8 @@ def pair_law() -> FlankLaw:
     drive = doubled(cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"]))
     options, motion = RigOptions(pair=True), Motion(order=11)
     spec = DesignSpec(drive, motion, bandwidth=15.0, options=options)
-    made = close_loop(drive, drive, design("lqg", spec), motion, options, np.random.default_rng(0))
+    made = close_loop(
+        DesignSpec(drive, motion, options=options), design("lqg", spec), np.random.default_rng(0)
+    )
     assert made.pair is not None
     return made.pair.law

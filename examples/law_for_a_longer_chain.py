@@ -33,7 +33,7 @@ drive = replace(drive, sensors=fitted)
 motion, options = Motion(angle=45.0, rise=0.5, dwell=0.3, order=13), RigOptions(forbid_slack=True)
 tuning = KalmanTuning(torque=1e-6, disturbance=1e-2, load_acceleration=0.1)
 law = law_for_chain(DesignSpec(drive, motion, bandwidth=35.0), chain, tuning=tuning)
-loop = close_loop(drive, drive, law, motion, options, np.random.default_rng(0), plant=chain)
+loop = close_loop(DesignSpec(drive, motion, options=options), law, np.random.default_rng(0), chain)
 error = np.degrees(np.abs(run(loop).log[:, 4] - loop.target).max())
 
 print("modes", np.round(natural_frequencies_of(chain) / (2.0 * np.pi), 1), "Hz")

@@ -13,7 +13,7 @@ from cabledrive.modal import modes as natural_modes
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes
-from cabledrive.studies.frequency_curves import varied
+from cabledrive.studies.frequency_curves import varied_together
 from reproduction.expanded_equations import lateral_frequency
 from reproduction.oracles import (
     DENSITY,
@@ -240,7 +240,7 @@ def test_curves_hold_the_lowest_modes_at_every_value(name, key, values):
     drive = load_drive(name)
     data = frequency_against(drive, key, values, modes=4)
     for value in values:
-        listed = natural_frequencies(varied(drive, key, value), count=4)[:4]
+        listed = natural_frequencies(varied_together(drive, {key: value}), count=4)[:4]
         np.testing.assert_allclose(np.sort(data.frequency.sel(value=value).values)[:4], listed, rtol=1e-11)
 
 

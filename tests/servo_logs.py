@@ -111,7 +111,7 @@ def run_servo(rig, reference, rng, oversampling):
     angle, torque = np.empty((2, noise.size))
     move(plant, noise, 0 * noise, wanted, servo, sensor, 1 / RATE, oversampling, 0, angle, torque)
     acting = np.roll(np.repeat(torque, oversampling), 1)  # the amplifier answers a step later
-    return log_from(rig, acting, angle[:, None], rng, {}, "virtual rig with servo", {"angle": phase})
+    return log_from(rig, acting, angle[:, None], rng, "virtual rig with servo", {"angle": phase})
 
 
 def servo_log(motion, rig, seed, duration=60.0):

@@ -125,6 +125,6 @@ def judged_with(found: StudyResult, goals: Goals, runs: AcceptanceResult) -> Ver
     chosen = found.laws.chosen
     one = score(chosen, runs, error)
     laws = replace(found.laws, scores=(one,), cable_scores=(), runs=runs)
-    names = ("check", "knowledge", "demand", "resonance", "model", "controller", "cable")
+    names = ("check", "knowledge", "demand", "resonance", "model", "controller")
     parts = {name: getattr(found, name) for name in names}
-    return judge(Findings(goals=goals, laws=laws, runs=runs, **parts))
+    return judge(Findings(goals=goals, laws=laws, **parts))

@@ -12,8 +12,8 @@ import numpy as np
 
 from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.parameters import Drive
+from cabledrive.rig.closed_loop.chain_kernels import decide
 from cabledrive.rig.closed_loop.loop import Loop, loop_at_rest
-from cabledrive.rig.closed_loop.loop_numbers import decide
 
 STEP = 20e-6
 """Longest step [s]; a sample holds a whole number of steps."""

@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from cabledrive.rig import ranked
-from cabledrive.rig import ranked as best
+from cabledrive.rig import trial as best
+from cabledrive.rig import trial as ranked
 from cabledrive.rig.laws.registry import CONTROLLERS
 from command import answer, refusal
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import cabledrive as cd
 from cabledrive.export.source import ExportSource
-from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig import Motion
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.controller_file import controller_from, controller_numbers
 from cabledrive.rig.laws.controllers import DesignSpec
@@ -23,7 +23,7 @@ def loop_of(name: str, drive: str = "dissertation-3") -> Loop:
     loaded = cd.load_drive(drive)
     motion = Motion(order=needed_order(name, loaded))
     made = CONTROLLERS[name](DesignSpec(loaded, motion))
-    return close_loop(loaded, loaded, made, motion, RigOptions(), np.random.default_rng(0))
+    return close_loop(DesignSpec(loaded, motion), made, np.random.default_rng(0))
 
 
 @cache

@@ -8,8 +8,8 @@ import numpy as np
 from benchmarks.sampled_loops import darc_step
 
 from cabledrive.control.numbers import KALMAN, NOMINAL
+from cabledrive.parameters.arrays import Array
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from oracles.readable_plant import ReadablePlant
 
 

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.eigenvalues import closed_loop_poles
+from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.tuning import design
 from dissertation_runs import track
@@ -39,7 +39,9 @@ def peak(controller, options=IDEAL, **choices):
 def test_compiled_loop_is_the_readable_loop(options):
     """To some thousandths of a count of 6e-4 rad: friction stops the compiled plant at an internal step."""
     spec = DesignSpec(DRIVE, SHORT)
-    loop = close_loop(DRIVE, DRIVE, design("darc-4-damped", spec), SHORT, options, np.random.default_rng(0))
+    loop = close_loop(
+        DesignSpec(DRIVE, SHORT, options=options), design("darc-4-damped", spec), np.random.default_rng(0)
+    )
     commands, angles = run_reference(loop, 400)
     done = run(loop, last=400)
     np.testing.assert_allclose(done.log[:400, 2], angles, atol=5e-3 * COUNT)
@@ -124,10 +126,12 @@ def test_a_slack_span_ends_the_run_and_keeps_what_was_computed():
 def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
     """Damping-aware: 23 Hz, five times, and 25 Hz; printed: pairs at 6.9 Hz (0.81) and 28.3 Hz (0.34)."""
     spec = DesignSpec(DRIVE, Motion())
-    designed = closed_loop_poles(DRIVE, design("darc-4-damped", spec))
+    designed = poles_of(plant_chain(DRIVE, None), design("darc-4-damped", spec))
     assert all(pole.damping_ratio > 0.99 for pole in designed)
     assert all(21.0 < pole.frequency < 27.0 for pole in designed)
-    printed = [p for p in closed_loop_poles(DRIVE, design("darc-4", spec)) if p.damping_ratio < 0.95]
+    printed = [
+        p for p in poles_of(plant_chain(DRIVE, None), design("darc-4", spec)) if p.damping_ratio < 0.95
+    ]
     found = sorted((pole.frequency, pole.damping_ratio) for pole in printed)
     assert found[0] == (pytest.approx(6.9, abs=0.1), pytest.approx(0.81, abs=0.02))
     assert found[-1] == (pytest.approx(28.3, abs=0.1), pytest.approx(0.34, abs=0.02))

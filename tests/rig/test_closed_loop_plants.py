@@ -2,7 +2,7 @@
 
 Compiled modules under test: cabledrive.rig.closed_loop.chain_kernels,
 cabledrive.rig.closed_loop.cable_plant,
-cabledrive.rig.closed_loop.loop_numbers.
+cabledrive.rig.closed_loop.loop_kernels.
 """
 
 from dataclasses import replace
@@ -156,7 +156,12 @@ SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
 def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
     spec = DesignSpec(DRIVE, motion)
     generator = np.random.default_rng(0)
-    return close_loop(DRIVE, DRIVE, design(law, spec), motion, options, generator, plant_model=plant_model)
+    return close_loop(
+        DesignSpec(DRIVE, motion, options=options),
+        design(law, spec),
+        generator,
+        plant_model and f"model-{plant_model}",
+    )
 
 
 @pytest.mark.parametrize("law, plant", [("darc-1", 1), ("darc-3", 3), ("darc-4-damped", 4)])
@@ -188,7 +193,14 @@ def test_cable_starts_as_its_row_of_inertias_does():
     spec = DesignSpec(DRIVE, motion)
     options = replace(IDEAL, segments=4)
     found = [
-        run(close_loop(DRIVE, DRIVE, design("pd", spec), motion, options, np.random.default_rng(0), cable=c))
+        run(
+            close_loop(
+                DesignSpec(DRIVE, motion, options=options),
+                design("pd", spec),
+                np.random.default_rng(0),
+                "cable" if c else None,
+            )
+        )
         for c in (False, True)
     ]
     row, cable = (done.log[: len(done.log), 0] for done in found)

@@ -161,7 +161,7 @@ MOTION, OPTIONS = Motion(angle=20.0, rise=0.3, dwell=0.15, order=11), RigOptions
 @pytest.fixture(scope="module")
 def loop():
     made = CONTROLLERS["lqi"](DesignSpec(DRIVE, MOTION, bandwidth=20.0))
-    found = close_loop(DRIVE, DRIVE, made, MOTION, OPTIONS, np.random.default_rng(4))
+    found = close_loop(DesignSpec(DRIVE, MOTION, options=OPTIONS), made, np.random.default_rng(4))
     # Without counts: a loop that rounds makes other counts out of the last digit of an integrator.
     return replace(found, rig=found.rig._replace(counts=np.zeros(3)))
 

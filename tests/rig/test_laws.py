@@ -14,13 +14,12 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, natural_frequencies_of
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, run, with_plant
 from cabledrive.rig.laws.baselines import backstepping_6
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers
-from cabledrive.rig.laws.eigenvalues import closed_loop_poles
-from cabledrive.rig.laws.indirect import learnt_bounds
-from cabledrive.rig.laws.load_learning import TURNING, load_blocks, load_learning
+from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_blocks, load_learning
+from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain
 from cabledrive.rig.setting import Spreads
 from cabledrive.rig.tuning import design
@@ -48,7 +47,7 @@ def test_sufficient_condition_is_reported_over_the_run_and_not_met(law, hertz, m
 
 def test_poles_on_the_true_plant_give_the_least_bandwidth(measured):
     """Dampers left out of the feedback: 30.8 Hz (0.34), 7.2 Hz (0.81) at 25 Hz; unstable below 11.3 Hz."""
-    poles = closed_loop_poles(DRIVE, backstepping_6(SPEC))
+    poles = poles_of(plant_chain(DRIVE, None), backstepping_6(SPEC))
     found = sorted((p.frequency, p.damping_ratio) for p in poles if p.damping_ratio < 0.99)
     assert found[0] == (pytest.approx(7.2, abs=0.1), pytest.approx(0.81, abs=0.01))
     assert found[-1] == (pytest.approx(30.8, abs=0.1), pytest.approx(0.34, abs=0.01))
@@ -85,7 +84,9 @@ SPREADS = {
 def worst_errors(draws):
     """Of each of the spreads [deg]; the motor is drawn in its printed bounds, but for the last."""
     options, worst = RigOptions(), {}
-    loop = close_loop(DRIVE, DRIVE, backstepping_6(SPEC), Motion(), options, np.random.default_rng(0))
+    loop = close_loop(
+        DesignSpec(DRIVE, Motion(), options=options), backstepping_6(SPEC), np.random.default_rng(0)
+    )
     for name, spreads in SPREADS.items():
         peaks = []
         for generator in np.random.default_rng(3).spawn(draws):
@@ -161,7 +162,7 @@ def closed(chain: LumpedChain, hertz: float, options: RigOptions, design: Lumped
     """The law on the chain; ``design``: as the law believes it to be."""
     spec = DesignSpec(CARRIER, MOTION, bandwidth=hertz)
     law = law_for_chain(spec, design or chain, tuning=TUNING)
-    return close_loop(CARRIER, CARRIER, law, MOTION, options, np.random.default_rng(0), plant=chain)
+    return close_loop(DesignSpec(CARRIER, MOTION, options=options), law, np.random.default_rng(0), chain)
 
 
 def peak(loop: Loop) -> float:
@@ -207,7 +208,7 @@ HERTZ = {"pd": 6.0, "dob": 4.0, "shaper": 6.0, "darc-3-damped": 9.0, "darc-4-dam
 
 def loop_of(name: str, motion: Motion):
     made = design(name, DesignSpec(DRIVE, motion, bandwidth=HERTZ.get(name)))
-    return close_loop(DRIVE, DRIVE, made, motion, RigOptions(), np.random.default_rng(0))
+    return close_loop(DesignSpec(DRIVE, motion), made, np.random.default_rng(0))
 
 
 @pytest.mark.parametrize(
@@ -231,13 +232,11 @@ def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name,
 def learning_loop(name: str, motion: Motion):
     """Law and settled filter made for the short motion along another one; tables from whole-motion arrays."""
     first = DesignSpec(DRIVE, SHORT, bandwidth=22.0)
-    designed = close_loop(
-        DRIVE, DRIVE, load_learning(first, name), SHORT, RigOptions(), np.random.default_rng(0)
-    )
+    designed = close_loop(DesignSpec(DRIVE, SHORT), load_learning(first, name), np.random.default_rng(0))
     settled = designed.observer._replace(gains=designed.observer.gains[-1:])
     spec, turning = DesignSpec(DRIVE, motion, bandwidth=22.0), TURNING * SHORT.rise
     made = replace(load_learning(spec, name, turning), law=designed.controller.law)
-    loop = close_loop(DRIVE, DRIVE, made, motion, RigOptions(), np.random.default_rng(0))
+    loop = close_loop(DesignSpec(DRIVE, motion), made, np.random.default_rng(0))
     chain = spec.model(4)
     torques = load_regressors(spec.wanted(2 * chain.size), turning, spec.interval)
     blocks, _ = load_blocks(chain, settled, made.law.rows[1:, : len(settled.output)], torques, spec.interval)

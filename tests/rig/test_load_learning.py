@@ -15,7 +15,7 @@ from cabledrive.rig.closed_loop.loop import loop_at_rest, run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import CHANGING, KINDS, LOAD_LEARNING
 from cabledrive.rig.plant_samples import Disturbances, disturbed_loop
-from cabledrive.rig.ranked import COMPARED, scored
+from cabledrive.rig.trial import COMPARED, scored
 from cabledrive.rig.tuning import law_as_tuned
 from command import answer
 

@@ -8,11 +8,10 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control.observer_kernels import FlankLaw
-from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.closed_loop.chain_kernels import see_chain
+from cabledrive.rig import Motion
+from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, see_chain
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, new_plant_state, plant_step, sense_pair
-from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import own_law
 
@@ -38,13 +37,13 @@ def test_an_eccentric_encoder_shows_the_load_off_by_its_sine():
 def short_loop():
     drive = cd.load_drive("dissertation-3")
     controller = own_law(cd.OwnController(step=max, initial_state=np.zeros(3)), DesignSpec(drive, SHORT))
-    return close_loop(drive, drive, controller, SHORT, RigOptions(), np.random.default_rng(1))
+    return close_loop(DesignSpec(drive, SHORT), controller, np.random.default_rng(1))
 
 
 def test_both_encoders_of_a_pair_count_from_places_of_their_own():
     loop, count = short_loop(), 6e-4
     law = FlankLaw(*np.zeros(len(FlankLaw._fields)))._replace(preload=0.2, stiffness=100.0)
-    pair = PairNumbers(law=law, phase=0.3, start=0.01, joint=np.array([-1, -1]))
+    pair = PairNumbers(law=law, phase=0.3, start=0.01, joint=np.array([-1, -1]), record=np.zeros((0, 6)))
     rig = loop.rig._replace(counts=np.full(3, count), phases=np.full(3, -0.2))
     state = loop_at_rest(loop)
     state.x[:2], state.work[0] = (0.31, 0.27), 0.29

@@ -28,7 +28,9 @@ def loop_of(drive, law, hertz, motion, options, seed=0):
     drive = doubled(drive) if options.pair else drive
     choices = {"bandwidth": hertz, "feedback": "motor", "adapt": True, "best": True, "feedforward": "damped"}
     spec = DesignSpec(drive, motion, **choices, options=options, plant=None)
-    return close_loop(drive, drive, design(law, spec), motion, options, np.random.default_rng(seed))
+    return close_loop(
+        DesignSpec(drive, motion, options=options), design(law, spec), np.random.default_rng(seed)
+    )
 
 
 @pytest.mark.kernel("cabledrive.rig.closed_loop.chain_kernels")

@@ -119,7 +119,7 @@ def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
 
     def closed(controller):
         made = own_law(controller, spec)
-        loop = close_loop(DRIVE, DRIVE, made, SHORT, options, np.random.default_rng(1))
+        loop = close_loop(DesignSpec(DRIVE, SHORT, options=options), made, np.random.default_rng(1))
         eccentric = {"eccentricity": 2e-3, "turning": 1.0, "phases": np.array([0.0, 0.0, 0.4])}
         return replace(loop, plant=loop.plant._replace(**eccentric))
 

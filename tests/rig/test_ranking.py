@@ -32,7 +32,7 @@ OPTIONS = RigOptions()
 @cache
 def loop() -> Loop:
     made = design("darc-4-damped", DesignSpec(DRIVE, Motion(), best=True))
-    return close_loop(DRIVE, DRIVE, made, Motion(), OPTIONS, np.random.default_rng(0))
+    return close_loop(DesignSpec(DRIVE, Motion(), options=OPTIONS), made, np.random.default_rng(0))
 
 
 @cache
@@ -48,7 +48,7 @@ def test_linear_loop_is_the_rig_without_friction():
     law = made.law._replace(learning=made.law.learning * np.array([[1.0], [1.0], [1.0], [0.0], [1.0]]))
     law.learning[0, 2:] = 0.0
     still = replace(made, law=law, reference=np.zeros_like(made.reference), start=law.learning[0])
-    free = close_loop(drive, drive, still, Motion(), OPTIONS, np.random.default_rng(0))
+    free = close_loop(DesignSpec(drive, Motion(), options=OPTIONS), still, np.random.default_rng(0))
     scalars = free.observer.scalars.copy()
     scalars[[5, 7]] = 0.0
     off = 1e-3 / 1e-12
@@ -85,7 +85,9 @@ def test_track_takes_the_law_that_compare_lists(name, measured):
     assert made.tuning == told.tuning
     higher = SETTINGS_HZ[SETTINGS_HZ.index(listed.bandwidth) + 1]
     loop = close_loop(
-        DRIVE, DRIVE, law_at(name, higher, listed.filter, spec), motion, OPTIONS, np.random.default_rng(0)
+        DesignSpec(DRIVE, motion, options=OPTIONS),
+        law_at(name, higher, listed.filter, spec),
+        np.random.default_rng(0),
     )
     most = RIPPLE_SHARE * DRIVE.motor.torque_limit
     margins = margins_of(loop)
@@ -123,13 +125,13 @@ MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
 def loop_of(name, hertz, *overrides):
     drive = load_drive("dissertation-3", overrides=list(overrides))
     made = CONTROLLERS[name](DesignSpec(drive, MOTION, bandwidth=hertz))
-    return close_loop(drive, drive, made, MOTION, RigOptions(), np.random.default_rng(0))
+    return close_loop(DesignSpec(drive, MOTION), made, np.random.default_rng(0))
 
 
 def stable_with(loop, factor):
     """Whether the loop is stable where the plant's torque is the command times a complex factor."""
     plant = sampled_plant(loop)
-    scaled = replace(plant, b=plant.b * factor, a=plant.a.astype(complex))
+    scaled = plant._replace(b=plant.b * factor, a=plant.a.astype(complex))
     controller = sampled_controller(loop)
     m, p = plant.c.shape[0], len(plant.a)
     matrix, _, _ = closed_loop(controller, plant)

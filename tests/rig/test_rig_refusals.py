@@ -63,7 +63,7 @@ def unmade_law(**changes):
 
 def late_plant():
     made = design("lqi", DesignSpec(DRIVE, SHORT, bandwidth=20.0))
-    loop = close_loop(DRIVE, DRIVE, made, SHORT, RigOptions(), np.random.default_rng(4))
+    loop = close_loop(DesignSpec(DRIVE, SHORT), made, np.random.default_rng(4))
     disturbed_loop(loop, Disturbances(added_delay=(1e-3, 1e-3)), np.random.default_rng(0))
 
 
@@ -286,7 +286,7 @@ def test_draws_of_an_own_plant_and_smoothed_friction_are_refused(choices, named)
 
 def controller_file(folder, law="pd", hertz=6.0, **changes):
     made = design(law, DesignSpec(DRIVE, SHORT, bandwidth=hertz))
-    loop = close_loop(DRIVE, DRIVE, made, SHORT, RigOptions(), np.random.default_rng(0))
+    loop = close_loop(DesignSpec(DRIVE, SHORT), made, np.random.default_rng(0))
     data = controller_numbers(loop, DRIVE, "motor") | changes
     (folder / "controller.json").write_text(json.dumps(data))
     return folder / "controller.json"

@@ -15,12 +15,12 @@ from cabledrive.rig.bounds import Segment, switched_tube
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
 from cabledrive.rig.laws.baselines import feedforward_table
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.load_learning import SCHEDULED, announced, schedule_of, told_otherwise
+from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import margins_of
 from cabledrive.rig.plant_samples import Disturbances
-from cabledrive.rig.ranked import COMPARED, scored
 from cabledrive.rig.setting import parse_payload, parse_payload_range
+from cabledrive.rig.trial import COMPARED, scored
 from cabledrive.rig.tuning import law_as_tuned
 
 DRIVE = load_drive("dissertation-3")
@@ -78,7 +78,7 @@ def test_the_columns_of_the_reference_give_the_exact_inverse_of_any_load(load):
 def test_between_the_points_the_disk_margin_is_that_of_lqi_designed_there(measured):
     """At the middle of every cell, announced rightly: at least 0.95 of that of a design for that load."""
     loop = loop_of(SCHEDULED)
-    schedule, worst = schedule_of(0.5, 3.0), np.inf
+    schedule, worst = loop.controller.schedule, np.inf
     ends = 1.0 / np.array(schedule.loads)
     for load in 1.0 / (0.5 * (ends[1:] + ends[:-1])):
         plant = with_plant(loop, with_load(loop.chain, load))

@@ -10,7 +10,7 @@ from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.laws.registry import OPEN_LOOPS
 from cabledrive.rig.plant_samples import Disturbances
-from cabledrive.rig.ranked import offered
+from cabledrive.rig.trial import offered
 from command import answer, refusal
 
 QUICK = Motion(angle=8.0, rise=0.03, dwell=0.12)

@@ -9,11 +9,11 @@ import pytest
 
 from cabledrive.control.darc import printed_bounds
 from cabledrive.parameters import Drive, InputRefused, load_drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.bounds import check_learning
 from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
@@ -124,8 +124,12 @@ SEED_OF_LEARNING = 18_020
 
 
 def checked(name, plant, hertz=35.0, motion=TWO):
-    spec = DesignSpec(DRIVE, motion, bandwidth=hertz, options=RigOptions())
-    loop = close_loop(DRIVE, plant, CONTROLLERS[name](spec), motion, RigOptions(), np.random.default_rng(5))
+    spec = DesignSpec(DRIVE, motion, bandwidth=hertz)
+    loop = close_loop(
+        DesignSpec(DRIVE, motion, options=RigOptions(), plant=plant),
+        CONTROLLERS[name](spec),
+        np.random.default_rng(5),
+    )
     done = run(loop)
     return loop, done, check_learning(loop, done.log)
 

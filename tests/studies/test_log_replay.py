@@ -16,12 +16,11 @@ from cabledrive.report.study.verdict import _quantities, _sheet
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.controller_stage import law_of
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know, known_drive, usable_log
 from cabledrive.studies.study.log_replay import TUNING, innovations
 from cabledrive.studies.study.pipeline import results_of
-from cabledrive.studies.study.sampled_plants import joined_loop
+from cabledrive.studies.study.plants import load_case
 from study_drives import drive_of, log_with
 from true_plants import errors, log_text, truth_of
 
@@ -190,8 +189,8 @@ def test_a_load_encoder_of_a_fifth_of_the_counts_ends_no_study_in_yes(tmp_path, 
     assert "load encoder of the log has 2000 counts" in said["headline"]
     assert [one["id"] for one in said["findings"] if one["decides"]] == ["load_encoder"]
     assert found.known.sensors.load_encoder == COARSE
-    law = law_of(found.laws.chosen, found.known, goals.motion, found.knowledge)
-    worst = errors(coarse_machine(), joined_loop(found.known, law, goals.motion, None), 40, seed=5)
+    case = load_case(found.known, goals, found.knowledge)
+    worst = errors(coarse_machine(), case.loop(case.law(found.laws.chosen)), 40, seed=5)
     reached = found.verdict.reached.error
     measured(f"reached {reached / DEGREE:.3f} deg as said; machine {worst.max() / DEGREE:.3f} deg")
     assert np.mean(worst <= reached) >= 0.95

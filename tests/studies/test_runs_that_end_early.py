@@ -10,12 +10,11 @@ from cabledrive.report.blocks import Figure
 from cabledrive.report.study.controller import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tuning import LawSetting
-from cabledrive.studies.study.acceptance_stage import Trial, TriedLaws, accept, score
-from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.acceptance_stage import TriedLaws, accept, score
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.plants import LoadPlant
+from cabledrive.studies.study.plants import ControllerResult, LoadPlant
 from cabledrive.studies.study.stage_cache import StageCache, as_plain
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import drive_of, goals
@@ -46,9 +45,7 @@ def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
     known = know(drive, [], SPREADS, backlash=0.0)
     cache = StageCache(folder=None, note=lambda line: None)
     plant = LoadPlant(drive=drive, goals=ASKED, cache=cache, known=known)
-    return accept(
-        Trial(plant=plant, goals=ASKED, known=known, bound=BOUND, cache=cache), law, "lumped", draws
-    )
+    return accept(plant, law, "lumped", draws, bound=BOUND)
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +77,6 @@ def judged(runs):
             resonance=SimpleNamespace(refuses=False, alarm="", verdict="", slack=False),
             controller=DESIGN,
             laws=laws,
-            runs=runs,
-            cable=laws.cable,
         )
     )
 
@@ -92,7 +87,6 @@ def pictures(runs):
         controller=DESIGN,
         carried=False,
         laws=laws,
-        scores=laws.scores,
         goals=ASKED,
         runs=runs,
         cable=laws.cable,

@@ -23,10 +23,8 @@ from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
 from cabledrive.studies.study.pipeline import StudyResult, results_of
 from cabledrive.studies.study.sampled_plants import (
-    joined_loop,
-    make_law,
+    LoadCase,
     of_intervals,
-    rig_options,
     root_of,
     sampled_plant,
     with_values,
@@ -171,9 +169,10 @@ def test_an_encoder_never_costs_more_than_its_bound(measured):
     drive = drive_of("turntable")
     drive = replace(drive, motor=replace(drive.motor, coulomb_friction=0.0))
     motion = goals(30, 0.3).motion
-    law = make_law(drive, motion, by_datasheet(drive, dict.fromkeys(SPREADS, 0.0)), 3, 40.0)
-    loop = joined_loop(drive, law, motion, None)
-    clean = run(joined_loop(drive, law, motion, None, options=rig_options(drive, ideal=True)))
+    known = by_datasheet(drive, dict.fromkeys(SPREADS, 0.0))
+    case = LoadCase(drive=drive, motion=motion, quantities=known)
+    law = case.chain_law(3, 40.0)
+    loop, clean = case.loop(law), run(case.loop(law, ideal=True))
     bound, load = sensor_bound(loop), loop.chain.size - 1
     costs = []
     for seed in range(8):
@@ -437,8 +436,9 @@ def test_a_friction_that_the_log_finds_replaces_the_guess_and_decides_nothing():
 
 def test_ripple_of_a_drawn_motor_goes_with_the_wanted_angle_from_its_own_phase():
     drive, motion = drive_of("turntable"), goals(30, 0.3).motion
-    law = make_law(drive, motion, by_datasheet(drive, dict.fromkeys(SPREADS, 0.0)), 3, 40.0)
-    loop = joined_loop(drive, law, motion, None)
+    known = by_datasheet(drive, dict.fromkeys(SPREADS, 0.0))
+    case = LoadCase(drive=drive, motion=motion, quantities=known)
+    loop = case.loop(case.chain_law(3, 40.0))
     ripple = {"ripple_torque": 0.1, "ripple_order": 3.0, "ripple_phase": 1.0}
-    more = with_values(loop, drive, ripple, None).rig.forces - loop.rig.forces
+    more = with_values(loop, ripple, None).rig.forces - loop.rig.forces
     np.testing.assert_allclose(more[:, 0], 0.1 * np.sin(3.0 * loop.target[: len(more)] + 1.0), atol=1e-12)

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
+from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.loop import run
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.laws.load_learning import KINDS, SCHEDULED
 from cabledrive.rig.plant_samples import Disturbances, Draws
-from cabledrive.rig.ranked import offered
-from cabledrive.studies.study import controller_stage as law_settings
+from cabledrive.rig.trial import offered
+from cabledrive.studies.study import plants as law_settings
 from cabledrive.studies.study import run_study
-from cabledrive.studies.study.controller_stage import FIXED, law_of, tuned_laws
-from cabledrive.studies.study.sampled_plants import joined_loop, sampled_plant, with_values
+from cabledrive.studies.study.plants import FIXED, load_case, tuned_laws
+from cabledrive.studies.study.sampled_plants import sampled_plant, with_values
 from cabledrive.studies.study.stage_cache import StageCache
 from study_drives import drive_of, goals
 
@@ -32,14 +32,15 @@ def test_a_study_tries_every_law_that_a_comparison_offers():
 
 def on_the_plants_of(found, setting, draws):
     """Scores of a law on the plants of a study's acceptance, by the comparison's measure."""
-    motion, drive, known = found.goals.motion, found.known, found.knowledge
-    loop = joined_loop(drive, law_of(setting, drive, motion, known), motion, found.goals.torque)
+    known = found.knowledge
+    case = load_case(found.known, found.goals, known)
+    loop = case.loop(case.law(setting))
     runs = []
     for draw in range(draws):
         values, phases = sampled_plant(
             known.quantities, len(loop.rig.phases), found.goals.seed, draw, known.correlations
         )
-        done = run(with_values(loop, drive, values, phases), log=False)
+        done = run(with_values(loop, values, phases), log=False)
         peak = done.state.summary[SUMMARY.index("peak")] / loop.gear + values.get("eccentricity", 0.0)
         runs.append((float(peak), bool(done.failed)))
     peaks, failed = zip(*runs, strict=True)
@@ -52,9 +53,8 @@ def choice_and_table(drive, asked, folder):
     found = run_study(drive, [], asked, folder=folder)
     known = replace(found.known, name="", title="", source="")
     kept = StageCache(folder=folder, note=lambda line: None)  # the settings of the study itself
-    tuned = kept.staged(
-        "laws", tuned_laws, known, asked.motion, found.knowledge, found.controller, None, every_law=False
-    )
+    case = load_case(known, asked, found.knowledge)
+    tuned = kept.staged("laws", tuned_laws, case, found.controller, every_law=False)
     table = {
         one.controller: on_the_plants_of(found, one, asked.draws).rank(np.inf, learns=False)
         for one in tuned

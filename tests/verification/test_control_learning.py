@@ -7,10 +7,10 @@ import pytest
 from scipy.stats import binom
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig import Motion
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.indirect import run_indirect
+from cabledrive.rig.laws.load_learning import run_indirect
 from cabledrive.rig.margins import expected_bound
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.setting import Spreads
@@ -26,7 +26,7 @@ RARE = 1e-3
 
 def loop_of(name: str, motion: Motion, **choices) -> Loop:
     spec = DesignSpec(DRIVE, motion, **choices)
-    return close_loop(DRIVE, DRIVE, design(name, spec), motion, RigOptions(), np.random.default_rng(0))
+    return close_loop(DesignSpec(DRIVE, motion), design(name, spec), np.random.default_rng(0))
 
 
 INTERVALS = ("beta", "gamma", "inertia", "viscous", "coulomb", "offset", "load_coulomb", "load_viscous")

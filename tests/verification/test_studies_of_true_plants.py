@@ -16,8 +16,7 @@ from scipy.stats import binom
 from cabledrive.parameters import load_drive
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.controller_stage import law_of
-from cabledrive.studies.study.sampled_plants import joined_loop
+from cabledrive.studies.study.plants import load_case
 from study_drives import drive_of, judged_with
 from true_plants import errors, log_text, truth_of
 
@@ -128,8 +127,8 @@ def by_a_log(name, what, folder, draws):
 
 def failures(found, truth, goal, runs):
     """Runs of the chosen law on the machine that leave the goal."""
-    law = law_of(found.laws.chosen, found.known, found.goals.motion, found.knowledge)
-    loop = joined_loop(found.known, law, found.goals.motion, None)
+    case = load_case(found.known, found.goals, found.knowledge)
+    loop = replace(case, torque=None).loop(case.law(found.laws.chosen))
     return int(np.count_nonzero(errors(truth, loop, runs, seed=11) > goal))
 
 

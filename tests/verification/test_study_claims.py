@@ -24,14 +24,13 @@ from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import log_csv
 from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.acceptance_stage import Trial, accept
+from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.chain_regression import identify_chain
-from cabledrive.studies.study.controller_stage import design_controller
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import values_of
-from cabledrive.studies.study.plants import LoadPlant
-from cabledrive.studies.study.sampled_plants import make_law, rig_options
+from cabledrive.studies.study.plants import LoadPlant, design_controller, load_case
+from cabledrive.studies.study.sampled_plants import LoadCase
 from cabledrive.studies.study.stage_cache import StageCache
 
 TRUTH = load_drive("dissertation-3")
@@ -65,12 +64,13 @@ def accepted_on_the_truth(truth, excitation, folder, draws, cable_draws, measure
     path.write_text(log_csv(experiment(truth, excitation, seed=3)))
     asked = Goals(angle=45.0 * DEGREE, duration=0.5, draws=draws, cable_draws=0, **goals)
     found = run_study(datasheet(truth), [path], asked)
-    control, motion = found.controller, found.goals.motion
-    law = make_law(found.known, motion, found.knowledge.quantities, control.model, control.bandwidth)
+    control = found.controller
+    case = load_case(found.known, found.goals, found.knowledge)
+    law = case.chain_law(control.model, control.bandwidth)
     outside = {}
     for plant, runs in (("lumped", draws), ("cable", cable_draws)):
-        given = motion, rig_options(truth), np.random.default_rng(0)
-        loop = close_loop(found.known, truth, law, *given, cable=plant == "cable")
+        spec = replace(case.spec, plant=truth)
+        loop = close_loop(spec, law, np.random.default_rng(0), "cable" if plant == "cable" else None)
         peaks = []
         for seed in range(runs):
             phases = np.random.default_rng([9, seed]).uniform(-0.5, 0.5, len(loop.rig.phases))
@@ -197,15 +197,14 @@ def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
     known = know(DRIVE, [], SPREADS, backlash=0.0)
     motion = Motion()
     holds = {one.model: one.holds_5 for one in model_quality(DRIVE) if one.model in (3, 4)}
-    control = design_controller(DRIVE, motion, known.quantities, holds, None)
+    control = design_controller(LoadCase(drive=DRIVE, motion=motion, quantities=known.quantities), holds)
     law = LawSetting(controller=control.name, model=control.model, bandwidth=control.bandwidth)
     cache, asked = (
         StageCache(folder=None, note=lambda line: None),
         Goals(angle=np.pi / 4, duration=0.5, seed=7),
     )
     plant = LoadPlant(drive=DRIVE, goals=asked, cache=cache, known=known)
-    trial = Trial(plant=plant, goals=asked, known=known, bound=control.bound, cache=cache)
-    runs = accept(trial, law, "lumped", draws)
+    runs = accept(plant, law, "lumped", draws, bound=control.bound)
     worst, bound = np.degrees(runs.peaks[-1]), np.degrees(control.bound)
     measured(f"bound {bound:.3f} deg, worst {worst:.3f} deg; {100 * runs.inside:.1f} % within")
     assert runs.inside == 1.0

@@ -36,7 +36,7 @@ def resonance_data(
             "slack": instability.slack,
             "required_detuning_hz": _required(drive, found, load_torque),
         }
-        data["sensitivity"] = _sensitivity_data(drive, found.torque, load_torque)
+        data["sensitivity"] = sensitivity(drive, found.torque, load_torque)
     if found.split:
         data["load_torque"] = load_torque
         data["tuned_pretension_under_load"] = {
@@ -64,16 +64,6 @@ def _pairs_data(found: ResonanceSummary) -> list[dict[str, Any]]:
             made |= row(own, names, tuned_pretension=own.reason)
         rows.append(made)
     return rows
-
-
-def _sensitivity_data(drive: Drive, torque: float, load_torque: float) -> dict[str, float]:
-    slopes = sensitivity(drive, torque, load_torque)
-    return {
-        "detuning_hz_per_pretension": slopes.detuning_per_pretension / (2 * np.pi),
-        "detuning_hz_per_inertia": slopes.detuning_per_inertia / (2 * np.pi),
-        "threshold_per_transverse_damping": slopes.threshold_per_transverse_damping,
-        "threshold_per_friction": slopes.threshold_per_friction,
-    }
 
 
 def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:

@@ -95,7 +95,7 @@ def _study(row: Row) -> Mapping[str, Any]:
     counts = ("pulses", "order", "draws", "cable_draws", "carriage_draws", "seed")
     given |= {name: int(given[name]) for name in counts if name in given}
     result = run_study(row.drive, (), Goals(**given))
-    said, chosen = results_of(result), None if result.laws is None else result.laws.chosen
+    said, chosen = results_of(result), result.laws.chosen
     return {name: said.get(name) for name in STUDY} | {"chosen_controller": chosen and chosen.controller}
 
 

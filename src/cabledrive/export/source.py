@@ -1,7 +1,7 @@
 """What is exported: a study's folder, a controller, a drive, or the plant of one."""
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,8 @@ from cabledrive.rig.laws.controller_file import (
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import law_from_file, own_law
 from cabledrive.rig.laws.registry import known_name, needed_order
-from cabledrive.rig.ranked import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.rig.trial import check_motion
+from cabledrive.rig.trial import BEST, best_controller, check_motion
 from cabledrive.rig.tuning import design
 
 DRIVE = "drive.toml"
@@ -126,15 +125,14 @@ def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:
     known = own.name if own else known_name(None if best else str(name) if name else None, drive)
     motion, options = Motion(order=needed_order(known, drive)), RigOptions()
     check_motion(drive, motion)
-    spec = DesignSpec(drive, motion, best=own is None, options=options)
-    spec = replace(spec, feedback=options.feedback)
+    spec = DesignSpec(drive, motion, best=own is None, feedback=options.feedback, options=options)
     made = own_law(own, spec) if own else best_controller(spec) if best else design(known, spec)
     if made.field is not None:
         raise InputRefused(
             f"{made.name} is an open loop and no controller: the configuration of its shaper comes from "
             "`cabledrive shaper LOG --json -o shaper.json` and `export shaper.json --format klipper`"
         )
-    return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
+    return close_loop(spec, made, np.random.default_rng(0))
 
 
 def _notes(law: ControllerFile) -> tuple[str, ...]:
@@ -193,5 +191,5 @@ def plant_loop(source: ExportSource) -> Loop:
 def loop_on(source: ExportSource, drive: Drive, motion: Motion, *, slack: bool = True) -> Loop:
     """The loop of a law from its file on a drive along a motion; ``slack``: whether spans may go slack."""
     options = RigOptions(forbid_slack=not slack, feedback=source.law.feedback)
-    made = law_from_file(source.law, DesignSpec(drive, motion, feedback=options.feedback, options=options))
-    return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
+    spec = DesignSpec(drive, motion, feedback=options.feedback, options=options)
+    return close_loop(spec, law_from_file(source.law, spec), np.random.default_rng(0))

@@ -11,9 +11,10 @@ import numpy as np
 
 from cabledrive.control.numbers import BY_REFERENCE, DARC, HIGH, LOW, SLOPE
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import lumped_model
+from cabledrive.rig.closed_loop.chain_kernels import SUMMARY, WENT_SLACK
 from cabledrive.rig.closed_loop.loop import Loop, Run, plant_chain
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, WENT_SLACK, Array
 from cabledrive.rig.closed_loop.own_plant import models_of
 from cabledrive.rig.laws.controllers import load_gear
 

@@ -23,11 +23,21 @@ from cabledrive.control.bound import (
 )
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.load_schedule import law_at, with_load
-from cabledrive.control.numbers import DARC, DESIRED, HIGH, LEARNING, LOW, NOMINAL, SCHEDULED, LawNumbers
+from cabledrive.control.numbers import (
+    DARC,
+    DESIRED,
+    ESTIMATES,
+    HIGH,
+    LEARNING,
+    LOW,
+    NOMINAL,
+    SCHEDULED,
+    LawNumbers,
+)
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.assumptions import TOLERANCE, load_along, true_parameters
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
 from cabledrive.rig.laws.controllers import place
 from cabledrive.rig.margins import tube
 

@@ -22,8 +22,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.transporter import Transporter, transporter_of
-from cabledrive.rig.disturbances import torque_limit
-from cabledrive.rig.setting import sample_interval
+from cabledrive.rig.setting import sample_interval, torque_limit
 from cabledrive.trajectories import Move, Trajectory
 
 
@@ -169,10 +168,9 @@ def plant_of(t: Transporter) -> TransporterPlant:
 
 
 def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array:
-    """Run a plant under the law; ``phases``, shape (2,): of the encoders, in counts.
+    """Run a plant under the law; ``phases``, shape (2,) [counts]; returns the log, shape (samples, 23).
 
-    Returns shape (samples, 23): 8 states, payload's place, 3 tensions, force of the motor, 10 estimates;
-    fewer samples where a strand went slack or the carriage left its span.
+    It is shorter where a strand went slack or the carriage left its span.
     """
     log = np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
     return log[: run_transporter(loop, plant_of(plant), phases, np.zeros(8), log)]

@@ -19,19 +19,20 @@ from cabledrive.rig.closed_loop.own_plant import PlantProtocol
 from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
-from cabledrive.rig.laws.indirect import NAME, run_indirect
+from cabledrive.rig.laws.load_learning import INDIRECT, run_indirect
 from cabledrive.rig.laws.registry import needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
-from cabledrive.rig.ranked import BEST, best_controller, best_words
 from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions, check_run
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.rig.trial import (
+    BEST,
+    best_controller,
+    best_words,
     check_clock,
     check_motion,
     controller_name,
     judged_apart,
     over_draws,
-    plant_number,
     repeat_motion,
 )
 from cabledrive.rig.tuning import design
@@ -174,37 +175,24 @@ def track(
         plant=plant_drive,
     )
     if file is not None:
-        made = law_from_file(file, spec)
-    elif best:
-        made = best_controller(spec)
-    else:
-        made = own_law(controller, spec) if own else design(name, spec)
-    loop = close_loop(
-        drive,
-        actual,
-        made,
-        motion,
-        options,
-        np.random.default_rng(seed),
-        plant_model=plant_number(plant) if isinstance(plant, str) else None,
-        cable=isinstance(plant, str) and plant == CABLE,
-        plant=None if isinstance(plant, str) else plant,
-    )
-    if file is not None:
+        loop = close_loop(spec, law_from_file(file, spec), np.random.default_rng(seed), plant)
         loop = with_filter(loop, file)
+    else:
+        made = own_law(controller, spec) if own else best_controller(spec) if best else design(name, spec)
+        loop = close_loop(spec, made, np.random.default_rng(seed), plant)
     loop = loop_with_loads(loop)
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws:
         check_drawable(loop)
     first, learnt = loop, None
-    learns = made.name == NAME and not own and file is None
+    learns = loop.controller.name == INDIRECT and not own and file is None
     if repeat and (learns or draws):
-        other = f"{NAME} makes its law anew after a pulse" if learns else "draws are runs of their own"
+        other = f"{INDIRECT} makes its law anew after a pulse" if learns else "draws are runs of their own"
         raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
     repeated = repeat_motion(loop, spec, repeat) if repeat else None
     if repeated is not None:
-        loop, done = repeated.loop, repeated.done
+        loop, done, _ = repeated
     elif learns:
         loop, done, learnt = run_indirect(spec, loop)
     else:
@@ -213,7 +201,7 @@ def track(
     if learnt is not None:
         found = judged_apart(found, first, loop, done)
     if repeated is not None:
-        found.summary["repeated"] = repeated.words
+        found.summary["repeated"] = repeated[2]
     if best:
         found.summary["best"] = best_words(spec)
     if learns:

@@ -18,7 +18,7 @@ is run at the corners of their intervals.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
@@ -39,10 +39,10 @@ from cabledrive.control.numbers import (
 )
 from cabledrive.control.reference import joint_motion
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_plant import linear_rates, linear_step
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.plant_samples import corners, varied
 from cabledrive.rig.setting import DEGREE, Spreads
 
@@ -55,15 +55,13 @@ SIGMAS = 5.0
 class Margins:
     """How far a loop is from instability, and how much torque rounding makes."""
 
-    stable: bool
     disk: float  # disk margin [-]; 0 where the loop is unstable
     gain: float  # factor by which the gain may rise [-]; infinite: any
     phase: float  # phase that may be lost [rad]; infinite: the loop has no crossover
     ripple: float  # five standard deviations of the torque by white rounding to counts [N m]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sampled:
+class Sampled(NamedTuple):
     """A sampled linear system x' = a x + b v, y = c x + d v."""
 
     a: Array
@@ -77,7 +75,7 @@ def margins_of(loop: Loop, load: float = 1.0) -> Margins:
     controller, plant = sampled_controller(loop, load), sampled_plant(loop)
     closed, by_rounding, torque = closed_loop(controller, plant)
     if float(np.abs(np.linalg.eigvals(closed)).max()) >= 1.0:
-        return Margins(stable=False, disk=0.0, gain=1.0, phase=0.0, ripple=float("inf"))
+        return Margins(disk=0.0, gain=1.0, phase=0.0, ripple=float("inf"))
     variance = np.diag(loop.rig.counts**2 / 12.0)
     spread = solve_discrete_lyapunov(closed, by_rounding @ variance @ by_rounding.T)
     at_once = controller.d[0, : len(variance)]
@@ -89,7 +87,6 @@ def margins_of(loop: Loop, load: float = 1.0) -> Margins:
     crossing = np.flatnonzero((size[1:] - 1.0) * (size[:-1] - 1.0) <= 0.0)
     left = np.abs(pi - np.abs(np.angle(transfer[crossing])))
     return Margins(
-        stable=True,
         disk=float(2.0 / np.abs((1.0 - transfer) / (1.0 + transfer)).max()),
         gain=float(1.0 / above.max()) if above.size else float("inf"),
         phase=float(left.min()) if left.size else float("inf"),
@@ -162,10 +159,9 @@ def sampled_plant(loop: Loop) -> Sampled:
 
 
 def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
-    """From the encoders' angles, then the command itself as the filter gets it, to the command.
+    """From the encoders' angles and the command as the filter gets it to the command; announced ``load``.
 
-    States: of the filter before its readings, torque of its shaft, commands that it still waits for, memory
-    of the law, its last command. ``load``: that is announced, as a factor, where the law goes by one.
+    States: of the filter, torque of its shaft, commands that it waits for, memory of the law, last command.
     """
     seen, law = filter_at(loop.observer, load), law_at(loop.controller.law, load)
     if seen.kind != KALMAN:
@@ -232,11 +228,9 @@ def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
 
 MEMORY, LONG_MEMORY = 0.8, 4.0
 COUNTS_PER_PERIOD = 10.0
-PARTS = ("matched", "friction", "unmatched", "counts")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ExpectedBound:
+class ExpectedBound(NamedTuple):
     """Parts of the bound of the load's error along a motion, at the first shaft, shape (samples,) [rad]."""
 
     matched: Array  # from the motor's inertia, friction and offset within their bounds, adapted or not
@@ -247,7 +241,7 @@ class ExpectedBound:
     @property
     def total(self) -> Array:
         """The bound, shape (samples,)."""
-        return self.matched + self.friction + self.unmatched + self.counts
+        return np.asarray(sum(self))
 
 
 def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
@@ -266,13 +260,9 @@ def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
     pushes[: len(table), 0] = table[:, len(table) + 1]
     pushes[inner : inner + states, 1] = seen.model[:, states + 3]
     both = response(matrix, pushes, angle, short)
-    matched, friction = torque_parts(loop, both[:, 0], both[:, 1], SIGMAS * float(np.sqrt(noise)))
-    return ExpectedBound(
-        matched=matched,
-        friction=friction,
-        unmatched=unmatched_part(loop, spreads or Spreads()),
-        counts=rounding_part(loop, matrix, rounding),
-    )
+    parts = torque_parts(loop, both[:, 0], both[:, 1], SIGMAS * float(np.sqrt(noise)))
+    unmatched = unmatched_part(loop, spreads or Spreads())
+    return ExpectedBound(*parts, unmatched, rounding_part(loop, matrix, rounding))
 
 
 def bound_over_draws(loop: Loop) -> dict[str, Any]:
@@ -286,16 +276,14 @@ def bound_over_draws(loop: Loop) -> dict[str, Any]:
     except InputRefused as refused:
         return {name: None, f"{name}_reason": str(refused)}
     scale, worst = 1.0 / loop.gear / DEGREE, int(found.total.argmax())
-    parts = {part: float(getattr(found, part)[worst] * scale) for part in PARTS}
+    parts = {part: float(values[worst] * scale) for part, values in found._asdict().items()}
     return {name: float(found.total[worst] * scale), "expected_bound_parts_deg": parts}
 
 
 def rounding_part(loop: Loop, matrix: Array, rounding: Array) -> Array:
-    """What rounding to counts does to the load, and zeros of encoders half a count off.
+    """What rounding to counts and zeros half a count off do to the load, shape (samples,) [rad].
 
-    While an encoder passes ten counts and more in a period of the bandwidth, its rounding is white noise of
-    which five standard deviations are taken; slower, it is any signal of half a count. Returns shape
-    (samples,) [rad].
+    White noise, of five deviations, while ten counts pass in a period of the bandwidth; slower, any signal.
     """
     from scipy.signal import fftconvolve
 
@@ -312,12 +300,10 @@ def rounding_part(loop: Loop, matrix: Array, rounding: Array) -> Array:
 
 
 def torque_parts(loop: Loop, by_plant: Array, by_filter: Array, speed_noise: float) -> tuple[Array, Array]:
-    """Tubes of what is not known of the motor, and of friction that sticks.
+    """Tubes of what is not known of the motor, and of friction that sticks, shape (samples,) [rad].
 
-    ``by_plant``, ``by_filter``, shape (k,): impulse responses of the load to both torques; ``speed_noise``
-    [rad/s]. Where the reference is faster than the noise of the motor's speed, friction has the sign it is
-    taken to have; elsewhere plant and filter may each have any friction up to the Coulomb torque, and only
-    what the law feeds forward is known. Returns ``matched, friction``, shape (samples,) [rad].
+    ``by_plant``, ``by_filter``, shape (k,): impulse responses of the load. Where the reference is faster than
+    the noise of the speed [rad/s] friction has its sign; elsewhere it may be any up to the Coulomb torque.
     """
     made = loop.controller
     learning, slope, reference = made.law.learning, made.law.scalars[2], made.reference

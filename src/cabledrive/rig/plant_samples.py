@@ -13,13 +13,13 @@ import numpy as np
 
 from cabledrive.control.darc import printed_bounds
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.toml_values import quantity_of, read_toml
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
+from cabledrive.rig.closed_loop.chain_kernels import SUMMARY, ChainPlant
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers, drawn_pair
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
 from cabledrive.rig.setting import Payload, Spreads
 
@@ -333,6 +333,14 @@ def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:
     return forces
 
 
+FIELDS = {
+    **{name: name for name in ("cogging", "softening", "warming", "load_factor", "load_time")},
+    **{"excess": "stribeck_excess", "fading": "stribeck_speed", "cogging_lines": "cogging_periods"},
+    **{"ripple": "torque_ripple", "ripple_lines": "ripple_periods"},
+}
+"""Fields of a plant that take what is drawn as it is."""
+
+
 def disturbed_plant(
     loop: Loop, chain: LumpedChain, drawn: dict[str, float], turned: np.ndarray
 ) -> ChainPlant:
@@ -343,27 +351,17 @@ def disturbed_plant(
             "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
         )
     interval = loop.rig.interval
+    kept = ("current_rate", "twist_limit", "field", "field_periods")
+    same: dict[str, Any] = {name: getattr(loop.plant, name) for name in kept}
+    same |= {field: drawn[name] for field, name in FIELDS.items()}
     return chain_numbers(
         chain,
         interval,
-        current_rate=loop.plant.current_rate,
         substeps=ceil(interval / STEP),
         play=max(drawn["backlash"], loop.backlash),
         slack=loop.slack * loop.chain.stiffness[-1] / chain.stiffness[-1] if chain.size > 1 else inf,
-        twist_limit=loop.plant.twist_limit,
         phases=turned,
-        excess=drawn["stribeck_excess"],
-        fading=drawn["stribeck_speed"],
-        cogging_lines=drawn["cogging_periods"],
-        ripple=drawn["torque_ripple"],
-        ripple_lines=drawn["ripple_periods"],
         eccentricity=drawn["encoder_eccentricity"] * loop.gear,
         turning=1.0 / loop.gear,
-        cogging=drawn["cogging"],
-        softening=drawn["softening"],
-        warming=drawn["warming"],
-        load_factor=drawn["load_factor"],
-        load_time=drawn["load_time"],
-        field=loop.plant.field,
-        field_periods=loop.plant.field_periods,
+        **same,
     )

@@ -9,11 +9,11 @@ from cabledrive.control.bound import robust_conditions
 from cabledrive.control.numbers import BACKSTEPPING, DARC
 from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.rig.assumptions import plant_model
 from cabledrive.rig.bounds import BoundCheck, disturbance_bound
-from cabledrive.rig.closed_loop.chain_kernels import LEAST
+from cabledrive.rig.closed_loop.chain_kernels import LEAST, WENT_SLACK
 from cabledrive.rig.closed_loop.loop import Loop, Run
-from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
 from cabledrive.rig.setting import CABLE, DEGREE, Motion
 
 
@@ -156,8 +156,7 @@ def pair_words(loop: Loop, done: Run) -> dict[str, Any]:
     flanks = done.flanks[: done.ended]
     opened = int(done.state.summary[10])
     first = 2 * loop.chain.size + 1 + LEAST
-    least = np.asarray(done.state.x[first : first + 2])
-    limit = pair.law.limit
+    least, limit = np.asarray(done.state.x[first : first + 2]), pair.law.limit
     taken = np.abs(flanks[:, 2:4]).max(axis=0, initial=0.0)
     said: dict[str, Any] = {
         "preload": pair.law.preload,
@@ -175,13 +174,11 @@ def pair_words(loop: Loop, done: Run) -> dict[str, Any]:
         ],
     }
     if not said["flanks_closed"]:
-        share, short = (
-            opened / max(len(flanks), 1),
-            np.abs(flanks[:, 2:4]).max(initial=0.0) >= limit * (1.0 - 1e-9),
-        )
+        short = taken.max() >= limit * (1.0 - 1e-9)
+        then = ", and a motor was at its torque limit" if short else ": raise the preload, or move slower"
         said["reason"] = (
-            f"a flank was open at {share:.2%} of the samples: half the joint's torque exceeded the preload"
-            + (", and a motor was at its torque limit" if short else ": raise the preload, or move slower")
+            f"a flank was open at {opened / max(len(flanks), 1):.2%} of the samples: half the joint's torque "
+            f"exceeded the preload{then}"
         )
     return {"pair": said}
 
@@ -221,17 +218,11 @@ INSTANTS = 40
 
 def margin_words(loop: Loop, estimates: Array, states: Array) -> dict[str, Any]:
     """Smallest eigenvalue of D_z of (6.100) over states and estimates of a run; empty for other laws."""
-    law = loop.controller.law
+    law, reference = loop.controller.law, loop.controller.reference
     sound = np.flatnonzero(np.all(np.isfinite(states), axis=1)) if states.size else np.zeros(0, dtype=int)
     if law.kind != BACKSTEPPING or not len(sound):
         return {}
     chosen = sound[:: max(1, len(sound) // INSTANTS)]
-    reference = loop.controller.reference
     margins = [stability_margin(law, estimates[k], states[k], reference[k]) for k in chosen]
-    return {
-        "d_z": {
-            "smallest": min(margins),
-            "largest": max(margins),
-            "positive_share": float(np.mean(np.array(margins) > 0.0)),
-        }
-    }
+    share = float(np.mean(np.array(margins) > 0.0))
+    return {"d_z": {"smallest": min(margins), "largest": max(margins), "positive_share": share}}

@@ -1,18 +1,17 @@
 """What is asked of the rig, motion and options, both as words; the memory and time that a run may take."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.units import to_si
+from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.trajectories import Trajectory, pulse
-
-if TYPE_CHECKING:
-    from cabledrive.rig.bench.experiment import Excitation
-
 
 DEGREE = pi / 180.0
 CABLE = "cable"
@@ -211,6 +210,52 @@ def sample_interval(drive: Drive) -> float:
     return 1.0 / drive.sensors.sample_rate
 
 
+def slack_twist(drive: Drive, chain: LumpedChain) -> float:
+    """Twist between the pulleys at which one span carries no tension [rad]."""
+    if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
+        return float("inf")
+    return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
+
+
+def joint_backlash(drive: Drive, chain: LumpedChain) -> float:
+    """Backlash of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant."""
+    flexible = "motor" in chain.names and "drive" in chain.names
+    return drive.motor.backlash if drive.motor is not None and flexible else 0.0
+
+
+def current_rate(drive: Drive) -> float:
+    """Bandwidth of the torque loop [rad/s]; 0 where it is ideal."""
+    hertz = drive.motor.current_bandwidth if drive.motor else None
+    return 0.0 if hertz is None else 2.0 * pi * hertz
+
+
+def control_delay(drive: Drive) -> float:
+    """Time from sampling to torque [s]; 0 where the drive names no sensors."""
+    return drive.sensors.delay if drive.sensors else 0.0
+
+
+def torque_limit(drive: Drive) -> float:
+    """Largest torque [N m]; infinite where the drive names none."""
+    limit = drive.motor.torque_limit if drive.motor else None
+    return float("inf") if limit is None else limit
+
+
+def stepped_in(
+    disturbances: Sequence[Disturbance], names: Sequence[str], interval: float, samples: int
+) -> Array:
+    """Disturbances from each sample to the next, shape (samples, names) [N m] or [N]."""
+    found = np.zeros((samples, len(names)))
+    for step in disturbances:
+        if step.on not in names:
+            raise InputRefused(
+                f'disturbance on "{step.on[:60]}" is none of {", ".join(names)}'
+                f"{nearest(step.on[:60], list(names))}: take one of these"
+            )
+        last = samples if step.end >= samples * interval else round(step.end / interval)
+        found[round(step.start / interval) : last, names.index(step.on)] += step.torque
+    return found
+
+
 SHAFTS = ("motor", "drive", "load")
 
 
@@ -262,10 +307,6 @@ MOST_MEMORY = 4e9
 """Of the record of one run [bytes]."""
 BYTES_PER_SAMPLE = 600.0
 """States, readings, estimates, reference and bound of one sample, measured at the process."""
-MOST_LOG_MEMORY, BYTES_PER_ROW = 8e9, 350.0
-"""Of the log of an experiment while it is written, an hour at 5 kHz and a little more [bytes]."""
-MOST_TRIED_SAMPLES = 1e10
-"""Of all draws of a random multisine together: about a quarter of an hour of one core."""
 MOST_DRAWS = 100_000
 MOST_DRAWN_SAMPLES = 1e11
 """Of all draws together: about a day of one core."""
@@ -278,20 +319,40 @@ MOST_JITTER = 0.4
 def check_run(
     drive: Drive, motion: Motion, options: RigOptions, *, draws: int = 0, cable: bool = False
 ) -> None:
-    """Refuse a run of the rig with ``draws`` more plants that would not end, or not fit into memory.
-
-    Refused, too: a disturbance after the end of the motion.
-    """
+    """Refuse a run, with ``draws`` more, that would not end or not fit into memory, or a late disturbance."""
     if not isfinite(motion.angle):
         raise InputRefused(f"angle = {motion.angle:.4g} deg must be finite: give one in deg")
-    duration = motion.trajectory.duration
-    samples = duration / sample_interval(drive)
-    check_record(duration, samples)
-    _check_draws(draws, samples)
-    _check_times(options, duration)
-    _check_sampling(drive, options, duration)
-    if cable:
-        _check_segments(drive, options.segments, duration)
+    interval, duration = sample_interval(drive), motion.trajectory.duration
+    check_record(duration, duration / interval)
+    most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / max(duration / interval, 1.0)))
+    if draws > most:
+        raise InputRefused(f"draws = {draws} are more than the {most} that this motion allows: ask for fewer")
+    starts = [(f"disturbance on the {step.on}", step.start) for step in options.disturbances]
+    if options.blind is not None:
+        starts.append((f"dropout of the {options.blind[0]} encoder", options.blind[1]))
+    for what, start in starts:
+        if start >= duration:
+            raise InputRefused(
+                f"{what}: starts at {start:.4g} s, the motion ends at {duration:.4g} s: start earlier"
+            )
+    if options.jitter > MOST_JITTER * interval:
+        raise InputRefused(
+            f"jitter = {options.jitter:.4g} s is above {MOST_JITTER:g} of the sample time {interval:.4g} s: "
+            f"give at most {MOST_JITTER * interval:.4g} s"
+        )
+    if control_delay(drive) >= duration:
+        raise InputRefused(
+            f"sensors.delay = {control_delay(drive):.4g} s is not below the {duration:.4g} s of the motion, "
+            "in which no torque would act: shorten the delay"
+        )
+    if cable:  # by the steps that a wave along it asks for
+        per_second = drive.cable.axial_wave_speed / drive.pulley_distance
+        most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))
+        if options.segments > most:
+            raise InputRefused(
+                f"segments = {options.segments} are more than the {most} per span that a motion of "
+                f"{duration:.4g} s allows: take fewer, or shorten the motion"
+            )
 
 
 def check_record(duration: float, samples: float) -> None:
@@ -302,95 +363,4 @@ def check_record(duration: float, samples: float) -> None:
         raise InputRefused(
             f"a motion of {duration:.4g} s takes {samples:.3g} samples and {size / 1e9:.3g} GB; "
             f"at most {MOST_MEMORY / 1e9:.0f} GB are used, {longest:.4g} s: shorten rise, dwell or pulses"
-        )
-
-
-def _check_draws(draws: int, samples: float) -> None:
-    most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / max(samples, 1.0)))
-    if draws > most:
-        raise InputRefused(f"draws = {draws} are more than the {most} that this motion allows: ask for fewer")
-
-
-def _check_times(options: RigOptions, duration: float) -> None:
-    starts = [(f"disturbance on the {step.on}", step.start) for step in options.disturbances]
-    if options.blind is not None:
-        starts.append((f"dropout of the {options.blind[0]} encoder", options.blind[1]))
-    for what, start in starts:
-        if start >= duration:
-            raise InputRefused(
-                f"{what}: starts at {start:.4g} s, the motion ends at {duration:.4g} s: start earlier"
-            )
-
-
-def _check_sampling(drive: Drive, options: RigOptions, duration: float) -> None:
-    interval = sample_interval(drive)
-    if options.jitter > MOST_JITTER * interval:
-        raise InputRefused(
-            f"jitter = {options.jitter:.4g} s is above {MOST_JITTER:g} of the sample time {interval:.4g} s: "
-            f"give at most {MOST_JITTER * interval:.4g} s"
-        )
-    delay = drive.sensors.delay if drive.sensors is not None else 0.0
-    if delay >= duration:
-        raise InputRefused(
-            f"sensors.delay = {delay:.4g} s is not below the {duration:.4g} s of the motion, in which no "
-            "torque would act: shorten the delay"
-        )
-
-
-def _check_segments(drive: Drive, segments: int, duration: float) -> None:
-    """By the steps that a wave along the cable asks for."""
-    per_second = drive.cable.axial_wave_speed / drive.pulley_distance
-    most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))
-    if segments > most:
-        raise InputRefused(
-            f"segments = {segments} are more than the {most} per span that a motion of {duration:.4g} s "
-            "allows: take fewer, or shorten the motion"
-        )
-
-
-def check_excitation(drive: Drive, excitation: "Excitation") -> None:
-    """Refuse an experiment whose log does not fit into memory, or whose command the samples cannot carry.
-
-    Raises `InputRefused` if the log is too long, a frequency is not between 0 and half the sample rate, or a
-    period is not one.
-    """
-    e, rate = excitation, 1.0 / sample_interval(drive)
-    size = BYTES_PER_ROW * e.duration * rate
-    if size > MOST_LOG_MEMORY:
-        raise InputRefused(
-            f"duration = {e.duration:.4g} s at {rate:.6g} Hz takes {size / 1e9:.3g} GB: at most "
-            f"{MOST_LOG_MEMORY / 1e9:.0f} GB are used, {e.duration * MOST_LOG_MEMORY / size:.4g} s: shorten "
-            "it, or lower sensors.sample_rate"
-        )
-    used = {"sines": ("frequencies", e.frequencies), "chirp": ("band", e.band)}.get(e.kind)
-    if used is not None and not all(0.0 < f < 0.5 * rate for f in used[1]):
-        wrong = next(f for f in used[1] if not 0.0 < f < 0.5 * rate)
-        raise InputRefused(
-            f"{used[0]}: {wrong:.6g} Hz must lie above 0 and below {0.5 * rate:.6g} Hz, half the sample rate"
-        )
-    if e.kind == "chirp" and e.band[0] == e.band[1]:
-        raise InputRefused(
-            f"band: both ends are {e.band[0]:.6g} Hz: give two frequencies, or one of kind sines"
-        )
-    if e.kind not in ("sines", "chirp"):
-        _check_period(e, rate)
-
-
-def _check_period(e: "Excitation", rate: float) -> None:
-    samples = e.period * rate
-    if e.kind == "steps":
-        if samples < 2.0:
-            raise InputRefused(
-                f"period = {e.period:.4g} s holds {samples:.2g} samples: lengthen it to 2 or more"
-            )
-        return
-    most = MOST_LOG_MEMORY / BYTES_PER_ROW
-    if samples > most:
-        raise InputRefused(
-            f"period = {e.period:.4g} s is above {most / rate:.4g} s at {rate:.6g} Hz: shorten it"
-        )
-    if e.kind == "idinput" and e.trials * samples > MOST_TRIED_SAMPLES:
-        most = int(MOST_TRIED_SAMPLES / samples)
-        raise InputRefused(
-            f"trials = {e.trials} are more than the {most} that this period allows: lower them"
         )

@@ -6,19 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.control.numbers import HIGH, LOW
+from cabledrive.control.numbers import ESTIMATES, HIGH, LOW
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.rig.assumptions import Departure, broken_assumptions, departures
 from cabledrive.rig.bounds import check_theorem
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
-from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, SUMMARY, Array
 from cabledrive.rig.laws.controllers import Controller
-from cabledrive.rig.laws.eigenvalues import pole_words
-from cabledrive.rig.laws.registry import NO_FILTER
+from cabledrive.rig.laws.registry import NO_FILTER, pole_words
 from cabledrive.rig.run_facts import (
     bound_words,
     condition_words,
@@ -143,11 +142,9 @@ class Tracking(ResultCard):
 def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     """Put a run into words and arrays."""
     n, m, ended = loop.chain.size, len(loop.rig.encoders), done.ended
-    log, made = done.log[:ended], loop.controller
-    column = 2 * n + 1 + m
-    count = made.law.learning.shape[1]
-    estimates = log[:, column + 3 : column + 3 + count]
-    regressor = log[:, column + 3 + ESTIMATES : column + 3 + ESTIMATES + count]
+    log, made, column = done.log[:ended], loop.controller, 2 * n + 1 + m
+    kept = log[:, column + 3 :]  # estimates, regressor, states of the law
+    estimates, regressor = (kept[:, k : k + made.law.learning.shape[1]] for k in (0, ESTIMATES))
     error = (log[:, n - 1] - loop.target[:ended]) / loop.gear
     departed = departures(loop, done)
     check = check_theorem(loop, log)
@@ -162,13 +159,10 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     summary |= pole_words(loop) | {"circumstances": disturbance_facts(loop)}
     if loop.options.check_conditions:
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
-        summary |= margin_words(loop, estimates, log[:, column + 3 + 2 * ESTIMATES :])
+        summary |= margin_words(loop, estimates, kept[:, 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
-    summary |= (
-        motor_words(loop.actual, stepper=made.field is not None)
-        | rest_words(loop, error)
-        | pair_words(loop, done)
-    )
+    summary |= motor_words(loop.actual, stepper=made.field is not None)
+    summary |= rest_words(loop, error) | pair_words(loop, done)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
     return Tracking(
@@ -196,7 +190,7 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
 def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]:
     """Peaks of a run and what was run; ``error``, shape (samples,): of the load [rad]."""
     motion = loop.motion
-    score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=True))
+    score = done.score
     samples = max(len(error), 1)
     several = motion.pulses > 1 and len(error) > loop.rig.first_end
 
@@ -270,13 +264,7 @@ def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
 
 
 def load_cell(tracking: Tracking, drive: Drive) -> Array | None:
-    r"""What a load cell says that holds the load pulley against both spans, with its noise.
-
-    .. math:: F = T_1 + T_2 - 2\rho v^2
-
-    ``drive``: the drive as it is.
-    Returns shape (samples,) [N]; None where there is no load cell, or no tension is known.
-    """
+    """What a load cell at the load pulley says, T1 + T2 - 2 rho v^2 and noise [N]; None without one."""
     noise = drive.sensors.load_cell_noise if drive.sensors else None
     if noise is None or tracking.tensions is None:
         return None

@@ -1,30 +1,36 @@
-"""Runs beyond one: two laws in turn, many plants, a motion repeated; what is refused before."""
+"""Runs beyond one: two laws in turn, many plants, a motion repeated, laws ranked; what is refused before."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from cabledrive.control.load_torque import (
-    RepetitionLearning,
-    lifted,
-    repetition_learning,
-    torque_along,
-)
+from cabledrive.control.load_torque import RepetitionLearning, lifted, repetition_learning, torque_along
 from cabledrive.control.numbers import GAIN, HIGH, LEARNING, LINEAR, LOW
 from cabledrive.control.own_controller import checked_controller
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import nearest
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
-from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.indirect import NAME, run_indirect
-from cabledrive.rig.laws.registry import CONTROLLERS, known_name
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
+from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED, run_indirect
+from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, known_name, main_laws
 from cabledrive.rig.margins import bound_over_draws, closed_loop, response, sampled_controller, sampled_plant
-from cabledrive.rig.plant_samples import corners, over, sampled_loops
-from cabledrive.rig.setting import CABLE, DEGREE, Motion, sample_interval
+from cabledrive.rig.plant_samples import (
+    Disturbances,
+    Draws,
+    corners,
+    disturbed_loops,
+    over,
+    sampled_loops,
+    standard_disturbances,
+)
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, within
-from cabledrive.rig.tuning import ripple_limit
+from cabledrive.rig.tuning import TunedLaw, law_as_tuned, law_at, limit_words, ripple_limit, tuned
 from cabledrive.trajectories import move_limits, peak_demand
 
 
@@ -64,13 +70,10 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
     return replace(found, bound=tube)
 
 
-PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
-
-
 def over_draws(loop: Loop, spec: DesignSpec, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
     plants = sampled_loops(loop, draws, seed)
-    learns = loop.controller.name == NAME and loop.controller.own is None and loop.motion.pulses > 1
+    learns = loop.controller.name == INDIRECT and loop.controller.own is None and loop.motion.pulses > 1
     found = over(plants, lambda one: run_indirect(spec, one)[1]) if learns else over(plants)
     peak = np.array(found.later_peak if learns else found.peak) / DEGREE
     words: dict[str, Any] = {
@@ -95,15 +98,6 @@ def controller_name(controller: Any, drive: Drive) -> str:
     if name in CONTROLLERS:
         raise InputRefused(f'controller "{name}" has the name of a packaged law: give it another')
     return name
-
-
-def plant_number(plant: Any) -> int | None:
-    """Number of the model that is the plant; None: the highest that the data allow, or the cable."""
-    if plant is None:
-        return None
-    if plant not in PLANTS:
-        raise InputRefused(f"plant = {plant!r} is not known: take one of {', '.join(PLANTS)}")
-    return PLANTS[plant]
 
 
 def check_clock(drive: Drive, actual: Drive) -> None:
@@ -145,27 +139,28 @@ ASSUMED = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Repeated:
-    """A motion repeated."""
-
-    loop: Loop  # with the torque of the best repetition
-    done: Run  # the best repetition
-    words: dict[str, Any]  # errors of each repetition and the proof of convergence, for people and JSON
-
-
-def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> Repeated:
+def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> tuple[Loop, Run, dict[str, Any]]:
     """Run a motion several times and learn the torque that is missing along it.
 
     Learning goes by the load's encoder, which is all that a machine sees. It stops when the root mean square
-    of its error has not fallen by 2 % for two repetitions; the best repetition is kept.
+    of its error has not fallen by 2 % for two repetitions. Returns the loop with the torque of the best
+    repetition, that one, errors of each and the proof of convergence for people and JSON.
     """
-    check_repeatable(loop, repetitions)
+    made = loop.controller
+    if not 2 <= repetitions <= MOST_REPETITIONS:
+        raise InputRefused(f"repeat = {repetitions} must be from 2 to {MOST_REPETITIONS}")
+    if made.own is not None or loop.own_plant is not None:
+        raise InputRefused("repeat needs a packaged law and plant, whose equations are known: leave it out")
+    if made.law.kind not in (LINEAR, LEARNING):
+        raise InputRefused(
+            f"repeat adds a torque along the motion, and {made.name} takes none: take lqg, lqi, "
+            "lqi-learning, pd or another law with a feedforward torque"
+        )
     done = run(loop)
     width = max(1, round(NODE_TIME / loop.rig.interval))
     nodes = len(loop.target) // width
     learning = design_learning(loop, spec, width, nodes)
-    frozen, made = loop, loop.controller
+    frozen = loop
     if made.law.kind == LEARNING:  # with the estimates of the first repetition: the proof is of a fixed loop
         count = made.law.learning.shape[1]
         start, table = np.zeros_like(made.start), made.law.learning.copy()
@@ -200,21 +195,7 @@ def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> Repeated:
         "directions": int(learning.directions.shape[1]),
         "assumed": list(ASSUMED),
     }
-    return Repeated(loop=best[0], done=best[1], words=words)
-
-
-def check_repeatable(loop: Loop, repetitions: int) -> None:
-    """Refuse what cannot be repeated."""
-    made = loop.controller
-    if not 2 <= repetitions <= MOST_REPETITIONS:
-        raise InputRefused(f"repeat = {repetitions} must be from 2 to {MOST_REPETITIONS}")
-    if made.own is not None or loop.own_plant is not None:
-        raise InputRefused("repeat needs a packaged law and plant, whose equations are known: leave it out")
-    if made.law.kind not in (LINEAR, LEARNING):
-        raise InputRefused(
-            f"repeat adds a torque along the motion, and {made.name} takes none: take lqg, lqi, "
-            "lqi-learning, pd or another law with a feedforward torque"
-        )
+    return *best, words
 
 
 def design_learning(loop: Loop, spec: DesignSpec, width: int, nodes: int) -> RepetitionLearning:
@@ -263,3 +244,118 @@ def _errors(loop: Loop, done: Run) -> dict[str, Any]:
         "encoder_rms_deg": float(np.sqrt(np.nanmean(seen**2))) if not done.failed else float("inf"),
         "peak_error_deg": float(np.abs(true).max()),
     }
+
+
+def scored(tuned: TunedLaw, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: range) -> Draws:
+    """Run a law on plants, the same for every law."""
+    plants = disturbed_loops(tuned.loop, disturbances, seed, draws)
+    if tuned.name != INDIRECT:
+        return over(plants)
+    asked = replace(spec, bandwidth=tuned.bandwidth)
+    return over(plants, lambda plant: run_indirect(asked, plant)[1])
+
+
+BEST = "best"
+LEARNS = (INDIRECT, LOAD_LEARNING, CHANGING)
+"""Laws whose first pulse is for learning, where there are more."""
+BEST_DRAWS = 20
+COMPARED = RigOptions(forbid_slack=False)
+"""Options of a comparison: random encoder phases, Kalman filter, spans that may go slack and go on."""
+
+
+def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
+    """Laws compared where none are named, simplest first; more where the load changes, or for a stepper."""
+    *fixed, learning = main_laws(drive)
+    steppers = OPEN_LOOPS if drive.motor is not None and drive.motor.holding_stiffness else ()
+    changing = (SCHEDULED, CHANGING) if disturbances.changes_load else ()
+    return (*steppers, *fixed, *changing, learning)
+
+
+def checked_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of laws, each once."""
+    for place, name in enumerate(names):
+        if name not in CONTROLLERS:
+            raise InputRefused(
+                f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
+            )
+        if name in names[:place]:
+            raise InputRefused(f"controller {name} is given twice: name each once")
+    if not names:
+        raise InputRefused("controllers: none are named: name at least one, such as lqi,darc-4-damped")
+    return tuple(names)
+
+
+def one_count(drive: Drive) -> float:
+    """One count of the load's encoder, else of the one nearest to it, at the load [rad]."""
+    return load_count(drive) / load_gear(drive)
+
+
+def goal_of(drive: Drive) -> float:
+    """Error that is to be kept: the drive's own goal, or one count of the load's encoder [rad]."""
+    own = drive.goal.tracking_error if drive.goal is not None else None
+    return one_count(drive) if own is None else own
+
+
+@lru_cache(maxsize=8)
+def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Draws | None], ...]]:
+    """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
+    disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
+    several = spec.motion.pulses > 1
+    found: list[tuple[tuple[float, float], TunedLaw]] = []
+    reached: list[tuple[str, Draws | None]] = []
+    for name in offered(spec.drive, disturbances):
+        if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
+            continue
+        try:
+            one = tuned(name, spec, disturbances)
+            law = law_as_tuned(name, one.bandwidth, one.filter, spec)
+            scores = scored(law, spec, disturbances, 0, range(BEST_DRAWS)) if one.accepted else None
+        except (NotComputed, InputRefused):
+            scores = None
+        reached.append((name, scores))
+        if scores is not None:
+            found.append((scores.rank(goal, learns=several and name in LEARNS), law))
+    if not found:
+        raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")
+    return min(found, key=lambda pair: pair[0])[1], tuple(reached)
+
+
+def best_controller(spec: DesignSpec) -> Controller:
+    """The law that ranks first, with the bandwidth and the filter that the comparison tuned."""
+    if spec.bandwidth is not None or spec.feedforward != "damped" or not spec.adapt:
+        raise InputRefused(
+            "controller = best is tuned as a whole: leave bandwidth, feedforward and no-adaptation out, or "
+            "name a law"
+        )
+    tuned, _ = best_law(_compared(spec))
+    reason = (
+        f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
+        f"plants with friction at the load; the highest bandwidth that keeps {limit_words(spec)}"
+    )
+    made = law_at(tuned.name, tuned.bandwidth, tuned.filter, spec)
+    return replace(made, gains=made.gains | {"reasons": [reason]})
+
+
+def best_words(spec: DesignSpec) -> dict[str, Any]:
+    """What each law reached in the comparison that chose: worst and median error [deg], or none."""
+    tuned, reached = best_law(_compared(spec))
+    several, found = spec.motion.pulses > 1, []
+    for name, scores in reached:
+        words: dict[str, Any] = {"name": name, "worst_deg": None, "median_deg": None}
+        if scores is not None:
+            errors = scores.errors(learns=several and name in LEARNS) / DEGREE
+            worst, median = float(errors.max()), float(np.median(errors))
+            words["worst_deg"] = worst if np.isfinite(worst) else None
+            words["median_deg"] = median if np.isfinite(median) else None
+        found.append(words)
+    return {
+        "controller": tuned.name,
+        "draws": BEST_DRAWS,
+        "goal_deg": goal_of(spec.drive) / DEGREE,
+        "candidates": found,
+    }
+
+
+def _compared(spec: DesignSpec) -> DesignSpec:
+    """The spec of a comparison: the drive and the motion, with the options of every comparison."""
+    return replace(spec, options=COMPARED, plant=None, best=False, feedback="motor")

@@ -7,7 +7,7 @@ that are set apart for tuning is taken. `track`, `export`, `compare` and `best` 
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, lru_cache, partial
 from math import inf
 
@@ -19,16 +19,20 @@ from cabledrive.control.observers import QUIET, KalmanTuning
 from cabledrive.control.reference import flat_output, flat_reference
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.laws.baselines import BASELINES
-from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.eigenvalues import check_least_bandwidth, tuning_by_uncertainty
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, tuning_by_uncertainty
 from cabledrive.rig.laws.load_learning import KINDS
-from cabledrive.rig.laws.registry import CONTROLLERS, NO_FILTER, OPEN_LOOPS, check_sample_rate, known_name
+from cabledrive.rig.laws.registry import (
+    CONTROLLERS,
+    NO_FILTER,
+    OPEN_LOOPS,
+    check_least_bandwidth,
+    check_sample_rate,
+    known_name,
+)
 from cabledrive.rig.margins import Margins, margins_of
 from cabledrive.rig.plant_samples import Disturbances, disturbed_loops, over, standard_disturbances
-from cabledrive.rig.setting import RigOptions
+from cabledrive.rig.setting import RigOptions, torque_limit
 
 SETTINGS_HZ = (
     *(0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.0),
@@ -43,7 +47,7 @@ RIPPLE_SHARE = 1.0 / 6.0
 TUNING_SEED, TUNING_DRAWS = 1_000_003, 8
 FILTERS = ("as known", "a tenth of the uncertainty", "by uncertainty")
 """Noise of the load's acceleration in the filter: none, a tenth of what the spreads make of it, all of it."""
-UNLIMITED = Margins(stable=True, disk=np.inf, gain=np.inf, phase=np.inf, ripple=0.0)
+UNLIMITED = Margins(disk=np.inf, gain=np.inf, phase=np.inf, ripple=0.0)
 """Of a loop whose margins are not known, as it has no Kalman filter: a run decides."""
 
 
@@ -102,7 +106,7 @@ def setting_of(
     if not found.accepted:
         why = f"no bandwidth keeps {limit_words(spec)}{more}"
         return LawSetting(controller=name, seconds=found.seconds, reason=why)
-    limits = {key: float(getattr(found.margins, key)) for key in ("disk", "gain", "phase", "ripple")}
+    limits = {key: float(value) for key, value in asdict(found.margins).items()}
     return LawSetting(
         controller=name,
         bandwidth=found.bandwidth,
@@ -123,23 +127,21 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
     if name in OPEN_LOOPS and spec.bandwidth is not None:
         raise InputRefused(f"bandwidth = {spec.bandwidth:.4g} Hz: {name} is an open loop: leave it out")
     tunable = name not in OPEN_LOOPS and spec.best
-    chosen = tunable and spec.bandwidth is None
-    made = _with_reason(name, spec) if chosen else CONTROLLERS[name](spec)
+    if tunable and spec.bandwidth is None:
+        found, limits = tuned(name, spec, standard_disturbances(spec.drive)), limit_words(spec)
+        why = f"the highest that keeps {limits}"
+        if not found.accepted:
+            why = f"no bandwidth keeps {limits}; this one comes closest"
+        elif found.margins is UNLIMITED:
+            why = "the highest with which a run without a Kalman filter ends below the torque limit"
+        made = law_at(name, found.bandwidth, found.filter, spec)
+        reason = f"bandwidth {found.bandwidth:g} Hz, filter {found.filter}: {why}"
+        made = replace(made, gains=made.gains | {"reasons": [reason]})
+    else:
+        made = CONTROLLERS[name](spec)
     check_sample_rate(made, spec.interval)
     check_least_bandwidth(CONTROLLERS[name], made, spec)
     return made
-
-
-def _with_reason(name: str, spec: DesignSpec) -> Controller:
-    found, limits = tuned(name, spec, standard_disturbances(spec.drive)), limit_words(spec)
-    why = f"the highest that keeps {limits}"
-    if not found.accepted:
-        why = f"no bandwidth keeps {limits}; this one comes closest"
-    elif found.margins is UNLIMITED:
-        why = "the highest with which a run without a Kalman filter ends below the torque limit"
-    made = law_at(name, found.bandwidth, found.filter, spec)
-    reason = f"bandwidth {found.bandwidth:g} Hz, filter {found.filter}: {why}"
-    return replace(made, gains=made.gains | {"reasons": [reason]})
 
 
 def law_at(name: str, hertz: float, words: str, spec: DesignSpec) -> Controller:
@@ -188,9 +190,7 @@ def tuned(
 ) -> TunedLaw:
     """Tune a law by name on one pulse of the motion with the sensors and the filter of the options.
 
-    What acts on a run alone (disturbing torques, jitter, another plant) does not change its law. ``worst``:
-    largest error of a law over plants of the caller's, which a setting has to keep finite and which chooses
-    the filter; default: over the plants set apart for tuning.
+    ``worst``: largest error of a law over the caller's plants, finite in a setting; it chooses the filter.
     """
     given, motion = spec.options, spec.motion
     options = RigOptions(
@@ -253,10 +253,7 @@ def _tuned(
 
 
 def _highest(tried: Callable[[float], TunedLaw | None], top: int) -> TunedLaw | None:
-    """The highest of the first ``top`` bandwidths of the grid that is accepted; else the one that is closest.
-
-    A law may need a least bandwidth as well: from a coarse comb on, then upwards by bisection.
-    """
+    """The highest of the first bandwidths accepted, by a comb and bisection; else the one that is closest."""
     at = cache(lambda place: tried(SETTINGS_HZ[place]))
     seen: dict[int, TunedLaw] = {}
 
@@ -291,7 +288,7 @@ def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple
     """What a nominal loop keeps of the limits, over them; ``loads``: factors of the load that it meets."""
     if margins is UNLIMITED:
         done = run(loop, log=False)
-        return float(not done.failed and done.state.summary[SUMMARY.index("saturated")] == 0.0)
+        return float(not done.failed and done.score["saturated"] == 0.0)
     share = min(margins.disk / LEAST_DISK, ripple_limit(spec) / margins.ripple)
     if share < 1.0 or loads == (1.0, 1.0):
         return share
@@ -304,5 +301,4 @@ def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple
 
 def nominal_loop(made: Controller, spec: DesignSpec, tuning: KalmanTuning | None = None) -> Loop:
     """A law with a filter on its nominal plant; ``tuning``: default: that of the law."""
-    drive, generator = spec.drive, np.random.default_rng(0)
-    return close_loop(drive, drive, _filtered(made, tuning), spec.motion, spec.options, generator)
+    return close_loop(replace(spec, plant=None), _filtered(made, tuning), np.random.default_rng(0))

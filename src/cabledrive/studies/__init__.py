@@ -7,7 +7,4 @@ the machine reach its goal? Begin with `frequency_against` and `cabledrive.studi
 from cabledrive.studies.frequency_curves import frequency_against
 from cabledrive.studies.planned_motion import read_motion
 
-__all__ = [
-    "frequency_against",
-    "read_motion",
-]
+__all__ = ["frequency_against", "read_motion"]

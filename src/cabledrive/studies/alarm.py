@@ -23,7 +23,7 @@ from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, posed
-from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
+from cabledrive.studies.motion_response import MOST_MODES, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import Passage, RoutePath, passages_of, path_of
 
@@ -77,6 +77,10 @@ class AlarmResult:
     reasons: tuple[str, ...]  # of the verdict
     assumptions: tuple[str, ...]  # what the verdict rests on
     remedy: str
+    # of routes: pairs that come near 1:2 or sum resonance along the motion, the largest amplitude first, and
+    # poses at which modes were computed
+    passages: tuple[Passage, ...] = ()
+    poses: int = 1
 
 
 def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
@@ -103,17 +107,30 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     ]
     omega = np.array([model.stretches[r].omega[j] for r, j, _ in rows])
     place = tuple(np.array([row[:2] for row in rows]).T)
+    doubts, assumptions = list[str](), list[str]()
+    steepest = max(state.steepest for state in prepared.states)
+    if steepest > STEEPEST:
+        doubts.append(
+            f"the slope of the sag is {steepest:.3g} at rest; the model is valid up to {STEEPEST:g}"
+        )
+    if not prepared.complete:
+        more = f"more than {MOST_MODES} transverse modes of a stretch"
+        doubts.append(f"the motion can excite {more}; the others are neglected")
+    if any(part.coulomb_friction > 0.0 for part in (drive.motor, *drive.pulley) if part is not None):
+        assumptions.append("Coulomb friction of the shafts: as in the drive file")
+    if motion.changes:
+        assumptions.append("pretension, carriages and load torque change slowly against the transverse modes")
     runs = prepared.response(parametric=False), driven, grown
     amplitude, time = (np.array([getattr(run, of)[place] for run in runs]) for of in ("amplitude", "time"))
     return AlarmResult(
         **_answer(
             (largest, changed, min(driven.tension, grown.tension)),
             (floor, limit),
-            mode_alarms([row[2] for row in rows], omega, amplitude, time, floor),
-            _doubts(prepared),
+            _mode_alarms([row[2] for row in rows], omega, amplitude, time, floor),
+            doubts,
             "the {} span",
         ),
-        assumptions=_assumptions(drive, motion),
+        assumptions=tuple(assumptions),
     )
 
 
@@ -125,10 +142,9 @@ def _answer(
     place: str,
     more: str = "",
 ) -> dict[str, Any]:
-    """Verdict, reasons and remedy with what they follow from.
+    """Verdict, reasons and remedy from displacement, its estimate under changes [m] and lowest tension [N].
 
-    ``found``: largest displacement, its estimate under changes [m], lowest tension [N]; ``allowed``: floor
-    and limit [m]; ``place``: how a span is named, such as "the {} span"; ``more``: said of the displacement.
+    ``allowed``: floor and limit [m]; ``place``: how a span is named; ``more``: said of the displacement.
     """
     (largest, changed, tension), (floor, limit) = found, allowed
     if tension < 0.0:
@@ -150,21 +166,36 @@ def _answer(
         "lowest_tension": tension if np.isfinite(tension) else None,
         "slack": tension < 0.0,
         "reasons": (size + more, *doubts),
-        "remedy": remedy_of(verdict, modes, place),
+        "remedy": _remedy(verdict, modes, place),
     }
+
+
+def _remedy(verdict: str, modes: Sequence[ModeAlarm], place: str) -> str:
+    """What would keep the largest mode small; ``place``: how its span is named, such as "the {} span"."""
+    if verdict == SAFE or not modes:
+        return "none needed"
+    worst = modes[0]
+    where = f"mode {worst.number} of {place.format(worst.span)} ({worst.frequency_hz:.4g} Hz)"
+    if worst.excitation == NONE:
+        return "no mode grows; what is named above is not decided"
+    if worst.excitation == DIRECT:
+        return f"keep the torque away from {where}: it is excited directly; or tighten the cable"
+    return (
+        f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension: "
+        f"{where} is excited parametrically"
+    )
 
 
 Mode = tuple[str, tuple[float, float], str, int]
 """Span, its ends [m], plane and number of a transverse mode."""
 
 
-def mode_alarms(
+def _mode_alarms(
     modes: Sequence[Mode], omega: Array, amplitude: Array, time: Array, floor: float
 ) -> tuple[ModeAlarm, ...]:
-    """What happens to each mode of frequency ``omega`` [rad/s], the largest first.
+    """What happens to each mode of frequency ``omega`` [rad/s], the largest first; ``floor`` [m].
 
-    ``amplitude``, ``time``, shape (3, modes): without parametric excitation, by the motion alone, from the
-    ``floor`` [m], [s].
+    ``amplitude``, ``time``, (3, modes): without parametric excitation, by the motion alone, from the floor.
     """
     found = []
     for k, (span, ends, plane, number) in enumerate(modes):
@@ -187,47 +218,10 @@ def mode_alarms(
     return tuple(sorted(found, key=lambda mode: -mode.largest))
 
 
-def _doubts(prepared: PreparedMotion) -> list[str]:
-    """Where the model's own range ends besides."""
-    found = []
-    steepest = max(state.steepest for state in prepared.states)
-    if steepest > STEEPEST:
-        found.append(f"the slope of the sag is {steepest:.3g} at rest; the model is valid up to {STEEPEST:g}")
-    if not prepared.complete:
-        more = f"more than {MOST_MODES} transverse modes of a stretch"
-        found.append(f"the motion can excite {more}; the others are neglected")
-    return found
-
-
 def check_amplitudes(floor: float, limit: float) -> None:
     """Refuse a floor and a limit [m] that leave no room for growth."""
     if not 0.0 < floor < limit:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
-
-
-def _assumptions(drive: Drive, motion: PlannedMotion) -> tuple[str, ...]:
-    parts = [one for one in (drive.motor, *drive.pulley) if one is not None]
-    rubs = any(part.coulomb_friction > 0.0 for part in parts)
-    found = ["Coulomb friction of the shafts: as in the drive file"] if rubs else []
-    if motion.changes:
-        found.append("pretension, carriages and load torque change slowly against the transverse modes")
-    return tuple(found)
-
-
-def remedy_of(verdict: str, modes: Sequence[ModeAlarm], place: str) -> str:
-    """What would keep the largest mode small; ``place``: how its span is named, such as "the {} span"."""
-    if verdict == SAFE or not modes:
-        return "none needed"
-    worst = modes[0]
-    where = f"mode {worst.number} of {place.format(worst.span)} ({worst.frequency_hz:.4g} Hz)"
-    if worst.excitation == NONE:
-        return "no mode grows; what is named above is not decided"
-    if worst.excitation == DIRECT:
-        return f"keep the torque away from {where}: it is excited directly; or tighten the cable"
-    return (
-        f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension: "
-        f"{where} is excited parametrically"
-    )
 
 
 SAME_POSE = 2e-3
@@ -235,61 +229,50 @@ SAME_POSE = 2e-3
 10 % between poses."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Runs:
-    """How b runs differ, each of shape (b,)."""
-
-    floor: Array  # displacement below which no mode falls [m]
-    phase: Array  # of what is there at the start [rad]
-    detuned: Array  # relative change of the transverse frequencies
-    torque: Array  # factor on the torque
-    parametric: Array  # factor on the coupling: 0 or 1
+DRIVEN, DIRECTLY, GROWN = 0, 1, 2
+"""Runs from rest, so without coupling, from the floor; behind them three with all a little otherwise."""
+SHAKEN = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Growth:
-    """What b runs left."""
+def growth_along(path: RoutePath, floor: float, most: float) -> tuple[Array, Array, Array, float | None]:
+    r"""Integrate :math:`\ddot a + \Gamma\dot a + \omega^2 a + \sum_q g^q Q_q a = \theta M`, all runs.
 
-    displacement: Array  # (b,): largest displacement of any span from its chord [m]
-    # amplitude, time: (a, b): largest displacement by each mode [m], and when [s]
-    amplitude: Array
-    time: Array
-    ended: float | None  # when a run reached the largest displacement that is followed [s]
-
-
-def growth_along(path: RoutePath, runs: Runs, most: float) -> Growth:
-    r"""Integrate :math:`\ddot a + \Gamma\dot a + \omega^2 a + \sum_q g^q Q_q a = \theta M` in every run.
-
-    Kicks of the coupling about exact rotations; ``most``: displacement at which it ends [m].
+    Returns the largest displacement of any span, (runs,), by each mode and when, (modes, runs), [m], [s],
+    and when a run reached ``most`` [m], where all end.
     """
+    floors = floor * np.array([0.0, 0.0, 1.0, *[MORE_FLOOR] * SHAKEN])
+    phase = pi * np.array([0.0, 0.0, 0.5, 0.25, 0.75, 0.5])
+    detuned = DETUNING * np.array([0.0, 0.0, 0.0, -1.0, 0.0, 1.0])
+    torque = np.array([1.0, 1.0, 1.0, *[MORE_TORQUE] * SHAKEN])
+    parametric = np.array([1.0, 0.0, 1.0, *[1.0] * SHAKEN])
     h = float(path.time[1] - path.time[0])
     names = ("across", "across_loss", "across_turn", "coupling", "shape")
     middle = 0.5 * (path.here[1:] + path.here[:-1])
     last, driven = middle[0], path.swing
     omega, loss, turn, coupling, shape = (path.at(name, middle[:1])[0] for name in names)
     peak = np.abs(shape).max(axis=0, initial=0.0)[:, None]
-    size = np.divide(runs.floor, peak, out=np.zeros((omega.size, runs.floor.size)), where=peak > 0.0)
-    w = omega[:, None] * (1.0 + runs.detuned)
-    a, v = size * np.cos(runs.phase), -size * w * np.sin(runs.phase)
+    size = np.divide(floors, peak, out=np.zeros((omega.size, floors.size)), where=peak > 0.0)
+    w = omega[:, None] * (1.0 + detuned)
+    a, v = size * np.cos(phase), -size * w * np.sin(phase)
     amplitude, when = np.zeros_like(a), np.zeros_like(a)
-    displacement, ended = np.zeros(runs.floor.size), None
-    kick = 0.5 * h * runs.torque * runs.parametric
+    displacement, ended = np.zeros(floors.size), None
+    kick = 0.5 * h * torque * parametric
     for i in range(middle.size):
         if i == 0 or abs(middle[i] - last) > SAME_POSE:
             last = middle[i]
             omega, loss, turn, coupling, shape = (path.at(name, middle[i : i + 1])[0] for name in names)
-            peak, w = np.abs(shape).max(axis=0, initial=0.0)[:, None], omega[:, None] * (1.0 + runs.detuned)
+            peak, w = np.abs(shape).max(axis=0, initial=0.0)[:, None], omega[:, None] * (1.0 + detuned)
             cosine, sine, decay = np.cos(w * h), np.sin(w * h), np.exp(-0.5 * h * loss)[:, None]
         pull = np.tensordot(driven[i], coupling, axes=1)
-        rest = (turn @ path.pushed[i])[:, None] * runs.torque / w**2
+        rest = (turn @ path.pushed[i])[:, None] * torque / w**2
         v = (v - kick * (pull @ a)) * decay
         d = a - rest
         a, v = rest + d * cosine + v / w * sine, v * cosine - d * w * sine
         v = v * decay - kick * (pull @ a)
         swing = np.sqrt((a - rest) ** 2 + (v / w) ** 2) * peak
-        low = (swing < runs.floor) & (swing > 0.0)
+        low = (swing < floors) & (swing > 0.0)
         if low.any():
-            scale = np.where(low, runs.floor / np.where(swing > 0.0, swing, 1.0), 1.0)
+            scale = np.where(low, floors / np.where(swing > 0.0, swing, 1.0), 1.0)
             a, v = rest + (a - rest) * scale, v * scale
         now = np.abs(a) * peak
         larger = now > amplitude
@@ -298,7 +281,7 @@ def growth_along(path: RoutePath, runs: Runs, most: float) -> Growth:
         if displacement.max() > most:
             ended = float(path.time[i + 1])
             break
-    return Growth(displacement=displacement, amplitude=amplitude, time=when, ended=ended)
+    return displacement, amplitude, when, ended
 
 
 MOST = 100.0
@@ -309,57 +292,40 @@ ASSUMPTIONS = (
     "transverse motion small: its back-action on the tension, which bounds large amplitudes, is not included",
     "not checked: excitation through sag, dry friction of shafts and rails, running cables",
 )
-DRIVEN, DIRECTLY, GROWN = 0, 1, 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RouteAlarm(AlarmResult):
-    """The verdict on a motion of a machine with routes."""
-
-    # pairs that come near 1:2 or sum resonance along the motion, the largest amplitude first
-    passages: tuple[Passage, ...]
-    poses: int  # at which modes were computed
 
 
 def route_alarm(
     drive: RoutedDrive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
-) -> RouteAlarm:
+) -> AlarmResult:
     """Whether a motion makes a span vibrate beyond a ``limit`` [m] from a ``floor`` [m] of every mode."""
     check_amplitudes(floor, limit)
     path = path_of(drive, motion)
-    found = growth_along(path, _runs(floor), MOST * limit)
-    largest = float(found.displacement[[DRIVEN, GROWN]].max())
-    changed = MARGIN * max(largest, float(found.displacement[GROWN:].max()))
+    displacement, amplitude, time, ended = growth_along(path, floor, MOST * limit)
+    largest = float(displacement[[DRIVEN, GROWN]].max())
+    changed = MARGIN * max(largest, float(displacement[GROWN:].max()))
     rise = np.einsum("ipq,iq->ip", path.at("strain", path.here), path.along)
     lengths = {span.name: span.length for span in drive.free_spans}
     rows = [(span, (0.0, lengths[span]), plane, n) for span, plane, n in path.snapshots[0].keys]
-    omega = path.at("across", path.here[:1])[0]
-    runs, more = [DIRECTLY, DRIVEN, GROWN], ""
-    if found.ended is not None:
-        more = f"; followed until {found.ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
-    return RouteAlarm(
+    omega, runs, more = path.at("across", path.here[:1])[0], [DIRECTLY, DRIVEN, GROWN], ""
+    still = ("bodies stay where the file has them",)
+    if (poses := len(path.snapshots)) > 1:
+        how = "given" if motion.places else "by the torque on the rigid machine without friction"
+        words = f"modes in {poses} poses, followed by their shapes and interpolated; places of bodies {how}"
+        still = (words,)
+    if ended is not None:
+        more = f"; followed until {ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
+    return AlarmResult(
         **_answer(
             (largest, changed, float((path.at("tension", path.here) + rise).min())),
             (floor, limit),
-            mode_alarms(rows, omega, found.amplitude.T[runs], found.time.T[runs], floor),
+            _mode_alarms(rows, omega, amplitude.T[runs], time.T[runs], floor),
             _doubts_of_routes(drive, motion, path, limit),
             "{}",
             more,
         ),
-        assumptions=_assumptions_of_routes(path, motion),
+        assumptions=(*still, *ASSUMPTIONS),
         passages=passages_of(path),
-        poses=len(path.snapshots),
-    )
-
-
-def _runs(floor: float) -> Runs:
-    """From rest, the same without coupling, from the floor, and three with everything a little otherwise."""
-    return Runs(
-        floor=floor * np.array([0.0, 0.0, 1.0, MORE_FLOOR, MORE_FLOOR, MORE_FLOOR]),
-        phase=pi * np.array([0.0, 0.0, 0.5, 0.25, 0.75, 0.5]),
-        detuned=DETUNING * np.array([0.0, 0.0, 0.0, -1.0, 0.0, 1.0]),
-        torque=np.array([1.0, 1.0, 1.0, MORE_TORQUE, MORE_TORQUE, MORE_TORQUE]),
-        parametric=np.array([1.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
+        poses=poses,
     )
 
 
@@ -386,14 +352,3 @@ def _doubts_of_routes(drive: RoutedDrive, motion: PlannedMotion, path: RoutePath
             "the places of bodies follow from the torque without the file's friction: give them as columns"
         )
     return found
-
-
-def _assumptions_of_routes(path: RoutePath, motion: PlannedMotion) -> tuple[str, ...]:
-    if len(path.snapshots) == 1:
-        return ("bodies stay where the file has them", *ASSUMPTIONS)
-    how = "given" if motion.places else "by the torque on the rigid machine without friction"
-    return (
-        f"modes in {len(path.snapshots)} poses, followed by their shapes and interpolated; "
-        f"places of bodies {how}",
-        *ASSUMPTIONS,
-    )

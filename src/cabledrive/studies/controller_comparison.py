@@ -17,7 +17,6 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.network_axis import as_axis, axis_notes
-from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import (
@@ -27,10 +26,9 @@ from cabledrive.rig.plant_samples import (
     share_low,
     standard_disturbances,
 )
-from cabledrive.rig.ranked import COMPARED, LEARNS, checked_names, goal_of, offered, scored
 from cabledrive.rig.run_facts import motion_words
-from cabledrive.rig.setting import DEGREE, Motion, check_run
-from cabledrive.rig.trial import check_motion
+from cabledrive.rig.setting import DEGREE, Motion, check_run, torque_limit
+from cabledrive.rig.trial import COMPARED, LEARNS, check_motion, checked_names, goal_of, offered, scored
 from cabledrive.rig.tuning import LEAST_DISK, LawSetting, TunedLaw, law_as_tuned, ripple_limit, setting_of
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
@@ -171,7 +169,9 @@ def compare(
     """
     drive = as_axis(drive, axis)
     motion = motion or Motion(pulses=PULSES)
-    asked = _disturbances(drive, disturbances)
+    asked = standard_disturbances(drive) if disturbances is None else disturbances
+    if not isinstance(asked, Disturbances):
+        asked = load_disturbances(asked)
     if every_law and controllers is None:
         controllers = tuple(CONTROLLERS)
     names = offered(drive, asked) if controllers is None else checked_names(controllers)
@@ -180,7 +180,14 @@ def compare(
         motion = replace(motion, payload_range=(min(low, least), max(high, most)))
     if motion.order is None:
         motion = replace(motion, order=max(needed_order(name, drive) for name in names))
-    _check(draws, seed, goal)
+    if not 1 <= draws <= MOST_DRAWS:
+        raise InputRefused(f"draws = {draws} must be from 1 to {MOST_DRAWS}: give a number of plants")
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    if goal is not None and not 0.0 < goal < float("inf"):
+        raise InputRefused(
+            f"goal = {goal:.4g} deg must be finite and above 0: give the largest error allowed"
+        )
     check_run(drive, motion, COMPARED, draws=draws)
     check_motion(drive, motion)
     spec = DesignSpec(drive, motion, options=COMPARED)
@@ -191,23 +198,6 @@ def compare(
         found = list(_laws(names, about, draws, seed, cache))
     laws = tuple(sorted(found, key=lambda law: law.rank(allowed)))
     return Comparison(summary=_summary(spec, laws, asked, draws, seed, allowed), laws=laws)
-
-
-def _disturbances(drive: Drive, given: Disturbances | str | Path | None) -> Disturbances:
-    if given is None:
-        return standard_disturbances(drive)
-    return given if isinstance(given, Disturbances) else load_disturbances(given)
-
-
-def _check(draws: int, seed: int, goal: float | None) -> None:
-    if not 1 <= draws <= MOST_DRAWS:
-        raise InputRefused(f"draws = {draws} must be from 1 to {MOST_DRAWS}: give a number of plants")
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
-    if goal is not None and not 0.0 < goal < float("inf"):
-        raise InputRefused(
-            f"goal = {goal:.4g} deg must be finite and above 0: give the largest error allowed"
-        )
 
 
 def _laws(

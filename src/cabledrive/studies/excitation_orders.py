@@ -68,7 +68,16 @@ class Campbell:
     certified: bool  # whether each point's list is certified complete up to there
     branches: tuple[Branch, ...]
     zones: tuple[Zone, ...]  # the heaviest first
-    clear: tuple[tuple[float, float], ...]  # speeds at which no order comes near a mode anywhere on the map
+
+    @property
+    def clear(self) -> tuple[tuple[float, float], ...]:
+        """Speeds at which no order comes near a mode anywhere on the map."""
+        clear, reached = [], self.low
+        for zone in sorted(self.zones, key=lambda own: own.low):
+            if zone.low > reached:
+                clear.append((reached, zone.low))
+            reached = max(reached, zone.high)
+        return (*clear, *([(reached, self.high)] if reached < self.high else []))
 
 
 def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
@@ -115,10 +124,9 @@ def excitation(
     hold: Sequence[str] = (),
     workers: int = 1,
 ) -> Campbell:
-    """Speeds at which orders of excitation come near a mode, over a grid of a machine's figures.
+    """Speeds at which orders of excitation come near a mode; ``speed``: a coordinate and its range.
 
-    Modes are searched up to the frequency of the fastest order at the highest ``speed``, a coordinate with
-    its range [m/s] or [rad/s], with ``margin``: nothing above that is called clear.
+    Modes are searched as far as the fastest order reaches: nothing above that is called clear.
     """
     coordinate, low, high = speed
     if not 0.0 <= low < high < np.inf:
@@ -133,24 +141,12 @@ def excitation(
     axes, points = listed_below(drive, vary, covered, motor=motor, hold=hold, workers=workers)
     places = points_of(axes)[0]
     branches = tuple(_branches(points))
-    numbers = {order.name: max(order.number, 1.0) for order in orders}
-    met = [(name, branch, _critical(rates_of[name], branch, places, (low, high), margin))
-           for name in rates_of for branch in branches]  # fmt: skip
-    zones = [
-        Zone(
-            order=name,
-            mode=branch.name,
-            kind=branch.kind,
-            low=ends[0],
-            high=ends[1],
-            place_low=ends[2],
-            place_high=ends[3],
-            weight=branch.weight / numbers[name],
-        )
-        for name, branch, ends in met
-        if ends is not None
-    ]
-    zones.sort(key=lambda zone: (-zone.weight, zone.low))
+    met = (
+        _zone((order, rates_of[order.name]), branch, places, (low, high), margin)
+        for order in orders
+        for branch in branches
+    )
+    zones = sorted((zone for zone in met if zone), key=lambda zone: (-zone.weight, zone.low))
     return Campbell(
         key=axes[0].keys[0],
         places=places,
@@ -163,16 +159,11 @@ def excitation(
         certified=all(point.certified for point in points),
         branches=branches,
         zones=tuple(zones),
-        clear=clear_speeds(zones, low, high),
     )
 
 
 def _branches(points: Sequence[Listed]) -> Iterator[Branch]:
-    """Modes joined from point to point: those of a span by their number, longitudinal ones by their order.
-
-    Where a mode lies above what was searched at some points it counts there as infinite, so that what comes
-    down from there is covered up to the first point that shows it.
-    """
+    """Modes joined from point to point by number or order; infinite where beyond what was searched."""
     groups: dict[tuple[str, str], int] = {}
     for point in points:
         for label in {(mode.kind, mode.group) for mode in point.modes}:
@@ -193,11 +184,11 @@ def _branches(points: Sequence[Listed]) -> Iterator[Branch]:
             yield Branch(kind=kind, name=name, hertz=hertz, weight=weight)
 
 
-def _critical(
-    rate: float, branch: Branch, places: Array, speed: tuple[float, float], margin: float
-) -> tuple[float, float, float, float] | None:
-    """Lowest and highest critical speed of an order and a mode on the map, and first and last place of it."""
-    low, high = speed
+def _zone(
+    excited: tuple[Order, float], branch: Branch, places: Array, speed: tuple[float, float], margin: float
+) -> Zone | None:
+    """Critical speeds and their places of an order, with its frequency per speed, and a mode on the map."""
+    (order, rate), (low, high) = excited, speed
     known = ~np.isnan(branch.hertz)
     critical, where = branch.hertz[known] / rate, places[known]
     first, last = critical.min() * (1.0 - margin), critical.max() * (1.0 + margin)
@@ -205,17 +196,16 @@ def _critical(
         return None
     near = (critical * (1.0 - margin) <= high) & (critical * (1.0 + margin) >= low)
     spread = where[near] if near.any() else where  # it passes the range between two points
-    return float(max(first, low)), float(min(last, high)), float(spread.min()), float(spread.max())
-
-
-def clear_speeds(zones: Sequence[Zone], low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """Parts of a range of speed outside of all zones."""
-    clear, reached = [], low
-    for zone in sorted(zones, key=lambda own: own.low):
-        if zone.low > reached:
-            clear.append((reached, zone.low))
-        reached = max(reached, zone.high)
-    return (*clear, *([(reached, high)] if reached < high else []))
+    return Zone(
+        order=order.name,
+        mode=branch.name,
+        kind=branch.kind,
+        low=float(max(first, low)),
+        high=float(min(last, high)),
+        place_low=float(spread.min()),
+        place_high=float(spread.max()),
+        weight=branch.weight / max(order.number, 1.0),
+    )
 
 
 ROOM = 0.08
@@ -227,12 +217,8 @@ Travel = dict[tuple[str, ...], NDArray[np.float64]]
 
 
 def travels(drive: RoutedDrive, points: int = 9) -> Iterator[Travel]:
-    """Places along each motion without strain in which a body slides, inside the box round the machine.
-
-    Bodies that move together (a car and its counterweight) are one motion. Each is rows of places in m by
-    keys that move together, as `cabledrive.studies.mode_map.map_modes` takes them.
-    """
-    done: set[str] = set()
+    """Places along each motion without strain in which bodies slide, rows by keys that move together [m]."""
+    done, bodies = set[str](), {body.name: body for body in drive.body}
     for body in drive.body:
         for move in body.moves:
             key = f"{body.name}.{move}"
@@ -247,7 +233,13 @@ def travels(drive: RoutedDrive, points: int = 9) -> Iterator[Travel]:
             done |= set(linked)
             low, high = _reach(drive, linked)
             if high > low:
-                yield _places(drive, key, linked, np.linspace(low, high, points))
+                steps = np.linspace(low, high, points)
+                names = (key, *(name for name in linked if name != key))
+                starts = [bodies[name.rpartition(".")[0]].at[SLIDES.index(name[-1])] for name in names]
+                rows = [
+                    at + linked[name] / linked[key] * steps for name, at in zip(names, starts, strict=True)
+                ]
+                yield {names: np.array(rows)}
 
 
 def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
@@ -282,16 +274,3 @@ def _carried(drive: RoutedDrive, body: str) -> list[tuple[float, float]]:
     points = [own.at for own in drive.body if own.name in on]
     points += [pulley.at for pulley in drive.pulley if pulley.on in on]
     return points + [anchor.at for anchor in drive.anchor if anchor.on in on]
-
-
-def _places(drive: RoutedDrive, first: str, linked: dict[str, float], steps: NDArray[np.float64]) -> Travel:
-    """Rows of places, the body that was asked for first."""
-    names, rows, bodies = (
-        (first, *(name for name in linked if name != first)),
-        [],
-        {b.name: b for b in drive.body},
-    )
-    for name in names:
-        body, _, way = name.rpartition(".")
-        rows.append(bodies[body].at[SLIDES.index(way)] + linked[name] / linked[first] * steps)
-    return {names: np.array(rows)}

@@ -84,11 +84,9 @@ class Follower:
         return stations
 
     def step(self, here: Station, value: float) -> tuple[Station, bool]:
-        """Follow from a station to another value, and say whether there is no doubt.
+        """Follow from a station to another value: where it leads, and whether there is no doubt.
 
-        The modes that are not followed, up to a few above the highest that is, are matched as well: a curve
-        must not jump over one of them unnoticed. Returns ``there``: in the order of the curves; ``sure``:
-        whether every shape is found again and no two curves changed order on the way.
+        Modes beside those that are followed are matched as well: no curve jumps over one of them unnoticed.
         """
         from scipy.optimize import linear_sum_assignment
 
@@ -181,9 +179,7 @@ class Crossing:
 def crossings(follower: Follower, path: list[Station]) -> list[Crossing]:
     """All crossings and veerings between the curves of a path, in order of the value.
 
-    A veering is counted where the relative gap has a least value, doubles on both sides within the path, and
-    each shape on the one side is more like the other curve's shape on the other side (squared overlap above
-    one half).
+    A veering: the relative gap has a least value, doubles on both sides, and the shapes are exchanged.
     """
     found = []
     for pair in combinations(range(path[0].frequency.size), 2):
@@ -221,12 +217,11 @@ def _veerings(follower: Follower, path: list[Station], pair: tuple[int, int]) ->
             least = abs(_gaps([closest], pair)[0])
             before = np.flatnonzero(gap[:i] >= 2.0 * least)
             after = np.flatnonzero(gap[i + 1 :] >= 2.0 * least)
-            if (
-                least
-                and before.size
-                and after.size
-                and _exchange(path[before[-1]], path[i + 1 + after[0]], pair)
-            ):
+            if not (least and before.size and after.size):
+                continue
+            shapes = (path[k].shapes[:, list(pair)] for k in (before[-1], i + 1 + after[0]))
+            overlap = next(shapes).T @ next(shapes)
+            if min(overlap[0, 1] ** 2, overlap[1, 0] ** 2) >= _EXCHANGED:  # they exchange their shapes
                 low, high = sorted(closest.frequency[list(pair)])
                 yield Crossing(
                     kind="veering",
@@ -235,11 +230,6 @@ def _veerings(follower: Follower, path: list[Station], pair: tuple[int, int]) ->
                     gap=float(high - low),
                     curves=pair,
                 )
-
-
-def _exchange(before: Station, after: Station, pair: tuple[int, int]) -> bool:
-    overlap = before.shapes[:, list(pair)].T @ after.shapes[:, list(pair)]
-    return bool(overlap[0, 1] ** 2 >= _EXCHANGED and overlap[1, 0] ** 2 >= _EXCHANGED)
 
 
 def _closest(follower: Follower, bracket: list[Station], pair: tuple[int, int]) -> Station:

@@ -24,11 +24,6 @@ Machine = TypeVar("Machine", bound=Drive | RoutedDrive)
 Steps = tuple[Any, ...]
 
 
-def varied(drive: Machine, key: str, value: float) -> Machine:
-    """Drive with another value of one quantity; the given one is left as it is."""
-    return varied_together(drive, {key: value})
-
-
 def varied_together(drive: Machine, values: Mapping[str, Any]) -> Machine:
     """Drive with other values of several keys, those of one table at once; bodies move together."""
     pose = {key: float(value) for key, value in values.items() if _moves(drive, key)}
@@ -193,9 +188,18 @@ def frequency_against(
     """
     require_two_pulleys(drive, "`frequency_against`")
     unit, meaning = quantity_of(drive, key)
-    ordered, place = np.unique(_checked(values, modes), return_inverse=True)
-    drives = {float(value): varied(drive, key, value) for value in ordered}
-    follower = Follower(lambda value: drives.get(value) or varied(drive, key, value), cells=256 + 16 * modes)
+    array = np.asarray(values, dtype=float)
+    if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
+        raise InputRefused("values: a list of finite numbers is needed: give one or more, in SI")
+    if not 0 < modes <= MOST_MODES:
+        raise InputRefused(f"modes = {modes} must lie between 1 and {MOST_MODES}: follow fewer at a time")
+    ordered, place = np.unique(array, return_inverse=True)
+    drives = {float(value): varied_together(drive, {key: value}) for value in ordered}
+
+    def drive_at(value: float) -> Drive:
+        return drives.get(value) or varied_together(drive, {key: value})
+
+    follower = Follower(drive_at, cells=256 + 16 * modes)
     path = _complete_path(follower, ordered, modes)
     stations = {station.value: station for station in path}
     shown = [stations[float(value)] for value in ordered]
@@ -208,14 +212,11 @@ def frequency_against(
     number = {curve: i for i, curve in enumerate(curves)}
     frequency = np.array([station.frequency[curves] for station in shown]).T[:, place]
     family = np.array([[station.family[curve] for curve in curves] for station in shown], dtype=object).T
+    lowest = {"units": "Hz", "long_name": "lowest transverse frequency"}
     data = {
         "frequency": (("mode", "value"), frequency, {"units": "Hz", "long_name": "natural frequency"}),
         "family": (("mode", "value"), family[:, place], {"long_name": "what mainly moves"}),
-        "lowest_transverse": (
-            "value",
-            np.array(transverse)[place],
-            {"units": "Hz", "long_name": "lowest transverse frequency"},
-        ),
+        "lowest_transverse": ("value", np.array(transverse)[place], lowest),
         "crossing_kind": ("crossing", np.array([m.kind for m in met], dtype=object)),
         "crossing_value": ("crossing", np.array([m.value for m in met]), {"units": unit}),
         "crossing_frequency": ("crossing", np.array([m.frequency for m in met]), {"units": "Hz"}),
@@ -228,15 +229,6 @@ def frequency_against(
         "value": ("value", ordered[place], {"units": unit, "long_name": meaning, "key": key}),
     }
     return stamped(xr.Dataset(data, coordinates), drive, f"frequency against {key}")
-
-
-def _checked(values: Sequence[float] | Array, modes: int) -> Array:
-    array = np.asarray(values, dtype=float)
-    if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
-        raise InputRefused("values: a list of finite numbers is needed: give one or more, in SI")
-    if not 0 < modes <= MOST_MODES:
-        raise InputRefused(f"modes = {modes} must lie between 1 and {MOST_MODES}: follow fewer at a time")
-    return array
 
 
 def _complete_path(follower: Follower, values: Array, modes: int) -> list[Station]:

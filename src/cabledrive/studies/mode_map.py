@@ -160,13 +160,13 @@ def _below(job: tuple[Any, ...]) -> Listed:
 def _settings(axes: Sequence[Axis]) -> list[dict[str, float]]:
     """Values by key at every point, in the order of `points_of`."""
     return [
-        {key: float(value) for axis, i in zip(axes, place, strict=True) for key, value in _at(axis, i)}
-        for place in itertools.product(*(range(axis.values.shape[1]) for axis in axes))
+        {
+            key: float(value)
+            for keys, values in zip((axis.keys for axis in axes), place, strict=True)
+            for key, value in zip(keys, values, strict=True)
+        }
+        for place in itertools.product(*(axis.values.T for axis in axes))
     ]
-
-
-def _at(axis: Axis, number: int) -> Iterable[tuple[str, float]]:
-    return zip(axis.keys, axis.values[:, number], strict=True)
 
 
 def _checked(drive: Drive | RoutedDrive, vary: Vary, count: int) -> list[Axis]:

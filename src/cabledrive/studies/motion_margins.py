@@ -139,16 +139,16 @@ def reasons_of(
 
 def assumptions_of(found: MotionTensions, pulleys: tuple[PulleyMargin, ...]) -> tuple[str, ...]:
     """What the margins of a motion rest on."""
-    slow = found.slow
-    poses = "in the pose of the file" if len(slow.networks) == 1 else f"frozen in {len(slow.networks)} poses"
+    count = len(found.networks)
+    poses = "in the pose of the file" if count == 1 else f"frozen in {count} poses"
     how = (
         "torque from the given places, friction of bodies, bearings and motors included"
-        if slow.given
+        if found.given
         else "places from the given torque, without friction"
     )
     lines = [
         "forces of inertia distributed over elastic ropes; vibration by the modes of masses and springs "
-        f"{poses}, {found.lowest_mode:.4g} to {found.highest_mode:.4g} Hz, sampled every "
+        f"{poses}, {found.modes[0]:.4g} to {found.modes[1]:.4g} Hz, sampled every "
         f"{1e3 * found.time[1]:.3g} ms",
         how,
         "not included: slip itself, vibration across the ropes, reflections of waves inside a span",
@@ -198,23 +198,23 @@ def motion_margins(
     found = motion_tensions(drive, motion)
     spans, motors = _spans(drive, found), _motors(drive, found)
     pulleys = tuple(sorted(_pulleys(drive, found, wraps or {}), key=lambda own: own.margin or np.inf))
-    first = found.slow.networks[0]
+    first = found.networks[0]
     rise, risen = (float(np.abs(own - found.rest).max()) for own in (found.even, found.vibrating))
     return MotionMargins(
         spans=spans,
         pulleys=pulleys,
         motors=motors,
         overshoot=risen / rise if rise > 1e-9 * found.rest.max() else None,
-        poses=len(found.slow.networks),
+        poses=len(found.networks),
         step=float(found.time[1]),
-        given=found.slow.given,
+        given=found.given,
         reasons=reasons_of(spans, pulleys, motors),
         assumptions=(*unheld_words(first.motion, first.statics), *assumptions_of(found, pulleys)),
     )
 
 
 def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
-    pieces = found.slow.networks[0].pieces
+    pieces = found.networks[0].pieces
     rows = []
     for number, span in enumerate(drive.free_spans):
         own = [i for i, piece in enumerate(pieces) if piece.span == number]
@@ -240,7 +240,7 @@ def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
 
 
 def _pulleys(drive: RoutedDrive, found: MotionTensions, given: Mapping[str, float]) -> list[PulleyMargin]:
-    pieces = found.slow.networks[0].pieces
+    pieces = found.networks[0].pieces
     rows = []
     for number, span in enumerate(drive.free_spans):
         if span.wrap is None or span.end.pulley is None:
@@ -252,7 +252,7 @@ def _pulleys(drive: RoutedDrive, found: MotionTensions, given: Mapping[str, floa
         )
         last = max(i for i, piece in enumerate(pieces) if piece.span == number)
         first = min(i for i, piece in enumerate(pieces) if piece.span == after)
-        wraps = [machine.free_spans[number].wrap for machine in found.slow.machines]
+        wraps = [one.drive.free_spans[number].wrap for one in found.networks]
         sides = found.vibrating[:, last, 1], found.vibrating[:, first, 0]
         wrap = found.share @ np.array(wraps, dtype=float)
         if drive.pulley[span.end.pulley].name in given:
@@ -307,9 +307,8 @@ def _pulley(
 
 
 def _motors(drive: RoutedDrive, found: MotionTensions) -> tuple[MotorMargin, ...]:
-    rows = []
-    for m, number in enumerate(driven_of(drive)):
-        torque = found.torque[:, m] + found.holding[:, m]
+    rows, torques = [], found.torque + found.holding
+    for m, (number, torque) in enumerate(zip(driven_of(drive), torques.T, strict=True)):
         motor = drive.motor[m] if drive.motor else None
         rows.append(
             MotorMargin(

@@ -3,7 +3,6 @@
 import itertools
 from dataclasses import dataclass, replace
 from math import ceil, pi
-from typing import Any
 
 import numpy as np
 
@@ -169,7 +168,12 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     numbers = [own[:MOST_MODES] for own in chosen]
     complete = not fast and all(len(own) <= MOST_MODES for own in chosen)
     numbers = [sorted(own) for own in numbers]
-    segments = int(np.clip(SEGMENTS_PER_MODE * _needed(drives[0], first, numbers), COARSE, MOST_SEGMENTS))
+    # Modes that a whole span would have at the wave length of the shortest one.
+    needed = max(
+        own[-1] * drives[0].span_length / (part.ends[1] - part.ends[0])
+        for part, own in zip(free_stretches(drives[0], first), numbers, strict=True)
+    )
+    segments = int(np.clip(SEGMENTS_PER_MODE * needed, COARSE, MOST_SEGMENTS))
     states = [_state(d, motion, t, segments) for d, t in zip(drives, knots, strict=True)]
     kept, models = modes.natural.size, []
     previous: LongitudinalModes | None = None
@@ -199,15 +203,6 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
 def _state(drive: Drive, motion: PlannedMotion, t: float, segments: int) -> StaticState:
     load = 0.0 if motion.load_torque is None else float(np.interp(t, motion.time, motion.load_torque))
     return static_state(drive, load_torque=load, segments=segments)
-
-
-def _needed(drive: Drive, state: StaticState, numbers: list[list[int]]) -> float:
-    """Modes that a whole span would have at the wave length of the shortest one."""
-    parts = free_stretches(drive, state)
-    return max(
-        own[-1] * drive.span_length / (part.ends[1] - part.ends[0])
-        for part, own in zip(parts, numbers, strict=True)
-    )
 
 
 def _grid(motion: PlannedMotion, fastest: float) -> tuple[float, Array]:
@@ -268,14 +263,8 @@ def _stages(motion: PreparedMotion, detuned: float) -> list[tuple[SaggingNumbers
     stages = []
     for piece, (start, end) in enumerate(itertools.pairwise(edges)):
         knot, share = piece // PARTS, (piece % PARTS + 0.5) / PARTS
-        stages.append((_between(numbers[knot], numbers[knot + 1], share), motion.torque[start:end]))
+        one, other = numbers[knot]._asdict(), numbers[knot + 1]._asdict()
+        mixed = {name: (1.0 - share) * value + share * other[name]
+                 for name, value in one.items() if name not in ("counts", "followers")}  # fmt: skip
+        stages.append((numbers[knot]._replace(**mixed), motion.torque[start:end]))
     return stages
-
-
-def _between(one: SaggingNumbers, other: SaggingNumbers, share: float) -> SaggingNumbers:
-    """Coefficients between two places of the motion."""
-    mixed: dict[str, Any] = {}
-    for name, value in one._asdict().items():
-        between = (1.0 - share) * value + share * getattr(other, name)
-        mixed[name] = value if name in ("counts", "followers") else between
-    return SaggingNumbers(**mixed)

@@ -25,7 +25,7 @@ from cabledrive.mechanics.network.assembly import Network, rotor_turn
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, moved
-from cabledrive.studies.pair_thresholds import driven_of
+from cabledrive.studies.pair_thresholds import driven_of, refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, summed, torques_of
 
@@ -35,55 +35,6 @@ _STRAINLESS = 1e-9
 _ASTRAY = 1e-3
 _HELD = 1e-3
 """Square of frequency times duration below which a motion without strain counts as free."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SlowMotion:
-    """A machine along a motion, its ropes unstretched."""
-
-    machines: tuple[RoutedDrive, ...]  # in each pose
-    networks: tuple[Network, ...]
-    free: tuple[Array, ...]  # (n, k): motions that strain nothing, in each pose
-    here: Array  # (m,): number of the pose at the motion's times, with the share on the way to the next
-    # rate, acceleration: (m, n): of the coordinates [m/s], [rad/s] and so on
-    rate: Array
-    acceleration: Array
-    given: bool  # whether the motion gives places; else they follow from the torque, without friction
-
-
-def slow_motion(drive: RoutedDrive, motion: PlannedMotion) -> SlowMotion:
-    """The coordinates of a machine along a motion."""
-    for route in drive.route:
-        if route.speed:
-            raise InputRefused(
-                f'route "{route.name}" runs: --motion is for cables that do not; set speed to 0'
-            )
-    network = network_of(drive, motor=FREE)
-    first = strainless(network)
-    given = bool(motion.places)
-    if given:
-        steps = np.column_stack([own - place_in_file(drive, key) for key, own in motion.places.items()])
-        follow = _follow(network, first, motion, steps)
-        way, rate = steps @ follow.T, _slope(motion.time, steps) @ follow.T
-    else:
-        way, rate = _driven_way(drive, network, first, motion)
-    keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
-    places = {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
-    poses, here = poses_along(drive, places, motion.time)
-    found = [_network(drive, pose) for pose in poses]
-    machines, networks = tuple(own.drive for own in found), tuple(found)
-    free = tuple(strainless(own) for own in networks)
-    if given:
-        rate = _rates(networks, free, here, motion)
-    return SlowMotion(
-        machines=machines,
-        networks=networks,
-        free=free,
-        here=here,
-        rate=rate,
-        acceleration=_slope(motion.time, rate),
-        given=given,
-    )
 
 
 def shares(here: Array, poses: int) -> Array:
@@ -107,19 +58,6 @@ def _network(drive: RoutedDrive, pose: Mapping[str, float]) -> Network:
         return network_of(moved(drive, pose) if pose else drive, motor=FREE)
     except InputRefused as refusal:
         raise InputRefused(f"motion: at {pose_words(drive, pose) or 'rest'}: {refusal}") from None
-
-
-def _rates(
-    networks: tuple[Network, ...], free: tuple[Array, ...], here: Array, motion: PlannedMotion
-) -> Array:
-    """Rates of all coordinates, by the motions of each pose, shape (m, n)."""
-    places = np.column_stack(list(motion.places.values()))
-    speed = _slope(motion.time, places)
-    steps = places - places[0]
-    rates = [
-        speed @ _follow(network, own, motion, steps).T for network, own in zip(networks, free, strict=True)
-    ]
-    return np.asarray(np.einsum("mp,pmn->mn", shares(here, len(networks)), np.array(rates)))
 
 
 def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) -> Array:
@@ -186,7 +124,8 @@ _MISSING = 1e-3
 class MotionTensions:
     """Tensions of one rope of each piece along a motion; q: index of a piece, start and end of it last."""
 
-    slow: SlowMotion
+    networks: tuple[Network, ...]  # the machine in each pose
+    given: bool  # whether the motion gives places; else they follow from the torque, without friction
     time: Array  # (t,): [s], in equal steps
     share: Array  # (t, poses): of each pose
     # rest, even, vibrating: (t, pieces, 2): at rest in the pose, with forces of inertia and friction, and
@@ -199,69 +138,76 @@ class MotionTensions:
     holding: Array
     speed: Array  # (t, motors): of the rotors against their mounts [rad/s]
     mismatch: float  # largest difference between the torque that the file gives and that of its places [N m]
-    # lowest_mode, highest_mode: of the elastic modes that answer [Hz]; NaN without one
-    lowest_mode: float
-    highest_mode: float
+    modes: tuple[float, float]  # lowest and highest of the elastic modes that answer [Hz]; NaN without one
 
 
 def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions:
     """Tensions of a machine along a motion, from rest."""
-    slow = slow_motion(drive, motion)
-    modes = [_elastic_modes(network, free) for network, free in zip(slow.networks, slow.free, strict=True)]
-    highest = max((float(own.omega.max(initial=0.0)) for own in modes), default=0.0)
-    lowest = min((float(own.omega.min(initial=np.inf)) for own in modes), default=np.inf)
+    refuse_running(drive, "--motion")
+    network, given = network_of(drive, motor=FREE), bool(motion.places)
+    if given:
+        steps = np.column_stack([own - place_in_file(drive, key) for key, own in motion.places.items()])
+        way = steps @ _follow(network, strainless(network), motion, steps).T
+    else:
+        way, rate = _driven_way(drive, network, strainless(network), motion)
+    keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
+    places = {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
+    poses, here = poses_along(drive, places, motion.time)
+    networks = [_network(drive, pose) for pose in poses]
+    frees = [strainless(one) for one in networks]
+    if given:  # by the motions of each pose
+        planned = np.column_stack(list(motion.places.values()))
+        speed = _slope(motion.time, planned)
+        rates = [
+            speed @ _follow(one, free, motion, planned - planned[0]).T
+            for one, free in zip(networks, frees, strict=True)
+        ]
+        rate = np.einsum("mp,pmn->mn", shares(here, len(networks)), np.array(rates))
+    modes = [_elastic_modes(one, free) for one, free in zip(networks, frees, strict=True)]
+    omega = np.concatenate([1.0 / np.sqrt(mass[mass > 0.0]) for _, mass, _ in modes])
+    lowest, highest = float(omega.min(initial=np.inf)), float(omega.max(initial=0.0))
     duration = float(motion.time[-1])
-    steps = int(np.clip(duration * highest / (2.0 * pi) * PER_PERIOD, LEAST_STEPS, MOST_STEPS))
-    time = np.linspace(0.0, duration, steps + 1)
-    share = shares(np.interp(time, motion.time, slow.here), len(slow.networks))
-    rate, acceleration = (_at(time, motion.time, own) for own in (slow.rate, slow.acceleration))
-    told = _at(time, motion.time, np.column_stack(torques_of(drive, motion)))
-    along = time, rate, acceleration, told
-    found = [
-        _in_pose(network, free, own, along, slow.given)
-        for network, free, own in zip(slow.networks, slow.free, modes, strict=True)
-    ]
-    rest, even, vibrating, torque, holding = (
-        sum(share[:, p].reshape(-1, *[1] * (own[k].ndim - 1)) * own[k] for p, own in enumerate(found))
-        for k in range(5)
+    count = int(np.clip(duration * highest / (2.0 * pi) * PER_PERIOD, LEAST_STEPS, MOST_STEPS))
+    time = np.linspace(0.0, duration, count + 1)
+    share = shares(np.interp(time, motion.time, here), len(networks))
+    told = np.column_stack(torques_of(drive, motion))
+    rate, acceleration, told = (
+        np.column_stack([np.interp(time, motion.time, column) for column in values.T])
+        for values in (rate, _slope(motion.time, rate), told)
     )
-    turns = np.array([rotor_turn(slow.networks[0].motion, number) for number in driven_of(drive)])
+    along = time, rate, acceleration, None if given else told
+    found = [_in_pose(*pose, along) for pose in zip(networks, frees, modes, strict=True)]
+    rest, even, vibrating, torque, holding = (
+        np.asarray(sum(share[:, p].reshape(-1, *[1] * (x.ndim - 1)) * x for p, x in enumerate(parts)))
+        for parts in zip(*found, strict=True)
+    )
+    turns = np.array([rotor_turn(networks[0].motion, number) for number in driven_of(drive)])
     return MotionTensions(
-        slow=slow,
+        networks=tuple(networks),
+        given=given,
         time=time,
         share=share,
-        rest=np.asarray(rest),
-        even=np.asarray(even),
-        vibrating=np.asarray(vibrating),
-        torque=np.asarray(torque),
-        holding=np.asarray(holding),
+        rest=rest,
+        even=even,
+        vibrating=vibrating,
+        torque=torque,
+        holding=holding,
         speed=rate @ turns.T,
-        mismatch=float(np.abs(told - torque).max()) if slow.given and told.any() else 0.0,
-        lowest_mode=lowest / (2.0 * pi) if np.isfinite(lowest) else float("nan"),
-        highest_mode=highest / (2.0 * pi) if highest else float("nan"),
+        mismatch=float(np.abs(told - torque).max()) if given and told.any() else 0.0,
+        modes=(lowest / (2.0 * pi), highest / (2.0 * pi)) if omega.size else (float("nan"), float("nan")),
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _ElasticModes:
-    """Modes of matrices M and K apart from free motions; shapes of unit stiffness, shape (n, k)."""
-
-    shapes: Array
-    mass: Array
-    loss: Array
-
-    @property
-    def omega(self) -> Array:
-        """Of the modes with mass [rad/s]."""
-        return np.asarray(1.0 / np.sqrt(self.mass[self.mass > 0.0]))
+_Modes = tuple[Array, Array, Array]
 
 
-def _elastic_modes(network: Network, free: Array) -> _ElasticModes:
+def _elastic_modes(network: Network, free: Array) -> _Modes:
+    """Shapes of unit stiffness, (n, k), masses and dampings of the modes apart from free motions, (k,)."""
     from scipy.linalg import eigh, null_space
 
     others = null_space((network.static_mass @ free).T) if free.size else np.eye(len(network.motion.names))
     if not others.shape[1]:
-        return _ElasticModes(np.zeros((len(others), 0)), np.zeros(0), np.zeros(0))
+        return np.zeros((len(others), 0)), np.zeros(0), np.zeros(0)
     mass, stiffness = (others.T @ own @ others for own in (network.static_mass, network.static_stiffness))
     try:
         own, vectors = eigh(mass, stiffness)
@@ -271,40 +217,30 @@ def _elastic_modes(network: Network, free: Array) -> _ElasticModes:
     along = [piece.rope.axial_damping / piece.length for piece in network.pieces]  # of one rope
     damping = np.append(network.dampers.values, network.ropes[::3] * along)
     loss = damping @ (np.vstack((network.dampers.rows, network.stretch)) @ shapes) ** 2
-    return _ElasticModes(shapes, np.where(own > 1e-16 * own.max(), own, 0.0), loss)
+    return shapes, np.where(own > 1e-16 * own.max(), own, 0.0), loss
 
 
 def _in_pose(
-    network: Network,
-    free: Array,
-    modes: _ElasticModes,
-    along: tuple[Array, Array, Array, Array],
-    given: bool,
+    network: Network, free: Array, modes: _Modes, along: tuple[Array, Array, Array, Array | None]
 ) -> tuple[Array, Array, Array, Array, Array]:
     """Tensions at rest, with inertia, with the vibration; torque beyond rest, holding torque.
 
-    ``along``: the motion's time, rates, accelerations, and the torque that its file gives.
+    ``along``: time, rates, accelerations, and the torque of the file, None where it gives places.
     """
-    time, rate, acceleration, told = along
+    (time, rate, acceleration, told), (shapes, masses, losses) = along, modes
     turns = np.array([rotor_turn(network.motion, number) for number in driven_of(network.drive)])
-    rubbed = _friction(network, rate) if given else np.zeros_like(rate)
+    rubbed = _friction(network, rate) if told is None else np.zeros_like(rate)
     inertia = acceleration @ network.static_mass
-    torque = _torque(network, turns, free, inertia - rubbed) if given else told
-    load = torque @ turns + rubbed
-    even = load @ modes.shapes
-    swing = np.column_stack(
-        [
-            _answer(own, mass, loss, time[1])
-            for own, mass, loss in zip(even.T, modes.mass, modes.loss, strict=True)
-        ]
-        or [np.zeros((time.size, 0))]
-    )
+    torque = _torque(turns, free, inertia - rubbed) if told is None else told
+    even = (torque @ turns + rubbed) @ shapes
+    answers = zip(even.T, masses, losses, strict=True)
+    swing = np.array([_answer(*one, time[1]) for one in answers]).reshape(-1, time.size).T
     tension = np.array([(piece.start_tension, piece.end_tension) for piece in network.pieces])
     rest = np.broadcast_to(tension, (time.size, *tension.shape))
     mass = (network.impedance * network.time)[::3]
     near, far = acceleration @ network.start[::3].T, acceleration @ network.end[::3].T
     own = np.stack((-mass * (2.0 * near + far), mass * (near + 2.0 * far)), axis=-1) / 6.0
-    both = [rest + own + (x @ (network.pull @ modes.shapes).T)[:, :, None] for x in (even, swing)]
+    both = [rest + own + (x @ (network.pull @ shapes).T)[:, :, None] for x in (even, swing)]
     return rest, both[0], both[1], torque, np.broadcast_to(_holding(network), (time.size, len(turns)))
 
 
@@ -329,7 +265,7 @@ def _friction(network: Network, rate: Array) -> Array:
     return np.asarray(total)
 
 
-def _torque(network: Network, turns: Array, free: Array, need: Array) -> Array:
+def _torque(turns: Array, free: Array, need: Array) -> Array:
     """Torque of the motors that gives a motion, shape (t, motors)."""
     reach = turns @ free
     torque = need @ free @ np.linalg.pinv(reach)
@@ -356,7 +292,3 @@ def _holding(network: Network) -> Array:
                 if place.pulley == number:
                     found[m] += sign * place.sense * place.radius * ropes * tension
     return found
-
-
-def _at(time: Array, own: Array, values: Array) -> Array:
-    return np.column_stack([np.interp(time, own, column) for column in values.T])

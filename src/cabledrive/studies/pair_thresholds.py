@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.sagging_model import BAND, SaggingModel, longitudinal_modes, sagging_model
@@ -83,6 +83,7 @@ def by_threshold(pair: Any) -> tuple[float, float]:
 
 def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> list[CoupledPair]:
     part, natural, found = model.stretches[r], float(model.natural[k]), []
+    still = abs(model.torque_shape[k]) <= 1e-9 * np.max(np.abs(model.torque_shape))
     for a in range(part.omega.size):
         for b in range(a, min(a + BAND + 1, part.omega.size)):
             detuning = natural - float(part.omega[a] + part.omega[b])
@@ -92,7 +93,7 @@ def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> li
             itself = sqrt(abs(model.coupling[k, r, a, a] * model.coupling[k, r, b, b]))
             if a != b and abs(model.coupling[k, r, a, b]) <= WEAKEST * itself:
                 continue
-            torque = _threshold(model, k, r, a, b, detuning)
+            torque = inf if still else _threshold(model, k, r, a, b, detuning)
             found.append(
                 CoupledPair(
                     kind=ONE_TO_TWO if a == b else SUM,
@@ -103,14 +104,10 @@ def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> li
                     transverse_hz=(float(part.omega[a]) / (2 * pi), float(part.omega[b]) / (2 * pi)),
                     detuning_hz=detuning / (2 * pi),
                     threshold_torque=torque if isfinite(torque) else None,
-                    reason="" if isfinite(torque) else STILL if _still(model, k) else TOO_FAR,
+                    reason="" if isfinite(torque) else STILL if still else TOO_FAR,
                 )
             )
     return found
-
-
-def _still(model: SaggingModel, k: int) -> bool:
-    return bool(abs(model.torque_shape[k]) <= 1e-9 * np.max(np.abs(model.torque_shape)))
 
 
 def _threshold(model: SaggingModel, k: int, r: int, a: int, b: int, detuning: float) -> float:
@@ -120,7 +117,7 @@ def _threshold(model: SaggingModel, k: int, r: int, a: int, b: int, detuning: fl
     per_amplitude = abs(float(model.coupling[k, r, a, b])) / 4.0
     turning = 0.25 * natural**2 if a == b else float(model.transverse[r, a] * model.transverse[r, b])
     per_amplitude /= sqrt(float(model.mass[r, a] * model.mass[r, b]) * turning)
-    if _still(model, k) or per_amplitude == 0.0:
+    if per_amplitude == 0.0:
         return inf
     if resistance == 0.0:
         return 0.0
@@ -144,71 +141,94 @@ def lost_square(first: ArrayLike, second: ArrayLike, detuning: ArrayLike) -> Arr
     return np.where(both > 0.0, damped, 0.25 * off**2)
 
 
+def near_pairs(strength: Array, detuning: Array) -> list[list[int]]:
+    """Transverse modes near resonance; both, shape (modes, modes): coupling, detuning over the frequency."""
+    itself = np.sqrt(np.diag(strength))
+    weakest = WEAKEST * np.outer(itself, itself)
+    np.fill_diagonal(weakest, 0.0)
+    near = np.where(np.eye(len(strength), dtype=bool), NEAR, NEAR_SUM)
+    return np.argwhere(np.triu((detuning <= near) & (strength > weakest))).tolist()
+
+
 WAYS = {"w": "across", "v": "out of plane"}
 """Direction of a transverse plane."""
-
-
-class Slopes(NamedTuple):
-    """Slopes of a mode at the points of every piece it moves, by number of the piece."""
-
-    mode: Mode
-    by_piece: dict[int, Array]
-
-
-def slopes_of(network: Network, mode: Mode, way: str, nodes: Array, slope: Array) -> dict[int, Array]:
-    """Slopes of a mode of unit modal mass on the pieces that it moves."""
-    motion, found = mode._motion, {}
-    for number, piece in enumerate(network.pieces):
-        name = network.drive.free_spans[piece.span].name
-        x = piece.start + nodes * piece.length
-        values = motion.displacement(name, way, x)[0].real
-        if values.any():
-            found[number] = slope @ values / piece.length
-    return found
-
-
-def coupling_by_span(network: Network, q: Slopes, a: Slopes, b: Slopes, weights: Array) -> dict[int, float]:
-    """Coupling of two transverse modes by a longitudinal one, by span."""
-    shares: dict[int, float] = {}
-    for number in set(q.by_piece) & set(a.by_piece) & set(b.by_piece):
-        piece = network.pieces[number]
-        route = network.drive.free_spans[piece.span].route
-        product = q.by_piece[number] * a.by_piece[number] * b.by_piece[number]
-        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
-        ropes = 1 if a.mode.clamped or b.mode.clamped else network.drive.route[route].ropes
-        value = network.drive.ropes[route].axial_rigidity * ropes * piece.length * float(weights @ product)
-        shares[piece.span] = shares.get(piece.span, 0.0) + value
-    return shares
-
-
-def transverse_loss(network: Network, own: Slopes) -> float:
-    """Damping rate of a transverse mode [1/s]: that of the ropes that move, by their strain energy."""
-    shares = {
-        number: float(np.sum(values**2)) * network.pieces[number].length
-        for number, values in own.by_piece.items()
-    }
-    total = sum(shares.values())
-    drive = network.drive
-    rates = {
-        number: drive.ropes[drive.free_spans[network.pieces[number].span].route].transverse_damping
-        for number in shares
-    }
-    return sum(rates[number] * share for number, share in shares.items()) / total
-
-
 POINTS = 48
 """Points at which a wave is looked at on each piece of a span: enough for 20 half waves."""
 
 
-def quadrature() -> tuple[Array, Array, Array]:
-    """Gauss points of [0, 1], their weights, and the matrix that differentiates at them."""
-    x, w = np.polynomial.legendre.leggauss(POINTS)
+class Waves(NamedTuple):
+    """Longitudinal and transverse modes of unit modal mass, and their slopes at the points of all pieces."""
+
+    network: Network
+    along: list[Mode]
+    across: list[Mode]
+    # slopes: of along and across, shape (modes, pieces, POINTS); weights: of the points
+    slopes: tuple[Array, Array]
+    weights: Array
+
+
+def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
+    """Modes of a network with their slopes at Gauss points of its pieces."""
+    x, weights = np.polynomial.legendre.leggauss(POINTS)
     gaps = x[:, None] - x + np.eye(POINTS)
     scale = np.array([np.prod(row) for row in 2.0 * gaps])
-    slope = scale[:, None] / scale / gaps
+    slope = scale[:, None] / scale / gaps  # differentiates at the points
     np.fill_diagonal(slope, 0.0)
     np.fill_diagonal(slope, -slope.sum(axis=1))
-    return 0.5 * (x + 1.0), 0.5 * w, 2.0 * slope
+    names = [network.drive.free_spans[piece.span].name for piece in network.pieces]
+
+    def slopes(modes: list[Mode], ways: list[str]) -> Array:
+        found = np.zeros((len(modes), len(names), POINTS))
+        for row, mode, way in zip(found, modes, ways, strict=True):
+            for number, (name, piece) in enumerate(zip(names, network.pieces, strict=True)):
+                place = piece.start + 0.5 * (x + 1.0) * piece.length
+                values = mode._motion.displacement(name, way, place)[0].real
+                row[number] = 2.0 * slope @ values / piece.length
+        return found
+
+    both = slopes(along, ["along"] * len(along)), slopes(across, [WAYS[one.plane or "w"] for one in across])
+    return Waves(network, along, across, both, 0.5 * weights)
+
+
+def of_pieces(network: Network) -> tuple[Array, Array, Array]:
+    """Length [m], rigidity of one rope [N] and number of ropes of every piece, shape (pieces,) each."""
+    both = np.array([(piece.length, piece.rope.axial_rigidity) for piece in network.pieces])
+    return both[:, 0], both[:, 1], network.ropes[::3]
+
+
+def couplings(waves: Waves) -> Array:
+    """Coupling of two transverse modes by a longitudinal one, by piece, shape (along, across, across)."""
+    length, rigidity, ropes = of_pieces(waves.network)
+    along, across = waves.slopes
+    planes, clamped = (np.array([getattr(one, of) for one in waves.across]) for of in ("plane", "clamped"))
+    # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
+    alone = np.logical_or.outer(clamped, clamped)
+    found = np.zeros((len(along), len(across), len(across)))
+    for number, one in enumerate(along):
+        weight = (rigidity * length)[:, None] * waves.weights * one
+        single, every = (
+            np.tensordot(across * weight * count, across, axes=((1, 2), (1, 2)))
+            for count in (1.0, ropes[:, None])
+        )
+        found[number] = np.where(alone, single, every) * np.equal.outer(planes, planes)
+    return found
+
+
+def transverse_losses(waves: Waves) -> Array:
+    """Damping rates of the transverse modes [1/s]: those of the ropes that move, by their strain energy."""
+    length, rates = of_pieces(waves.network)[0], [one.rope.transverse_damping for one in waves.network.pieces]
+    shares = np.sum(waves.slopes[1] ** 2, axis=2) * length
+    return np.asarray(shares @ rates / shares.sum(axis=1))
+
+
+def refuse_running(drive: RoutedDrive, what: str) -> None:
+    """Refuse routes whose cable runs, for what is computed of cables at rest."""
+    for route in drive.route:
+        if route.speed:
+            raise InputRefused(
+                f'route "{route.name}" runs at {route.speed:.4g} m/s: {what} is for cables that do not; set '
+                "speed to 0"
+            )
 
 
 def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
@@ -230,22 +250,21 @@ def turns_of(network: Network, mode: Mode) -> Array:
     return np.array(found)
 
 
-def modal_damping(network: Network, mode: Mode, strains: dict[int, Array]) -> float:
-    """Damping of a longitudinal mode of unit modal mass [1/s]: viscous parts of the file alone."""
-    drive, joints = network.drive, mode._motion.joints
-    _, weights, _ = quadrature()
-    total = 0.0
-    for number, values in strains.items():
-        piece = network.pieces[number]
-        route = drive.free_spans[piece.span].route
-        damping = drive.ropes[route].axial_damping * drive.route[route].ropes
-        total += damping * piece.length * float(weights @ values**2)
+def longitudinal_losses(waves: Waves) -> Array:
+    """Damping of the longitudinal modes [1/s]: viscous parts of the file alone."""
+    drive, (length, _, ropes) = waves.network.drive, of_pieces(waves.network)
+    damping = ropes * length * [piece.rope.axial_damping for piece in waves.network.pieces]
+    strained = waves.slopes[0] ** 2 @ waves.weights @ damping
+    return strained + [_rubbed(drive, mode._motion.joints) for mode in waves.along]
+
+
+def _rubbed(drive: RoutedDrive, joints: Any) -> float:
+    """Damping of a mode by bearings, motors, their joints and bodies [1/s]."""
 
     def moved(name: str) -> float:
         return float(np.abs(joints[name][0])) if name in joints else 0.0
 
-    for pulley in drive.pulley:
-        total += pulley.viscous_friction * moved(pulley.name) ** 2
+    total = sum(pulley.viscous_friction * moved(pulley.name) ** 2 for pulley in drive.pulley)
     for motor, own in zip(drive.motor, drive.driven, strict=True):
         name = drive.pulley[own].name
         rotor = f"rotor of {name}"

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -69,29 +68,17 @@ def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
         if not drive.carriage:
             raise InputRefused("motion: carriage positions are given, but the drive has none: leave them out")
         place = float(np.interp(t, motion.time, motion.carriage))
-        drive = with_carriage_at(drive, place)
+        way, carriages = place - drive.carriage[0].position, list(drive.carriage)
+        for number, direction in drive.moving_with(0).items():
+            own = carriages[number]
+            position = place if number == 0 else own.position + direction * way
+            carriages[number] = replace(own, position=position)
+        drive = replace(drive, carriage=tuple(carriages))
     return drive
 
 
-def with_carriage_at(drive: Drive, place: float) -> Drive:
-    """The drive with its first carriage at a place [m], those that move with it moved as far."""
-    moved = place - drive.carriage[0].position
-    carriages = list(drive.carriage)
-    for number, direction in drive.moving_with(0).items():
-        own = carriages[number]
-        position = place if number == 0 else own.position + direction * moved
-        carriages[number] = replace(own, position=position)
-    return replace(drive, carriage=tuple(carriages))
-
-
 MOST_ROWS = 5_000_000
-COLUMNS = {
-    "time": "s",
-    "torque": "N m",
-    "pretension": "N",
-    "carriage": "m",
-    "load torque": "N m",
-}
+COLUMNS = {"time": "s", "torque": "N m", "pretension": "N", "carriage": "m", "load torque": "N m"}
 """Columns of a motion file, and their SI units; the first two are needed."""
 
 
@@ -120,11 +107,15 @@ def read_motion(
     InputRefused
         If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
-    path, columns = Path(path), COLUMNS
-    if machine is not None:  # in lower case, with their SI units
-        moves = [*_by_column(_moves(machine)), *_by_column(_motors(machine), "torque ")]
-        units = [POSE[one.rpartition(".")[2]] for one in _moves(machine)] + ["N m"] * len(_motors(machine))
-        columns = {"time": "s", "torque": "N m", **dict(zip(moves, units, strict=True))}
+    path, columns, places, torques = Path(path), COLUMNS, dict[str, str](), dict[str, str]()
+    if machine is not None:  # bodies and the motors behind the first, by the words of their column
+        moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
+        motors = [machine.pulley[number].name for number in machine.driven[1:]]
+        places = {name.lower().replace("_", " "): name for name in moves}
+        torques = {f"torque {name}".lower().replace("_", " "): name for name in motors}
+        columns = {name: COLUMNS[name] for name in ("time", "torque")}
+        columns |= {column: POSE[name.rpartition(".")[2]] for column, name in places.items()}
+        columns |= dict.fromkeys(torques, "N m")
     require_regular(path, "name a CSV file with time and torque")
     table = open_table(path, text=True)
     if (table.rows or 0) > MOST_ROWS:
@@ -139,8 +130,7 @@ def read_motion(
                 f'{path.name}: column "{chosen[name]}" is not part of a motion{known}: '
                 f"write {', '.join(columns)}"
             )
-    placed = machine is not None and any(name in _by_column(_moves(machine)) for name in chosen)
-    for name in ("time", "torque") if torque or not placed else ("time",):
+    for name in ("time", "torque") if torque or places.keys().isdisjoint(chosen) else ("time",):
         if name not in chosen:
             raise InputRefused(f'{path.name}: no column "{name} [{COLUMNS[name]}]": a motion needs it')
     blocks = list(table.read(table.names))
@@ -159,33 +149,10 @@ def read_motion(
             raise InputRefused(f'{path.name}: column "{column}": {refusal}') from None
     found.setdefault("torque", np.zeros(found["time"].size))
     try:
-        return PlannedMotion(**_fields(found, machine))
+        return PlannedMotion(
+            **{name.replace(" ", "_"): values for name, values in found.items() if name in COLUMNS},
+            places={places[name]: values for name, values in found.items() if name in places},
+            torques={torques[name]: values for name, values in found.items() if name in torques},
+        )
     except InputRefused as refusal:
         raise InputRefused(f"{path.name}: {refusal}") from None
-
-
-def _moves(machine: RoutedDrive) -> list[str]:
-    return [f"{body.name}.{move}" for body in machine.body for move in body.moves]
-
-
-def _motors(machine: RoutedDrive) -> list[str]:
-    """Pulleys of all motors but the first."""
-    return [machine.pulley[number].name for number in machine.driven[1:]]
-
-
-def _by_column(names: list[str], before: str = "") -> dict[str, str]:
-    """Names by the words of their column."""
-    return {f"{before}{name}".lower().replace("_", " "): name for name in names}
-
-
-def _fields(found: Mapping[str, Array], machine: RoutedDrive | None) -> dict[str, Any]:
-    """Fields of a `PlannedMotion` from columns."""
-    if machine is None:
-        return {name.replace(" ", "_"): values for name, values in found.items()}
-    places, motors = _by_column(_moves(machine)), _by_column(_motors(machine), "torque ")
-    return {
-        "time": found["time"],
-        "torque": found["torque"],
-        "places": {places[name]: values for name, values in found.items() if name in places},
-        "torques": {motors[name]: values for name, values in found.items() if name in motors},
-    }

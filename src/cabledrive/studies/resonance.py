@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 
@@ -142,17 +142,17 @@ def resonance(
         growth = growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME) if details else None
     if not details:
         missing["growth_torque"] = "not asked for"
-    ratio = span_frequency(drive) / pulley
+    ratio, here = span_frequency(drive) / pulley, float(threshold_torque(model))
     return ResonanceSummary(
         frequency_ratio=ratio,
         detuning=ratio - 0.5,
         tuned_pretension=tuned,
-        threshold_torque=_finite(at_threshold),
+        threshold_torque=at_threshold if at_threshold is not None and isfinite(at_threshold) else None,
         verdict=NO_EXCITATION if torque is None else instability.verdict,
         pulley_frequency=pulley,
         torque=tau,
-        threshold_here=_finite(float(threshold_torque(model))),
-        growth_torque=_finite(growth),
+        threshold_here=here if isfinite(here) else None,
+        growth_torque=growth if growth is not None and isfinite(growth) else None,
         coulomb_onset=coulomb_onset_torque(model),
         instability=instability,
         pairs=resonant_pairs(drive) if details else (),
@@ -175,10 +175,6 @@ def _guessed_threshold(model: AutoparametricModel) -> float:
         transverse_damping=model.transverse_damping or guessed_damping(across),
     )
     return float(threshold_torque(guessed))
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and np.isfinite(value) else None
 
 
 def _reasons(
@@ -253,7 +249,6 @@ class Remedy:
     # new pretension [N], inertia to add at the load pulley [kg m^2], viscous friction to add there
     # [N m s/rad], or largest torque [N m]; None where no value within reach is enough
     value: float | None
-    relative: float | None  # change of the quantity, relative to its value
     text: str  # in words
 
     @property
@@ -262,57 +257,44 @@ class Remedy:
         return self.value is not None and (self.change != "limit torque" or self.value > 0.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sensitivity:
-    """How the distance from tuning and the threshold move."""
-
-    detuning_per_pretension: float  # of the deciding mode [rad/s per N]
-    detuning_per_inertia: float  # at the load pulley [rad/s per kg m^2]
-    # threshold_per_transverse_damping, threshold_per_friction: relative change of the threshold at the
-    # drive's own pretension, per 1/s of Gamma, and per N m s/rad of friction at the load pulley
-    threshold_per_transverse_damping: float
-    threshold_per_friction: float
-
-
 def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
     """Changes, each by itself, that make a drive that is not safe so under a torque [N m]."""
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
 
-    def _safe(trial: Drive) -> bool:
+    def safe(trial: Drive) -> bool:
         try:
             found = autoparametric_model(trial, load_torque=load_torque, at_rest=True)
             return instability_margin(found, torque).verdict == SAFE
         except (InputRefused, NotComputed):  # weights or the steady load take a span's tension away
             return False
 
-    return (
-        _pretension(drive, _safe, +1),
-        _pretension(drive, _safe, -1),
-        _inertia(drive, _safe),
-        _damping(drive, model, torque),
-        _torque(model),
-    )
+    pretensions = (_pretension(drive, safe, raised) for raised in (True, False))
+    return (*pretensions, _inertia(drive, safe), _damping(drive, model, torque), _torque(model))
 
 
-def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensitivity:
-    """Derivatives of detuning and threshold by what a designer can change, under a torque [N m]."""
+def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> dict[str, float]:
+    """How detuning [Hz] and threshold go with pretension, inertia and damping, under a torque [N m].
+
+    Of the threshold the relative change per 1/s of Gamma, and per N m s/rad of friction at the load pulley.
+    """
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     mode = instability_margin(model, torque).mode
     step = 1e-4 * model.pretension
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
-    slope = (above.transverse[mode] - below.transverse[mode]) / (2 * step)
+    slope = float((above.transverse[mode] - below.transverse[mode]) / (2 * step))
 
     def relative_slope(name: str) -> float:
         changed = [replace(model, **{name: getattr(model, name) + more}) for more in (0.0, 1e-3)]
         low, high = (float(threshold_torque(one)) for one in changed)
         return (high - low) / (1e-3 * high) if np.isfinite(high) and high > 0.0 else 0.0
 
-    return Sensitivity(
-        detuning_per_pretension=float(slope),
-        detuning_per_inertia=model.natural * _damping_per_friction(drive, model) / 4,
-        threshold_per_transverse_damping=relative_slope("transverse_damping"),
-        threshold_per_friction=relative_slope("modal_damping") * _damping_per_friction(drive, model),
-    )
+    per_friction = _damping_per_friction(drive, model)
+    return {
+        "detuning_hz_per_pretension": slope / (2 * pi),
+        "detuning_hz_per_inertia": model.natural * per_friction / 4 / (2 * pi),
+        "threshold_per_transverse_damping": relative_slope("transverse_damping"),
+        "threshold_per_friction": relative_slope("modal_damping") * per_friction,
+    }
 
 
 def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
@@ -334,40 +316,40 @@ def _first_safe(trial: Callable[[float], Drive], safe: Callable[[Drive], bool]) 
     return None
 
 
-def _pretension(drive: Drive, safe: Callable[[Drive], bool], sign: int) -> Remedy:
-    cable = drive.cable
+def _pretension(drive: Drive, safe: Callable[[Drive], bool], raised: bool) -> Remedy:
+    cable, limit, sign = drive.cable, largest_pretension(drive), 1 if raised else -1
 
-    def _trial(share: float) -> Drive:
-        factor = 1.0 + share if sign > 0 else 1.0 / (1.0 + share)
+    def trial(share: float) -> Drive:
+        factor = 1.0 + share if raised else 1.0 / (1.0 + share)
         return replace(drive, cable=replace(cable, pretension=cable.pretension * factor))
 
-    word, limit = "raise" if sign > 0 else "lower", largest_pretension(drive)
-    share = _first_safe(_trial, lambda trial: trial.cable.pretension <= limit and safe(trial))
-    new = relative = None
+    change = "raise pretension" if raised else "lower pretension"
+    share = _first_safe(trial, lambda one: one.cable.pretension <= limit and safe(one))
     if share is None:
-        beyond = _trial(REACH).cable.pretension > limit
+        beyond = trial(REACH).cable.pretension > limit
         reach = elastic_range(drive).rstrip(",") if beyond else f"to x{(1 + REACH) ** sign:.3g}"
-        text = f"{FAILED}: {'higher' if sign > 0 else 'lower'} pretension {reach}"
-    else:
-        new = _trial(share).cable.pretension
-        relative = new / cable.pretension - 1.0
-        text = f"{word} the pretension by {abs(100 * relative):.3g} % to {new:.4g} N"
-    return Remedy(change=f"{word} pretension", value=new, relative=relative, text=text)
+        text = f"{FAILED}: {'higher' if raised else 'lower'} pretension {reach}"
+        return Remedy(change=change, value=None, text=text)
+    new = trial(share).cable.pretension
+    by = abs(100 * (new / cable.pretension - 1.0))
+    text = f"{change.split()[0]} the pretension by {by:.3g} % to {new:.4g} N"
+    return Remedy(change=change, value=new, text=text)
 
 
 def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
     load = drive.load_pulley
 
-    def _trial(share: float) -> Drive:
+    def trial(share: float) -> Drive:
         heavier = replace(load, inertia=load.inertia * (1.0 + share))
         return replace(drive, pulley=(drive.drive_pulley, heavier))
 
-    share = None if load.fixed else _first_safe(_trial, safe)
-    added = None if share is None else load.inertia * share
-    text = f"{FAILED}: inertia added to the load pulley, up to x{REACH:.3g} of its own"
-    if share is not None:
-        text = f"add {added:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
-    return Remedy(change="add inertia", value=added, relative=share, text=text)
+    share = None if load.fixed else _first_safe(trial, safe)
+    if share is None:
+        text = f"{FAILED}: inertia added to the load pulley, up to x{REACH:.3g} of its own"
+        return Remedy(change="add inertia", value=None, text=text)
+    added = load.inertia * share
+    text = f"add {added:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
+    return Remedy(change="add inertia", value=added, text=text)
 
 
 def _damping(drive: Drive, model: AutoparametricModel, torque: float) -> Remedy:
@@ -377,11 +359,11 @@ def _damping(drive: Drive, model: AutoparametricModel, torque: float) -> Remedy:
         needed = np.max(np.abs(c.force) * np.abs(c.pump) / _safe_pumping(c))
     if drive.load_pulley.fixed or not np.isfinite(needed):
         text = f"{FAILED}: friction at the load pulley (the cable is undamped at exact tuning)"
-        return Remedy(change="add damping", value=None, relative=None, text=text)
+        return Remedy(change="add damping", value=None, text=text)
     wanted = 2.0 * float(np.sqrt(max(needed**2 - float(c.detuning) ** 2, 0.0)))
     friction = max(0.0, wanted - model.modal_damping) / _damping_per_friction(drive, model)
     text = f"damp the load pulley by {friction:.3g} N m s/rad more"
-    return Remedy(change="add damping", value=friction, relative=None, text=text)
+    return Remedy(change="add damping", value=friction, text=text)
 
 
 def _torque(model: AutoparametricModel) -> Remedy:
@@ -391,7 +373,7 @@ def _torque(model: AutoparametricModel) -> Remedy:
     text = f"keep the torque at the pulley mode's frequency below {limit:.3g} N m"
     if limit == 0.0:
         text = f"{FAILED}: a smaller torque (the threshold at the pulley mode's frequency is zero)"
-    return Remedy(change="limit torque", value=limit, relative=None, text=text)
+    return Remedy(change="limit torque", value=limit, text=text)
 
 
 def _safe_pumping(c: AveragedCoefficients) -> Array:

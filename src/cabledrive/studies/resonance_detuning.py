@@ -76,12 +76,11 @@ def instability_margin(model: AutoparametricModel, torque: float) -> Instability
     """Relatively nearest instability region of a torque [N m] that has acted for `BUILD_UP`."""
     c, reached, amplitude, distance, width = _against_regions(model, torque)
     mode = int(np.argmin(distance - CLOSE * width))
-    near, half = float(distance[mode]), float(width[mode])
     return InstabilityMargin(
-        verdict=str(_verdict(near, half)),
+        verdict=str(_verdict(distance[mode], width[mode])),
         mode=mode,
-        distance=near,
-        half_width=half,
+        distance=float(distance[mode]),
+        half_width=float(width[mode]),
         growth=float(growth_rates(c, amplitude)[mode]),
         amplitude=float(amplitude),
         slack=bool(reached > model.slack_amplitude),

@@ -1,6 +1,7 @@
 """Growth over pretension and torque: the map of the internal resonance, and how far it is off."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -54,11 +55,8 @@ def growth_map(
 ) -> GrowthMap:
     """Largest motion over pretension and torque at the pulley mode's frequency, from a small unequal pluck.
 
-    ``torque``: the drive's own torque [N m]; the map goes to three times it by default; ``load_torque``:
-    steady torque on the load pulley [N m]; ``pretensions``, ``torques``: axes of the map [N], [N m]; 100 each
-    unless given; ``duration`` [s]; ``pluck`` [m]; 1e-4 of the span unless given. The unstretched lengths are
-    kept while the tension changes. Of more than two sections the two that come nearest to resonance at the
-    drive's own pretension are taken.
+    ``torque``: the drive's own, the map goes to three times it; 1e-4 of the span is plucked unless told. The
+    unstretched lengths are kept; of more sections the two that come nearest to resonance are taken.
     """
     tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
     own = drive.cable.pretension
@@ -111,15 +109,12 @@ def _nearest_two(model: AutoparametricModel) -> AutoparametricModel:
         return model
     c = averaged_coefficients(model, torque=1.0, drift=False)
     order = np.argsort(np.abs(c.transverse_detuning) / np.abs(c.pump))[:2]
+    names = ("transverse", "transverse_mass", "coupling", "uneven", "tension_offset")
     return replace(
         model,
         modes=tuple(model.modes[i] for i in order),
-        transverse=model.transverse[order],
-        transverse_mass=model.transverse_mass[order],
-        coupling=model.coupling[order],
         stiffening=model.stiffening[np.ix_(order, order)],
-        uneven=model.uneven[order],
-        tension_offset=model.tension_offset[order],
+        **{name: getattr(model, name)[order] for name in names},
     )
 
 
@@ -128,13 +123,11 @@ GROWN = 2.0
 """Where a motion has grown so many times a check says something: such points come first."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SpotCheck:
+class SpotCheck(NamedTuple):
     """One point of a map by the exact loop."""
 
-    # pretension, torque: [N], [N m]
-    pretension: float
-    torque: float
+    pretension: float  # [N]
+    torque: float  # [N m]
     growth: float  # of the map [-]
     exact: float | None  # of the exact loop [-]; None where a span went slack there
 
@@ -144,8 +137,7 @@ def spot_checks(
 ) -> tuple[SpotCheck, ...]:
     """Run the exact loop at random taut points of a map, most of them inside the instability region.
 
-    Without weight and Coulomb friction, which the map leaves out as well. Returns empty where the drive is
-    not a plain loop whose spans vibrate in their first mode.
+    Without weight and Coulomb friction; none where spans do not vibrate in their first mode.
     """
     model = autoparametric_model(drive)
     plain = drive.kind == "loop" and not drive.carriage and all(mode.number == 1 for mode in model.modes)
@@ -184,17 +176,14 @@ def _checked(drive: Drive, growth: GrowthMap, natural: float, row: int, column: 
     if result.stopped is None:
         largest = max(float(np.max(np.abs(result.midpoint(span)[:, 2]))) for span in heights)
         exact = largest / growth.pluck
-    found = float(growth.growth[row, column])
-    return SpotCheck(pretension=tension, torque=torque, growth=found, exact=exact)
+    return SpotCheck(tension, torque, float(growth.growth[row, column]), exact)
 
 
 def spot_check_line(checks: tuple[SpotCheck, ...]) -> str:
     """What the spot checks say, for a caption."""
     if not checks:
-        return (
-            "No spot check: the comparison with the full nonlinear model needs spans without carriages "
-            "that vibrate in their first mode."
-        )
+        needs = "needs spans without carriages that vibrate in their first mode"
+        return f"No spot check: the comparison with the full nonlinear model {needs}."
     taut = [check for check in checks if check.exact is not None]
     worst = max((abs(check.growth / check.exact - 1.0) for check in taut if check.exact), default=0.0)
     slack = f", {len(checks) - len(taut)} of them slack there" if len(taut) < len(checks) else ""

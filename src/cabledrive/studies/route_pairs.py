@@ -11,17 +11,16 @@ with the decay rates :math:`\delta = \Gamma/2`; a = b is the 1:2 resonance. A to
 motor's pulley, where the mode turns by :math:`\theta`, gives :math:`Q = M\theta/(W c)` with modal damping c.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from math import inf, isfinite, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import figure
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 from cabledrive.studies.pair_thresholds import (
@@ -30,17 +29,17 @@ from cabledrive.studies.pair_thresholds import (
     NEAR_SUM,
     ONE_TO_TWO,
     SUM,
-    WAYS,
-    WEAKEST,
-    Slopes,
+    Waves,
     by_threshold,
-    coupling_by_span,
+    couplings,
+    longitudinal_losses,
     lost_square,
-    modal_damping,
-    quadrature,
-    slopes_of,
-    transverse_loss,
+    near_pairs,
+    of_pieces,
+    refuse_running,
+    transverse_losses,
     turns_of,
+    waves_of,
 )
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance import resonance as resonance_of_loop
@@ -104,12 +103,7 @@ def route_resonance(
 ) -> RouteResonance:
     """Pairs near 1:2 and of sum type, Eq. (N.11), of routes whose cables do not run; ``torque`` [N m]."""
     acting = acting_torque(drive, torque)
-    for route in drive.route:
-        if route.speed:
-            raise InputRefused(
-                f'route "{route.name}": speed = {route.speed:.4g} m/s: pairs are computed for cables that do '
-                "not run; set it to 0"
-            )
+    refuse_running(drive, "a pair of modes")
     network = network_of(drive, motor=motor)
     first = straight_modes(drive, count=10, motor=motor)
     names = {one.name for one in drive.pulley}
@@ -122,23 +116,15 @@ def route_resonance(
         lowest.setdefault(mode.span or "", mode)
     nearest = min(lowest.values(), key=lambda mode: abs(mode.frequency / pulley.frequency - 0.5))
     found = straight_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor)
-    nodes, weights, slope = quadrature()
-    along = [
-        Slopes(mode, slopes_of(network, mode, "along", nodes, slope))
-        for mode in found.longitudinal
-        if not mode.clamped and mode.frequency <= HIGHEST * pulley.frequency
-    ]
-    reach = 0.5 * (1.0 + NEAR) * max(own.mode.frequency for own in along)
-    across = [
-        Slopes(mode, slopes_of(network, mode, WAYS[mode.plane or "w"], nodes, slope))
-        for mode in found.transverse
-        if mode.frequency <= reach * (1.0 + NEAR_SUM)
-    ]
-    pairs = [pair for q in along for pair in _pairs_of(network, q, across, weights)]
+    highest = HIGHEST * pulley.frequency
+    along = [mode for mode in found.longitudinal if not mode.clamped and mode.frequency <= highest]
+    reach = 0.5 * (1.0 + NEAR) * (1.0 + NEAR_SUM) * max(mode.frequency for mode in along)
+    waves = waves_of(network, along, [mode for mode in found.transverse if mode.frequency <= reach])
+    pairs = tuple(sorted(_pairs(waves), key=by_threshold))
     thresholds = [(pair.longitudinal_hz, pair.threshold_torque) for pair in pairs]
     verdict, reasons = verdict_of(acting, thresholds)
     return RouteResonance(
-        pairs=tuple(sorted(pairs, key=by_threshold)),
+        pairs=pairs,
         longitudinal_hz=pulley.frequency,
         nearest_span=nearest.span or "",
         frequency_ratio=nearest.frequency / pulley.frequency,
@@ -152,59 +138,40 @@ def route_resonance(
     )
 
 
-def _pairs_of(network: Network, q: Slopes, across: list[Slopes], weights: Array) -> list[RoutePair]:
-    natural, found = 2 * pi * q.mode.frequency, []
-    itself = [coupling_by_span(network, q, own, own, weights) for own in across]
-    for i, a in enumerate(across):
-        for j, b in enumerate(across[i:], i):
-            if a.mode.plane != b.mode.plane:
-                continue
-            detuning = natural - 2 * pi * (a.mode.frequency + b.mode.frequency)
-            if abs(detuning) > (NEAR if i == j else NEAR_SUM) * natural:
-                continue
-            shares = itself[i] if i == j else coupling_by_span(network, q, a, b, weights)
-            strength = abs(sum(shares.values()))
-            own = sqrt(abs(sum(itself[i].values()) * sum(itself[j].values())))
-            if strength == 0.0 or (i != j and strength <= WEAKEST * own):
-                continue
-            found.append(_pair(network, q, (a, b), detuning, shares))
-    return found
-
-
-def _pair(
-    network: Network, q: Slopes, both: tuple[Slopes, Slopes], detuning: float, shares: dict[int, float]
-) -> RoutePair:
-    a, b = both
-    natural = 2 * pi * q.mode.frequency
-    coupling = abs(sum(shares.values()))
-    decay_a, decay_b = (0.5 * transverse_loss(network, own) for own in both)
-    least = float(lost_square(decay_a, decay_b, detuning))
-    amplitude = 4.0 * sqrt(4 * pi**2 * a.mode.frequency * b.mode.frequency * least) / coupling
-    turn, damping = abs(float(turns_of(network, q.mode)[0])), modal_damping(network, q.mode, q.by_piece)
-    torque = amplitude * natural * damping / turn if turn else inf
-    strain = max(float(np.abs(own).max()) for own in q.by_piece.values())
-    span = max(shares, key=lambda number: abs(shares[number]))
-    return RoutePair(
-        kind=ONE_TO_TWO if a is b else SUM,
-        longitudinal_hz=q.mode.frequency,
-        family=q.mode.family,
-        span=network.drive.free_spans[span].name,
-        plane=a.mode.plane or "",
-        transverse_hz=(a.mode.frequency, b.mode.frequency),
-        detuning_hz=detuning / (2 * pi),
-        coupling=coupling,
-        threshold_amplitude=amplitude * strain,
-        threshold_torque=torque if isfinite(torque) else None,
-        reason="" if isfinite(torque) else "the first motor does not turn in this longitudinal mode",
-    )
+def _pairs(waves: Waves) -> Iterator[RoutePair]:
+    """Every pair near resonance."""
+    coupling, losses, damping = couplings(waves), transverse_losses(waves), longitudinal_losses(waves)
+    drive, across = waves.network.drive, np.array([2 * pi * mode.frequency for mode in waves.across])
+    for number, q in enumerate(waves.along):
+        natural, turn = 2 * pi * q.frequency, abs(float(turns_of(waves.network, q)[0]))
+        detunings = natural - across[:, None] - across
+        for i, j in near_pairs(np.abs(coupling[number]), np.abs(detunings) / natural):
+            detuning, strength = float(detunings[i, j]), abs(float(coupling[number, i, j]))
+            least = float(lost_square(0.5 * losses[i], 0.5 * losses[j], detuning))
+            amplitude = 4.0 * sqrt(across[i] * across[j] * least) / strength
+            torque = amplitude * natural * float(damping[number]) / turn if turn else None
+            slopes = [waves.slopes[0][number], *waves.slopes[1][[i, j]]]
+            length, rigidity, ropes = of_pieces(waves.network)
+            alone = waves.across[i].clamped or waves.across[j].clamped
+            shares = rigidity * length * (np.prod(slopes, axis=0) @ waves.weights) * (1 if alone else ropes)
+            spans = np.bincount([piece.span for piece in waves.network.pieces], shares)
+            yield RoutePair(
+                kind=ONE_TO_TWO if i == j else SUM,
+                longitudinal_hz=q.frequency,
+                family=q.family,
+                span=drive.free_spans[int(np.argmax(np.abs(spans)))].name,
+                plane=waves.across[i].plane or "",
+                transverse_hz=(waves.across[i].frequency, waves.across[j].frequency),
+                detuning_hz=detuning / (2 * pi),
+                coupling=strength,
+                threshold_amplitude=amplitude * float(np.abs(slopes[0]).max()),
+                threshold_torque=torque,
+                reason="" if turn else "the first motor does not turn in this longitudinal mode",
+            )
 
 
 def resonance(
-    drive: Drive | RoutedDrive,
-    *,
-    torque: float | None = None,
-    load_torque: float = 0.0,
-    details: bool = True,
+    drive: Drive | RoutedDrive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
 ) -> ResonanceSummary | RouteResonance:
     """Frequency ratio, threshold torque, pairs near resonance and verdict of a machine.
 

@@ -16,13 +16,12 @@ from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.pair_thresholds import (
-    NEAR,
-    NEAR_SUM,
     ONE_TO_TWO,
     SUM,
-    WEAKEST,
     driven_of,
     lost_square,
+    near_pairs,
+    refuse_running,
 )
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_snapshot import Snapshot, snapshot_of, tracked
@@ -80,11 +79,7 @@ class RoutePath:
 
 def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     """Snapshots along a motion, and the longitudinal modes under its torque from rest."""
-    for route in drive.route:
-        if route.speed:
-            raise InputRefused(
-                f'route "{route.name}" runs: --motion is for cables that do not; set speed to 0'
-            )
+    refuse_running(drive, "--motion")
     places = dict(motion.places) or _places_by_torque(drive, motion)
     poses, here = poses_along(drive, places, motion.time)
     snapshots, ambiguous = _snapshots(drive, poses)
@@ -120,10 +115,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
 def poses_along(
     drive: RoutedDrive, places: Mapping[str, Array], time: Array
 ) -> tuple[list[dict[str, float]], Array]:
-    """Poses at which modes are computed, and where on the way between them the motion is at each instant.
-
-    A place that stays what it is belongs to every pose where the file has another.
-    """
+    """Poses at which modes are computed, fixed places in all, and where between them the motion is."""
     moving = {key: values for key, values in places.items() if np.ptp(values) > STILL}
     fixed = {key: float(values[0]) for key, values in places.items() if key not in moving}
     fixed = {key: value for key, value in fixed.items() if abs(value - place_in_file(drive, key)) > STILL}
@@ -167,11 +159,7 @@ def pose_words(drive: RoutedDrive, pose: Mapping[str, float]) -> str:
 
 
 def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> tuple[list[Snapshot], list[str]]:
-    """Snapshots with the same modes, followed by their shapes, and modes that could not be followed.
-
-    All reach as far, a little farther than the first pose asks for; a transverse mode above all resonances of
-    a pose is there uncoupled.
-    """
+    """Snapshots with the same modes, followed by their shapes, and modes that could not be followed."""
     first = _snapshot(drive, poses[0], None)
     top = 1.05 * first.top
     found = [first] if len(poses) == 1 else [_snapshot(drive, pose, top) for pose in poses]
@@ -281,37 +269,30 @@ def passages_of(path: RoutePath) -> tuple[Passage, ...]:
     omega, turn = path.at("along", path.here), path.at("along_turn", path.here)
     rest = np.einsum("iqm,im->iq", turn, path.torque) / omega**2
     amplitude = np.hypot(path.along - rest, path.along_rate / omega)[picked]
-    strength = np.abs(coupling).max(axis=0)
+    strength, hertz = np.abs(coupling).max(axis=0), (along / (2.0 * pi), across / (2.0 * pi))
     found = []
-    for q in range(along.shape[1]):
-        itself = np.sqrt(np.diag(strength[q]))
-        for i in range(across.shape[1]):
-            for j in range(i, across.shape[1]):
-                near = NEAR if i == j else NEAR_SUM
-                detuning = along[:, q] - across[:, i] - across[:, j]
-                if np.all(np.abs(detuning) > near * along[:, q]) and np.ptp(np.sign(detuning)) == 0.0:
-                    continue
-                if strength[q, i, j] == 0.0 or (
-                    i != j and strength[q, i, j] <= WEAKEST * itself[i] * itself[j]
-                ):
-                    continue
-                least = lost_square(0.5 * loss[:, i], 0.5 * loss[:, j], detuning)
-                threshold = 4.0 * np.sqrt(across[:, i] * across[:, j] * least)
-                share = np.abs(coupling[:, q, i, j]) * amplitude[:, q] / np.maximum(threshold, 1e-300)
-                when = int(np.argmax(share))
-                span, plane, _ = path.snapshots[0].keys[i]
-                hertz, n = (np.append(along[when], across[when]) / (2.0 * pi)).tolist(), across.shape[1]
-                found.append(
-                    Passage(
-                        kind=ONE_TO_TWO if i == j else SUM,
-                        span=span,
-                        plane=plane,
-                        longitudinal_hz=hertz[q],
-                        transverse_hz=(hertz[i - n], hertz[j - n]),
-                        detuning_hz=(float(detuning.min()) / (2.0 * pi), float(detuning.max()) / (2.0 * pi)),
-                        passes=bool(detuning.min() <= 0.0 <= detuning.max()),
-                        amplitude=float(share[when]),
-                        time=float(path.time[picked[when]]),
-                    )
+    for q, natural in enumerate(along.T):
+        detunings = natural[:, None, None] - across[:, :, None] - across[:, None, :]
+        crossed = np.ptp(np.sign(detunings), axis=0) > 0.0
+        off = np.abs(detunings / natural[:, None, None]).min(axis=0)
+        for i, j in near_pairs(strength[q], np.where(crossed, 0.0, off)):
+            detuning = detunings[:, i, j]
+            least = lost_square(0.5 * loss[:, i], 0.5 * loss[:, j], detuning)
+            threshold = 4.0 * np.sqrt(across[:, i] * across[:, j] * least)
+            share = np.abs(coupling[:, q, i, j]) * amplitude[:, q] / np.maximum(threshold, 1e-300)
+            when = int(np.argmax(share))
+            span, plane, _ = path.snapshots[0].keys[i]
+            found.append(
+                Passage(
+                    kind=ONE_TO_TWO if i == j else SUM,
+                    span=span,
+                    plane=plane,
+                    longitudinal_hz=float(hertz[0][when, q]),
+                    transverse_hz=(float(hertz[1][when, i]), float(hertz[1][when, j])),
+                    detuning_hz=(float(detuning.min()) / (2.0 * pi), float(detuning.max()) / (2.0 * pi)),
+                    passes=bool(detuning.min() <= 0.0 <= detuning.max()),
+                    amplitude=float(share[when]),
+                    time=float(path.time[picked[when]]),
                 )
+            )
     return tuple(sorted(found, key=lambda one: -one.amplitude))

@@ -9,6 +9,7 @@ so that the sum over all pairs is largest. Where a pair falls below a limit, or 
 poses half-way are looked at.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -23,6 +24,7 @@ from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -31,14 +33,12 @@ from cabledrive.studies.pair_thresholds import (
     HIGHEST,
     NEAR,
     WAYS,
-    Slopes,
-    coupling_by_span,
-    driven_of,
-    modal_damping,
-    quadrature,
-    slopes_of,
-    transverse_loss,
+    couplings,
+    longitudinal_losses,
+    of_pieces,
+    transverse_losses,
     turns_of,
+    waves_of,
 )
 
 _Key = tuple[str, str, int]
@@ -76,10 +76,7 @@ class Snapshot:
         return pi * (1.0 + NEAR) * self.top
 
     def with_keys(self, beside: Mapping[_Key, "Snapshot"], count: int) -> "Snapshot":
-        """These transverse modes and the first so many longitudinal ones; what it lacks lies above.
-
-        ``beside``: for each a snapshot that has it, whose shape and loss a mode that is lacking keeps.
-        """
+        """These transverse modes and first longitudinal ones; ``beside``: those of missing ones."""
         keys = sorted(beside)
         have = [n for n, key in enumerate(keys) if key in self.keys]
         own = [self.keys.index(keys[n]) for n in have]
@@ -120,101 +117,64 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
             )
         top = HIGHEST * lowest.frequency
     found = straight_modes(drive, below=top * 1.0001, motor=FREE)
-    nodes, weights, slope = quadrature()
-    along = []
-    for mode in found.longitudinal:
-        turns = turns_of(network, mode)
-        if not mode.clamped and np.any(turns):
-            along.append((Slopes(mode, slopes_of(network, mode, "along", nodes, slope)), turns))
-    signs = [np.sign(turns[np.flatnonzero(turns)[0]]) for _, turns in along]
-    across = [
-        Slopes(mode, slopes_of(network, mode, WAYS[mode.plane or "w"], nodes, slope))
-        for mode in found.transverse
-        if mode.frequency <= 0.5 * (1.0 + NEAR) * top
-    ]
-    facing = np.array([_facing(own) for own in across])
-    coupling = np.zeros((len(along), len(across), len(across)))
-    for q, (own, _) in enumerate(along):
-        for i, a in enumerate(across):
-            for j, b in enumerate(across[: i + 1]):
-                if a.mode.plane == b.mode.plane:
-                    value = signs[q] * sum(coupling_by_span(network, own, a, b, weights).values())
-                    coupling[q, i, j] = coupling[q, j, i] = value * facing[i] * facing[j]
-    rows: dict[str, Any] = {
-        "along": np.array([2.0 * pi * own.mode.frequency for own, _ in along]),
-        "along_loss": np.array([modal_damping(network, own.mode, own.by_piece) for own, _ in along]),
-        "along_turn": np.array([sign * turns for sign, (_, turns) in zip(signs, along, strict=True)]),
-        "along_shape": _along_shapes(network, [own for own, _ in along]) * np.array(signs),
-        "strain": _strain(network, [own for own, _ in along], weights) * np.array(signs),
-        "across": np.array([2.0 * pi * own.mode.frequency for own in across]),
-        "across_loss": np.array([transverse_loss(network, own) for own in across]),
-        "across_turn": np.array(
-            [one * turns_of(network, own.mode) for one, own in zip(facing, across, strict=True)]
-        ).reshape(len(across), len(driven_of(drive))),
-        "shape": _shapes(network, across) * facing,
-    }
+    modes = (mode for mode in found.longitudinal if not mode.clamped and np.any(turns_of(network, mode)))
+    across = [mode for mode in found.transverse if mode.frequency <= 0.5 * (1.0 + NEAR) * top]
+    waves = waves_of(network, list(modes), across)
+    turns = np.array([turns_of(network, mode) for mode in waves.along])
+    signs = np.array([np.sign(own[np.flatnonzero(own)[0]]) for own in turns])
+    # A mode leaves the start of the piece that it moves most upwards, the same in every pose.
+    most = np.abs(waves.slopes[1]).max(axis=2).argmax(axis=1)
+    facing = np.where(waves.slopes[1][np.arange(len(across)), most, 0] >= 0.0, 1.0, -1.0)
+    crossed = np.array([turns_of(network, mode) for mode in across]).reshape(len(across), turns.shape[1])
+    counted, keys = Counter[tuple[str, str]](), list[_Key]()
+    for mode in across:
+        where = mode.span or "", mode.plane or "w"
+        counted[where] += 1
+        keys.append((*where, counted[where]))
     return Snapshot(
-        **rows,
+        along=np.array([2.0 * pi * mode.frequency for mode in waves.along]),
+        along_loss=longitudinal_losses(waves),
+        along_turn=signs[:, None] * turns,
+        along_shape=_along_shapes(network, waves.along) * signs,
+        strain=of_pieces(network)[1][:, None] * (waves.slopes[0] @ waves.weights).T * signs,
+        across=np.array([2.0 * pi * mode.frequency for mode in across]),
+        across_loss=transverse_losses(waves),
+        across_turn=facing[:, None] * crossed,
+        shape=_shapes(network, across) * facing,
         tension=np.array([min(piece.start_tension, piece.end_tension) for piece in network.pieces]),
-        keys=_keys(across),
-        coupling=coupling,
+        keys=tuple(keys),
+        coupling=signs[:, None, None] * couplings(waves) * np.outer(facing, facing),
         certified=found.certified,
         top=top,
     )
 
 
-def _facing(own: Slopes) -> float:
-    """Sign that makes a mode leave the start of its first piece upwards: the same in every pose."""
-    values = own.by_piece[min(own.by_piece, key=lambda number: -float(np.abs(own.by_piece[number]).max()))]
-    return 1.0 if values[0] >= 0.0 else -1.0
-
-
-def _keys(across: Sequence[Slopes]) -> tuple[_Key, ...]:
-    counted: dict[tuple[str, str], int] = {}
-    found = []
-    for own in across:
-        where = own.mode.span or "", own.mode.plane or "w"
-        counted[where] = counted.get(where, 0) + 1
-        found.append((*where, counted[where]))
-    return tuple(found)
-
-
-def _strain(network: Network, along: Sequence[Slopes], weights: Array) -> Array:
-    """Mean rise of the tension of each piece by each longitudinal mode."""
-    found = np.zeros((len(network.pieces), len(along)))
-    for q, own in enumerate(along):
-        for number, values in own.by_piece.items():
-            route = network.drive.free_spans[network.pieces[number].span].route
-            rigidity = network.drive.ropes[route].axial_rigidity
-            found[number, q] = rigidity * float(weights @ values)
-    return found
-
-
-def _shapes(network: Network, across: Sequence[Slopes]) -> Array:
+def _shapes(network: Network, across: Sequence[Mode]) -> Array:
     """Displacement from the chord at the points of all spans, in plane and then out of plane."""
-    spans = network.drive.free_spans
+    spans, ends = network.drive.free_spans, np.array([0.0, *POINTS, 1.0])
     found = np.zeros((2, len(spans), POINTS.size, len(across)))
-    ends = np.array([0.0, *POINTS, 1.0])
-    for column, own in enumerate(across):
-        plane, motion = 0 if own.mode.plane == "w" else 1, own.mode._motion
+    for column, mode in enumerate(across):
+        way = WAYS[mode.plane or "w"]
         for number, span in enumerate(spans):
-            x = ends * span.length
-            values = motion.displacement(span.name, WAYS[own.mode.plane or "w"], x)[0].real
+            values = mode._motion.displacement(span.name, way, ends * span.length)[0].real
             chord = values[0] + (values[-1] - values[0]) * ends
-            found[plane, number, :, column] = (values - chord)[1:-1]
+            found[int(mode.plane != "w"), number, :, column] = (values - chord)[1:-1]
     return found.reshape(2 * len(spans) * POINTS.size, len(across))
 
 
-def _along_shapes(network: Network, along: Sequence[Slopes]) -> Array:
+def _along_shapes(network: Network, along: Sequence[Mode]) -> Array:
     """Displacement along every span at its points and ends, shape (points, modes)."""
-    shares = np.array([0.0, *POINTS, 1.0])
-    spans = network.drive.free_spans
-    found = np.zeros((len(spans), shares.size, len(along)))
-    for column, own in enumerate(along):
-        motion = own.mode._motion
-        for number, span in enumerate(spans):
-            found[number, :, column] = motion.displacement(span.name, ALONG, shares * span.length)[0].real
-    return found.reshape(len(spans) * shares.size, len(along))
+    ends = np.array([0.0, *POINTS, 1.0])
+    columns = [
+        np.concatenate(
+            [
+                mode._motion.displacement(span.name, ALONG, ends * span.length)[0].real
+                for span in network.drive.free_spans
+            ]
+        )
+        for mode in along
+    ]
+    return np.array(columns).T
 
 
 Match = NDArray[np.intp]
@@ -301,11 +261,7 @@ def _followed(
 
 
 def matched(first: Array, last: Array) -> tuple[Match, list[int]]:
-    """Modes of the second that are those of the first, and the numbers of those that are not sure.
-
-    ``first``, ``last``, shape (points, modes): displacements. A mode that one of the two does not list,
-    because it lies above all resonances, keeps its number.
-    """
+    """Modes, (points, modes), of the second that are those of the first, and the numbers of unsure ones."""
     from scipy.optimize import linear_sum_assignment
 
     sizes = [np.sum(own**2, axis=0) for own in (first, last)]

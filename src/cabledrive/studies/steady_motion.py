@@ -34,11 +34,7 @@ PRESENT = 1e-3
 
 
 def until_rest(way: Branch) -> Branch:
-    """The branch up to where a span's motion vanishes; beyond it come the same motions, mirrored.
-
-    There it meets the state of rest, or that of the other span alone, and its Jacobian is singular: to step
-    over it is luck.
-    """
+    """The branch up to where a span's motion vanishes; beyond it come the same motions, mirrored."""
     across = np.array([complex_state(x)[1:] for x in way.states])
     mirrored = np.flatnonzero(np.any((across[1:] * across[:-1].conj()).real < 0.0, axis=1))
     least = np.min(np.abs(across), axis=1)
@@ -53,17 +49,6 @@ def until_rest(way: Branch) -> Branch:
     )
     parts = {name: getattr(way, name)[:last] for name in ("states", "parameters", "growth")}
     return replace(way, **parts, special=special, ended=REST)
-
-
-def birth_force(way: Branch) -> float | None:
-    """Force at which the motion vanishes, from its square near there [m/s]; None where it ends elsewhere."""
-    if way.ended != REST:
-        return None
-    squared = np.min(np.abs([complex_state(x)[1:] for x in way.states]), axis=1) ** 2
-    near = np.flatnonzero(squared < 0.05 * squared.max())
-    if near.size < 4:
-        return None
-    return float(np.polyfit(squared[near], way.parameters[near], 3)[-1])
 
 
 def real_state(state: Complex) -> Array:
@@ -120,10 +105,7 @@ def steady_branches(
     load_torque: float = 0.0,
     forcing: float | None = None,
 ) -> tuple[SteadyBranch, ...]:
-    """Branches of steady motion under some ``torque`` [N m], followed down and up to three times it.
-
-    Of single spans first, then of both; ``load_torque`` [N m]; ``forcing`` [rad/s], default: the pulley mode.
-    """
+    """Branches of steady motion of one span, then both, followed down and up to three ``torque`` [N m]."""
     model = autoparametric_model(drive, load_torque=load_torque)
     if model.coupling.size != 2:
         raise NotComputed(
@@ -149,13 +131,11 @@ def steady_branches(
 def _single_states(c: AveragedCoefficients) -> list[Complex]:
     """One span alone, by the closed form."""
     states = []
-    for j in range(2):
-        twice = _section(c, j, 2)
+    for j, twice in enumerate((_section(c, 0, 2), _section(c, 1, 2))):
         squared = steady_amplitudes(twice, "one")
         if squared.size:
-            pulley, across, _ = steady_state(twice, float(squared[-1]), "one")
             state = np.zeros(3, dtype=complex)
-            state[[0, 1 + j]] = pulley, across
+            state[0], state[1 + j], _ = steady_state(twice, float(squared[-1]), "one")
             states.append(state)
     return states
 
@@ -227,7 +207,12 @@ def _branch(c: AveragedCoefficients, state: Complex, per_torque: float) -> Stead
         kind: tuple(sorted(point.parameter / per_torque for point in points if point.kind == kind))
         for kind in ("fold", "hopf")
     }
-    births = [birth / per_torque for way in (down, up) if (birth := birth_force(way)) is not None]
+    births = []  # where the motion vanishes, from its square near there
+    for way in (down, up):
+        squared = np.min(np.abs([complex_state(x)[1:] for x in way.states]), axis=1) ** 2
+        near = np.flatnonzero(squared < 0.05 * squared.max())
+        if way.ended == REST and near.size >= 4:
+            births.append(float(np.polyfit(squared[near], way.parameters[near], 3)[-1]) / per_torque)
     return SteadyBranch(
         spans=tuple(name for name, moves in zip(("upper", "lower"), moving, strict=True) if moves),
         torque=forces / per_torque,

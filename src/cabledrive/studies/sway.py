@@ -22,6 +22,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.frequency_curves import varied_together
+from cabledrive.studies.pair_thresholds import refuse_running
 
 POINTS = 201
 """Points of a span at which its motion is looked at."""
@@ -77,10 +78,7 @@ def sway(
                 f'route "{route.name}": transverse_damping is 0, and nothing else bounds its sway: '
                 "give it in [cable]"
             )
-        if route.speed:
-            raise InputRefused(
-                f'route "{route.name}" runs at {route.speed:.4g} m/s: sway is of ropes at rest'
-            )
+    refuse_running(drive, "sway")
     if vary is not None and len(vary) != 1:
         raise InputRefused(f"{len(vary)} ranges are varied: sway takes the places of one motion")
     keys, rows = next(iter(vary.items())) if vary else ((), np.zeros((0, 1)))

@@ -16,8 +16,8 @@ from cabledrive.report.figures.study_runs import spectrum
 from cabledrive.rig import Tracking, track
 from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, SHAPED
 from cabledrive.rig.plant_samples import Disturbances
-from cabledrive.rig.ranked import offered
 from cabledrive.rig.setting import Motion, RigOptions, parse_disturbance, parse_encoder_dropout
+from cabledrive.rig.trial import offered
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import DISTURBANCES, SWITCHES, disturbed
 from cabledrive.studio.state import Desk, State, command_line, drive_of, state_of

@@ -28,8 +28,8 @@ from cabledrive.rig import Tracking
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.bandwidth_cost import CarriageController
-from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.machine import LOG, WORDS, Quantity
+from cabledrive.studies.study.plants import ControllerResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

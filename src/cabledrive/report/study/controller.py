@@ -30,9 +30,9 @@ from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, LawScore, WorstCase
 from cabledrive.studies.study.bandwidth_cost import Candidate, CarriageCandidate, CarriageController
-from cabledrive.studies.study.carriage_case import CarriageModel
-from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.carriage import CarriageModel
 from cabledrive.studies.study.machine import UNITS
+from cabledrive.studies.study.plants import ControllerResult
 from cabledrive.studies.study.verdict_stage import NO_BOUND
 
 ESTIMATES = ("Inertia at the motor", "Viscous friction", "Coulomb friction", "Offset torque")
@@ -133,7 +133,7 @@ say_runs = texts("study_acceptance")
 def acceptance_chapter(result: StudyResult) -> Chapter | None:
     """Results of the runs, if there were any."""
     carried = result.carried
-    if result.laws is None or (carried and not result.runs.draws):
+    if not result.laws.scores or (carried and not result.runs.draws):
         return None
     errors, kind = (CARRIAGE, "carriage") if carried else (LOAD, "load")
     asked = (result.runs,) if carried else (result.runs, result.cable)
@@ -141,7 +141,7 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
     goal = result.goals.carriage_error if carried else result.goals.error
     blocks: list[Block] = [Paragraph(text=say_runs(f"intro_{kind}", chosen=result.laws.chosen))]
     blocks += [Note(text=say_runs("not_run", one=one), tone="warning") for one in asked if not one.draws]
-    blocks.append(_laws(result.scores, errors))
+    blocks.append(_laws(result.laws.scores, errors))
     if runs:
         blocks.append(_runs(runs, errors))
     if lasting := [one for one in runs if one.peaks]:

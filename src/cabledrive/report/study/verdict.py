@@ -1,5 +1,7 @@
 """Chapters "Verdict", "Drive and data" and "Parameters" of a study."""
 
+from dataclasses import replace
+
 from markupsafe import Markup
 
 from cabledrive.parameters.route.two_pulleys import AxisDrive
@@ -9,7 +11,7 @@ from cabledrive.report.machine.data import derived_table
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import Goals, StudyResult
-from cabledrive.studies.study.carriage_machine import carriage_quantities
+from cabledrive.studies.study.carriage import know_carriage
 from cabledrive.studies.study.check_stage import LogWords
 from cabledrive.studies.study.findings import move_words
 from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity, by_datasheet
@@ -172,7 +174,8 @@ def knowledge_chapter(result: StudyResult) -> Chapter:
 def _sheet(result: StudyResult) -> dict[str, Quantity]:
     """What stood in file and goals before any log."""
     if result.carried:
-        return carriage_quantities(result.drive, result.goals)
+        plain = replace(result.goals, load_inertia=None)
+        return know_carriage(result.drive, plain, plain.spreads, logged=False).quantities
     return by_datasheet(result.drive, result.goals.spreads)
 
 

@@ -32,10 +32,9 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
-from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.bench.virtual_rig import VirtualRig, rig_of, run_rig
-from cabledrive.rig.setting import check_excitation
+from cabledrive.rig.setting import sample_interval
 
 CHANNEL = "load_cell_force"
 SPEED_BANDWIDTH = 40.0
@@ -43,15 +42,10 @@ SPEED_BANDWIDTH = 40.0
 
 
 def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
-    r"""A log with what the load cell reads, where the drive has one.
+    """A log with the channel "load_cell_force", 2 T - 2 rho v^2 and noise, where the drive has a load cell.
 
-    .. math:: F = 2 T_0 - 2\rho v^2
-
-    since what the load pulley adds to one span it takes from the other; v is the speed of the rim.
-
-    ``log``: with the angle of the load pulley; without it the cable is taken to rest; ``rng``: noise of the
-    cell.
-    Returns with the channel "load_cell_force"; the log itself where the drive has no load cell.
+    What the load pulley adds to one span it takes from the other; v is the speed of the rim, of a log without
+    the load's angle zero.
     """
     noise = drive.sensors.load_cell_noise if drive.sensors else None
     if noise is None or drive.kind != "loop":
@@ -102,6 +96,56 @@ class Excitation:
             raise InputRefused(f"band holds {len(self.band)} frequencies: give the lowest and the highest")
         if not self.period > 0.0:
             raise InputRefused(f"period = {self.period:.4g} s must be above 0: lengthen it")
+
+
+MOST_LOG_MEMORY, BYTES_PER_ROW = 8e9, 350.0
+"""Of the log of an experiment while it is written, an hour at 5 kHz and a little more [bytes]."""
+MOST_TRIED_SAMPLES = 1e10
+"""Of all draws of a random multisine together: about a quarter of an hour of one core."""
+
+
+def check_excitation(drive: Drive, excitation: Excitation) -> None:
+    """Refuse an experiment whose log does not fit into memory, or whose command its samples cannot carry."""
+    e, rate = excitation, 1.0 / sample_interval(drive)
+    size = BYTES_PER_ROW * e.duration * rate
+    if size > MOST_LOG_MEMORY:
+        raise InputRefused(
+            f"duration = {e.duration:.4g} s at {rate:.6g} Hz takes {size / 1e9:.3g} GB: at most "
+            f"{MOST_LOG_MEMORY / 1e9:.0f} GB are used, {e.duration * MOST_LOG_MEMORY / size:.4g} s: shorten "
+            "it, or lower sensors.sample_rate"
+        )
+    used = {"sines": ("frequencies", e.frequencies), "chirp": ("band", e.band)}.get(e.kind)
+    if used is not None and not all(0.0 < f < 0.5 * rate for f in used[1]):
+        wrong = next(f for f in used[1] if not 0.0 < f < 0.5 * rate)
+        raise InputRefused(
+            f"{used[0]}: {wrong:.6g} Hz must lie above 0 and below {0.5 * rate:.6g} Hz, half the sample rate"
+        )
+    if e.kind == "chirp" and e.band[0] == e.band[1]:
+        raise InputRefused(
+            f"band: both ends are {e.band[0]:.6g} Hz: give two frequencies, or one of kind sines"
+        )
+    if e.kind not in ("sines", "chirp"):
+        _check_period(e, rate)
+
+
+def _check_period(e: Excitation, rate: float) -> None:
+    samples = e.period * rate
+    if e.kind == "steps":
+        if samples < 2.0:
+            raise InputRefused(
+                f"period = {e.period:.4g} s holds {samples:.2g} samples: lengthen it to 2 or more"
+            )
+        return
+    most = MOST_LOG_MEMORY / BYTES_PER_ROW
+    if samples > most:
+        raise InputRefused(
+            f"period = {e.period:.4g} s is above {most / rate:.4g} s at {rate:.6g} Hz: shorten it"
+        )
+    if e.kind == "idinput" and e.trials * samples > MOST_TRIED_SAMPLES:
+        most = int(MOST_TRIED_SAMPLES / samples)
+        raise InputRefused(
+            f"trials = {e.trials} are more than the {most} that this period allows: lower them"
+        )
 
 
 def load_excitation(path: str | Path) -> Excitation:
@@ -202,11 +246,9 @@ def plan_experiment(
     stroke: float | None = None,
     seed: int = 0,
 ) -> dict[str, Any]:
-    """Predict standard errors, peaks and warnings of an experiment.
+    """Predict standard errors, peaks and warnings of an experiment; ``stroke``: largest travel [rad].
 
-    ``model``, {1, 2, 3, 4}; ``stroke``: largest travel from end to end [rad]. Returns
-    "relative_standard_error" of each parameter, "peaks" of the axis moved as a whole, "amplitude_factor" by
-    which the torque reaches the first limit (None without limits), "warnings".
+    Errors are relative; "amplitude_factor": by which the torque reaches the first limit, None without limits.
     """
     excitation = excitation or Excitation()
     check_excitation(drive, excitation)
@@ -219,7 +261,13 @@ def plan_experiment(
     instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=quantum)
     known = {"torque": motor.torque_limit, "speed": motor.speed_limit} if motor is not None else {}
     limits = {name: float(one) for name, one in {**known, "stroke": stroke}.items() if one is not None}
-    guess = _whole(rig.chain)
+    chain, reach = rig.chain, np.cumprod([1.0, *(first / second for first, second in rig.chain.ratios)])
+    guess = AxisGuess(  # the lumped chain as one, seen from the motor
+        inertia=float(reach**2 @ chain.inertias),
+        viscous=float(reach**2 @ chain.viscous),
+        coulomb=float(np.abs(reach) @ chain.coulomb),
+        offset=chain.offsets[0],
+    )
     plan = plan_test(torque, interval, guess, instruments, limits)
     errors: dict[str, float | None] = dict(plan.relative_errors)
     warnings = [*plan.findings, *resonance_warnings(drive, torque, rig.sample_rate)]
@@ -235,19 +283,6 @@ def plan_experiment(
         "amplitude_factor": largest_amplitude(torque, interval, guess, limits) if limits else None,
         "warnings": warnings,
     }
-
-
-def _whole(chain: LumpedChain) -> AxisGuess:
-    """The lumped chain as one, seen from the motor."""
-    reach, inertia, viscous, coulomb = 1.0, 0.0, 0.0, 0.0
-    for k in range(chain.size):
-        if k > 0:
-            first, second = chain.ratios[k - 1]
-            reach *= first / second
-        inertia += reach**2 * chain.inertias[k]
-        viscous += reach**2 * chain.viscous[k]
-        coulomb += abs(reach) * chain.coulomb[k]
-    return AxisGuess(inertia=inertia, viscous=viscous, coulomb=coulomb, offset=chain.offsets[0])
 
 
 def _of_response(

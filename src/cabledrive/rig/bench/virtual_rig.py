@@ -1,6 +1,6 @@
 """A rig in numbers as a laboratory has it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import exp, pi
 
 import numpy as np
@@ -64,8 +64,23 @@ def run_rig(
         )
     fine = 1.0 / (rig.sample_rate * oversampling)
     torque = acting_torque(rig, command, rng, oversampling)
-    angles = _angles(rig, torque, fine)
-    return log_from(rig, torque, angles[::oversampling], rng, {"command_voltage": command}, source)
+    flaws, n = rig.imperfections, rig.chain.size
+    if n == 1 and flaws.stribeck_excess == 0.0:
+        values = [x[0] for x in (rig.chain.inertias, rig.chain.viscous, rig.chain.coulomb, rig.chain.offsets)]
+        speeds, _ = integrate_rigid_axis(np.array(values), torque, fine, slope=flaws.smooth_slope)
+        middle = 0.5 * (speeds[1:] + speeds[:-1]) * fine
+        angles = np.concatenate([[0.0], np.cumsum(middle)])[:, None]
+    else:
+        law = FrictionLaw(
+            excess=(flaws.stribeck_excess, *(0.0,) * (n - 1)),
+            fading=(flaws.stribeck_speed,) * n,
+            slope=(flaws.smooth_slope, *(0.0,) * (n - 1)),
+        )
+        gaps = (flaws.backlash, *(0.0,) * (n - 2)) if n > 1 else ()
+        angles = integrate_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
+    log = log_from(rig, torque, angles[::oversampling], rng, source)
+    channels, units = {"command_voltage": command, **log.channels}, {"command_voltage": "V", **log.units}
+    return replace(log, channels=channels, units=units)
 
 
 def log_from(
@@ -73,20 +88,22 @@ def log_from(
     torque: Array,
     angles: Array,
     rng: np.random.Generator,
-    commands: dict[str, Array],
     source: str,
     phases: dict[str, float] | None = None,
 ) -> Log:
-    """What the instruments of a rig say of its motion.
+    """What the instruments of a rig say of a ``torque`` that acted, finely sampled, and of the angles.
 
-    ``torque``, shape (samples * oversampling,): that acted [N m]; ``angles``, shape (samples, n): of every
-    inertia [rad]; ``commands``: voltages that are logged with it [V]; ``phases``: place of each encoder
-    within a count, from 0 to 1; default: random.
+    ``angles``, shape (samples, n) [rad]; ``phases``: place of each encoder within a count, default: random.
     """
     samples = angles.shape[0]
-    channels = commands | {"torque": _logged(torque, torque.size // samples, rig, rng)}
-    units = dict.fromkeys(commands, "V") | {"torque": "N m"}
-    quanta = {}
+    per_sample = torque.size // samples
+    # The mean over the interval centred on each stamp: the torque runs on straight lines between fine steps.
+    half, weights = per_sample // 2, np.ones(per_sample + 1)
+    weights[[0, -1]] = 0.5
+    padded = np.concatenate([np.full(half, torque[0]), torque, np.full(half, torque[-1])])
+    mean = np.convolve(padded, weights / per_sample, "valid")[::per_sample]
+    channels = {"torque": mean + rig.imperfections.torque_noise * rng.normal(size=mean.size)}
+    units, quanta = {"torque": "N m"}, {}
     for name, counts in rig.encoders.items():
         quantum = 2 * pi / counts
         number = rig.chain.names.index(
@@ -115,33 +132,6 @@ def acting_torque(rig: VirtualRig, command: Array, rng: np.random.Generator, ove
     pole = exp(-2 * pi * rig.imperfections.current_bandwidth / (rig.sample_rate * oversampling))
     filtered, _ = signal.lfilter([1 - pole], [1, -pole], steady, zi=[pole * steady[0]])
     return np.asarray(filtered)
-
-
-def _angles(rig: VirtualRig, torque: Array, fine: float) -> Array:
-    flaws = rig.imperfections
-    n = rig.chain.size
-    if n == 1 and flaws.stribeck_excess == 0.0:
-        values = [x[0] for x in (rig.chain.inertias, rig.chain.viscous, rig.chain.coulomb, rig.chain.offsets)]
-        speeds, _ = integrate_rigid_axis(np.array(values), torque, fine, slope=flaws.smooth_slope)
-        middle = 0.5 * (speeds[1:] + speeds[:-1]) * fine
-        return np.concatenate([[0.0], np.cumsum(middle)])[:, None]
-    law = FrictionLaw(
-        excess=(flaws.stribeck_excess, *(0.0,) * (n - 1)),
-        fading=(flaws.stribeck_speed,) * n,
-        slope=(flaws.smooth_slope, *(0.0,) * (n - 1)),
-    )
-    gaps = (flaws.backlash, *(0.0,) * (n - 2)) if n > 1 else ()
-    return integrate_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
-
-
-def _logged(torque: Array, oversampling: int, rig: VirtualRig, rng: np.random.Generator) -> Array:
-    """Mean over the interval centred on each stamp, with noise."""
-    half = oversampling // 2
-    weights = np.ones(oversampling + 1)
-    weights[[0, -1]] = 0.5  # the torque runs on straight lines between fine steps
-    padded = np.concatenate([np.full(half, torque[0]), torque, np.full(half, torque[-1])])
-    mean = np.convolve(padded, weights / oversampling, "valid")[::oversampling]
-    return mean + rig.imperfections.torque_noise * rng.normal(size=mean.size)
 
 
 def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections | None = None) -> VirtualRig:

@@ -10,13 +10,13 @@ from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness
-from cabledrive.rig.closed_loop.loop_numbers import (
+from cabledrive.rig.closed_loop.chain_kernels import (
     DIVERGED,
     WENT_SLACK,
-    Array,
     Control,
     LoopState,
     RigNumbers,
@@ -24,8 +24,7 @@ from cabledrive.rig.closed_loop.loop_numbers import (
     farthest,
     finish_sample,
 )
-from cabledrive.rig.disturbances import current_rate
-from cabledrive.rig.setting import RigOptions
+from cabledrive.rig.setting import RigOptions, current_rate
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
 from cabledrive.simulation.channels import width_of
@@ -91,8 +90,7 @@ def look_at_cable(plan: Plan, cable: State, numbers: CableNumbers, x: Array, sco
 def act(c: CableRun, rig: RigNumbers, commands: Array, shaft: float, push: float) -> float:
     """Write the torque on the motor at each step of a sample; returns that of the torque loop at its end.
 
-    The older command acts until the delay has passed. A step of the cable spreads its torque half a step to
-    both sides; so does the share of each command.
+    The older command acts until the delay has passed; a step spreads its torque half a step to both sides.
     """
     numbers, torques, older, newer = c.numbers, c.torques, commands[0], commands[1]
     step = rig.interval / numbers.steps
@@ -200,26 +198,23 @@ def cable_plant(
         recording=Recording(rate=1.0 / interval),
     )
     state = case.first_state()
-    return CablePlant(
-        drive=own,
-        case=case,
-        numbers=_numbers(case, chain, current_rate(drive), state),
-        start=np.concatenate((state.x.ravel(), state.x_t.ravel(), state.q, state.q_t)),
-    )
-
-
-def _numbers(case: Case, chain: LumpedChain, rate: float, state: State) -> CableNumbers:
     radius = case.machine.drive_pulley.radius
     first = [state.q[2]] if case.mesh.joint is not None else []
-    return CableNumbers(
+    numbers = CableNumbers(
         shafts=chain.size,
         radius=radius,
         steps=case.grid.every,
-        rate=rate,
+        rate=current_rate(drive),
         offset=float(case.holding[0]),
         weight=float(case.plan.rest[1]),
         zeros=np.array([*first, *state.q[:2]]) / radius,
         middle=np.max(np.abs(state.x[1:, :]), axis=1),
+    )
+    return CablePlant(
+        drive=own,
+        case=case,
+        numbers=numbers,
+        start=np.concatenate((state.x.ravel(), state.x_t.ravel(), state.q, state.q_t)),
     )
 
 

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import KALMAN
+from cabledrive.control.numbers import KALMAN, ObserverNumbers
 from cabledrive.control.observer_kernels import FlankLaw, first_memory
 from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers
-from cabledrive.rig.closed_loop.loop_numbers import Array
 
 PER_RADIAN, SLOPE = 12.0, 50.0
 """Internal steps per radian of the fastest mode; K of smoothed friction c tanh(K w) [s/rad]."""
@@ -50,8 +50,8 @@ def chain_numbers(
         step=interval / substeps,
         twist_limit=inf,
         smooth=SLOPE if smooth else 0.0,
-    )._replace(**more)
-    return in_steps(numbers, interval, substeps)
+    )
+    return in_steps(numbers._replace(**more), interval, substeps)
 
 
 def in_steps(p: ChainPlant, interval: float, substeps: int) -> ChainPlant:
@@ -94,8 +94,8 @@ DAMPING = 0.7
 SLOWER = 0.5
 """Rate of the preload's lags, over the frequency of a motor on its joint."""
 INTERNAL_STEPS = 5
-SPREADS = (0.1, 0.05, 0.5, 0.2)
-"""Half widths of what is drawn: stiffness, inertia, friction of motor a against motor b; backlash."""
+SPREADS = {"stiffness": 0.1, "inertia": 0.05, "friction": 0.5, "backlash": 0.2}
+"""Half widths of what is drawn: of motor a against motor b; of the backlash."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,18 +215,9 @@ def make_pair(
 
 def drawn_pair(pair: Pair, generator: np.random.Generator) -> Pair:
     """A pair whose motors differ, with another start and another phase of the second encoder."""
-    stiffness, inertia, friction, backlash = (
-        spread * generator.uniform(-1.0, 1.0) for spread in SPREADS
-    )  # fmt: skip
-    skew = Skew(
-        stiffness=stiffness,
-        inertia=inertia,
-        friction=friction,
-        backlash=backlash,
-        held=generator.uniform(-1.0, 1.0),
-        phase=generator.uniform(-0.5, 0.5),
-    )
-    return replace(pair, skew=skew)
+    drawn = {name: spread * generator.uniform(-1.0, 1.0) for name, spread in SPREADS.items()}
+    held, phase = generator.uniform(-1.0, 1.0), generator.uniform(-0.5, 0.5)
+    return replace(pair, skew=Skew(**drawn, held=held, phase=phase))
 
 
 def pair_plant(pair: Pair, plant: ChainPlant, interval: float) -> ChainPlant:
@@ -253,10 +244,15 @@ def pair_plant(pair: Pair, plant: ChainPlant, interval: float) -> ChainPlant:
     return in_steps(made, interval, INTERNAL_STEPS)
 
 
-def pair_numbers(pair: Pair, plant: ChainPlant) -> PairNumbers:
-    """Law and sensors; ``plant``: of the pair."""
+def pair_numbers(
+    pair: Pair | None, plant: ChainPlant, samples: int, observer: ObserverNumbers
+) -> PairNumbers:
+    """Law and sensors, with a record of so many samples; ``plant``: of the pair; None: one motor."""
+    if pair is None:  # what is not there is zero, its observer any
+        law = FlankLaw(observer, *np.zeros(8).tolist())
+        return PairNumbers(law, 0.0, 0.0, np.zeros(2, dtype=np.int64), np.zeros((0, 6)))
     start = 0.5 * float(_turned(pair, plant).sum())
-    return PairNumbers(law=pair.law, phase=pair.skew.phase, start=start, joint=np.array(pair.joint))
+    return PairNumbers(pair.law, pair.skew.phase, start, np.array(pair.joint), np.zeros((samples, 6)))
 
 
 def pair_at_rest(pair: Pair, plant: ChainPlant, late_samples: int) -> Array:

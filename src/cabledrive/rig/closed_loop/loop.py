@@ -5,16 +5,22 @@ from math import inf
 
 import numpy as np
 
-from cabledrive.control.numbers import ObserverNumbers
-from cabledrive.control.observer_kernels import FlankLaw
-from cabledrive.control.observers import Sampling
+from cabledrive.control.numbers import ESTIMATES, ObserverNumbers, new_controller_state
 from cabledrive.control.own_controller import is_compiled
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, drive_like, run_cable
-from cabledrive.rig.closed_loop.chain_kernels import ChainPlant
+from cabledrive.rig.closed_loop.chain_kernels import (
+    SUMMARY,
+    ChainPlant,
+    Control,
+    Integers,
+    LoopState,
+    RigNumbers,
+)
 from cabledrive.rig.closed_loop.chain_plant import (
     Pair,
     chain_numbers,
@@ -23,29 +29,28 @@ from cabledrive.rig.closed_loop.chain_plant import (
     pair_numbers,
     pair_plant,
 )
-from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, run_loop
-from cabledrive.rig.closed_loop.loop_numbers import (
-    ESTIMATES,
-    Array,
-    Control,
-    LoopState,
-    RigNumbers,
-    new_state,
-)
+from cabledrive.rig.closed_loop.loop_kernels import run_loop
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, run_by_sample, run_own, user_plant
-from cabledrive.rig.disturbances import (
+from cabledrive.rig.laws.controllers import (
+    Controller,
+    DesignSpec,
+    fit_observer,
+    fitted_encoders,
+    load_gear,
+    place,
+)
+from cabledrive.rig.setting import (
+    CABLE,
+    Motion,
+    RigOptions,
     control_delay,
     current_rate,
-    disturbing_torques,
-    encoder_dropout,
-    encoder_phases,
     joint_backlash,
-    late_samples,
+    sample_interval,
     slack_twist,
+    stepped_in,
     torque_limit,
 )
-from cabledrive.rig.laws.controllers import Controller, fit_observer, fitted_encoders, load_gear, place
-from cabledrive.rig.setting import Motion, RigOptions, sample_interval
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -113,6 +118,11 @@ class Run:
     interpreted: str | None = None
 
     @property
+    def score(self) -> dict[str, float]:
+        """What the run is scored by, see `SUMMARY`."""
+        return dict(zip(SUMMARY, (float(value) for value in self.state.summary), strict=True))
+
+    @property
     def failed(self) -> bool:
         """Whether the plant diverged or a span went slack, be it at the last sample."""
         return bool(self.state.discrete[1])
@@ -123,60 +133,66 @@ def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
     return reflected(lumped_model(released(drive), model))[0]
 
 
+PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
+
+
 def close_loop(
-    design_drive: Drive,
-    plant_drive: Drive,
+    spec: DesignSpec,
     controller: Controller,
-    motion: Motion,
-    options: RigOptions,
     generator: np.random.Generator,
-    *,
-    plant_model: int | None = None,
-    cable: bool = False,
-    plant: LumpedChain | PlantProtocol | None = None,
+    plant: str | LumpedChain | PlantProtocol | None = None,
 ) -> Loop:
-    """Put a loop together; ``plant_model``, {1, 2, 3, 4}."""
+    """Put a loop together; ``plant``: one of `PLANTS`, the highest model by default, or one of the user's."""
+    motion, options, plant_drive = spec.motion, spec.options, spec.plant or spec.drive
     interval = sample_interval(plant_drive)
+    named_plant = plant if isinstance(plant, str) else None
+    if named_plant is not None and named_plant not in PLANTS:
+        raise InputRefused(f"plant = {plant!r} is not known: take one of {', '.join(PLANTS)}")
+    cable, plant_model = named_plant == CABLE, PLANTS.get(named_plant or "")
     chain, own_plant, named = plant_chain(plant_drive, plant_model), None, ""
-    if plant is not None:
+    if plant is not None and not isinstance(plant, str):
         chain, own_plant, named = user_plant(plant_drive, plant, options)
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
-    design = controller.filter_chain or plant_chain(design_drive, own or highest_model(design_drive))
+    design = controller.filter_chain or plant_chain(spec.drive, own or highest_model(spec.drive))
     rate = current_rate(plant_drive)
     delay = control_delay(plant_drive)
-    sampling = Sampling(interval=interval, delay=delay, current_rate=current_rate(design_drive))
     fitted = fitted_encoders(plant_drive, None if own is None else controller.shafts)
     shafts, counts = tuple(fitted), np.array(list(fitted.values()))
     samples = len(controller.reference)
     gear, stepper = load_gear(plant_drive), controller.field is not None
     late = np.maximum(interval * np.arange(samples, dtype=np.float64) - controller.late, 0.0)
     target = gear * motion.trajectory(late)[0]
-    if stepper and (cable or plant is not None or options.pair or options.smooth_friction):
+    if stepper and (cable or named or options.pair or options.smooth_friction):
         raise InputRefused(
             f"{controller.name} is one stepper on a lumped chain with set-valued friction: leave --pair, "
             "--smooth-friction and the plant out"
         )
+    every = list(fitted_encoders(plant_drive))  # drawn for each, read or not
+    phases = generator.uniform(-0.5, 0.5, len(every))[[every.index(name) for name in shafts]]
+    if options.encoder_phase == "centred" or options.ideal_sensors:
+        phases = np.zeros(len(phases))
+    jitter = generator.normal(0.0, options.jitter, samples + 1) if options.jitter else np.zeros(0)
     rig = RigNumbers(
         interval=interval,
         encoders=np.array([place(chain, shaft) for shaft in shafts], dtype=np.int64),
         counts=np.zeros(len(counts)) if options.ideal_sensors else counts,
-        phases=encoder_phases(plant_drive, options, generator, shafts),
+        phases=phases,
         torque_limit=inf if stepper else torque_limit(plant_drive),
         late_samples=int(delay // interval),
         late_part=float(delay % interval),
-        jitter=late_samples(options, interval, samples, generator),
-        forces=disturbing_torques(options, interval, samples),
+        jitter=np.clip(jitter, -0.4 * interval, 0.4 * interval),
+        forces=stepped_in(options.disturbances, ("motor", "load"), interval, samples),
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
-        dropout=encoder_dropout(options, interval, shafts),
+        dropout=_dropout(options, interval, shafts),
     )
     play, slack = joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain)
     links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
     loop = Loop(
-        drive=design_drive,
+        drive=spec.drive,
         actual=plant_drive,
         motion=motion,
         options=options,
-        observer=fit_observer(controller, (design, chain), fitted, options, sampling),
+        observer=fit_observer(controller, (design, chain), fitted, options, spec.sampling),
         controller=controller,
         rig=rig,
         target=target,
@@ -192,8 +208,18 @@ def close_loop(
     )
     if not options.pair:
         return loop
-    other = cable or plant is not None or plant_model is not None or controller.own is not None
-    return replace(loop, pair=make_pair(loop, design, sampling, generator, other=other))
+    other = plant is not None or controller.own is not None
+    return replace(loop, pair=make_pair(loop, design, spec.sampling, generator, other=other))
+
+
+def _dropout(options: RigOptions, interval: float, names: tuple[str, ...]) -> Integers:
+    """Encoder that gives NaN (-1: none), first and last sample at which it does, shape (3,)."""
+    if options.blind is None:
+        return np.array([-1, 0, 0], dtype=np.int64)
+    shaft, start, end = options.blind
+    if shaft not in names:
+        raise InputRefused(f"encoder dropout {shaft!r} is not fitted: take one of {', '.join(names)}")
+    return np.array([names.index(shaft), round(start / interval), round(end / interval)], dtype=np.int64)
 
 
 def lumped_plant(
@@ -229,10 +255,17 @@ def loop_at_rest(loop: Loop) -> LoopState:
         start = np.concatenate((start, np.asarray(loop.own_plant.initial_state, dtype=np.float64)))
     if loop.pair is not None:
         start = pair_at_rest(loop.pair, loop.driven, loop.rig.late_samples)
-    memory = None if made.own is None else np.asarray(made.own.initial_state, dtype=np.float64)
-    state = new_state(len(start), loop.observer, made.law, loop.rig, made.start, memory)
-    state.x[:] = start
-    return state
+    memory = np.array(() if made.own is None else made.own.initial_state, dtype=np.float64)
+    count, late = len(loop.rig.encoders), loop.rig.late_samples
+    return LoopState(
+        x=np.array(start),
+        discrete=np.zeros(2, dtype=np.int64),
+        controller=new_controller_state(loop.observer, made.law, count, late, made.start, memory),
+        readings=np.zeros(count),
+        terms=np.zeros((5, len(start))),
+        work=np.zeros(len(start)),
+        summary=np.zeros(len(SUMMARY)),
+    )
 
 
 def run(
@@ -252,13 +285,10 @@ def run(
         tensions = np.zeros((samples if log else 0, 2))
         ended = int(run_cable(cable_run(loop.cable, state, tensions), made, first, end, state, kept))
         return Run(ended=ended, state=state, log=kept, tensions=tensions, interpreted=why_plain())
-    plant, flanks = loop.driven, np.zeros((len(kept), 6 if loop.pair else 0))
-    law = FlankLaw(loop.observer, *np.zeros(8).tolist())  # stands for that of a pair
-    pair = PairNumbers(law=law, phase=0.0, start=0.0, joint=np.zeros(2, dtype=np.int64))
-    if loop.pair is not None:
-        pair = pair_numbers(loop.pair, plant)
-    ended = int(run_loop(plant, pair, made, first, end, state, kept, flanks))
-    borne = None if loop.pair is None else flanks
+    plant = loop.driven
+    pair = pair_numbers(loop.pair, plant, len(kept), loop.observer)
+    ended = int(run_loop(plant, pair, made, (first, end), state, kept))
+    borne = None if loop.pair is None else pair.record
     return Run(ended=ended, state=state, log=kept, flanks=borne, interpreted=why_plain())
 
 

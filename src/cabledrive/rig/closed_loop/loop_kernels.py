@@ -20,36 +20,39 @@ from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.control.observer_kernels import COMMANDS, FlankLaw, preload_step
 from cabledrive.control.reference import ReferenceNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.parameters.arrays import Array
 from cabledrive.rig.closed_loop.chain_kernels import (
     FLANKS,
     MEMORY,
     TORQUE,
     VIEW,
     ChainPlant,
-    move,
-    move_chain,
-    see_chain,
-)
-from cabledrive.rig.closed_loop.loop_numbers import (
-    Array,
     Control,
     Integers,
     LoopState,
     RigNumbers,
     farthest,
     finish_sample,
+    move,
+    move_chain,
     read_encoders,
+    see_chain,
     sense,
 )
 
 
 class PairNumbers(NamedTuple):
-    """Law and sensors of a pair; ``start``: half the angle between the motors when switched on [rad]."""
+    """Law and sensors of a pair; ``start``: half the angle between the motors when switched on [rad].
+
+    ``record``, shape (samples or 0, 6), takes torques of both flanks, of both motors, of both flanks as
+    observed.
+    """
 
     law: FlankLaw
     phase: float
     start: float
     joint: Integers
+    record: Array
 
 
 @njit_part
@@ -69,10 +72,11 @@ def sense_pair(pair: PairNumbers, rig: RigNumbers, s: LoopState) -> float:
 
 @njit_part
 def part_command(
-    pair: PairNumbers, p: ChainPlant, pressed: float, command: float, k: int, s: LoopState, record: Array
+    pair: PairNumbers, p: ChainPlant, pressed: float, command: float, k: int, s: LoopState
 ) -> None:
     """What the first motor of a pair gets more, onto its way; what flanks bear, into the record."""
     kept, c, flanks = s.x[2 * p.inertia.size - 1 :], s.controller, s.terms[TORQUE]
+    record = pair.record
     twist = s.readings[0] - s.readings[1]
     if pair.joint[0] >= 0:
         twist = c.estimate[pair.joint[0]] - c.estimate[pair.joint[1]]
@@ -87,21 +91,18 @@ def part_command(
 
 @njit_in_place
 def run_loop(
-    plant: ChainPlant, pair: PairNumbers, control: Control, first: int, last: int, s: LoopState, log: Array,
-    record: Array,
-) -> int:  # fmt: skip
-    """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
+    plant: ChainPlant, pair: PairNumbers, control: Control, span: tuple[int, int], s: LoopState, log: Array
+) -> int:
+    """Run the samples of a span, its end not among them; returns the sample at which the run ended.
 
     ``log`` has a row per sample, or none at all: true angles and speeds, shaft
     torque, readings, limited command, slip, sigma, estimates (12), regressor (12), states of the law.
-    ``record``, shape (samples or 0, 6), of a pair: torques of both flanks, of both motors, of both flanks as
-    observed.
     """
     gone, two, pressed, older, newer = farthest(control.target), plant.motors > 1, 0.0, 0.0, 0.0
     observer, rig = control.observer, control.rig
     size = plant.inertia.size - plant.motors + 1
     on_its_way = s.x[2 * plant.inertia.size - 1 + MEMORY + COMMANDS :] if two else s.x[:0]
-    for k in range(first, last):
+    for k in range(span[0], span[1]):
         s.discrete[1] = see_chain(plant, gone, s)
         if s.discrete[1] != 0:
             return k
@@ -113,7 +114,7 @@ def run_loop(
         )
         s.summary[6] += not valid
         if two:
-            part_command(pair, plant, pressed, command, k, s, record)
+            part_command(pair, plant, pressed, command, k, s)
             older, newer = on_its_way[0], on_its_way[1]
         if plant.field > 0.0:  # the command is an angle: the torque is scored, and lost steps
             lag = abs(plant.field_periods * (command - s.x[0]))
@@ -122,7 +123,7 @@ def run_loop(
         seen = s.terms[VIEW, : 2 * size + 1]
         finish_sample(control, k, s, log, seen, (wanted, command, sigma))
         move_chain(plant, rig, k, s, older, newer)
-    return last
+    return span[1]
 
 
 NOT_FINITE = 9
@@ -162,10 +163,10 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
     import numba
 
     def run_own_loop(  # arrays may be made here: numba counts their references
-        plant: Any, control: Any, gains: Any, first: int, last: int, s: Any, log: Array
+        plant: Any, control: Any, gains: Any, span: tuple[int, int], s: Any, log: Array
     ) -> int:
         gone, memory = farthest(control.target), s.controller.memory
-        for k in range(first, last):
+        for k in range(span[0], span[1]):
             code, torque = before_step(plant, control, k, gone, s), nan
             if code > 0:
                 s.discrete[1] = code
@@ -182,7 +183,7 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
                     s.discrete[1] = NOT_FINITE
                     return k
             after_step(plant, control, k, torque, s, log)
-        return last
+        return span[1]
 
     compiled: Callable[..., int] = numba.njit(error_model="numpy", nogil=True)(run_own_loop)
     return compiled
@@ -230,12 +231,7 @@ def plant_read(rig: RigNumbers, s: PlantState) -> None:
 
 @njit_part
 def plant_step(
-    plant: ChainPlant,
-    rig: RigNumbers,
-    s: PlantState,
-    command: float,
-    motor: float,
-    load: float,
+    plant: ChainPlant, rig: RigNumbers, s: PlantState, command: float, motor: float, load: float
 ) -> None:
     """One sample on, under a command, which acts after the delay, and torques on motor and load [N m]."""
     newest = s.commands.size - 1

@@ -9,20 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cabledrive.control.controller_kernels import issue, observe
-from cabledrive.control.own_controller import OwnController, stepped
+from cabledrive.control.own_controller import stepped
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
 from cabledrive.rig.closed_loop.cable_plant import cable_ends, cable_run, move_cable
-from cabledrive.rig.closed_loop.chain_kernels import VIEW, move_chain, see_chain
-from cabledrive.rig.closed_loop.loop_numbers import (
+from cabledrive.rig.closed_loop.chain_kernels import (
     DIVERGED,
-    Array,
+    VIEW,
     LoopState,
     decide,
     farthest,
     finish_sample,
+    move_chain,
+    see_chain,
     sense,
 )
 from cabledrive.rig.laws.controllers import fitted_encoders, load_gear
@@ -122,11 +124,10 @@ def checked_plant(given: Any) -> OwnPlant:
 def moved(
     loop: Any, state: Array, asked: tuple[float, float], push: tuple[float, float], time: float, place: str
 ) -> tuple[Array, float]:
-    """The state after a time [s] under a constant command behind the torque loop, and the loop's torque.
+    """The state after a time [s] under a constant command, and the torque of the loop behind which it acts.
 
-    ``state``, shape (m,); ``asked``: torque at the motor's shaft, and the one asked for [N m]; ``push``:
-    further torque on motor and load [N m]. In each piece the plant gets the mean torque of the loop: its
-    momentum is exact.
+    ``asked``: torque at the motor's shaft and the one asked for, ``push``: further torque on motor and load
+    [N m]. Each piece gets the mean torque of the loop: its momentum is exact.
     """
     plant, rate, pieces = loop.own_plant, loop.plant.current_rate, loop.pieces
     count = max(pieces, int(np.ceil(rate * time / PIECE)))
@@ -203,27 +204,30 @@ def _at_first_shaft(drive: Drive, given: LumpedChain) -> LumpedChain:
     return chain
 
 
-Decide = Callable[[int], tuple[float, float, float]]
-Ends = Callable[[], int]
-Moves = Callable[[int], int]
-
-
 def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array, tensions: Array) -> int:
     """Run samples ``first`` to ``last`` - 1 of a loop; returns the sample at which the run ended."""
-    ends, moves = _plant(loop, state, tensions)
-    lumped = loop.cable is None and loop.own_plant is None
-    decides, control = _controller(loop, state), loop.control
-    shafts = (state.terms[VIEW] if lumped else state.x)[: 2 * loop.chain.size + 1]
+    gone, control, s, n = farthest(loop.target), loop.control, state, loop.chain.size
+    cable = None if loop.cable is None else cable_run(loop.cable, s, tensions)
+    lumped = cable is None and loop.own_plant is None
+    shafts, seen = (s.terms[VIEW] if lumped else s.x)[: 2 * n + 1], s.work if lumped else s.x
     for k in range(first, last):
-        state.discrete[1] = ends()
-        if state.discrete[1]:
+        if cable is not None:
+            s.discrete[1] = cable_ends(cable, gone, s)
+        else:
+            s.discrete[1] = see_chain(loop.plant, gone, s) if lumped else _see_own(n, gone, s)
+        if s.discrete[1]:
             return k
-        issued = decides(k)
-        if loop.cable is not None:
-            state.discrete[0] = shafts[loop.chain.size] != 0.0
-        finish_sample(control, k, state, log, shafts, issued)
-        state.discrete[1] = moves(k)
-        if state.discrete[1]:
+        issued = decide(control, k, seen, s) if loop.controller.own is None else _asked(loop, k, seen, s)
+        if cable is not None:
+            s.discrete[0] = shafts[n] != 0.0
+        finish_sample(control, k, s, log, shafts, issued)
+        if cable is not None:
+            s.discrete[1] = move_cable(cable, loop.rig, k, s)
+        elif lumped:
+            move_chain(loop.plant, loop.rig, k, s, 0.0, 0.0)
+        else:
+            _move_own(loop, k, s)
+        if s.discrete[1]:
             return k + 1
     return last
 
@@ -232,70 +236,39 @@ def _when(loop: Any, k: int) -> str:
     return f"at t = {k * loop.rig.interval:.6g} s (sample {k})"
 
 
-def _controller(loop: Any, s: LoopState) -> Decide:
-    """One sample of the controller: command wanted, limited command, sigma."""
-    made, rig, observer, c, control = loop.controller, loop.rig, loop.observer, s.controller, loop.control
-    seen = s.work if loop.cable is None and loop.own_plant is None else s.x
-    own: OwnController | None = made.own
-
-    def packaged(k: int) -> tuple[float, float, float]:
-        return decide(control, k, seen, s)
-
-    def users(k: int) -> tuple[float, float, float]:
-        assert own is not None
-        sense(observer, rig, k, seen, s)
-        valid, torque = observe(observer, c, s.readings), 0.0
-        measurement = s.readings if own.measures == "readings" else c.states
-        valid = valid and bool(np.all(np.isfinite(s.readings)))
-        if valid:
-            given = (c.memory.copy(), measurement.copy(), made.reference[k].copy())
-            c.memory[:], torque = stepped(own, *given, _when(loop, k))
-        s.summary[6] += not valid
-        wanted, command = issue(observer, rig.torque_limit, c, torque, valid)
-        return wanted, command, 0.0
-
-    return packaged if own is None else users
+def _asked(loop: Any, k: int, seen: Array, s: LoopState) -> tuple[float, float, float]:
+    """Command that the user's controller wants, limited command, and no sigma."""
+    own, c = loop.controller.own, s.controller
+    sense(loop.observer, loop.rig, k, seen, s)
+    valid, torque = observe(loop.observer, c, s.readings), 0.0
+    measurement = s.readings if own.measures == "readings" else c.states
+    valid = valid and bool(np.all(np.isfinite(s.readings)))
+    if valid:
+        given = (c.memory.copy(), measurement.copy(), loop.controller.reference[k].copy())
+        c.memory[:], torque = stepped(own, *given, _when(loop, k))
+    s.summary[6] += not valid
+    wanted, command = issue(loop.observer, loop.rig.torque_limit, c, torque, valid)
+    return wanted, command, 0.0
 
 
-def _plant(loop: Any, s: LoopState, tensions: Array) -> tuple[Ends, Moves]:
-    """Why the plant ends the run at a sample, 0 where it goes on; and its motion to the next."""
-    rig, gone = loop.rig, farthest(loop.target)
-    if loop.own_plant is not None:
-        return _own_plant(loop, s, gone)
-    if loop.cable is not None:
-        cable = cable_run(loop.cable, s, tensions)
-        return lambda: cable_ends(cable, gone, s), lambda k: move_cable(cable, rig, k, s)
-    plant = loop.plant
-
-    def moves(k: int) -> int:
-        move_chain(plant, rig, k, s, 0.0, 0.0)
-        return 0
-
-    return lambda: see_chain(plant, gone, s), moves
+def _see_own(n: int, gone: float, s: LoopState) -> int:
+    """Why the user's plant of n shafts ends the run at a sample, 0 where it goes on."""
+    s.x[: 2 * n] = s.x[2 * n + 1 : 4 * n + 1]
+    if n > 1:
+        s.summary[7] = max(s.summary[7], abs(s.x[n - 2] - s.x[n - 1]))
+    return DIVERGED if abs(s.x[n - 1]) > gone else 0
 
 
-def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:
+def _move_own(loop: Any, k: int, s: LoopState) -> None:
+    """The user's plant to the next sample."""
     rig, n = loop.rig, loop.chain.size
-    kept = s.x[2 * n + 1 :]
-
-    def ends() -> int:
-        s.x[: 2 * n] = kept[: 2 * n]
-        if n > 1:
-            s.summary[7] = max(s.summary[7], abs(s.x[n - 2] - s.x[n - 1]))
-        return DIVERGED if abs(s.x[n - 1]) > gone else 0
-
-    def moves(k: int) -> int:
-        span = rig.interval + (rig.jitter[k + 1] - rig.jitter[k] if rig.jitter.size else 0.0)
-        push, shaft = (float(rig.forces[k, 0]), float(rig.forces[k, 1])), float(s.x[2 * n])
-        state, place = kept.copy(), _when(loop, k)
-        for command, time in zip(s.controller.commands, (rig.late_part, span - rig.late_part), strict=False):
-            if time > 0.0:
-                asked = (shaft, float(command))
-                state, shaft = moved(loop, state, asked, push, time, place)
-        kept[:], s.x[2 * n] = state, shaft
-        return 0
-
-    return ends, moves
+    span = rig.interval + (rig.jitter[k + 1] - rig.jitter[k] if rig.jitter.size else 0.0)
+    push, shaft = (float(rig.forces[k, 0]), float(rig.forces[k, 1])), float(s.x[2 * n])
+    state, place = s.x[2 * n + 1 :].copy(), _when(loop, k)
+    for command, time in zip(s.controller.commands, (rig.late_part, span - rig.late_part), strict=False):
+        if time > 0.0:
+            state, shaft = moved(loop, state, (shaft, float(command)), push, time, place)
+    s.x[2 * n + 1 :], s.x[2 * n] = state, shaft
 
 
 def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> int | None:
@@ -317,7 +290,7 @@ def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> i
         ) from None
     run = own_loop(own.step, own.measures == "states")
     try:
-        ended = run(loop.plant, loop.control, own.gains, first, last, state, log)
+        ended = run(loop.plant, loop.control, own.gains, (first, last), state, log)
     except NumbaError:
         return None
     if state.discrete[1] == NOT_FINITE:

@@ -3,8 +3,9 @@
 One number tunes each, the bandwidth; `cabledrive.rig.tuning` tunes them all by one rule.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from math import exp, pi, sqrt
 from typing import Any
 
@@ -30,11 +31,11 @@ from cabledrive.control.linear_laws import (
     rigid_inertia,
 )
 from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observers import QUIET, KalmanTuning
-from cabledrive.control.reference import AT_ONCE, FlatOutput, flat_output, flat_reference
+from cabledrive.control.observers import QUIET
+from cabledrive.control.reference import FlatOutput, flat_output, flat_reference
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, law_shafts, load_count
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
@@ -66,15 +67,9 @@ def inverse_of(spec: DesignSpec, chain: LumpedChain) -> FlatOutput | None:
 
 
 def _made(
-    spec: DesignSpec,
-    name: str,
-    law: LawNumbers,
-    gains: dict[str, Any],
-    *,
-    tuning: KalmanTuning = QUIET,
-    wanted: Array | None = None,
-    taps: Sequence[tuple[float, float]] = AT_ONCE,
+    spec: DesignSpec, name: str, law: LawNumbers, gains: dict[str, Any], wanted: Array | None = None
 ) -> Controller:
+    """A linear law with the spec's feedforward along what is ``wanted``, by default of the load."""
     chain = spec.chain
     wanted = spec.wanted(2 * chain.size) if wanted is None else wanted
     return Controller(
@@ -82,10 +77,9 @@ def _made(
         law=law,
         reference=np.ascontiguousarray(feedforward_table(spec, chain, wanted)),
         shafts=spec.shafts,
-        tuning=tuning,
         gains=gains | {"feedforward": FEEDFORWARDS[spec.feedforward]},
         model=spec.number,
-        generator=feedforward_generator(chain, inverse_of(spec, chain), spec.interval, taps),
+        generator=feedforward_generator(chain, inverse_of(spec, chain), spec.interval),
     )
 
 
@@ -124,11 +118,9 @@ def lqi(spec: DesignSpec) -> Controller:
     return _made(spec, "lqi", law, settings | {"integral_time": time})
 
 
-def lqg_dob(spec: DesignSpec) -> Controller:
-    """Linear-quadratic feedback, and the motor disturbance that the filter sees subtracted."""
-    chain, (count, torque, settings) = spec.chain, weights(spec)
-    law = lq_law(chain, count, torque, spec.interval)
-    return _made(spec, "lqg-dob", law, settings, tuning=replace(QUIET, cancels=True))
+def cancelling(law: Callable[[DesignSpec], Controller], name: str, spec: DesignSpec) -> Controller:
+    """A law, and the disturbance that the filter of the whole chain sees subtracted."""
+    return replace(law(spec), name=name, tuning=replace(QUIET, cancels=True))
 
 
 def hinf(spec: DesignSpec) -> Controller:
@@ -172,18 +164,10 @@ def integral_time(chain: LumpedChain, error: float, torque: float) -> float:
     return INTEGRAL_TIMES * sqrt(rigid_inertia(chain) * error / torque)
 
 
-def dob(spec: DesignSpec) -> Controller:
-    """PD on the motor, and the disturbance that the filter of the whole chain sees subtracted."""
-    hertz = _hertz(spec, PD_HZ)
-    law = pd_law(spec.chain, hertz, spec.interval)
-    return _made(spec, "dob", law, {"bandwidth_hz": hertz}, tuning=replace(QUIET, cancels=True))
-
-
 def shaper(spec: DesignSpec) -> Controller:
-    """PD on the motor along a reference through a zero-vibration shaper.
+    """PD on the motor along a reference through a zero-vibration shaper, which takes the place of an inverse.
 
-    Its reference comes half a period late, and the error is counted against the one that was asked for. The
-    shaper itself takes the place of an inverse; with one it would shape a motion that needs none.
+    It comes half a period late, and the error is counted against the one that was asked for.
     """
     chain, hertz = spec.chain, _hertz(spec, PD_HZ)
     poles = np.linalg.eigvals(state_space(chain)[0])
@@ -198,7 +182,9 @@ def shaper(spec: DesignSpec) -> Controller:
     taps = ((0.0, first), (late * spec.interval, overshoot * first))
     law = pd_law(chain, hertz, spec.interval)
     gains = {"bandwidth_hz": hertz, "shaper_hz": abs(lowest) / (2.0 * pi)}
-    return _made(spec, "shaper", law, gains, wanted=(y + overshoot * held) / (1.0 + overshoot), taps=taps)
+    made = _made(spec, "shaper", law, gains, (y + overshoot * held) / (1.0 + overshoot))
+    generator = feedforward_generator(chain, inverse_of(spec, chain), spec.interval, taps)
+    return replace(made, generator=generator)
 
 
 BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
@@ -206,10 +192,10 @@ BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
     "pid": pid,
     "lqg": lqg,
     "lqi": lqi,
-    "lqg-dob": lqg_dob,
+    "lqg-dob": partial(cancelling, lqg, "lqg-dob"),
     "hinf": hinf,
     "l1": l1,
-    "dob": dob,
+    "dob": partial(cancelling, pd, "dob"),
     "shaper": shaper,
 }
 

@@ -25,9 +25,9 @@ from cabledrive.control.numbers import (
 from cabledrive.control.own_controller import OwnController
 from cabledrive.control.reference import NO_LOAD, LoadRowNumbers, ReferenceNumbers
 from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.registry import CONTROLLERS
 
 ARRAYS = {

@@ -32,6 +32,7 @@ from cabledrive.control.reference import (
 )
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import (
     FLEXIBLE_JOINT,
     LumpedChain,
@@ -39,8 +40,15 @@ from cabledrive.reduction.lumped_chain import (
     lumped_model,
     reflected,
 )
-from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
+from cabledrive.rig.setting import (
+    DEGREE,
+    Motion,
+    RigOptions,
+    Spreads,
+    control_delay,
+    current_rate,
+    sample_interval,
+)
 from cabledrive.trajectories import rise_coefficients
 
 SHAFTS = ("motor", "drive", "load")
@@ -59,10 +67,7 @@ def load_gear(drive: Drive) -> float:
 
 
 def fitted_encoders(drive: Drive, only: Sequence[str] | None = None) -> dict[str, float]:
-    """One count of each encoder at the first shaft [rad], by shaft; the load's last, if there is one.
-
-    ``only``: of these shafts alone, which is what a filter of a law's own model reads.
-    """
+    """Count of each encoder at the first shaft [rad], the load's last; ``only``: of these shafts alone."""
     sensors = drive.sensors
     counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}
     if not any(counts.values()):
@@ -193,6 +198,13 @@ class DesignSpec:
         return sample_interval(self.drive)
 
     @property
+    def sampling(self) -> Sampling:
+        """Sampling and lags for which filters are designed: those of the drive as it is."""
+        there = self.plant or self.drive
+        interval, delay = sample_interval(there), control_delay(there)
+        return Sampling(interval=interval, delay=delay, current_rate=current_rate(self.drive))
+
+    @property
     def samples(self) -> int:
         """Of the motion, its ends included."""
         return round(self.motion.trajectory.duration / self.interval) + 1
@@ -290,13 +302,42 @@ def law_for_chain(spec: DesignSpec, chain: LumpedChain, *, tuning: KalmanTuning 
 
 
 def own_filter(number: int, feedback: str) -> int | None:
-    """Model of the Kalman filter of a law: Model 3 on the motor's encoder has its own.
+    """Model of the filter of a law where it has its own: Model 3 on the motor's encoder; None: the highest.
 
-    ``number``, {1, 2, 3, 4}: Model of the law; ``feedback``, {"motor", "drive"}. On the drive pulley's
-    encoder the joint is seen from its far side, and a filter without joint would hide what the law then does
-    to it. Returns none: the highest model, with every encoder.
+    On the drive pulley's encoder a filter without joint would hide what the law then does to it.
     """
     return 3 if number == 3 and feedback == "motor" else None
+
+
+def damped_law(spec: DesignSpec, number: int) -> Controller:
+    """The damping-aware law of a model, {1, 2, 3, 4}; its filter by what is not known."""
+    own = own_filter(number, spec.feedback)
+    only = None if own is None else law_shafts(number, spec.feedback)
+    tuning = tuning_by_uncertainty(spec, spec.model(own or spec.number), only)
+    return chain_law(spec, number, damped=True, tuning=tuning)
+
+
+def tuning_by_uncertainty(
+    spec: DesignSpec, chain: LumpedChain, only: Sequence[str] | None = None
+) -> KalmanTuning:
+    """Noise of the filter from what is not known of the drive; ``only``: as `fitted_encoders` has it.
+
+    The load's equation is off by the spreads times the largest acceleration, for a sixteenth of the rise;
+    friction by the Coulomb torque, a walk in a second, noise in a millisecond; zeros by half a count.
+    """
+    spreads = Spreads()
+    wanted = spec.wanted(2)
+    moving = np.abs(wanted[1]) > 0.0
+    sets_out = int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])
+    rise = float(np.count_nonzero(moving)) * spec.interval / max(1, sets_out)
+    off = (spreads.cable_stiffness + spreads.load_inertia) * float(np.abs(wanted[2]).max())
+    coulomb, counts = chain.coulomb[0], list(fitted_encoders(spec.drive, only).values())
+    return KalmanTuning(
+        torque=1e-3 * coulomb**2,
+        disturbance=coulomb**2,
+        load_acceleration=off**2 * rise / 16.0,
+        offsets=tuple(count**2 / 6.0 for count in counts[:-1]),
+    )
 
 
 def backstepping(spec: DesignSpec) -> Controller:

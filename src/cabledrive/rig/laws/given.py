@@ -9,12 +9,11 @@ import numpy as np
 from cabledrive.control.linear_laws import feedforward_generator
 from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import DARC, HIGH, LEARNING, LOW, OWN, LawNumbers, start_estimates
-from cabledrive.control.own_controller import OwnController, checked_controller
-from cabledrive.control.reference import ReferenceNumbers, reference_numbers
+from cabledrive.control.own_controller import checked_controller
+from cabledrive.control.reference import reference_numbers
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table, inverse_of
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers, place
@@ -25,60 +24,6 @@ from cabledrive.rig.laws.registry import CONTROLLERS
 def own_law(given: Any, spec: DesignSpec) -> Controller:
     """The user's controller with its reference along the motion."""
     own = checked_controller(given)
-    _check(own, spec)
-    chain, shafts = spec.chain, own.shafts or spec.shafts
-    if "drive" in shafts and chain.size == 2 and "motor" in shafts:
-        raise InputRefused(
-            f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {spec.drive.name} '
-            "turn as one: take motor and load, or give motor.joint_stiffness"
-        )
-    gains = {"measures": own.measures, "follows": own.follows}
-    if own.follows == "inverse":
-        gains["feedforward"] = FEEDFORWARDS[spec.feedforward]
-    return Controller(
-        name=own.name,
-        law=LawNumbers(OWN, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((5, 0)), np.zeros(7)),
-        reference=np.ascontiguousarray(_reference(own, spec, shafts)),
-        shafts=shafts,
-        gains=gains,
-        model=spec.number,
-        own=own,
-        generator=_generator(own, spec, shafts),
-    )
-
-
-def _reference(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> Array:
-    """What the controller follows, shape (samples, columns)."""
-    chain = spec.chain
-    wanted = spec.wanted(2 * chain.size)
-    if own.follows == "motion":
-        return wanted.T
-    table = feedforward_table(spec, chain, wanted)
-    places = [place(chain, shaft) for shaft in shafts]
-    return table[:, [*places, *(chain.size + i for i in places), 2 * chain.size]]
-
-
-def _generator(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> ReferenceNumbers | None:
-    """What makes the rows of `_reference` sample by sample; none where friction needs a shaft left out."""
-    chain = spec.chain
-    n = chain.size
-    if own.follows == "motion":
-        return reference_numbers(np.eye(2 * n + 1))
-    if "motor" not in shafts and chain.coulomb[0] > 0.0:
-        return None
-    whole = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
-    places = [place(chain, shaft) for shaft in shafts]
-    kept = [*places, *(n + i for i in places), 2 * n]
-    return whole._replace(
-        output=np.ascontiguousarray(whole.output[kept]),
-        constant=whole.constant[kept],
-        places=np.array(
-            [[kept.index(column) for column in one] for one in whole.places.tolist()], dtype=np.int64
-        ).reshape(-1, 2),
-    )
-
-
-def _check(own: OwnController, spec: DesignSpec) -> None:
     if own.sample_time is not None and abs(own.sample_time - spec.interval) > 1e-9 * spec.interval:
         raise InputRefused(
             f'controller "{own.name}": sample_time = {own.sample_time:.6g} s is not that of the rig, '
@@ -91,6 +36,38 @@ def _check(own: OwnController, spec: DesignSpec) -> None:
         )
     if not spec.adapt:
         raise InputRefused(f'adapt = False is a setting of the packaged laws: leave it out for "{own.name}"')
+    chain, shafts = spec.chain, own.shafts or spec.shafts
+    if "drive" in shafts and chain.size == 2 and "motor" in shafts:
+        raise InputRefused(
+            f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {spec.drive.name} '
+            "turn as one: take motor and load, or give motor.joint_stiffness"
+        )
+    gains, n, generator = {"measures": own.measures, "follows": own.follows}, chain.size, None
+    if own.follows == "motion":
+        reference, generator = spec.wanted(2 * n).T, reference_numbers(np.eye(2 * n + 1))
+    else:
+        gains["feedforward"] = FEEDFORWARDS[spec.feedforward]
+        places = [place(chain, shaft) for shaft in shafts]
+        kept = [*places, *(n + i for i in places), 2 * n]
+        reference = feedforward_table(spec, chain, spec.wanted(2 * n))[:, kept]
+        if "motor" in shafts or chain.coulomb[0] == 0.0:  # else friction needs a shaft that is left out
+            whole = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
+            columns = [[kept.index(column) for column in one] for one in whole.places.tolist()]
+            generator = whole._replace(
+                output=np.ascontiguousarray(whole.output[kept]),
+                constant=whole.constant[kept],
+                places=np.array(columns, dtype=np.int64).reshape(-1, 2),
+            )
+    return Controller(
+        name=own.name,
+        law=LawNumbers(OWN, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((5, 0)), np.zeros(7)),
+        reference=np.ascontiguousarray(reference),
+        shafts=shafts,
+        gains=gains,
+        model=spec.number,
+        own=own,
+        generator=generator,
+    )
 
 
 def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:

@@ -1,31 +1,36 @@
-"""Laws that go by the load: gains scheduled by an announced one, and its torque learnt while it moves."""
+"""Laws that go by the load: scheduled by one announced, learning its torque, identifying in the loop."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
+from math import isclose
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from cabledrive.control.darc import Bounds, printed_bounds
 from cabledrive.control.linear_laws import feedforward_generator, lq_law, lqi_law
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_law, with_load
 from cabledrive.control.load_torque import carried, load_regressors, load_row_numbers
-from cabledrive.control.numbers import (
-    LEARNING,
-    LawNumbers,
-    ObserverNumbers,
-    learning_table,
-    start_estimates,
-)
+from cabledrive.control.numbers import LEARNING, LawNumbers, ObserverNumbers, learning_table, start_estimates
 from cabledrive.control.observer_kernels import missed_by_filter, whitening
-from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
-from cabledrive.control.reference import ReferenceNumbers
+from cabledrive.control.observers import KalmanTuning, kalman_filter
+from cabledrive.control.regression import Estimates, acting_torque, estimate_load, estimate_motor
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.disturbances import control_delay, current_rate
+from cabledrive.rig.closed_loop.loop import Loop, Run, run
 from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion, fitted_encoders, place
-from cabledrive.rig.laws.eigenvalues import tuning_by_uncertainty
-from cabledrive.rig.setting import Payload
+from cabledrive.rig.laws.controllers import (
+    Controller,
+    DesignSpec,
+    LoadMotion,
+    chain_law,
+    fit_observer,
+    fitted_encoders,
+    place,
+    tuning_by_uncertainty,
+)
+from cabledrive.rig.setting import Payload, control_delay, current_rate
 
 SCHEDULED = "lqi-scheduled"
 RATIO = 1.5
@@ -38,17 +43,29 @@ def scheduled(spec: DesignSpec) -> Controller:
     The reference holds beside states and torque what either adds for another load of the drive's own size:
     both are linear in the load's inertia. Its last column is the load that is announced.
     """
-    chain = spec.chain
-    low, high = spec.motion.payload_range
-    schedule = schedule_of(low, high)
-    designs = [_designed(spec, with_load(chain, load)) for load in schedule.loads]
-    settings = weights(spec)[2]
+    chain, (low, high) = spec.chain, spec.motion.payload_range
+    step = (RATIO - 1.0) / high  # between the two heaviest points; the others lie nearer
+    points = max(2, int(np.ceil((1.0 / low - 1.0 / high) / step)) + 1)
+    schedule = LoadSchedule(low=low, high=high, points=points)
+    designs = []
+    for loaded in (with_load(chain, load) for load in schedule.loads):
+        count, torque, _ = weights(spec, chain=loaded)
+        time = integral_time(loaded, count, torque)
+        designs.append(lqi_law(loaded, count, torque, time, spec.interval))
     smooth = replace(chain, coulomb=(0.0,) * chain.size)  # friction is fed forward in the step
     # States and torque of the drive's own load, what another of its size adds, and a column of ones.
     wanted = spec.wanted(2 * chain.size)
     own, double = (feedforward_table(spec, with_load(smooth, load), wanted) for load in (1.0, 2.0))
     table = np.ascontiguousarray(np.column_stack((own, double - own, np.ones(len(own)))))
     table[:, -1] = announced(spec.motion.payload, spec.interval, len(table))
+    # The generator of the same columns; the load of a row that it makes is the drive's own.
+    first, second = (
+        feedforward_generator(one, inverse_of(spec, one), spec.interval)
+        for one in (smooth, with_load(smooth, 2.0))
+    )
+    output = np.vstack((first.output, second.output - first.output, np.zeros((1, first.output.shape[1]))))
+    constant = np.concatenate((first.constant, second.constant - first.constant, [1.0]))
+    generator = first._replace(output=np.ascontiguousarray(output), constant=constant)
     return Controller(
         name=SCHEDULED,
         law=scheduled_law(designs, schedule, chain.coulomb[0]),
@@ -56,18 +73,12 @@ def scheduled(spec: DesignSpec) -> Controller:
         shafts=spec.shafts,
         start=np.ones(1),
         tuning=tuning_by_uncertainty(spec, chain),
-        gains=settings | {"designed_for": [low, high], "designs": schedule.points},
+        gains=weights(spec)[2] | {"designed_for": [low, high], "designs": schedule.points},
         model=spec.number,
-        generator=_generator(spec, smooth),
+        generator=generator,
         schedule=schedule,
         believed=chain,
     )
-
-
-def schedule_of(low: float, high: float) -> LoadSchedule:
-    """Points for a range of loads: the two heaviest a given ratio apart, the others nearer."""
-    step = (RATIO - 1.0) / high
-    return LoadSchedule(low=low, high=high, points=max(2, int(np.ceil((1.0 / low - 1.0 / high) / step)) + 1))
 
 
 def announced(payload: tuple[Payload, ...], interval: float, samples: int) -> Array:
@@ -87,22 +98,6 @@ def told_otherwise(made: Controller, told: Array) -> Controller:
     return replace(made, reference=reference)
 
 
-def _designed(spec: DesignSpec, chain: LumpedChain) -> LawNumbers:
-    count, torque, _ = weights(spec, chain=chain)
-    return lqi_law(chain, count, torque, integral_time(chain, count, torque), spec.interval)
-
-
-def _generator(spec: DesignSpec, chain: LumpedChain) -> ReferenceNumbers:
-    """The generator of the same columns; the load of a row that it makes is the drive's own."""
-    own, double = (
-        feedforward_generator(one, inverse_of(spec, one), spec.interval)
-        for one in (chain, with_load(chain, 2.0))
-    )
-    output = np.vstack((own.output, double.output - own.output, np.zeros((1, own.output.shape[1]))))
-    constant = np.concatenate((own.constant, double.constant - own.constant, [1.0]))
-    return own._replace(output=np.ascontiguousarray(output), constant=constant)
-
-
 LOAD_LEARNING, CHANGING = "lqi-learning", "lqg-learning"
 TURNING = 0.06
 """Time in which the sign of friction turns, as a share of a move."""
@@ -111,8 +106,7 @@ GATE = 3.0
 PARAMETERS = ("load_coulomb", "load_viscous", "load_inertia")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Learning:
+class Learning(NamedTuple):
     """What distinguishes the laws that learn."""
 
     # share of the filter's noise at the load that learning leaves; the more, the less it trusts the load's
@@ -134,8 +128,7 @@ KINDS = {
 """The first for a load that stays, the second for one that changes while the machine runs."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LoadTables:
+class LoadTables(NamedTuple):
     """What the law knows beforehand of a torque at the load, for each parameter."""
 
     # (samples, p * (2n + 1 + m): states less what the filter misses, motor torque, innovations, of each
@@ -149,8 +142,7 @@ class LoadTables:
 
 def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | None = None) -> Controller:
     """Feedback about a reference with the load's friction and inertia, learnt from innovations."""
-    kind = KINDS[name]
-    chain = spec.chain
+    kind, chain = KINDS[name], spec.chain
     turning = turning or TURNING * spec.motion.rise
     tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name, turning)
     count, torque, settings = weights(spec)
@@ -162,18 +154,16 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
     rows = np.zeros((1 + m, max(base.rows.shape[1], m)))
     rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], tables.white
     spread, low, high = believed(chain, kind.inertia_spread)
-    variance = spread**2 * float(spec.adapt)
     share = spec.interval / m  # each sample brings m innovations
     law = LawNumbers(
         kind=LEARNING,
         matrix=base.matrix,
         rows=rows,
-        learning=learning_table(np.zeros(3), low, high, variance),
+        learning=learning_table(np.zeros(3), low, high, spread**2 * float(spec.adapt)),
         scalars=np.array(
             [spec.interval, 1.0 - share / kind.memory, GATE, share / kind.renewal, 0.0, 0.0, 0.0]
         ),
     )
-    gains = settings | {"learns": list(PARAMETERS), "upper_bounds": high.tolist()}
     return Controller(
         name=name,
         law=law,
@@ -181,7 +171,7 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
         shafts=spec.shafts,
         start=start_estimates(law),
         tuning=tables.tuning,
-        gains=gains,
+        gains=settings | {"learns": list(PARAMETERS), "upper_bounds": high.tolist()},
         model=spec.number,
         generator=generator._replace(
             load=load_row_numbers(chain, tables.observer, tables.white, turning, spec.interval)
@@ -204,24 +194,17 @@ def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, A
 @lru_cache(maxsize=8)
 def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
     """Tables of the law along a motion; ``turning``: time in which the sign of friction turns [s]."""
-    kind = KINDS[name]
-    options = spec.options
-    chain = spec.chain
+    kind, options, chain = KINDS[name], spec.options, spec.chain
     if options.ideal_sensors or options.observer != "kalman":
         raise InputRefused(
             f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
         )
     tuning, fitted = tuning_by_uncertainty(spec, chain), fitted_encoders(spec.drive)
     tuning = replace(tuning, load_acceleration=kind.unlearnt * tuning.load_acceleration)
-    sampling = Sampling(
-        interval=spec.interval,
-        delay=control_delay(spec.plant or spec.drive),
-        current_rate=current_rate(spec.drive),
-    )
     places, chosen = ([place(chain, one) for one in names] for names in (fitted, spec.shafts))
     used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
     counts = list(fitted.values())
-    observer = kalman_filter(chain, places, counts, sampling, chosen=chosen, tuning=used)
+    observer = kalman_filter(chain, places, counts, spec.sampling, chosen=chosen, tuning=used)
     white = whitening(observer, np.array(counts)) / kind.noise
     torques = load_regressors(spec.wanted(2 * chain.size), turning, spec.interval)
     blocks, states = load_blocks(chain, observer, white, torques, spec.interval)
@@ -240,3 +223,161 @@ def load_blocks(
         carrying.append(chosen)
         blocks += [chosen - missed, motor[:, None], innovations @ white.T]
     return np.hstack(blocks), np.array(carrying)
+
+
+INDIRECT = "darc-indirect"
+SPREADS = {3: (0.2, 0.05, 0.05), 2: (0.06, 0.05)}
+"""Relative half widths within which the inertias, motor to load, are believed, by their number."""
+LEAST_SPREAD = 0.02
+CERTAIN, DAMPING_CERTAIN, SIGNIFICANT, MOTOR_CERTAIN = 0.02, 0.3, 3.0, 0.05
+"""Half widths over values with which stiffness, damping and the motor's inertia and friction are known, and
+friction of the load over its error."""
+CABLE = ("beta", "gamma", "load_coulomb", "load_viscous")
+MOTOR = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
+SEED = 20
+
+
+class Learnt(NamedTuple):
+    """What one pulse gave."""
+
+    load: Estimates  # of the cable and the load's friction, over the load's inertia
+    motor: Estimates  # of whole inertia and friction
+
+    @property
+    def excited(self) -> bool:
+        """Whether the load's equation holds and shows the cable's stiffness: from less, nothing is learnt."""
+        return self.load.known(CERTAIN, 0) and self.load.believed
+
+    @property
+    def motor_excited(self) -> bool:
+        """Whether inertia and friction are known."""
+        return self.motor.known(np.inf, 1) and self.motor.known(MOTOR_CERTAIN, 0, 2)
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """What was learnt, with 95 % intervals, and whether it was used; None where nothing is known.
+
+        Friction of the load is over its inertia [rad/s^2], [1/s]; motor values are those of the whole drive.
+        """
+        found: dict[str, Any] = {}
+        for name, value, low, high in zip(CABLE, self.load.values, *self.load.intervals, strict=True):
+            found |= {name: _known(value), f"{name}_low": _known(low), f"{name}_high": _known(high)}
+        found |= {"misfit": _known(self.load.misfit), "used": self.excited}
+        found["motor_used"] = self.excited and self.motor_excited
+        if not self.excited and self.load.believed:
+            found["used_reason"] = "the motion is too small to identify the cable's stiffness to 2 %"
+        elif not self.excited:
+            found["used_reason"] = (
+                f"the residual of the load's equation is {self.load.misfit:.3g} times what rounding to "
+                "counts leaves: the load does not obey it"
+            )
+        for name, value, low, high in zip(MOTOR, self.motor.values, *self.motor.intervals, strict=True):
+            found[name] = {"value": _known(value), "low": _known(low), "high": _known(high)}
+        return found
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def learn(loop: Loop, spec: DesignSpec, early: Run, pause: int) -> Learnt:
+    """What readings and commands of the first pulse say of cable and motor."""
+    shafts, drive, chain = loop.controller.shafts, spec.drive, spec.model(loop.controller.model)
+    if loop.encoder_shafts != shafts or not np.all(loop.rig.counts > 0.0):
+        raise InputRefused(
+            f"{INDIRECT} learns from the counts of the encoders of {', '.join(shafts)}, and reads "
+            f"{len(loop.encoder_shafts)} encoders here: fit those, leave ideal sensors out"
+        )
+    first = 2 * loop.chain.size + 1
+    readings, command = np.split(early.log[:pause, first : first + len(shafts) + 1], [len(shafts)], axis=1)
+    counts, interval, generator = loop.rig.counts, loop.rig.interval, np.random.default_rng(SEED)
+    torque = acting_torque(
+        command[:, 0], interval, delay=control_delay(drive), current_rate=current_rate(drive)
+    )
+    load = estimate_load(readings[:, -2:], counts[-2:], interval, generator)
+    inertias, spread = np.array(chain.inertias), np.array(SPREADS[chain.size])
+    motor = estimate_motor(readings, torque, counts, inertias, interval, generator, spread=spread)
+    return Learnt(load=load, motor=motor)
+
+
+def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
+    """The chain after learning; what has not been excited stays, inertias of load and drive as believed.
+
+    Friction of the load is taken where it stands out of its error, and off the whole friction.
+    """
+    motor, inertia = found.motor, chain.inertias[-1]
+    if found.excited:
+        beta, gamma, coulomb, viscous = (found.load.values * inertia).tolist()
+        stuck, slowed = (found.load.values > SIGNIFICANT * found.load.errors)[2:]
+        damping = gamma if found.load.known(DAMPING_CERTAIN, 1) else chain.damping[-1]
+        chain = replace(
+            chain,
+            stiffness=(*chain.stiffness[:-1], beta),
+            damping=(*chain.damping[:-1], damping),
+            coulomb=(*chain.coulomb[:-1], coulomb if stuck else 0.0),
+            viscous=(*chain.viscous[:-1], viscous if slowed else 0.0),
+        )
+    own = float(motor.values[0]) - sum(chain.inertias[1:])
+    if found.motor_excited and own > 0.0:
+        _, viscous, coulomb, offset = (float(v) for v in motor.values)
+        viscous, coulomb = viscous - sum(chain.viscous[1:]), coulomb - sum(chain.coulomb[1:])
+        chain = replace(
+            chain,
+            inertias=(own, *chain.inertias[1:]),
+            viscous=(viscous, *chain.viscous[1:]),
+            coulomb=(coulomb, *chain.coulomb[1:]),
+            offsets=(offset, *chain.offsets[1:]),
+        )
+    return chain
+
+
+def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
+    """Bounds of p2 to p5 by the intervals that were learnt, at least 2 % wide; as printed where none were."""
+    printed = printed_bounds(chain, flexible_joint=chain.size > 2)
+    if not found.motor_excited or not isclose(sum(chain.coulomb), float(found.motor.values[2])):
+        return printed
+    half = np.diff(found.motor.intervals, axis=0)[0] / 2.0
+    half = np.maximum(half, LEAST_SPREAD * np.abs(printed.nominal))
+    return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
+
+
+def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
+    """The loop with law, reference and filter, at its settled gain, made for what was learnt."""
+    first, number = loop.controller, loop.controller.model
+    chain = learnt_chain(spec.model(number), found)
+    same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]) if spec.best else spec.bandwidth)
+    made = chain_law(
+        same, number, damped=True, tuning=first.tuning, chain=chain, bounds=learnt_bounds(chain, found)
+    )
+    gains = first.gains | made.gains | {"beta": float(found.load.values[0])}
+    made = replace(made, name=INDIRECT, gains=gains)
+    drive, options = spec.drive, loop.options
+    sampling = replace(spec, plant=None).sampling
+    fitted = fitted_encoders(drive, None if made.filter_model is None else made.shafts)
+    observer = fit_observer(made, (chain, loop.chain), fitted, options, sampling, settled=True)
+    return replace(loop, controller=made, observer=observer)
+
+
+def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None]:
+    """Run one pulse, learn, make all anew in the dwell, run the rest; the last loop, and what was learnt."""
+    pause = loop.rig.first_end
+    early = run(loop, last=min(pause, len(loop.target)))
+    if early.failed or pause >= len(loop.target):
+        return loop, early, None
+    if pause == len(loop.target) - 1:
+        return loop, _rest(loop, early, pause), None
+    found = learn(loop, spec, early, pause)
+    if found.excited:
+        loop = rebuilt(loop, spec, found)
+        early.state.controller.parameters[:4] = loop.controller.start
+    return loop, _rest(loop, early, pause), found
+
+
+def _rest(loop: Loop, early: Run, pause: int) -> Run:
+    late = run(loop, state=early.state, first=pause)
+    log = early.log.copy()
+    log[pause:] = late.log[pause:]
+    for before, after in ((early.tensions, late.tensions), (early.flanks, late.flanks)):
+        if before is not None and after is not None:
+            after[:pause] = before[:pause]
+    return replace(late, log=log)

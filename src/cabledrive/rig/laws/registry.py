@@ -1,4 +1,4 @@
-r"""Every control law of the rig by its name; a stepper's open loop.
+r"""Every control law of the rig by its name; a stepper's open loop; eigenvalues of a law on a plant.
 
 The rotor follows on its magnetic spring, :math:`T\sin(N(\theta_f - \theta_1))` with :math:`NT` the holding
 stiffness and T the torque limit; beyond a quarter of a period steps are lost. No encoder is read. The shaped
@@ -6,21 +6,31 @@ motion is late by the shaper's mean delay, and errors are counted against the mo
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from math import pi
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from cabledrive.control.backstepping import fixed_row
 from cabledrive.control.linear_laws import linear_law
+from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.reduction.lumped_chain import highest_model, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_space
+from cabledrive.rig.closed_loop.loop import Loop, plant_chain
 from cabledrive.rig.laws.baselines import BASELINES, backstepping_6, reference_model
 from cabledrive.rig.laws.baselines import NAME as MRAC
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, darc
-from cabledrive.rig.laws.eigenvalues import damped_law
-from cabledrive.rig.laws.indirect import NAME, indirect
-from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING, SCHEDULED, load_learning, scheduled
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, damped_law, darc, place
+from cabledrive.rig.laws.load_learning import (
+    CHANGING,
+    INDIRECT,
+    LOAD_LEARNING,
+    SCHEDULED,
+    load_learning,
+    scheduled,
+)
 from cabledrive.rig.setting import DISSERTATION_ORDER
 from cabledrive.trajectories.input_shaping import input_shaper
 
@@ -77,7 +87,7 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     **{f"darc-{number}-damped": partial(damped_law, number=number) for number in (1, 2, 3, 4)},
     "backstepping": backstepping,
     "backstepping-6": backstepping_6,
-    NAME: indirect,
+    INDIRECT: lambda spec: replace(damped_law(spec, spec.number), name=INDIRECT),
     LOAD_LEARNING: load_learning,
     CHANGING: lambda spec: load_learning(spec, CHANGING),
     MRAC: reference_model,
@@ -117,11 +127,7 @@ def known_name(name: str | None, drive: Drive) -> str:
 
 
 def needed_order(name: str, drive: Drive) -> int:
-    """Least order of a rise with as many bounded derivatives as a law takes, and at least the 9 of (6.1).
-
-    The torque of a lumped chain of n inertias holds 2n derivatives of the load's angle, and a rise of order
-    2m - 1 has m bounded ones.
-    """
+    """Least order of a rise with as many bounded derivatives as a law takes, 4n - 1; 9 or more, (6.1)."""
     inertias = INERTIAS.get(
         name, 3 if highest_model(drive) == 4 or name in ("darc-4", "darc-4-damped") else 2
     )
@@ -136,3 +142,77 @@ def check_sample_rate(controller: Controller, interval: float) -> None:
             f"sensors.sample_rate = {1.0 / interval:.6g} Hz is below 20 times the bandwidth {hertz:.4g} Hz: "
             "sample faster, or lower --bandwidth"
         )
+
+
+class Pole(NamedTuple):
+    """A pole of the closed loop, or a pair."""
+
+    frequency: float  # its distance from the origin [Hz]
+    damping_ratio: float  # 1 and more: real; negative: unstable
+
+
+def pole_words(loop: Loop) -> dict[str, Any]:
+    """Poles of a loop's law on its lumped chain, in words; none with a reason for laws of another kind."""
+    if loop.own_plant is not None:
+        reason = f'plant "{loop.own_plant.name}" is your own: its equations are not known'
+        return {"closed_loop_poles": None, "closed_loop_poles_reason": reason}
+    try:
+        poles = poles_of(loop.chain, loop.controller)
+    except InputRefused as refusal:
+        return {"closed_loop_poles": None, "closed_loop_poles_reason": str(refusal)}
+    return {"closed_loop_poles": [{"frequency_hz": hertz, "damping_ratio": ratio} for hertz, ratio in poles]}
+
+
+def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
+    """Poles of a law on a chain, true states, fixed estimates, no Coulomb friction, slowest first."""
+    a, b = state_space(chain)
+    n, law = chain.size, controller.law
+    places = [place(chain, shaft) for shaft in controller.shafts]
+    chosen = [*places, *(n + i for i in places)]
+    count = len(chosen)
+    if law.kind in (DARC, BACKSTEPPING):
+        rows = fixed_row(law, count)
+    elif law.kind == LINEAR and law.matrix.shape[0] == 0:
+        rows = list(law.rows[0])
+    else:
+        raise InputRefused(f"{controller.name} is no law of the chain, and only those have eigenvalues")
+    feedback = np.zeros(2 * n)
+    np.add.at(feedback, chosen, rows)
+    if controller.field is not None:  # the magnetic spring of a stepper
+        feedback[0] -= controller.field[0] * controller.field[1]
+    values = np.linalg.eigvals(a + np.outer(b[:, 0], feedback))
+    kept = sorted((v for v in values if v.imag >= 0.0), key=abs)
+    return tuple(
+        Pole(frequency=abs(v) / (2.0 * pi), damping_ratio=float(-v.real / abs(v)) if abs(v) else 1.0)
+        for v in kept
+    )
+
+
+HIGHEST_HZ = 200.0
+
+
+def check_least_bandwidth(
+    law: Callable[[DesignSpec], Controller], made: Controller, spec: DesignSpec
+) -> None:
+    """Refuse a bandwidth below which a law of Model 4 without dampers is unstable on its own drive."""
+    hertz = spec.bandwidth
+    one_of_them = made.law.kind == BACKSTEPPING or not (made.damped or made.flat is None)
+    if hertz is None or made.model != 4 or not one_of_them or _stable(made, spec):
+        return
+    high = hertz
+    while not _stable(law(replace(spec, bandwidth=high)), spec):
+        high *= 1.5
+        if high > HIGHEST_HZ:
+            return
+    low = high / 1.5
+    while high - low > 0.01 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _stable(law(replace(spec, bandwidth=middle)), spec) else (middle, high)
+    raise InputRefused(
+        f"bandwidth = {hertz:.4g} Hz is below {high:.3g} Hz, where {made.name} is unstable on this drive "
+        "(its feedback leaves the damping of the cable out): raise it, or take darc-4-damped"
+    )
+
+
+def _stable(made: Controller, spec: DesignSpec) -> bool:
+    return all(pole.damping_ratio > -1e-9 for pole in poles_of(plant_chain(spec.drive, None), made))

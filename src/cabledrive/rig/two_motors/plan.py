@@ -165,7 +165,15 @@ def plan_motion(machine: TwoMotorMachine, design: TensionDesign, way: Array, mot
         trajectory = pulse(1.0, rise, motion.dwell, pulses=motion.pulses, order=order)
         return _plan(machine, design, way, trajectory)
 
-    _check_way(machine, way)
+    drive = machine.drive
+    at = [drive.body[0].at["xy".index(name[-1])] for name in machine.names]
+    for share in (0.25, 0.5, 0.75, 1.0):  # where the machine of the file cannot be
+        try:
+            posed(drive, dict(zip(machine.names, (at + share * way).tolist(), strict=True)))
+        except InputRefused as refusal:
+            raise InputRefused(f"move: {refusal}") from None
+    if not way.any():
+        raise InputRefused("move: no coordinate moves: give a distance, such as camera.x=2m")
     if motion.rise is not None:
         return planned(motion.rise)
     single = [0.01, LONGEST_RISE]
@@ -182,19 +190,6 @@ def plan_motion(machine: TwoMotorMachine, design: TensionDesign, way: Array, mot
         middle = float(np.sqrt(single[0] * single[1]))
         single[asks(middle) <= USED] = middle
     return planned(float(f"{single[1]:.3g}") * 1.01)
-
-
-def _check_way(machine: TwoMotorMachine, way: Array) -> None:
-    """Refuse a way on which the machine of the file cannot be."""
-    drive = machine.drive
-    at = [drive.body[0].at["xy".index(name[-1])] for name in machine.names]
-    for share in (0.25, 0.5, 0.75, 1.0):
-        try:
-            posed(drive, dict(zip(machine.names, (at + share * way).tolist(), strict=True)))
-        except InputRefused as refusal:
-            raise InputRefused(f"move: {refusal}") from None
-    if not way.any():
-        raise InputRefused("move: no coordinate moves: give a distance, such as camera.x=2m")
 
 
 def _plan(

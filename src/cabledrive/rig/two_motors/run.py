@@ -21,9 +21,8 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
-from cabledrive.rig.disturbances import stepped_in
 from cabledrive.rig.plant_samples import share_low
-from cabledrive.rig.setting import Disturbance
+from cabledrive.rig.setting import Disturbance, stepped_in
 from cabledrive.rig.two_motors.plan import Setup, held_tensions, lines_along
 
 # Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,
@@ -61,15 +60,13 @@ def close_loop(
     state: Array,
     rig: RigNumbers,
     table: tuple[Array, Array],
-    record: Array,
-    least: Array,
+    kept: tuple[Array, Array],
 ) -> int:
-    """Run all samples of a table, (samples, 3 m + 2), under a force, (samples, m) [N]; returns how many ran.
+    """Run a table, (samples, 3 m + 2), under a force, (samples, m) [N]; returns how many samples were finite.
 
-    ``record``, shape (samples, m + 9), takes what happens; ``least``, shape (2,): the least tension between
-    samples as well [N]. A number that is not finite ends it.
+    ``kept``: what happens, shape (samples, m + 9), and the least tension between samples as well, (2,) [N].
     """
-    reference, force = table
+    (reference, force), (record, least) = table, kept
     m = machine.mass.size
     q, angle, tension, torque = np.zeros(m), np.zeros(2), np.zeros(2), np.zeros(2)
     body = Body(q, np.zeros(m), angle, np.zeros(2), np.zeros((2, m)), tension)
@@ -208,7 +205,7 @@ def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Gene
     )
     record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
     state = first_state(gains, setup.machine.tension)
-    ended = close_loop(actual, gains, state, rig, (table, force), record, least)
+    ended = close_loop(actual, gains, state, rig, (table, force), (record, least))
     return PlantRun(record=record[:ended], least=least, substeps=substeps)
 
 

@@ -9,12 +9,10 @@ import numpy as np
 
 from cabledrive.rig.plant_samples import CONFIDENCE, share_low
 from cabledrive.rig.tuning import LawSetting
-from cabledrive.studies.study.goals import Goals, goal_of
-from cabledrive.studies.study.knowledge_stage import Knowledge
+from cabledrive.studies.study.goals import goal_of
 from cabledrive.studies.study.machine import Quantity
-from cabledrive.studies.study.plants import ClosedLoop, Plant, Score
-from cabledrive.studies.study.sampled_plants import Correlation, sampled_plant
-from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.plants import ClosedLoop, Plant
+from cabledrive.studies.study.sampled_plants import Correlation, Score, sampled_plant
 
 ENOUGH = {"lumped": 0.99, "carriage": 0.99, "cable": 0.95}
 """Share of the plants that must keep within the goal, by the kind of plant."""
@@ -113,16 +111,27 @@ class TriedLaws:
     runs: AcceptanceResult
     cable: AcceptanceResult
 
+    @property
+    def score(self) -> LawScore | None:
+        """Of the chosen law on the plants that decide first; None: no law was run."""
+        return self._of_the_chosen(self.scores)
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Trial:
-    """What the acceptance of every law shares; ``bound``: stated for the law of the chain [rad]."""
+    @property
+    def cable_score(self) -> LawScore | None:
+        """Of the chosen law on the distributed cable; None: it was not run there."""
+        return self._of_the_chosen(self.cable_scores)
 
-    plant: Plant
-    goals: Goals
-    known: Knowledge
-    bound: float | None
-    cache: StageCache
+    def _of_the_chosen(self, scores: Sequence[LawScore]) -> LawScore | None:
+        return next((one for one in scores if self.chosen and one.controller == self.chosen.controller), None)
+
+
+def no_laws(plant: str, reason: str, cable: str, scores: Sequence[LawScore] = ()) -> TriedLaws:
+    """No law is chosen; ``reason``, ``cable``: why there are no runs on either kind of plant."""
+    runs, on_cable = (
+        AcceptanceResult(plant=plant, reason=reason),
+        AcceptanceResult(plant="cable", reason=cable),
+    )
+    return TriedLaws(scores=tuple(scores), cable_scores=(), chosen=None, runs=runs, cable=on_cable)
 
 
 def misses_allowed(runs: int, share: float) -> int:
@@ -176,76 +185,66 @@ def closest(scores: Sequence[LawScore]) -> LawScore | None:
 
 
 def accept(
-    trial: Trial, law: LawSetting, plant: str, draws: int, *, to_the_end: bool = False
+    plant: Plant, law: LawSetting, kind: str, draws: int, *, bound: float | None, to_the_end: bool = False
 ) -> AcceptanceResult:
-    """Run a law on many plants, {"lumped", "carriage", "cable"}, block by block; each finished block is kept.
+    """Run a law on many plants of a kind, block by block, until so many miss the goal that it is lost.
 
-    A law that has missed the goal more often than all the runs allow is not run further.
+    Each finished block is kept; ``bound``: stated for the law of the chain [rad].
     """
     if law.bandwidth is None:
-        return no_runs(plant, law.reason)
-    goal, bound, cache = goal_of(trial.goals), None if law.model is None else trial.bound, trial.cache
-    loop, known = trial.plant.closed_loop(law, cable=plant == "cable"), trial.known
-    about, name = (loop, known.quantities, known.correlations, trial.goals.seed), law.controller
+        return AcceptanceResult(plant=kind, reason=law.reason)
+    goal, cache, known = goal_of(plant.goals), plant.cache, plant.known
+    assert known is not None
+    loop, name = plant.closed_loop(law, cable=kind == "cable"), law.controller
+    about = loop, (known.quantities, known.correlations), plant.goals.seed
     scores: list[Score] = []
-    for first in range(0, draws, BLOCKS[plant]):
-        last, stage = min(first + BLOCKS[plant], draws), f"acceptance-{plant}-{name}-{first:05d}"
+    for first in range(0, draws, BLOCKS[kind]):
+        last, stage = min(first + BLOCKS[kind], draws), f"acceptance-{kind}-{name}-{first:05d}"
         scores += cache.staged(stage, sampled_block, *about, first, last)
-        cache.note(f"      {name}, {plant} plants: {last} of {draws}")
+        cache.note(f"      {name}, {kind} plants: {last} of {draws}")
         misses = sum(one.peak is None or (goal is not None and one.peak > goal) for one in scores)
-        if goal is not None and not to_the_end and lost(misses, draws, plant):
+        if goal is not None and not to_the_end and lost(misses, draws, kind):
             break
     lasting = sorted((one.peak, draw) for draw, one in enumerate(scores) if one.peak is not None)
-    peaks = tuple(peak for peak, _ in lasting)
+    peaks, worst = tuple(peak for peak, _ in lasting), None
+    if lasting:
+        worst = cache.staged(f"acceptance-{kind}-{name}-worst", worst_case, *about, lasting[-1][1])
 
     def within(limit: float | None) -> float | None:
         return None if limit is None else sum(p <= limit for p in peaks) / len(scores)
 
     return AcceptanceResult(
-        plant=plant,
+        plant=kind,
         draws=len(scores),
         peaks=peaks,
         rests=tuple(sorted(one.rest for one in scores if one.rest is not None)),
-        inside=within(bound),
+        inside=None if law.model is None else within(bound),
         reached=within(goal),
         failed=len(scores) - len(peaks),
         saturated=sum(one.saturated > 0.0 for one in scores),
         largest_torque=max((one.torque for one in scores if one.torque is not None), default=None),
         smallest_tension=min((one.tension for one in scores if one.tension is not None), default=None),
-        worst=(
-            cache.staged(f"acceptance-{plant}-{name}-worst", worst_case, *about, lasting[-1][1])
-            if lasting
-            else None
-        ),
+        worst=worst,
     )
 
 
-def sampled_block(
-    loop: ClosedLoop,
-    quantities: dict[str, Quantity],
-    correlations: Sequence[Correlation],
-    seed: int,
-    first: int,
-    last: int,
-) -> tuple[Score, ...]:
+Known = tuple[dict[str, Quantity], Sequence[Correlation]]
+"""What plants are drawn from."""
+
+
+def sampled_block(loop: ClosedLoop, known: Known, seed: int, first: int, last: int) -> tuple[Score, ...]:
     """The runs of some draws, two at a time."""
 
     def one(draw: int) -> Score:
-        return loop.run(*sampled_plant(quantities, loop.encoders, seed, draw, correlations))
+        return loop.run(*sampled_plant(known[0], loop.encoders, seed, draw, known[1]))
 
     with ThreadPoolExecutor(2) as pool:
         return tuple(pool.map(one, range(first, last)))
 
 
-def worst_case(
-    loop: ClosedLoop,
-    quantities: dict[str, Quantity],
-    correlations: Sequence[Correlation],
-    seed: int,
-    draw: int,
-) -> WorstCase:
+def worst_case(loop: ClosedLoop, known: Known, seed: int, draw: int) -> WorstCase:
     """The run of one draw over time, thinned to what is shown."""
-    values, phases = sampled_plant(quantities, loop.encoders, seed, draw, correlations)
+    values, phases = sampled_plant(known[0], loop.encoders, seed, draw, known[1])
     history = loop.history(values, phases)
     n = len(history["error"])
     shown = np.unique(np.append(np.arange(0, n, max(1, n // KEPT)), np.argmax(np.abs(history["error"]))))
@@ -253,48 +252,42 @@ def worst_case(
     return WorstCase(draw=draw, values=values, phases=tuple(phases.tolist()), **thinned)
 
 
-def no_runs(plant: str, reason: str) -> AcceptanceResult:
-    """An acceptance that was not made, with its reason."""
-    return AcceptanceResult(plant=plant, reason=reason)
-
-
-def try_laws(trial: Trial, settings: Sequence[LawSetting]) -> TriedLaws:
+def try_laws(plant: Plant, settings: Sequence[LawSetting], bound: float | None) -> TriedLaws:
     """Run laws on the same plants and choose; ``settings``: simplest first.
 
-    Every law is run on the first few plants. With a goal, those that can still hold it are run to the end and
-    on the distributed cable, simplest first, until one holds it; without one, those whose largest error comes
-    near the smallest. A law that is alone is run to the end.
+    All run on the first few; those that can still hold the goal run on, and on the cable, until one holds it;
+    without a goal those near the smallest error.
     """
-    goals, kind, goal = trial.goals, trial.plant.kind, goal_of(trial.goals)
+    goals, kind, goal = plant.goals, plant.kind, goal_of(plant.goals)
     draws = goals.carriage_draws if kind == "carriage" else goals.draws
-    why = NONE_ASKED if goals.cable_draws == 0 else trial.plant.no_cable
+    why = NONE_ASKED if goals.cable_draws == 0 else plant.no_cable
     alone = len(settings) == 1
     first = draws if alone else min(FIRST, draws)
-    runs = [accept(trial, one, kind, first, to_the_end=alone) for one in settings]
+    runs = [accept(plant, one, kind, first, bound=bound, to_the_end=alone) for one in settings]
     scores = [score(one, result, goal) for one, result in zip(settings, runs, strict=True)]
     if closest(scores) is None:
         none = "; ".join(f"{one.controller}: {one.reason}" for one in settings)
-        nothing = no_runs(kind, f"no law is applicable: {none}")
-        return TriedLaws(
-            scores=tuple(scores), cable_scores=(), chosen=None, runs=nothing, cable=no_runs("cable", none)
-        )
+        return no_laws(kind, f"no law is applicable: {none}", none, scores)
     found: dict[int, AcceptanceResult] = {}
     cable_scores: list[LawScore] = []
     chosen: int | None = None
 
     def on_the_cable(place: int) -> bool | None:
-        found[place] = accept(trial, settings[place], "cable", goals.cable_draws)
+        found[place] = accept(plant, settings[place], "cable", goals.cable_draws, bound=bound)
         cable_scores.append(score(settings[place], found[place], goal))
         return cable_scores[-1].holds
 
     for place in _promising(scores, goal, draws, kind):
         if runs[place].draws < draws:
-            runs[place] = accept(trial, settings[place], kind, draws)
+            runs[place] = accept(plant, settings[place], kind, draws, bound=bound)
         scores[place] = score(settings[place], runs[place], goal)
         if goal is not None and scores[place].holds and (why or on_the_cable(place)):
             chosen = place
             break
-    scores = [_left_off(one, goal, draws) for one in scores]
+    left_off = "a simpler law meets the goal" if goal is not None else "another law has a smaller error"
+    for place, one in enumerate(scores):  # a law that might hold and was not run to the end claims nothing
+        if 0 < one.runs < draws and not (one.share is not None and lost(_missed(one), draws, kind)):
+            scores[place] = replace(one, holds=None, reason=f"stopped early: {left_off}")
     if chosen is None:
         near = closest([one for k, one in enumerate(scores) if k in found] or scores)
         chosen = next(k for k, one in enumerate(scores) if one is near)
@@ -305,7 +298,7 @@ def try_laws(trial: Trial, settings: Sequence[LawSetting]) -> TriedLaws:
         cable_scores=tuple(cable_scores),
         chosen=settings[chosen],
         runs=runs[chosen],
-        cable=found.get(chosen, no_runs("cable", why or NOT_HELD)),
+        cable=found.get(chosen, AcceptanceResult(plant="cable", reason=why or NOT_HELD)),
     )
 
 
@@ -318,15 +311,6 @@ def _promising(scores: Sequence[LawScore], goal: float | None, draws: int, kind:
         return left or [k for k in made if scores[k] is best]
     errors = {k: one.worst for k, one in enumerate(scores) if one.worst is not None and not one.failed}
     return [k for k, error in errors.items() if error <= NEAR * min(errors.values())] if errors else made
-
-
-def _left_off(one: LawScore, goal: float | None, draws: int) -> LawScore:
-    """A law that might hold and was not run to the end says so, and claims nothing."""
-    missed = one.share is not None and lost(_missed(one), draws, one.plant)
-    if missed or not 0 < one.runs < draws:
-        return one
-    why = "a simpler law meets the goal" if goal is not None else "another law has a smaller error"
-    return replace(one, holds=None, reason=f"stopped early: {why}")
 
 
 def _missed(one: LawScore) -> int:

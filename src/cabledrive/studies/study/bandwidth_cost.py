@@ -20,21 +20,21 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.margins import closed_loop, response, sampled_controller, sampled_plant
-from cabledrive.rig.setting import Motion
 from cabledrive.rig.tracking import summarize
-from cabledrive.studies.study.carriage_case import (
+from cabledrive.studies.study.carriage import (
     CarriageCase,
+    carriage_values,
     case_of,
     errors,
     growth,
     loop_at,
     torque_of,
+    transporter_with,
     whole_run,
 )
-from cabledrive.studies.study.carriage_machine import carriage_values, transporter_with
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import Quantity
-from cabledrive.studies.study.sampled_plants import joined_loop, make_law, rig_options, with_values
+from cabledrive.studies.study.sampled_plants import LoadCase, with_values
 
 UNSTABLE = 1e3
 SAMPLES_PER_PERIOD = 40.0
@@ -119,18 +119,10 @@ class Candidate:
     refused: str = ""  # why it cannot be used; empty where it can
 
 
-def evaluate(
-    drive: Drive,
-    motion: Motion,
-    quantities: Mapping[str, Quantity],
-    model: int,
-    hertz: float,
-    torque: float | None,
-) -> tuple[Candidate, dict[str, float]]:
+def evaluate(case: LoadCase, model: int, hertz: float) -> tuple[Candidate, dict[str, float]]:
     """The parts of the bound at one bandwidth [Hz], among them what each quantity adds [rad]."""
-    law = make_law(drive, motion, quantities, model, hertz)
-    ideal = joined_loop(drive, law, motion, torque, options=rig_options(drive, ideal=True))
-    real = joined_loop(drive, law, motion, torque)
+    law, quantities = case.chain_law(model, hertz), case.quantities
+    ideal, real = case.loop(law, ideal=True), case.loop(law)
     fine = real.rig._replace(counts=FINE * real.rig.counts, phases=np.zeros_like(real.rig.phases))
     smooth = replace(real, rig=fine)
     nominal = summarize(ideal, run(ideal))
@@ -143,7 +135,7 @@ def evaluate(
         return replace(empty, refused=why), {}
 
     def error(values: Mapping[str, float]) -> Array | None:
-        moved = with_values(smooth, drive, values, None)
+        moved = with_values(smooth, values, None)
         done = run(moved)
         return None if done.failed else moved.load_error(done.log)
 
@@ -157,7 +149,7 @@ def evaluate(
     up = {name: int(high[sample] > low[sample]) for name, (low, high) in moved.items()}
     for side in (0, 1) if up else ():
         values = {name: quantities[name].outer[abs(end - side)] for name, end in up.items()}
-        joint, cost = error(values), sensor_bound(with_values(real, drive, values, None))
+        joint, cost = error(values), sensor_bound(with_values(real, values, None))
         if joint is None:
             return replace(empty, refused=DIVERGES), {}
         if cost is None:
@@ -227,9 +219,23 @@ def design_carriage_law(
     """The scheduled law with the smallest estimated error; ``left_out``: what the model leaves out [m]."""
     case = case_of(drive, goals)
     lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
-    hertz = _bandwidths(case, lowest, rate)
+    every = [share * lowest for share in SHARES]
+    if case.hanging:
+        swing = (case.design.gravity / case.design.line_length) ** 0.5 / (2.0 * pi)
+        every += [share * swing for share in SWINGS if share * swing < SHARES[-1] * lowest]
+    # From the lowest on; what is too fast for sampling or for the cable is not tried.
+    hertz = sorted({float(f"{f:.3g}") for f in every if f <= rate})
     tried = (evaluate_carriage(case, quantities, f, left_out) for f in hertz)
     candidates, best, parts = cheapest(tried, "estimate")
+    if best is None:
+        why = candidates[0].refused if candidates else f"none is below {rate:.3g} Hz, a fortieth of sampling"
+        reason = f"no bandwidth can be used: {why}"
+    else:
+        reason = (
+            f"{best.bandwidth:g} Hz gives the smallest estimated error, {1e3 * best.estimate:.3g} mm, while "
+            f"stable along the way with the cable at both of its bounds and without excessive torque ripple "
+            f"from quantisation; the carriage vibrates on its cable at {lowest:.3g} Hz and more"
+        )
     return CarriageController(
         name="scheduled",
         bandwidth=None if best is None else best.bandwidth,
@@ -239,17 +245,8 @@ def design_carriage_law(
         both=len(case.reads) > 1,
         positions=tuple(float(x) for x in case.places),
         frequencies=tuple(float(f) for f in case.cable_frequencies),
-        reason=_reason(best, candidates, lowest, rate),
+        reason=reason,
     )
-
-
-def _bandwidths(case: CarriageCase, lowest: float, rate: float) -> list[float]:
-    """From the lowest on; what is too fast for sampling or for the cable is not tried."""
-    hertz = [share * lowest for share in SHARES]
-    if case.hanging:
-        swing = (case.design.gravity / case.design.line_length) ** 0.5 / (2.0 * pi)
-        hertz += [share * swing for share in SWINGS if share * swing < SHARES[-1] * lowest]
-    return sorted({float(f"{f:.3g}") for f in hertz if f <= rate})
 
 
 def evaluate_carriage(
@@ -301,17 +298,3 @@ def evaluate_carriage(
         torque=torque,
         refused=f"the torque reaches its limit of {torque:.4g} N m" if saturated else "",
     ), {name: float(one.max()) for name, one in largest.items()}
-
-
-def _reason(
-    best: CarriageCandidate | None, candidates: tuple[CarriageCandidate, ...], lowest: float, rate: float
-) -> str:
-    if best is None:
-        why = candidates[0].refused if candidates else f"none is below {rate:.3g} Hz, a fortieth of sampling"
-        return f"no bandwidth can be used: {why}"
-    assert best.estimate is not None
-    return (
-        f"{best.bandwidth:g} Hz gives the smallest estimated error, {1e3 * best.estimate:.3g} mm, while "
-        f"stable along the way with the cable at both of its bounds and without excessive torque ripple "
-        f"from quantisation; the carriage vibrates on its cable at {lowest:.3g} Hz and more"
-    )

@@ -188,11 +188,26 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         for name in CHANNELS:
             if np.ptp(log.channel(name)) == 0.0:
                 raise InputRefused(f"{log.source}: {name} is constant: a log must move the drive")
-    sides = [_sides(log, drive) for log in logs]
-    sides, slip = without_slip(sides)
+    joint, ratio = has_flexible_joint(drive), drive.load_pulley.radius / drive.drive_pulley.radius
+    sides, slip = without_slip(
+        [
+            TwoSides(  # a log at the first shaft
+                source=log.source,
+                interval=log.interval,
+                torque=log.channel("torque"),
+                motor=log.channel("angle"),
+                load=log.channel("load_angle") * ratio,
+                pulley=log.channels.get("drive_angle") if joint else None,
+                share=values_of(drive).get("motor_share", 1.0),
+                twisted=not joint or "drive_angle" in log.channels,
+                saturated=log.saturated.get("torque"),
+            )
+            for log in logs
+        ]
+    )
     load = load_equation(sides)
     solution, sides, lag = sum_equation(sides, load)
-    scale = np.array([1.0, (drive.load_pulley.radius / drive.drive_pulley.radius) ** 2, 1.0, 1.0, 1.0])
+    scale = np.array([1.0, ratio**2, 1.0, 1.0, 1.0])
     fit, n = solution.fit, len(NAMES)  # in the quantities of a drive, without the lag
     middle = replace(
         fit,
@@ -202,7 +217,12 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         unidentifiable=fit.unidentifiable[:, :n] * scale,
     )
     halves = solution.halves[:n] * scale
-    halves += _by_the_split(sides, load, solution, drive) * scale
+    if joint:  # what another share of the motor in the inertia before the cable moves
+        others = [
+            sum_at([replace(one, share=one.share + split) for one in sides], load, solution.band)
+            for split in SPLITS
+        ]
+        halves += np.nanmax(np.abs(np.array(others) - solution.fit.values), axis=0)[:n] * scale
     sizes = solution.sizes[: len(NAMES)] / scale
     unidentifiable = unidentifiable_parameters(middle)
     found = {
@@ -210,11 +230,12 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         for name, value, half in zip(NAMES, middle.values, halves, strict=True)
         if name not in unidentifiable
     }
-    weak = []
-    for name, (value, low, high) in found.items():
-        half = 0.5 * (high - low)
-        if half > abs(value) and half * sizes[NAMES.index(name)] > WEAK_SHARE * middle.scale:
-            weak.append(name)
+    weak = [
+        name
+        for name, (value, low, high) in found.items()
+        if (half := 0.5 * (high - low)) > abs(value)
+        and half * sizes[NAMES.index(name)] > WEAK_SHARE * middle.scale
+    ]
     words = unidentifiable_words(middle) + tuple(weak_words(name) for name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
     sums = found
@@ -225,7 +246,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     words += negative
     if "cable_stiffness" not in found and "load_inertia" in found:
         words += ("the cable's stiffness is not determined: the load never turns against the drive pulley",)
-    if has_flexible_joint(drive) and {"near_inertia", "load_inertia"} <= set(found):
+    if joint and {"near_inertia", "load_inertia"} <= set(found):
         result, negative = _possible(identify_joint(logs, drive, found))
         found |= result
         words += negative
@@ -249,10 +270,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
 
 
 def explained(log: Log, result: RegressionResult, drive: Drive, number: int) -> Log:
-    """A log whose torque is that of the instants at which its angles were read, less what cogging takes.
-
-    What its rope, of the log of this ``number``, has crept is added to the load's angle.
-    """
+    """The log of a ``number`` at the instants at which angles were read, without cogging and creep."""
     torque = np.interp(log.time - result.lag, log.time, log.channel("torque"))
     if result.cogging is not None:
         torque -= result.cogging.at(log.channel("angle"))
@@ -277,32 +295,3 @@ def _possible(found: dict[str, Interval]) -> tuple[dict[str, Interval], tuple[st
         else:
             words += (f"{said} is identified as negative: check signs and units",)
     return kept, words
-
-
-def _sides(log: Log, drive: Drive) -> TwoSides:
-    """A log at the first shaft."""
-    joint = has_flexible_joint(drive)
-    return TwoSides(
-        source=log.source,
-        interval=log.interval,
-        torque=log.channel("torque"),
-        motor=log.channel("angle"),
-        load=log.channel("load_angle") * (drive.load_pulley.radius / drive.drive_pulley.radius),
-        pulley=log.channels.get("drive_angle") if joint else None,
-        share=values_of(drive).get("motor_share", 1.0),
-        twisted=not joint or "drive_angle" in log.channels,
-        saturated=log.saturated.get("torque"),
-    )
-
-
-def _by_the_split(
-    sides: Sequence[TwoSides], load: Solution | None, solution: Solution, drive: Drive
-) -> Array:
-    """What another share of the motor in the inertia before the cable moves, shape (5,)."""
-    if not has_flexible_joint(drive):
-        return np.zeros(len(NAMES))
-    others = [
-        sum_at([replace(one, share=one.share + split) for one in sides], load, solution.band)
-        for split in SPLITS
-    ]
-    return np.asarray(np.nanmax(np.abs(np.array(others) - solution.fit.values), axis=0)[: len(NAMES)])

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor, isfinite, log10
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,9 +18,9 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.laws.controllers import SHAFTS
 from cabledrive.rig.setting import DEGREE, Motion
-from cabledrive.studies.study.carriage_machine import MARGIN, ORDER, missing_for_carriage
+from cabledrive.studies.study.carriage import MARGIN, ORDER, missing_for_carriage
 from cabledrive.studies.study.goals import Goals
-from cabledrive.studies.study.machine import values_of
+from cabledrive.studies.study.machine import Demand, DemandResult, values_of
 from cabledrive.studies.study.modes_stage import motion_torque
 from cabledrive.trajectories import move_limits, shortest_rise
 
@@ -52,7 +51,15 @@ class CheckResult:
 
 def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResult:
     """Check a drive and its logs; ``hashes``: SHA-256 of each log's file."""
-    derived, warnings = _of_the_file(drive)
+    if isinstance(drive, AxisDrive):  # of its machine, whose spans the axis has not
+        sag = [drive.words["sag"]] if drive.words["sag"] else []
+        derived, warnings = (
+            lowest_frequencies(drive.machine).as_dict(),
+            [*route_warnings(drive.machine), *sag],
+        )
+        derived |= {"slack_torque": drive.words["slack_torque"]}
+    else:
+        derived, warnings = derived_with_lowest(drive), list(drive_warnings(drive))
     left_out = left_out_under_torque(drive)
     return CheckResult(
         derived={k: v for k, v in derived.items() if v is None or isinstance(v, float)},
@@ -62,33 +69,21 @@ def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResu
             LogWords(
                 name=Path(log.source).name,
                 sha256=digest,
-                rows=log.report.rows,
                 duration=float(log.report.duration),
                 sample_rate=float(log.sample_rate),
                 channels=dict(log.units),
-                repaired=log.report.repaired,
-                findings=log.report.findings,
+                **{name: getattr(log.report, name) for name in ("rows", "repaired", "findings")},
             )
             for log, digest in zip(logs, hashes, strict=True)
         ),
     )
 
 
-def _of_the_file(drive: Drive) -> tuple[dict[str, Any], Sequence[str]]:
-    """Derived quantities and warnings; of an axis those of its machine, whose spans the axis has not."""
-    if not isinstance(drive, AxisDrive):
-        return derived_with_lowest(drive), drive_warnings(drive)
-    lowest = lowest_frequencies(drive.machine).as_dict()
-    sag = [drive.words["sag"]] if drive.words["sag"] else []
-    return lowest | {"slack_torque": drive.words["slack_torque"]}, [*route_warnings(drive.machine), *sag]
-
-
 def missing_for_control(drive: Drive) -> tuple[str, ...]:
     """What stands between a drive file and a controller; empty where a controller can be designed."""
     if drive.carriage:
         return missing_for_carriage(drive)
-    found = []
-    sensors = drive.sensors
+    found, sensors = [], drive.sensors
     if sensors is None or sensors.sample_rate is None:
         found.append('sensors.sample_rate is missing: give it, such as "5 kHz"')
     if sensors is not None and all(getattr(sensors, f"{shaft}_encoder") is None for shaft in SHAFTS[:2]):
@@ -110,17 +105,43 @@ STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 def goals_for(drive: Drive, goals: Goals) -> Goals:
     """Goals whose motion is complete, what was assumed in `Goals.assumed`; carriage and pulley agree."""
-    if isinstance(drive, AxisDrive) and drive.slides:
-        goals = _of_a_slide(drive, goals)
-    _check_words(drive, goals)
+    if isinstance(drive, AxisDrive) and drive.slides:  # its lengths as the angles that they are over its gain
+        gain, angle, error = abs(drive.gain), goals.angle, goals.error
+        if goals.travel is not None and angle is not None:
+            raise InputRefused(f"travel and angle both give the way of {drive.load}: leave one out")
+        angle = angle if goals.travel is None else goals.travel / gain
+        error = error if goals.carriage_error is None else goals.carriage_error / gain
+        goals = replace(goals, gain=gain, angle=angle, error=error, travel=None, carriage_error=None)
+    if drive.carriage and goals.error is not None:
+        raise InputRefused(
+            f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage: state a "
+            'length, such as error = "0.5 mm"'
+        )
+    words = {"carriage_error": "error, a length,"}
+    for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
+        if not drive.carriage and getattr(goals, name) is not None:
+            raise InputRefused(
+                f"{words.get(name, name)} refers to a carriage, but the drive has none: give the goal of the "
+                "load"
+            )
     radius, assumed = drive.load_pulley.radius, []
     angle, travel = goals.angle, goals.travel
     if drive.carriage:
-        if travel is None:
-            travel = angle * radius if angle is not None else _half_of_the_way(drive)
-            assumed += [] if angle is not None else [f"{travel:.4g} m, half of the remaining travel"]
-        if not missing_for_carriage(drive):
-            _check_way(drive, travel)
+        start, length = drive.carriage[0].position, drive.span_length
+        least, most = MARGIN * length, (1.0 - MARGIN) * length
+        if travel is None and angle is not None:
+            travel = angle * radius
+        elif travel is None:  # rounded down to two digits
+            left = 0.5 * (most - start if most > start else start - least)
+            unit = 10.0 ** (floor(log10(left)) - 1)
+            travel = float(f"{floor(left / unit) * unit:.2g}")
+            assumed += [f"{travel:.4g} m, half of the remaining travel"]
+        if not missing_for_carriage(drive) and not least < start < start + travel < most:
+            raise InputRefused(
+                f"travel = {travel:.4g} m takes the carriage from {start:.4g} m to {start + travel:.4g} m, "
+                f"and {least:.4g} m to {most:.4g} m of its span are free: shorten the travel, or move the "
+                "carriage"
+            )
         angle = travel / radius
         goals = replace(goals, travel=travel, order=max(goals.order, ORDER))
     elif angle is None:
@@ -130,58 +151,8 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
     if duration is None:
         duration, why = _duration(drive, angle, goals.order)
         assumed.append(f"{duration:g} s, {why}")
-    words = f"motion assumed: {'; '.join(assumed)}" if assumed else ""
-    return replace(goals, angle=angle, duration=duration, assumed=words)
-
-
-def _of_a_slide(drive: AxisDrive, goals: Goals) -> Goals:
-    """Travel and error of a load that slides as the angles that they are over its gain."""
-    gain = abs(drive.gain)
-    if goals.travel is not None and goals.angle is not None:
-        raise InputRefused(f"travel and angle both give the way of {drive.load}: leave one out")
-    return replace(
-        goals,
-        gain=gain,
-        angle=goals.angle if goals.travel is None else goals.travel / gain,
-        error=goals.error if goals.carriage_error is None else goals.carriage_error / gain,
-        travel=None,
-        carriage_error=None,
-    )
-
-
-def _check_words(drive: Drive, goals: Goals) -> None:
-    if drive.carriage and goals.error is not None:
-        raise InputRefused(
-            f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage: state a "
-            'length, such as error = "0.5 mm"'
-        )
-    if drive.carriage:
-        return
-    for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
-        if getattr(goals, name) is not None:
-            word = "error, a length," if name == "carriage_error" else name
-            raise InputRefused(
-                f"{word} refers to a carriage, but the drive has none: give the goal of the load"
-            )
-
-
-def _check_way(drive: Drive, travel: float) -> None:
-    start, length = drive.carriage[0].position, drive.span_length
-    least, most = MARGIN * length, (1.0 - MARGIN) * length
-    if not least < start < start + travel < most:
-        raise InputRefused(
-            f"travel = {travel:.4g} m takes the carriage from {start:.4g} m to {start + travel:.4g} m, and "
-            f"{least:.4g} m to {most:.4g} m of its span are free: shorten the travel, or move the carriage"
-        )
-
-
-def _half_of_the_way(drive: Drive) -> float:
-    """Half of what is left of the first carriage's span, rounded down to two digits [m]."""
-    left = 0.5 * ((1.0 - MARGIN) * drive.span_length - drive.carriage[0].position)
-    if left <= 0.0:
-        left = 0.5 * (drive.carriage[0].position - MARGIN * drive.span_length)
-    unit = 10.0 ** (floor(log10(left)) - 1)
-    return float(f"{floor(left / unit) * unit:.2g}")
+    said = f"motion assumed: {'; '.join(assumed)}" if assumed else ""
+    return replace(goals, angle=angle, duration=duration, assumed=said)
 
 
 def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
@@ -206,36 +177,6 @@ def _rounded_up(duration: float) -> float:
     power = 10.0 ** floor(log10(duration))
     step = next(one for one in STEPS if one >= ceil(duration / power * 1e9 - 1.0) / 1e9)
     return float(f"{step * power:.3g}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Demand:
-    """One thing that is asked, and what there is."""
-
-    name: str  # {"torque", "speed", "slack_torque"}
-    asked: float  # largest along the motion
-    limit: float | None  # None: no limit is known
-    unit: str
-
-    @property
-    def met(self) -> bool:
-        """Whether the limit is kept."""
-        return self.limit is None or self.asked <= self.limit
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DemandResult:
-    """Everything that the motion asks for."""
-
-    demands: tuple[Demand, ...]
-    # shortest duration of this move within the limits, by an upper bound of the demand [s]
-    shortest: float | None
-    binding: str  # the limit that decides it, or why there is none
-
-    @property
-    def exceeded(self) -> tuple[Demand, ...]:
-        """What is asked beyond its limit."""
-        return tuple(demand for demand in self.demands if not demand.met)
 
 
 def demand_of(drive: Drive, motion: Motion, most: tuple[float | None, float | None]) -> DemandResult:

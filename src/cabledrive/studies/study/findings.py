@@ -10,13 +10,13 @@ from cabledrive.rig.plant_samples import CONFIDENCE
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, LawScore, TriedLaws
 from cabledrive.studies.study.bandwidth_cost import CarriageCandidate, CarriageController
-from cabledrive.studies.study.carriage_case import CarriageModel
-from cabledrive.studies.study.check_stage import CheckResult, DemandResult
-from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.carriage import CarriageModel
+from cabledrive.studies.study.check_stage import CheckResult
 from cabledrive.studies.study.goals import ErrorUnit, Goals, goal_of
 from cabledrive.studies.study.knowledge_stage import Knowledge
-from cabledrive.studies.study.machine import WORDS
+from cabledrive.studies.study.machine import WORDS, DemandResult
 from cabledrive.studies.study.modes_stage import ModelResult, ResonanceResult
+from cabledrive.studies.study.plants import ControllerResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,33 +32,22 @@ class Findings:
     model: ModelResult | CarriageModel | None = None
     # the damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error
     controller: ControllerResult | CarriageController | None
-    laws: TriedLaws | None  # every law under one acceptance test
-    runs: AcceptanceResult  # of the law that is chosen, on the plants that decide first
-    cable: AcceptanceResult  # of the same law on the distributed cable
+    laws: TriedLaws  # every law under one acceptance test
+
+    @property
+    def runs(self) -> AcceptanceResult:
+        """Of the law that is chosen, on the plants that decide first."""
+        return self.laws.runs
+
+    @property
+    def cable(self) -> AcceptanceResult:
+        """Of the same law on the distributed cable."""
+        return self.laws.cable
 
     @property
     def carried(self) -> bool:
         """Whether a carriage is controlled, and not a load."""
         return self.runs.plant == "carriage"
-
-    @property
-    def scores(self) -> tuple[LawScore, ...]:
-        """Every law that was tried, simplest first."""
-        return () if self.laws is None else self.laws.scores
-
-    @property
-    def chosen(self) -> LawScore | None:
-        """The law that is chosen, on the plants that decide first; None: no law was run."""
-        return self._of_the_chosen(self.scores)
-
-    @property
-    def cable_score(self) -> LawScore | None:
-        """The chosen law on the distributed cable; None: it was not run there."""
-        return None if self.laws is None else self._of_the_chosen(self.laws.cable_scores)
-
-    def _of_the_chosen(self, scores: Sequence[LawScore]) -> LawScore | None:
-        chosen = self.laws.chosen if self.laws is not None else None
-        return next((one for one in scores if chosen and one.controller == chosen.controller), None)
 
 
 PLANTS = {

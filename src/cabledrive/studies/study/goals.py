@@ -1,6 +1,7 @@
 """What a study is asked to reach, from a small file, and in what its error is counted."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -175,12 +176,17 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
     for key, value in flat.items():
         if key not in known:
             raise InputRefused(f"{key}: unknown key{nearest(key, known)}")
-        if key == "error" and _is_length(value):
-            found["carriage_error"] = quantity_of(key, value, "m")
-        elif key in QUANTITIES:
-            found[key] = quantity_of(key, value, QUANTITIES[key])
+        if key in QUANTITIES:
+            unit, name = QUANTITIES[key], key
+            if key == "error" and isinstance(value, str):  # of a carriage it is a length, such as "0.5 mm"
+                with suppress(InputRefused):
+                    to_si(value, "m")
+                    unit, name = "m", "carriage_error"
+            found[name] = quantity_of(key, value, unit)
         elif key == "load_inertia":
-            found[key] = _range(value)
+            if not isinstance(value, list) or len(value) != 2:
+                raise InputRefused(f"load_inertia = {written(value)} is no range: write [smallest, largest]")
+            found[key] = tuple(quantities_of(key, value, "kg m^2"))
         else:
             found[key] = whole_of(key, value, least=0 if key in ("seed", "cable_draws") else 1)
     for key, value in content.items():
@@ -194,21 +200,6 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
             raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, (*SPREADS, 'backlash'))}")
     spreads = {key: quantity_of(f"uncertainty.{key}", value, "1") for key, value in open_values.items()}
     return Goals(spreads=SPREADS | spreads, columns=column_map(plain_tables["log"]), **found)
-
-
-def _is_length(value: Any) -> bool:
-    """Whether an error is one of a carriage, such as "0.5 mm", and not of an angle."""
-    try:
-        return isinstance(value, str) and to_si(value, "m") is not None
-    except InputRefused:
-        return False
-
-
-def _range(value: Any) -> tuple[float, float]:
-    if not isinstance(value, list) or len(value) != 2:
-        raise InputRefused(f"load_inertia = {written(value)} is no range: write [smallest, largest]")
-    smallest, largest = quantities_of("load_inertia", value, "kg m^2")
-    return smallest, largest
 
 
 def motion_of(goals: Goals) -> dict[str, Any]:

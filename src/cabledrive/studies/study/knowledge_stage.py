@@ -4,11 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.rig.disturbances import control_delay, current_rate
+from cabledrive.rig.setting import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import explained, identify_chain, whole_drive
 from cabledrive.studies.study.log_replay import LogFinding, Replay, coarser_encoders, encoder_findings, replay
 from cabledrive.studies.study.machine import (
@@ -23,6 +22,7 @@ from cabledrive.studies.study.machine import (
     drive_with,
 )
 from cabledrive.studies.study.sampled_plants import (
+    MOTOR_SIDE,
     TWO_SIDED_95,
     Correlation,
     among,
@@ -90,8 +90,11 @@ def know(
 def usable_log(log: Log) -> Log:
     """A log with torque and angle; a "motor_angle" is taken as the angle."""
     if "angle" not in log.channels and "motor_angle" in log.channels:
-        tables = [_renamed(table) for table in (log.channels, log.units, log.saturated)]
-        report = replace(log.report, quantum=_renamed(log.report.quantum))
+        tables: list[dict[str, Any]] = [
+            {"angle" if name == "motor_angle" else name: value for name, value in table.items()}
+            for table in (log.channels, log.units, log.saturated, log.report.quantum)
+        ]
+        report = replace(log.report, quantum=tables[3])
         log = replace(log, channels=tables[0], units=tables[1], saturated=tables[2], report=report)
     if not {"torque", "angle"} <= set(log.channels):
         raise InputRefused(
@@ -99,10 +102,6 @@ def usable_log(log: Log) -> Log:
             "columns in [log] of study.toml"
         )
     return log
-
-
-def _renamed(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {"angle" if name == "motor_angle" else name: value for name, value in table.items()}
 
 
 def known_drive(drive: Drive, knowledge: Knowledge) -> Drive:
@@ -151,9 +150,9 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         half = TWO_SIDED_95 * slip.error * value / (slip.creep or slip.limit)
         ends = {"low": max(value - half, 0.0), "high": value + half}
         fresh[name] = Quantity(name=name, value=value, unit=UNITS[name], source=LOG, **ends)
-        allowed = "runs in which it would slide end early, and the model is not replayed over the log"
-        allowed = "what it moves the load is added to every error" if slip.creep else allowed
-        slips = (LogFinding(id="slip", words=f"{slip.words(inertia)}: {allowed}", decides=False),)
+        then = "runs in which it would slide end early, and the model is not replayed over the log"
+        then = "what it moves the load is added to every error" if slip.creep else then
+        slips = (LogFinding(id="slip", words=f"{slip.words(inertia)}: {then}", decides=False),)
     machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
     correlations = among(result.correlations, fresh)
     likely = [drive_with(drive, sampled_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
@@ -161,8 +160,20 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
     if result.slip is None or result.slip.creep > 0.0:  # what slides is no part of the model
         parts = (explained(log, result, drive, number) for number, log in enumerate(logs))
         replays = tuple(replay(one, machine, likely=likely) for one in parts)
+    against = []
+    for name, sheet in known.items():
+        one = fresh[name]
+        if one.source == LOG and (one.low > sheet.high or one.high < sheet.low):
+            guess = name in (*FRICTIONS, "ripple_torque")
+            said = (
+                f"{WORDS[name]}: {one.value:.4g} {one.unit} from the log, outside the data-sheet interval "
+                f"{sheet.low:.4g} to {sheet.high:.4g} {one.unit}"
+            ) + ("; it replaces the data-sheet value" if guess else "")
+            limit = sheet.high if one.low > sheet.high else sheet.low
+            finding = LogFinding(id=name, value=one.value, limit=limit, unit=one.unit, words=said)
+            against.append(replace(finding, decides=not guess))
     late, beyond = _late(result.lag, drive, max(log.interval for log in logs))
-    findings = slips + _against_the_datasheet(fresh, known) + late
+    findings = (*slips, *against, *late)
     return Knowledge(
         quantities=fresh,
         undetermined=words,
@@ -214,7 +225,15 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         gear = drive.load_pulley.radius / drive.drive_pulley.radius
         whole = known["near_inertia"].value + known["load_inertia"].value / gear**2
         parts = {name: known[name].value / whole for name in ("near_inertia", "load_inertia")}
-        fresh |= _rigid_quantities(found, known, parts)
+        axis = found.parameters["inertia"]
+        for name, part in parts.items():  # split as the data sheet has it
+            sheet = known[name]
+            value, half = part * axis.value, part * 0.5 * (axis.high - axis.low)
+            half += sheet.half_width / sheet.value * abs(value)
+            fresh[name] = replace(sheet, value=value, low=value - half, high=value + half, source=LOG)
+        for name in MOTOR_SIDE:
+            e = found.parameters[name]
+            fresh[name] = replace(known[name], value=e.value, low=e.low, high=e.high, source=LOG)
         together = of_an_axis(found, parts, fresh)
     words = found.unidentifiable + tuple(wrong)
     words += ("the log has no load angle: stiffness, damping and load are from the data sheet",)
@@ -229,23 +248,6 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         method="one rigid axis, inverse dynamics; the split between motor and load is from the data sheet",
         correlations=among(together, fresh),
     )
-
-
-def _rigid_quantities(
-    found: Identification, known: dict[str, Quantity], parts: dict[str, float]
-) -> dict[str, Quantity]:
-    """Inertia of the whole axis at the motor, split as the data sheet has it; friction as it is."""
-    estimates, fresh = found.parameters, {}
-    axis = estimates["inertia"]
-    for name, part in parts.items():
-        sheet = known[name]
-        value, half = part * axis.value, part * 0.5 * (axis.high - axis.low)
-        half += sheet.half_width / sheet.value * abs(value)
-        fresh[name] = replace(sheet, value=value, low=value - half, high=value + half, source=LOG)
-    for name in ("viscous_friction", "coulomb_friction", "offset_torque"):
-        e = estimates[name]
-        fresh[name] = replace(known[name], value=e.value, low=e.low, high=e.high, source=LOG)
-    return fresh
 
 
 def _without_result(known: dict[str, Quantity], why: str) -> Knowledge:
@@ -265,21 +267,3 @@ def with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
     fresh = replace(own, value=value, low=low, high=high, source=GOAL)
     quantities = found.quantities | {"load_inertia": fresh}
     return replace(found, quantities=quantities, correlations=among(found.correlations, quantities))
-
-
-def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity]) -> tuple[LogFinding, ...]:
-    found = []
-    for name, sheet in known.items():
-        quantity = fresh[name]
-        if quantity.source == LOG and (quantity.low > sheet.high or quantity.high < sheet.low):
-            words = (
-                f"{WORDS[name]}: {quantity.value:.4g} {quantity.unit} from the log, outside the data-sheet "
-                f"interval {sheet.low:.4g} to {sheet.high:.4g} {quantity.unit}"
-            )
-            guess, value, unit = name in (*FRICTIONS, "ripple_torque"), quantity.value, quantity.unit
-            words += "; it replaces the data-sheet value" if guess else ""
-            limit = sheet.high if quantity.low > sheet.high else sheet.low
-            found.append(
-                LogFinding(id=name, value=value, limit=limit, unit=unit, words=words, decides=not guess)
-            )
-    return tuple(found)

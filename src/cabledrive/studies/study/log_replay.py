@@ -28,8 +28,8 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.closed_loop.loop import plant_chain
-from cabledrive.rig.disturbances import joint_backlash
 from cabledrive.rig.laws.controllers import load_gear, place
+from cabledrive.rig.setting import joint_backlash
 
 ENCODERS = {
     "angle": "motor_encoder",
@@ -200,10 +200,7 @@ def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
 
 
 def octaves(values: Array, interval: float) -> tuple[Array, Array, Array]:
-    """Power of ``values``, shape (samples, m), in octaves from `LOWEST` to a quarter of the sample rate.
-
-    Returns the middle of each [Hz] and its independent frequencies, shape (k,), and the powers, (k, m).
-    """
+    """Middles [Hz], independent frequencies and powers, (k, m), of values, (samples, m), in octaves."""
     n = len(values)
     spectrum = np.abs(np.fft.rfft(values * signal.windows.hann(n)[:, None], axis=0)) ** 2
     frequency = np.fft.rfftfreq(n, interval)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from math import inf, pi, radians
 from typing import Any
 
-from cabledrive.parameters import Drive, Lumped, Motor, Pulley
+from cabledrive.parameters import Drive, Lumped, Pulley
 from cabledrive.reduction.lumped_chain import rim_spring
 from cabledrive.studies.study.goals import SPREADS
 
@@ -68,11 +68,7 @@ class Quantity:
 
     @property
     def outer(self) -> tuple[float, float]:
-        """Bounds for a projection: twice the 95 % interval, about four standard deviations, or all of it.
-
-        What cannot be negative stays above `POSITIVE` of its value: no plant is drawn below that either, so
-        that every plant within twice its interval is within the bounds.
-        """
+        """Twice the 95 % interval, above `POSITIVE` of its value where not to be negative, or all of it."""
         if self.source != LOG:
             return self.low, self.high
         low, high = 2.0 * self.low - self.value, 2.0 * self.high - self.value
@@ -121,11 +117,7 @@ def values_of(drive: Drive) -> dict[str, float]:
 
 
 def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
-    """A drive with other quantities; its `values_of` are these.
-
-    The load pulley has the friction that is given for it, the drive pulley keeps its own, and the motor has
-    the rest; where less is given than those take, all of it is theirs in the proportions that they have.
-    """
+    """A drive with other quantities; pulleys keep their friction where the whole allows it."""
     before = values_of(drive)
     given = before | dict(values)
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
@@ -133,9 +125,19 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     rubs: dict[str, Any] = {name: given[f"load_{name}"] for name in FRICTIONS}
     second = replace(second, **rubs)
     rubbing = values_of(replace(drive, pulley=(first, second)))
-    shared = {name: _shared(motor or first, name, rubbing[name], given[name]) for name in FRICTIONS}
-    moved: dict[str, Any] = {name: own for name, (own, _) in shared.items()}
-    load = replace(second, inertia=given["load_inertia"], **_scaled(second, shared))
+    moved: dict[str, Any] = {}
+    factors = dict.fromkeys(FRICTIONS, 1.0)  # by which the friction of the others is multiplied
+    for name in FRICTIONS:
+        own, total = getattr(motor or first, name), given[name]
+        moved[name] = own + (total - rubbing[name])
+        if moved[name] < 0.0 <= total:  # a negative total is the drive's to refuse
+            moved[name], factors[name] = 0.0, total / (rubbing[name] - own)
+
+    def scaled(pulley: Pulley, inertia: float) -> Pulley:
+        frictions: dict[str, Any] = {name: factor * getattr(pulley, name) for name, factor in factors.items()}
+        return replace(pulley, inertia=inertia, **frictions)
+
+    load = scaled(second, given["load_inertia"])
     if motor is None:
         near = replace(first, inertia=given["near_inertia"], **moved)
         return replace(drive, pulley=(near, load), lumped=lumped)
@@ -146,30 +148,15 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     if has_flexible_joint(drive):
         joint = {name: given[name] for name in ("joint_stiffness", "joint_damping", "backlash")}
         fresh = replace(fresh, **joint)
-    near = replace(first, inertia=(1.0 - share) * given["near_inertia"], **_scaled(first, shared))
+    near = scaled(first, (1.0 - share) * given["near_inertia"])
     return replace(drive, pulley=(near, load), motor=fresh, lumped=lumped)
-
-
-def _shared(part: Motor | Pulley, name: str, before: float, total: float) -> tuple[float, float]:
-    """Friction of the part that has the rest, and by what the friction of the others is multiplied."""
-    own: float = getattr(part, name)
-    rest = own + (total - before)
-    if rest >= 0.0 or total < 0.0:  # a negative total is the drive's to refuse
-        return rest, 1.0
-    return 0.0, total / (before - own)
-
-
-def _scaled(pulley: Pulley, shared: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
-    return {name: factor * getattr(pulley, name) for name, (_, factor) in shared.items()}
 
 
 def mechanical(drive: Drive) -> Drive:
     """A drive without what its mechanics do not depend on: sensors, goals, limits and words."""
-    motor = drive.motor
-    if motor is not None:
-        motor = replace(
-            motor, torque_limit=None, speed_limit=None, torque_per_volt=None, current_bandwidth=None
-        )
+    names = ("torque_limit", "speed_limit", "torque_per_volt", "current_bandwidth")
+    limits: dict[str, Any] = dict.fromkeys(names)
+    motor = drive.motor and replace(drive.motor, **limits)
     return replace(drive, sensors=None, goal=None, motor=motor, name="", title="", source="")
 
 
@@ -191,12 +178,10 @@ def backlash_limit(drive: Drive) -> float:
 def by_datasheet(
     drive: Drive, spreads: Mapping[str, float], backlash: float | None = None
 ) -> dict[str, Quantity]:
-    """Every quantity with the uncertainty that datasheets are given.
+    """Every quantity with the uncertainty of data sheets; ``backlash``: largest where none is said [rad].
 
-    ``backlash``: largest backlash where the file says none [rad]; default: by the gear, see `backlash_limit`.
-    What a data sheet leaves out counts as unknown and not as none: a delay may be a sample longer than the
-    file says, and friction of the load pulley, backlash of the motor joint, torque ripple and eccentricity of
-    the load encoder have an upper limit also where the file says zero or nothing.
+    What a data sheet leaves out counts as unknown: delay, friction of the load pulley, backlash, torque
+    ripple and eccentricity have an upper limit also where the file says zero or nothing.
     """
     values, spreads = values_of(drive), SPREADS | dict(spreads)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
@@ -225,3 +210,33 @@ def by_datasheet(
     found["ripple_torque"] = known("ripple_torque", 0.0, 0.0, ripple)
     found["eccentricity"] = known("eccentricity", 0.0, 0.0, ECCENTRIC_COUNTS * count)
     return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demand:
+    """One thing that is asked, and what there is."""
+
+    name: str  # {"torque", "speed", "slack_torque"}
+    asked: float  # largest along the motion
+    limit: float | None  # None: no limit is known
+    unit: str
+
+    @property
+    def met(self) -> bool:
+        """Whether the limit is kept."""
+        return self.limit is None or self.asked <= self.limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DemandResult:
+    """Everything that the motion asks for."""
+
+    demands: tuple[Demand, ...]
+    # shortest duration of this move within the limits, by an upper bound of the demand [s]
+    shortest: float | None
+    binding: str  # the limit that decides it, or why there is none
+
+    @property
+    def exceeded(self) -> tuple[Demand, ...]:
+        """What is asked beyond its limit."""
+        return tuple(demand for demand in self.demands if not demand.met)

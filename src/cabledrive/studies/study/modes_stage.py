@@ -9,18 +9,18 @@ import numpy as np
 from cabledrive.mechanics.holding import FREE
 from cabledrive.modal import modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
 from cabledrive.rig.closed_loop.loop import plant_chain
-from cabledrive.rig.ranked import one_count
 from cabledrive.rig.setting import DEGREE, Motion
+from cabledrive.rig.trial import one_count
 from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm, route_alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance
 from cabledrive.studies.resonance_detuning import UNKNOWN
 from cabledrive.studies.route_pairs import route_resonance
+from cabledrive.studies.route_path import place_in_file
 from cabledrive.studies.study.machine import values_of
 
 SHOWN = 4
@@ -70,9 +70,7 @@ def find_modes(drive: Drive, why_no_models: str) -> ModesResult:
     )
     return ModesResult(
         rows=rows,
-        certified=found.certified,
-        certified_reason=found.certified_reason,
-        warnings=found.warnings,
+        **{name: getattr(found, name) for name in ("certified", "certified_reason", "warnings")},
         longitudinal=found.certificate.longitudinal,
         transverse=found.certificate.transverse,
         models=model_quality(drive) if not why_no_models else (),
@@ -189,10 +187,7 @@ def motion_torque(
 
 
 def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
-    """Internal resonance of a drive, its stiffness as identified, under a planned motion.
-
-    Of an axis the pairs of its machine, as its file gives it, and the motion that its motors share.
-    """
+    """Internal resonance of a drive, stiffness as identified, under a motion; of an axis its machine's."""
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
     time, torque = motion_torque(drive, repeated, samples=8001)
     largest = float(np.abs(torque).max())
@@ -207,6 +202,8 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
             judged = route_alarm(machine, _shared_motion(drive, repeated, time, smooth))
         except (InputRefused, NotComputed) as failure:
             failed = f"planned motion: {failure}"
+        else:
+            remedy = judged.remedy
         reasons = (failed,) if judged is None else (*judged.reasons, *judged.assumptions)
         try:
             pairs = route_resonance(machine, torque=ripple / len(machine.motor), motor=FREE)
@@ -231,15 +228,9 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     if judged is None:
         largest_swing = None if isinstance(drive, AxisDrive) else 0.0
         return ResonanceResult(**found, largest=largest_swing, remedy=remedy)
-    swing = judged.largest_transverse
-    return ResonanceResult(
-        **found,
-        alarm=judged.verdict,
-        largest=float(swing) if np.isfinite(swing) else None,
-        limit=float(judged.limit),
-        slack=bool(judged.slack),
-        remedy=judged.remedy if isinstance(drive, AxisDrive) else remedy,
-    )
+    swing = float(judged.largest_transverse)
+    found |= {"alarm": judged.verdict, "limit": float(judged.limit), "slack": bool(judged.slack)}
+    return ResonanceResult(**found, largest=swing if np.isfinite(swing) else None, remedy=remedy)
 
 
 def _shared_motion(drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray) -> PlannedMotion:
@@ -248,11 +239,7 @@ def _shared_motion(drive: AxisDrive, motion: Motion, time: np.ndarray, torque: n
     first, *others = [machine.pulley[number].name for number in machine.driven]
     shares = {name: sign * torque / len(signs) for name, sign in signs.items()}
     way = motion.trajectory(time, 0)[0] * (drive.gain if drive.slides else np.sign(drive.gain))
-    name, _, move = drive.load.rpartition(".")
-    bodies = {body.name: body for body in machine.body}
-    places = {}
-    if name in bodies and move in POSE:
-        start = 0.0 if move == "turn" else bodies[name].at["xy".index(move)]
-        places = {drive.load: start + way}
+    moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
+    places = {drive.load: place_in_file(machine, drive.load) + way} if drive.load in moves else {}
     torques = {one: shares[one] for one in others}
     return PlannedMotion(time=time, torque=shares[first], places=places, torques=torques)

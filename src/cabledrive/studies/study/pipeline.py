@@ -23,24 +23,15 @@ from cabledrive.rig.laws.controller_file import controller_numbers as law_and_fi
 from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.rig.setting import check_record
 from cabledrive.studies.route_pairs import route_resonance
-from cabledrive.studies.study.acceptance_stage import (
-    AcceptanceResult,
-    LawScore,
-    Trial,
-    TriedLaws,
-    no_runs,
-    try_laws,
-)
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, no_laws, try_laws
 from cabledrive.studies.study.bandwidth_cost import CarriageController
-from cabledrive.studies.study.carriage_case import case_of, loop_at
+from cabledrive.studies.study.carriage import case_of, loop_at
 from cabledrive.studies.study.check_stage import CheckResult, check, goals_for
-from cabledrive.studies.study.controller_stage import law_of
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModesResult, find_modes, resonance_of
-from cabledrive.studies.study.plants import CarriagePlant, LoadPlant, Plant
-from cabledrive.studies.study.sampled_plants import joined_loop, near_encoder
+from cabledrive.studies.study.plants import CarriagePlant, LoadPlant, Plant, load_case
 from cabledrive.studies.study.stage_cache import (
     StageCache,
     as_plain,
@@ -69,10 +60,8 @@ class StudyResult(Findings):
     model : ModelResult, CarriageModel or None
     controller : ControllerResult, CarriageController or None
         The damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error.
-    laws : TriedLaws or None
+    laws : TriedLaws
         Every law under one acceptance test.
-    runs, cable : AcceptanceResult
-        Of the law that is chosen, on the plants that decide first and on the distributed cable.
     verdict : Verdict
     key : str
         Hash of all inputs.
@@ -139,11 +128,10 @@ def run_study(
     resonance = cache.staged("resonance", resonance_of, bare, goals.motion)
     demand = plant.demand()
     found = plant.candidates(modes, possible=not demand.exceeded)
-    laws: TriedLaws | None = None
+    laws = no_laws(plant.kind, found.reason, plant.no_models or found.reason)
     if found.laws:
         note(f"[7/8] acceptance of {', '.join(one.controller for one in found.laws)}")
-        trial = Trial(plant=plant, goals=goals, known=known, bound=found.bound, cache=cache)
-        laws = try_laws(trial, found.laws)
+        laws = try_laws(plant, found.laws, found.bound)
     note("[8/8] verdict")
     stages: dict[str, Any] = {
         "goals": goals,
@@ -155,8 +143,6 @@ def run_study(
         "model": found.model,
         "controller": found.controller,
         "laws": laws,
-        "runs": no_runs(plant.kind, found.reason) if laws is None else laws.runs,
-        "cable": no_runs("cable", plant.no_models or found.reason) if laws is None else laws.cable,
     }
     inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": hashes}
     verdict, key = judge(Findings(**stages)), key_of("study", {**inputs, "goals": goals})
@@ -167,7 +153,7 @@ def plant_of(drive: Drive, goals: Goals, cache: StageCache, checked: CheckResult
     """The plant that a drive is; one that no controller can be designed for is asked for its loads alone."""
     if drive.carriage and not checked.missing:
         return CarriagePlant(drive=drive, goals=goals, cache=cache)
-    return LoadPlant(drive=drive, goals=goals, cache=cache, missing="; ".join(checked.missing))
+    return LoadPlant(drive=drive, goals=goals, cache=cache, no_models="; ".join(checked.missing))
 
 
 COUNT = 6
@@ -178,7 +164,15 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
     """Plain data of a study's results, SI; ``why``: no controller; ``logs``: how many were given."""
     found, statics = modes(drive, count=COUNT), statics_of(drive)
     spans, pulleys = span_rows(drive, statics), pulley_rows(drive, statics)
-    resonance, reasons = _resonance(drive)
+    resonance: dict[str, Any] | None = None
+    try:
+        near = route_resonance(drive)
+    except (InputRefused, NotComputed) as refusal:
+        reason = f"internal resonance not computed: {refusal}"
+    else:
+        names = ("verdict", "threshold_torque", "longitudinal_hz", "frequency_ratio", "nearest_span")
+        resonance = {name: getattr(near, name) for name in names}
+        reason = f"internal resonance: {near.verdict}; {near.reasons[0]}"
     cautions = [*route_warnings(drive), *found.warnings]
     if logs:
         cautions.append(f"{logs} logs were not used: without a chain there is nothing to identify")
@@ -186,7 +180,7 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
         "verdict": "unknown",
         "headline": f"no controller: {why}",
         "candidates": [],
-        "reasons": [f"no controller: {why}", *reasons],
+        "reasons": [f"no controller: {why}", reason],
         "findings": [
             {"id": "no-chain", "value": None, "value_reason": why, "limit": None, "unit": "", "decides": True}
         ],
@@ -220,22 +214,6 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
     }
 
 
-def _resonance(drive: RoutedDrive) -> tuple[dict[str, Any] | None, list[str]]:
-    """The internal resonance, and what it says."""
-    try:
-        found = route_resonance(drive)
-    except (InputRefused, NotComputed) as refusal:
-        return None, [f"internal resonance not computed: {refusal}"]
-    data = {
-        "verdict": found.verdict,
-        "threshold_torque": found.threshold_torque,
-        "longitudinal_hz": found.longitudinal_hz,
-        "frequency_ratio": found.frequency_ratio,
-        "nearest_span": found.nearest_span,
-    }
-    return data, [f"internal resonance: {found.verdict}; {found.reasons[0]}"]
-
-
 RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
 LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_tension")
 """Keys of an acceptance that only loads, and only carriages, have."""
@@ -244,7 +222,7 @@ METHOD = "study in stages, each kept by the hash of its inputs"
 
 def results_of(result: StudyResult) -> dict[str, Any]:
     """The content of ``results.json``, plain data, SI."""
-    verdict, laws = result.verdict, None if result.carried else result.laws
+    verdict, laws = result.verdict, result.laws
     stages = {
         "check": result.check,
         "identification": result.knowledge,
@@ -253,11 +231,36 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "demand": result.demand,
         "model": result.model,
         "controller": result.controller,
-        "laws": laws and {"chosen": laws.chosen, "cable": laws.cable_scores},
+        "laws": None,
     }
+    if laws.scores and not result.carried:
+        stages["laws"] = {"chosen": laws.chosen, "cable": laws.cable_scores}
+    accepted: dict[str, Any] = {"carriage": None}
+    if not result.carried:
+        kinds = {"lumped": result.runs, "cable": result.cable}
+        accepted = {kind: _shown(runs, CARRIAGE_KEYS) for kind, runs in kinds.items()}
+    elif result.runs.draws:
+        shown = _shown(result.runs, LOAD_KEYS)
+        shown["quantile_99_error_at_rest"] = result.runs.quantile(0.99, rest=True)
+        if shown["worst"]:
+            shown["worst"]["course"] = shown["worst"].pop("reference")
+        accepted = {"carriage": shown}
     goals, unit, reached = as_plain(result.goals), error_unit(result.goals), verdict.reached
     key, size = f"reached_error_{unit.name}", reached.error if reached else None
     error: dict[str, Any] = {key: None if size is None else unit.of(size)}
+    candidates = [
+        {
+            "controller": one.controller,
+            "setting": one.setting,
+            f"worst_{unit.name}": None if one.worst is None else unit.of(one.worst),
+            f"reached_{unit.name}": one.reached and one.reached.error and unit.of(one.reached.error),
+            **{name: getattr(one, name) for name in ("share", "share_low", "plant", "runs")},
+            "ended_early": one.failed,
+            "holds": one.holds,
+            "reason": one.reason or ("" if goal_of(result.goals) is not None else "no error goal given"),
+        }
+        for one in laws.scores
+    ]
     error |= {name: getattr(reached, name, None) for name in ("share", "confidence")}
     if size is None:
         why = "too many runs ended early" if reached else "no law was run on drawn plants"
@@ -266,7 +269,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "verdict": verdict.answer,
         "headline": verdict.reasons[0],
         **error,
-        "candidates": [_candidate(one, result.goals) for one in result.scores],
+        "candidates": candidates,
         "reasons": list(verdict.reasons),
         "findings": [finding.data for finding in result.knowledge.findings],
         "remedies": list(verdict.remedies),
@@ -276,8 +279,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "drive_hash": content_hash(result.drive),
         **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
         "goals": {name: value for name, value in goals.items() if name not in ("columns", "spreads")},
-        "stages": {name: as_plain(stage) for name, stage in stages.items()}
-        | {"acceptance": _acceptance(result)},
+        "stages": {name: as_plain(stage) for name, stage in stages.items()} | {"acceptance": accepted},
         "study": result.key,
         "provenance": {
             "cabledrive": __version__,
@@ -289,36 +291,6 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "seed": result.goals.seed,
         },
     }
-
-
-def _candidate(one: LawScore, goals: Goals) -> dict[str, Any]:
-    unit = error_unit(goals)
-    reached = one.reached.error if one.reached else None
-    return {
-        "controller": one.controller,
-        "setting": one.setting,
-        f"worst_{unit.name}": None if one.worst is None else unit.of(one.worst),
-        f"reached_{unit.name}": None if reached is None else unit.of(reached),
-        "share": one.share,
-        "share_low": one.share_low,
-        "plant": one.plant,
-        "runs": one.runs,
-        "ended_early": one.failed,
-        "holds": one.holds,
-        "reason": one.reason or ("" if goal_of(goals) is not None else "no error goal given"),
-    }
-
-
-def _acceptance(result: StudyResult) -> dict[str, Any]:
-    runs = result.runs
-    if not result.carried:
-        return {"lumped": _shown(runs, CARRIAGE_KEYS), "cable": _shown(result.cable, CARRIAGE_KEYS)}
-    if not runs.draws:
-        return {"carriage": None}
-    found = _shown(runs, LOAD_KEYS) | {"quantile_99_error_at_rest": runs.quantile(0.99, rest=True)}
-    if found["worst"]:
-        found["worst"]["course"] = found["worst"].pop("reference")
-    return {"carriage": found}
 
 
 def _shown(found: AcceptanceResult, left_out: tuple[str, ...]) -> dict[str, Any]:
@@ -334,12 +306,11 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     said = {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
     if isinstance(control, CarriageController):
         return _carriage_numbers(result, control, said)
-    chosen = result.laws.chosen if result.laws is not None else None
+    chosen = result.laws.chosen
     if chosen is None:
         return None
-    law = law_of(chosen, result.known, goals.motion, result.knowledge)
-    loop = joined_loop(result.known, law, goals.motion, goals.torque)
-    numbers = law_and_filter(loop, result.known, near_encoder(result.known))
+    case = load_case(result.known, goals, result.knowledge)
+    numbers = law_and_filter(case.loop(case.law(chosen)), result.known, case.spec.feedback)
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,

@@ -1,61 +1,174 @@
-"""A load on the pulleys, and a guided carriage, as a study takes them through its stages."""
+"""A load on the pulleys, and a guided carriage, as a study takes them through its stages: laws and runs.
+
+Besides the limits of `cabledrive.rig.tuning` a setting keeps its runs on plants drawn for tuning alone, from
+what is known of the drive; the acceptance draws others.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from cabledrive.control.darc import RATIO
+from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.rig.carriage import FORCE, TENSIONS, CarriageLoop
+from cabledrive.rig.carriage import FORCE, TENSIONS
 from cabledrive.rig.closed_loop.loop import Loop, run
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.setting import Motion
-from cabledrive.rig.tuning import LawSetting
-from cabledrive.studies.study.bandwidth_cost import CarriageController, design_carriage_law
-from cabledrive.studies.study.carriage_case import (
-    CarriageCase,
+from cabledrive.rig.laws.controllers import Controller
+from cabledrive.rig.laws.load_learning import KINDS
+from cabledrive.rig.laws.registry import MAIN_LAWS
+from cabledrive.rig.plant_samples import Disturbances
+from cabledrive.rig.setting import DEGREE, sample_interval
+from cabledrive.rig.tracking import summarize
+from cabledrive.rig.tuning import TUNING_DRAWS, TUNING_SEED, LawSetting, setting_of
+from cabledrive.studies.study.bandwidth_cost import (
+    SAMPLES_PER_PERIOD,
+    Candidate,
+    CarriageController,
+    cheapest,
+    design_carriage_law,
+    evaluate,
+)
+from cabledrive.studies.study.carriage import (
     CarriageModel,
     carriage_demand,
     carriage_model,
     case_of,
     errors,
+    know_carriage,
     left_out_of,
     loop_at,
     torque_of,
     whole_run,
 )
-from cabledrive.studies.study.carriage_machine import know_carriage
-from cabledrive.studies.study.check_stage import DemandResult, demand_of
-from cabledrive.studies.study.controller_stage import (
-    ControllerResult,
-    design_controller,
-    law_of,
-    tuned_laws,
-)
+from cabledrive.studies.study.check_stage import demand_of
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive
+from cabledrive.studies.study.machine import DemandResult
 from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choose_reduced_model
-from cabledrive.studies.study.sampled_plants import crept, joined_loop, with_values
+from cabledrive.studies.study.sampled_plants import LoadCase, LoadLoop, Score, sampled_plant, with_values
 from cabledrive.studies.study.stage_cache import Logs, Made, StageCache
 
-EXCEEDED = "the motion exceeds the limits of the drive"
+BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0, 70.0, 90.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Score:
-    """What one run left."""
+class ControllerResult:
+    """The controller, and the bound that is stated for it."""
 
-    # peak, rest: largest error [rad] or [m], and the largest while a carriage is to stand [m]; None: the run
-    # ended before its time, or nothing is to stand
-    peak: float | None
-    # torque, tension: largest torque [N m] and, of a carriage, smallest tension of a strand [N]
-    torque: float | None
-    saturated: float  # share of the samples at the torque's limit
-    rest: float | None = None
-    tension: float | None = None
+    model: int
+    name: str
+    # bandwidth, sliding_rate: [Hz]; None: no bandwidth could be used
+    bandwidth: float | None = None
+    sliding_rate: float | None = None
+    bound: float | None = None  # stated bound of the load's error [rad]
+    chosen: Candidate | None = None
+    candidates: tuple[Candidate, ...]
+    # lower, upper: bounds of the estimates p2 to p5 [kg m^2], [N m s/rad], [N m], [N m]
+    lower: tuple[float, ...] = ()
+    upper: tuple[float, ...] = ()
+    shares: dict[str, float] = field(default_factory=dict)  # what each quantity adds to the bound [rad]
+    # assumptions of the theorem that do not hold on the rig; the other parts of the bound answer them
+    broken: tuple[str, ...] = ()
+    reason: str
+
+
+def design_controller(case: LoadCase, models: Mapping[int, float]) -> ControllerResult:
+    """The law and bandwidth of least bound; ``models``: up to where each is right to 5 % [Hz]."""
+    rate = 1.0 / sample_interval(case.drive) / SAMPLES_PER_PERIOD
+    candidates: tuple[Candidate, ...] = ()
+    best, parts = None, {}
+    for model, holds in models.items():
+        hertz = [h for h in BANDWIDTHS if h <= min(holds, rate)]
+        tried = (evaluate(case, model, h) for h in hertz)
+        found, one, shares = cheapest(tried, "bound")
+        candidates += found
+        if one is not None and (best is None or one.bound < best.bound):
+            best, parts = one, shares
+    if best is None:
+        model, holds = next(iter(models.items()))
+        limit = f"a fortieth of the sample rate, {rate:.3g} Hz"
+        if holds < rate:
+            limit = f"where Model {model} is right to 5 %, {holds:.3g} Hz"
+        why = f"the lowest one tried, {BANDWIDTHS[0]:g} Hz, lies above {limit}"
+        why = candidates[0].refused if candidates else why
+        return ControllerResult(
+            model=model,
+            name=f"darc-{model}-damped",
+            candidates=candidates,
+            reason=f"no bandwidth can be used: {why}",
+        )
+    holds, first = models[best.model], next(iter(models))
+    limit, highest = ("the model's validity", holds) if holds <= rate else ("the sample rate", rate)
+    more = f"; the law of Model {best.model} has a smaller bound than that of Model {first}, whose "
+    more = "" if best.model == first else more + "springs it neglects (counted in the unmatched part)"
+    law = case.chain_law(best.model, best.bandwidth)
+    loop = replace(case, torque=None).loop(law)
+    seen = summarize(loop, run(loop))
+    return ControllerResult(
+        model=best.model,
+        name=law.name,
+        bandwidth=best.bandwidth,
+        sliding_rate=RATIO[best.model] * best.bandwidth,
+        bound=best.bound,
+        chosen=best,
+        candidates=candidates,
+        lower=tuple(float(v) for v in law.law.learning[LOW]),
+        upper=tuple(float(v) for v in law.law.learning[HIGH]),
+        shares=parts,
+        broken=tuple(seen.summary["broken_assumptions"]),
+        reason=f"{best.bandwidth:g} Hz gives the smallest bound ({best.bound / DEGREE:.3g} deg) without "
+        f"excessive torque ripple from quantisation; {limit} permits up to {highest:.3g} Hz{more}",
+    )
+
+
+FIXED = ("pd", "shaper", "pid", "dob", "lqg", "lqi", "hinf", "l1", "mrac")
+"""Tried before the law of the chain, simplest first; after it those that learn the load along the motion."""
+MOST_TORQUE = 2.0 / 3.0
+"""Share of the torque limit that the tuning may use: the acceptance draws plants that need more."""
+
+
+def tuned_laws(
+    case: LoadCase, chain_law: ControllerResult, *, every_law: bool = False
+) -> tuple[LawSetting, ...]:
+    """Each law at its best setting, simplest first: those that a comparison offers, or every one."""
+    hertz, why = chain_law.bandwidth, chain_law.reason
+    chain = LawSetting(
+        controller=chain_law.name, model=chain_law.model, bandwidth=hertz, reason="" if hertz else why
+    )
+    fixed, learning = (
+        [_tuned(name, case) for name in names if every_law or name in MAIN_LAWS] for names in (FIXED, KINDS)
+    )
+    return (*fixed, chain, *learning)
+
+
+def _tuned(name: str, case: LoadCase) -> LawSetting:
+    def error(loop: Loop, draw: int) -> float:
+        count, known = len(loop.rig.phases), case.correlations
+        values, phases = sampled_plant(case.quantities, count, TUNING_SEED, draw, known)
+        done = run(with_values(loop, values, phases), log=False)
+        if done.failed or done.score["peak_torque"] > MOST_TORQUE * loop.rig.torque_limit:
+            return float("inf")
+        return done.score["peak"] / loop.gear
+
+    def worst(made: Controller) -> float:
+        """Largest error over the plants for tuning [rad]; infinite where one ends early or asks too much."""
+        loop = case.loop(made)
+        first = error(loop, 0)
+        if first == float("inf"):
+            return first
+        with ThreadPoolExecutor(2) as pool:
+            return max(first, *pool.map(lambda k: error(loop, k), range(1, TUNING_DRAWS)))
+
+    more = f", and {100 * MOST_TORQUE:.0f} % of the torque limit on the plants for tuning"
+    return replace(setting_of(name, case.spec, Disturbances(), worst, more), seconds=0.0)
+
+
+EXCEEDED = "the motion exceeds the limits of the drive"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,12 +182,6 @@ class Candidates:
     reason: str = ""  # why there is no law; empty where there is one
 
 
-AXIS = "the lumped chain of an axis is run, its machine's spans are in the network of `simulate`"
-LINE = "the cable plant is a loop round two pulleys, this drive is a line"
-BACKLASH = "the distributed cable does not support motor.backlash"
-SLIDES = "the distributed cable does not slide on its pulleys"
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadPlant:
     """A drive whose load pulley follows the motion."""
@@ -83,26 +190,22 @@ class LoadPlant:
     goals: Goals
     cache: StageCache
     known: Knowledge | None = None  # None: not yet
-    missing: str = ""  # what the file lacks for a controller; empty where one can be designed
+    no_models: str = ""  # what the file lacks for models and a controller; empty where it has all
 
     kind = "lumped"
-
-    @property
-    def no_models(self) -> str:
-        """Why the reduced models do not apply."""
-        return self.missing
 
     @property
     def no_cable(self) -> str:
         """Why there are no plants on the distributed cable."""
         if isinstance(self.drive, AxisDrive):
-            return AXIS
+            return "the lumped chain of an axis is run, its machine's spans are in the network of `simulate`"
         if self.drive.kind != "loop":
-            return LINE
+            return "the cable plant is a loop round two pulleys, this drive is a line"
         if self.known is not None and "slip_torque" in self.known.quantities:
-            return SLIDES
+            return "the distributed cable does not slide on its pulleys"
         motor = self.drive.motor
-        return BACKLASH if motor is not None and motor.backlash > 0.0 else ""
+        loose = motor is not None and motor.backlash > 0.0
+        return "the distributed cable does not support motor.backlash" if loose else ""
 
     def quantities(self, logs: Logs) -> Knowledge:
         """What is identified from the logs; the rest from the data sheet."""
@@ -113,7 +216,7 @@ class LoadPlant:
 
     def knowing(self, known: Knowledge) -> "LoadPlant":
         """The drive with the best values; as its file says where something is missing."""
-        drive = self.drive if self.missing else known_drive(self.drive, known)
+        drive = self.drive if self.no_models else known_drive(self.drive, known)
         return replace(self, drive=released(drive), known=known)
 
     def demand(self) -> DemandResult:
@@ -122,28 +225,31 @@ class LoadPlant:
         limits = self.goals.torque, None if slides is None else slides.high
         return self.cache.staged("demand", demand_of, self.drive, self.goals.motion, limits)
 
+    @property
+    def case(self) -> LoadCase:
+        """What its laws are designed and run for."""
+        assert self.known is not None
+        return load_case(bare(self.drive), self.goals, self.known)
+
     def candidates(self, modes: ModesResult, *, possible: bool) -> Candidates:
         """The reduced model, the damped law of the chain by its bound, and every law at its best setting."""
-        if self.missing or not possible:
-            return Candidates(reason=self.missing or EXCEEDED)
-        goals, note, staged, known = self.goals, self.cache.note, self.cache.staged, self.known
-        assert known is not None
-        asked = bare(self.drive), goals.motion
+        if self.no_models or not possible:
+            return Candidates(reason=self.no_models or EXCEEDED)
+        goals, note, staged, case = self.goals, self.cache.note, self.cache.staged, self.case
         note("[5/8] choice of the reduced model")
-        model = staged("model", choose_reduced_model, *asked, goals.error, modes.models)
+        model = staged("model", choose_reduced_model, case.drive, case.motion, goals.error, modes.models)
         note("[6/8] controllers: settings of each law")
         # The model called for, then the others that bend the cable, and up to where each holds [Hz].
         holds = {one.model: one.holds_5 for one in modes.models}
         others = [number for number in (4, 3) if number in holds and number != model.chosen]
         models = {number: holds[number] for number in (model.chosen, *others)}
-        controller = staged("controller", design_controller, *asked, known.quantities, models, goals.torque)
-        laws = staged("laws", tuned_laws, *asked, known, controller, goals.torque, every_law=goals.every_law)
+        controller = staged("controller", design_controller, case, models)
+        laws = staged("laws", tuned_laws, case, controller, every_law=goals.every_law)
         return Candidates(model=model, controller=controller, laws=laws, bound=controller.bound)
 
     def closed_loop(self, law: LawSetting, *, cable: bool) -> Made["ClosedLoop"]:
         """A law on this drive."""
-        goals = self.goals
-        return Made(load_loop, (bare(self.drive), goals.motion, self.known, law, goals.torque, cable))
+        return Made(LoadLoop, (self.case, law, cable))
 
 
 def bare(drive: Drive) -> Drive:
@@ -151,47 +257,15 @@ def bare(drive: Drive) -> Drive:
     return replace(drive, name="", title="", source="")
 
 
-def load_loop(
-    drive: Drive, motion: Motion, known: Knowledge, law: LawSetting, torque: float | None, cable: bool
-) -> "LoadLoop":
-    """A law at its setting; ``drive``: with the best values; ``torque``: largest of the goals [N m]."""
-    made = law_of(law, drive, motion, known)
-    return LoadLoop(joined_loop(drive, made, motion, torque, cable=cable), drive)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LoadLoop:
-    """A law on the plants of a drive, whose best values stand in ``drive``."""
-
-    loop: Loop
-    drive: Drive
-
-    @property
-    def encoders(self) -> int:
-        """Encoders that are read."""
-        return len(self.loop.rig.phases)
-
-    def run(self, values: Mapping[str, float], phases: Array) -> Score:
-        """Eccentricity of the load's encoder, which the law follows, and creep are added to the error."""
-        moved = with_values(self.loop, self.drive, values, phases)
-        done = run(moved, log=False)
-        found = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=False))
-        share = found["saturated"] / len(moved.target)
-        if done.failed:
-            return Score(peak=None, torque=None, saturated=share)
-        peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0) + crept(moved, values)
-        return Score(peak=peak, torque=found["peak_torque"], saturated=share)
-
-    def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
-        """The wanted angle of the load, its error, and the command."""
-        moved = with_values(self.loop, self.drive, values, phases)
-        log, rig = run(moved).log, moved.rig
-        return {
-            "time": rig.interval * np.arange(len(log), dtype=np.float64),
-            "reference": moved.target / moved.gear,
-            "error": moved.load_error(log),
-            "torque": log[:, 2 * moved.chain.size + 1 + len(rig.encoders)],
-        }
+def load_case(drive: Drive, goals: Goals, known: Knowledge) -> LoadCase:
+    """A load with its goals; ``drive``: with the best values."""
+    return LoadCase(
+        drive=drive,
+        motion=goals.motion,
+        torque=goals.torque,
+        quantities=known.quantities,
+        correlations=known.correlations,
+    )
 
 
 NO_MODELS = "a carriage divides the span; see the model of the carriage below"
@@ -255,24 +329,17 @@ class CarriagePlant:
     def closed_loop(self, law: LawSetting, *, cable: bool) -> Made["ClosedLoop"]:
         """The scheduled law; there is no plant on the distributed cable."""
         assert not cable
-        return Made(carriage_loop, (bare(self.drive), self.task, law.bandwidth))
+        return Made(CarriageRuns, (bare(self.drive), self.task, law.bandwidth))
 
 
-def carriage_loop(drive: Drive, goals: Goals, bandwidth: float) -> "CarriageRuns":
-    """The scheduled law at a bandwidth [Hz]; what the model leaves out is added to every error."""
-    case = case_of(drive, goals)
-    return CarriageRuns(case, loop_at(case, bandwidth), left_out_of(case))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class CarriageRuns:
-    """The scheduled law on plants with a carriage; ``left_out`` [m] is added to every error."""
-
-    case: CarriageCase
-    loop: CarriageLoop
-    left_out: float
+    """The scheduled law at a bandwidth [Hz]; what the model leaves out is added to every error."""
 
     encoders = 2
+
+    def __init__(self, drive: Drive, goals: Goals, bandwidth: float) -> None:
+        self.case = case_of(drive, goals)
+        self.loop, self.left_out = loop_at(self.case, bandwidth), left_out_of(self.case)
 
     def run(self, values: Mapping[str, float], phases: Array) -> Score:
         """Errors of the carriage and of the mass below it, whichever is larger."""

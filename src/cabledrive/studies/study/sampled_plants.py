@@ -19,10 +19,10 @@ from cabledrive.identification.regression import Fit
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, with_plant
-from cabledrive.rig.disturbances import joint_backlash
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, fitted_encoders
-from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, run, with_plant
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, fitted_encoders, load_gear
+from cabledrive.rig.setting import CABLE, Motion, RigOptions, joint_backlash
+from cabledrive.rig.tuning import LawSetting, law_at
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with
 
 RIPPLE_ORDER = 12.0
@@ -30,65 +30,60 @@ RIPPLE_ORDER = 12.0
 MOTOR_SIDE = ("viscous_friction", "coulomb_friction", "offset_torque")
 
 
-def projection_bounds(quantities: Mapping[str, Quantity], drive: Drive, model: int) -> Bounds:
-    """Bounds of the estimates p2 to p5 from what is known; ``model``, {1, 3, 4}: of the law."""
-    near = quantities["near_inertia"]
-    low, high = near.outer
-    if FLEXIBLE_JOINT[model]:
-        share = quantities["motor_share"]
-        low, high = low * share.outer[0], high * share.outer[1]
-    elif model == 1:
-        gear = drive.load_pulley.radius / drive.drive_pulley.radius
-        load = quantities["load_inertia"].outer
-        low, high = low + load[0] / gear**2, high + load[1] / gear**2
-    chain = plant_chain(drive, model)
-    nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
-    lows, highs = np.array([[low, high], *(quantities[name].outer for name in MOTOR_SIDE)]).T
-    return Bounds(nominal=nominal, low=np.minimum(lows, nominal), high=np.maximum(highs, nominal))
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadCase:
+    """A load that is to follow a motion, and what is known of its drive."""
+
+    drive: Drive  # with the best values
+    motion: Motion
+    torque: float | None = None  # largest of the goals [N m]; None: the motor's limit
+    quantities: Mapping[str, Quantity]
+    correlations: Sequence["Correlation"] = ()
+
+    @property
+    def spec(self) -> DesignSpec:
+        """For what laws are designed: encoders with random phases, stick-slip, delay; slack ends a run."""
+        near = "motor" if "motor" in fitted_encoders(self.drive) else "drive"
+        options = RigOptions(feedback=near, forbid_slack=True)
+        return DesignSpec(self.drive, self.motion, feedback=near, options=options)
+
+    def law(self, setting: LawSetting) -> Controller:
+        """A law at its setting, which has a value."""
+        assert setting.bandwidth is not None
+        if setting.model is not None:
+            return self.chain_law(setting.model, setting.bandwidth)
+        return law_at(setting.controller, setting.bandwidth, setting.filter, self.spec)
+
+    def chain_law(self, model: int, hertz: float) -> Controller:
+        """The damped law of a model of the chain at a bandwidth [Hz], its projection bounds as known."""
+        quantities = self.quantities
+        low, high = quantities["near_inertia"].outer
+        if FLEXIBLE_JOINT[model]:
+            share = quantities["motor_share"].outer
+            low, high = low * share[0], high * share[1]
+        elif model == 1:
+            gear, load = load_gear(self.drive), quantities["load_inertia"].outer
+            low, high = low + load[0] / gear**2, high + load[1] / gear**2
+        chain = plant_chain(self.drive, model)
+        nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+        lows, highs = np.array([[low, high], *(quantities[name].outer for name in MOTOR_SIDE)]).T
+        bounds = Bounds(nominal=nominal, low=np.minimum(lows, nominal), high=np.maximum(highs, nominal))
+        return chain_law(replace(self.spec, bandwidth=hertz), model, damped=True, bounds=bounds)
+
+    def loop(self, law: Controller, *, ideal: bool = False, cable: bool = False) -> Loop:
+        """A law on its drive, with the torque limit of the goals; ``ideal``: it sees true angles."""
+        spec = replace(self.spec, options=replace(self.spec.options, ideal_sensors=ideal))
+        loop = close_loop(spec, law, np.random.default_rng(0), CABLE if cable else None)
+        limit = loop.rig.torque_limit if self.torque is None else min(self.torque, loop.rig.torque_limit)
+        return replace(loop, rig=loop.rig._replace(torque_limit=float(limit)))
 
 
-def make_law(
-    drive: Drive, motion: Motion, quantities: Mapping[str, Quantity], model: int, hertz: float
-) -> Controller:
-    """The damped law of the chain at a bandwidth [Hz], its projection bounds from what is known."""
-    spec = DesignSpec(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
-    bounds = projection_bounds(quantities, drive, model)
-    return chain_law(spec, model, damped=True, bounds=bounds)
+def with_values(loop: Loop, values: Mapping[str, float], phases: np.ndarray | None) -> Loop:
+    """The same law on another plant, its encoders at phases from -1/2 to 1/2, its delay by whole samples.
 
-
-def near_encoder(drive: Drive) -> str:
-    """Encoder that stands for the motor's angle where the law knows one only."""
-    return "motor" if "motor" in fitted_encoders(drive) else "drive"
-
-
-def joined_loop(
-    drive: Drive,
-    law: Controller,
-    motion: Motion,
-    torque: float | None,
-    *,
-    options: RigOptions | None = None,
-    cable: bool = False,
-) -> Loop:
-    """The law on its drive, with the torque limit of the goals [N m]."""
-    options = options or rig_options(drive)
-    loop = close_loop(drive, drive, law, motion, options, np.random.default_rng(0), cable=cable)
-    limit = loop.rig.torque_limit if torque is None else min(torque, loop.rig.torque_limit)
-    return replace(loop, rig=loop.rig._replace(torque_limit=float(limit)))
-
-
-def rig_options(drive: Drive, *, ideal: bool = False) -> RigOptions:
-    """How the rig of a study differs from an ideal one: encoders with random phases, stick-slip, delay."""
-    return RigOptions(feedback=near_encoder(drive), ideal_sensors=ideal, forbid_slack=True)
-
-
-def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: np.ndarray | None) -> Loop:
-    """The same law on another plant, its encoders at other phases, its delay longer by whole samples.
-
-    ``phases``: of the encoders that are read, from -1/2 to 1/2; None: as they are. Ripple of the motor's
-    torque goes with the angle that is wanted, which the motor keeps nearly.
+    Ripple of the motor's torque goes with the angle that is wanted, which the motor keeps nearly.
     """
-    plant = drive_with(drive, values)
+    plant = drive_with(loop.drive, values)
     chain = plant_chain(plant, None)
     play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
     fresh = with_plant(loop, chain, play)
@@ -118,6 +113,50 @@ def crept(loop: Loop, values: Mapping[str, float]) -> float:
     return float(values["creep"] * np.abs(path).max() / loop.gear)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """What one run left."""
+
+    # peak, rest: largest error [rad] or [m], and the largest while a carriage is to stand [m]; None: the run
+    # ended before its time, or nothing is to stand
+    peak: float | None
+    # torque, tension: largest torque [N m] and, of a carriage, smallest tension of a strand [N]
+    torque: float | None
+    saturated: float  # share of the samples at the torque's limit
+    rest: float | None = None
+    tension: float | None = None
+
+
+class LoadLoop:
+    """A law on the plants of a drive."""
+
+    def __init__(self, case: LoadCase, law: LawSetting, cable: bool) -> None:
+        self.loop = case.loop(case.law(law), cable=cable)
+        self.encoders = len(self.loop.rig.phases)
+
+    def run(self, values: Mapping[str, float], phases: Array) -> Score:
+        """Eccentricity of the load's encoder, which the law follows, and creep are added to the error."""
+        moved = with_values(self.loop, values, phases)
+        done = run(moved, log=False)
+        found = done.score
+        share = found["saturated"] / len(moved.target)
+        if done.failed:
+            return Score(peak=None, torque=None, saturated=share)
+        peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0) + crept(moved, values)
+        return Score(peak=peak, torque=found["peak_torque"], saturated=share)
+
+    def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
+        """The wanted angle of the load, its error, and the command."""
+        moved = with_values(self.loop, values, phases)
+        log, rig = run(moved).log, moved.rig
+        return {
+            "time": rig.interval * np.arange(len(log), dtype=np.float64),
+            "reference": moved.target / moved.gear,
+            "error": moved.load_error(log),
+            "torque": log[:, 2 * moved.chain.size + 1 + len(rig.encoders)],
+        }
+
+
 Interval = tuple[float, float, float]
 ROUNDING = 1e-9
 """Largest negative eigenvalue of a matrix of correlations that counts as rounding."""
@@ -136,8 +175,7 @@ class Correlation:
 def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlation, ...]:
     """Correlations of what is identified from a whole drive's log.
 
-    A cable's stiffness and damping come out over the load's inertia, whose whole error they share. Of what is
-    their own they are independent, and so is the joint: twist and its rate are orthogonal over a record.
+    The cable comes out over the load's inertia, whose error it shares; the joint is independent.
     """
     common = _half_products(fit.covariance, fit.half_width())
     names = [name for name in fit.names if name in intervals]
@@ -209,27 +247,6 @@ RIPPLE_ORDERS = (1.0, 50.0)
 """Periods of torque ripple per radian of the motor: from once a turn and more to slots behind a gear."""
 
 
-def sampled_values(
-    quantities: Mapping[str, Quantity],
-    generator: np.random.Generator,
-    correlations: Sequence[Correlation] = (),
-) -> dict[str, float]:
-    """One plant from what is known: normal where a log gave the interval, else anywhere within the bounds."""
-    names = sorted(quantities)
-    from_log = [name for name in names if quantities[name].source == LOG]
-    chance = {name: generator.standard_normal() if name in from_log else generator.random() for name in names}
-    if correlations:
-        mixed = root_of(correlations, from_log) @ [chance[name] for name in from_log]
-        chance |= dict(zip(from_log, mixed, strict=True))
-    found = {}
-    for name in names:
-        q = quantities[name]
-        start, width = (q.value, q.half_width / TWO_SIDED_95) if q.source == LOG else (q.low, q.high - q.low)
-        most = 0.999 if name == "motor_share" else np.inf
-        found[name] = float(np.clip(start + width * chance[name], q.least, most))
-    return found
-
-
 def sampled_plant(
     quantities: Mapping[str, Quantity],
     encoders: int,
@@ -237,9 +254,19 @@ def sampled_plant(
     draw: int,
     correlations: Sequence[Correlation] = (),
 ) -> tuple[dict[str, float], np.ndarray]:
-    """Quantities and encoder phases, shape (encoders,), of one draw, which has a generator of its own."""
-    generator = np.random.default_rng([seed, draw])
-    values = sampled_values(quantities, generator, correlations)
+    """One plant from what is known, and encoder phases, (encoders,); each draw has its own generator."""
+    generator, names = np.random.default_rng([seed, draw]), sorted(quantities)
+    from_log = [name for name in names if quantities[name].source == LOG]
+    chance = {name: generator.standard_normal() if name in from_log else generator.random() for name in names}
+    if correlations:
+        mixed = root_of(correlations, from_log) @ [chance[name] for name in from_log]
+        chance |= dict(zip(from_log, mixed, strict=True))
+    values = {}
+    for name in names:  # normal where a log gave the interval, else anywhere within the bounds
+        q = quantities[name]
+        start, width = (q.value, q.half_width / TWO_SIDED_95) if q.source == LOG else (q.low, q.high - q.low)
+        most = 0.999 if name == "motor_share" else np.inf
+        values[name] = float(np.clip(start + width * chance[name], q.least, most))
     phases = generator.uniform(-0.5, 0.5, encoders)
     if "ripple_torque" in values:
         order = float(generator.uniform(*RIPPLE_ORDERS))

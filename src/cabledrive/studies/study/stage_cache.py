@@ -50,7 +50,12 @@ def revived(kind: Any, data: Any) -> Any:
     """The result that plain data stand for, of that kind."""
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (types.UnionType, typing.Union):
-        return None if data is None else revived(_member(arguments, data), data)
+        if data is None:
+            return None
+        found = [kind for kind in arguments if kind is not type(None)]
+        if len(found) > 1:  # of several dataclasses the one with these fields
+            found = [one for one in found if {field.name for field in dataclasses.fields(one)} == set(data)]
+        return revived(found[0], data)
     if kind is Drive:
         return drive_from_tables(data)
     if dataclasses.is_dataclass(kind):
@@ -69,14 +74,6 @@ def revived(kind: Any, data: Any) -> Any:
     return data
 
 
-def _member(kinds: tuple[Any, ...], data: Any) -> Any:
-    """The kind of a union that data are of: of several dataclasses the one with these fields."""
-    found = [kind for kind in kinds if kind is not type(None)]
-    if len(found) == 1:
-        return found[0]
-    return next(kind for kind in found if {field.name for field in dataclasses.fields(kind)} == set(data))
-
-
 Result = TypeVar("Result")
 STALE = 3600.0
 """Age of a half-written file that an ended run left behind [s]."""
@@ -91,11 +88,7 @@ def key_of(name: str, inputs: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Made(Generic[Result]):
-    """What a function makes of its arguments, when it is first needed, and then once.
-
-    An argument of a stage that is no plain data, such as a log or a closed loop: the key of the stage holds
-    the function and the arguments instead.
-    """
+    """What a function makes of its arguments when needed, which are its key as an argument of a stage."""
 
     function: Callable[..., Result]
     arguments: tuple[Any, ...]
@@ -139,15 +132,6 @@ def sources_hash(module: str = "cabledrive.studies.study.pipeline") -> str:
     return digest.hexdigest()
 
 
-def file_hash(path: Path) -> str:
-    """Hash of a file's bytes."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputRefused(f"{path}: cannot be read ({error.strerror}): check the path") from None
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageCache:
     """A folder with one file per finished stage or part of a stage; a changed or cut file is not believed."""
@@ -156,11 +140,7 @@ class StageCache:
     note: Callable[[str], None]  # called with what is computed and what was found
 
     def staged(self, name: str, compute: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        """A function's result, from the folder or computed and kept there.
-
-        The key is the call: what a stage depends on it is given, and what it is given is in its key. Returns
-        the result; a fresh one too has gone through its plain data, so that it is the same either way.
-        """
+        """A function's result via its plain data, from the folder or kept there; the call is the key."""
         key = key_of(name, call_of(compute, *arguments, **named)) if self.folder is not None else ""
         data = self._found(name, key)
         if data is None:
@@ -210,7 +190,15 @@ Logs = Made[list[Log]]
 
 def log_files(paths: Sequence[Path]) -> tuple[LogFile, ...]:
     """Logs by their bytes."""
-    return tuple(LogFile(path=path, name=path.name, sha256=file_hash(path)) for path in paths)
+    found = []
+    for path in paths:
+        try:
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise InputRefused(f"{path}: cannot be read ({error.strerror}): check the path") from None
+        found.append(LogFile(path=path, name=path.name, sha256=digest))
+    return tuple(found)
 
 
 def logs_of(files: Sequence[LogFile], columns: ColumnMap) -> Logs:

@@ -11,10 +11,10 @@ from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
+from cabledrive.rig.setting import control_delay, current_rate
 from cabledrive.studies.study.acceptance_stage import ENOUGH, LawScore, ReachedError
 from cabledrive.studies.study.bandwidth_cost import CarriageController
-from cabledrive.studies.study.carriage_case import CarriageModel
-from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.carriage import CarriageModel
 from cabledrive.studies.study.findings import (
     RECORD,
     Findings,
@@ -29,35 +29,9 @@ from cabledrive.studies.study.findings import (
 from cabledrive.studies.study.goals import error_unit, goal_of
 from cabledrive.studies.study.machine import WORDS
 from cabledrive.studies.study.modes_stage import motion_torque
+from cabledrive.studies.study.plants import ControllerResult
 
 NO_BOUND = "no theorem bounds the error of the scheduled law: the error is a result of the runs"
-
-
-def carriage_cautions(found: Findings) -> list[str]:
-    """What does not decide, and should be known."""
-    runs, model, control, drive = found.runs, found.model, found.controller, found.known
-    words = [NO_BOUND] if runs.draws else []
-    if found.goals.rail_friction is None:
-        words.append(
-            "friction of the carriage on its guide is an estimate, 0 to 1 N s/m: state rail_friction "
-            "in [carriage]"
-        )
-    if isinstance(model, CarriageModel) and model.left_out > 0.0:
-        words.append(
-            "the motor joint is taken as rigid: its windup and backlash, "
-            f"{1e3 * model.left_out:.3g} mm at the carriage, are added to every error"
-        )
-    late = drive is not None and drive.sensors is not None and drive.sensors.delay > 0.0
-    if late or (drive is not None and drive.motor is not None and drive.motor.current_bandwidth is not None):
-        words.append(
-            "the runs contain neither delay nor torque loop; both are short compared with the period of "
-            "the carriage"
-        )
-    if isinstance(control, CarriageController) and not control.both:
-        words.append("the law uses the motor-side encoder only: the load pulley has no equal encoder")
-    if runs.saturated:
-        words.append(f"{runs.saturated} of {runs.draws} runs reached the torque limit")
-    return words
 
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
@@ -107,7 +81,7 @@ class Verdict:
 
 def judge(found: Findings) -> Verdict:
     """Put the stages together."""
-    goals, chosen = found.goals, found.chosen
+    goals, chosen = found.goals, found.laws.score
     refusals, remedies = _refusals(found)
     if refusals:
         certain = goal_of(goals) is not None and not goals.assumed
@@ -121,11 +95,23 @@ def judge(found: Findings) -> Verdict:
         answer, reasons, remedies = _by_acceptance(found, chosen)
     if goals.assumed:
         reasons = [f"{reasons[0]} ({goals.assumed})", *reasons[1:]]
+    margins = [
+        Margin(name=demand.name, value=demand.asked, allowed=demand.limit, unit=demand.unit)
+        for demand in found.demand.demands
+        if demand.limit is not None
+    ]
+    goal, bound = goal_of(goals), _bound(found)
+    for one in (chosen, found.laws.cable_score):
+        if goal is not None and one and one.reached and one.reached.error is not None:
+            name, unit = f"error, {one.plant}", error_unit(goals).si
+            margins.append(Margin(name=name, value=one.reached.error, allowed=goal, unit=unit))
+    if goal is not None and bound is not None:
+        margins.append(Margin(name="bound", value=bound, allowed=goal, unit="rad"))
     return Verdict(
         answer=answer,
         reasons=tuple(reasons),
         remedies=tuple(dict.fromkeys(remedies)),
-        margins=_margins(found),
+        margins=tuple(margins),
         cautions=_cautions(found, reasons),
         reached=None if chosen is None else chosen.reached,
     )
@@ -163,9 +149,14 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
 
 
 def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
-    goals, unit, cable = found.goals, error_unit(found.goals), found.cable_score
-    goal, doubts = goal_of(goals), _doubts(found)
-    correct = [CORRECT] if any(one.id != "slip" for one in found.knowledge.findings) else []
+    goals, unit, cable = found.goals, error_unit(found.goals), found.laws.cable_score
+    goal, known = goal_of(goals), found.knowledge
+    # What makes the plants of the acceptance other than the machine that was logged.
+    doubts = [f"the log contradicts the assumptions: {one}" for one in known.findings if one.decides]
+    if known.open_names:
+        named = ", ".join(WORDS[name] for name in known.open_names)
+        doubts += [f"the log does not determine {named}", *known.undetermined]
+    correct = [CORRECT] if any(one.id != "slip" for one in known.findings) else []
     if goal is None:
         remedy = "set error in [goals] to get a verdict"
         if chosen.reached and chosen.reached.error is not None:
@@ -176,62 +167,28 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
     if off and chosen.reached and chosen.reached.error is not None and chosen.reached.error + off > goal:
         short += words
     if doubts:
-        return UNKNOWN, [*doubts, *short], [*correct, *([RECORD] if found.knowledge.open_names else [])]
+        return UNKNOWN, [*doubts, *short], [*correct, *([RECORD] if known.open_names else [])]
     if not short:
         return YES, held_words(chosen, cable, goals, unit), []
-    median = found.runs.quantile(0.5)
-    few = chosen.share == 1.0
-    if found.knowledge.residual is None and median is not None and median <= goal and not few:
-        return UNKNOWN, [*short, SHEET], [RECORD, *_remedies(found, chosen)]
-    return UNKNOWN, short, _remedies(found, chosen)
-
-
-def _doubts(found: Findings) -> list[str]:
-    """What makes the plants of the acceptance other than the machine that was logged."""
-    known = found.knowledge
-    words = [
-        f"the log contradicts the assumptions: {finding}" for finding in known.findings if finding.decides
-    ]
-    open_words = [WORDS[name] for name in known.open_names]
-    if open_words:
-        words += [f"the log does not determine {', '.join(open_words)}", *known.undetermined]
-    return words
-
-
-def _remedies(found: Findings, chosen: LawScore) -> list[str]:
     if chosen.share_low is not None and chosen.share == 1.0:
         key = "carriage_draws" if chosen.plant == "carriage" else "draws"
-        return [f"run more plants: raise {key} in [acceptance], or omit --quick"]
-    return remedies_for(found)
-
-
-def _margins(found: Findings) -> tuple[Margin, ...]:
-    rows = [
-        Margin(name=demand.name, value=demand.asked, allowed=demand.limit, unit=demand.unit)
-        for demand in found.demand.demands
-        if demand.limit is not None
-    ]
-    goal, unit = goal_of(found.goals), error_unit(found.goals)
-    for one in (found.chosen, found.cable_score):
-        if goal is not None and one is not None and one.reached is not None and one.reached.error is not None:
-            error = one.reached.error
-            rows.append(Margin(name=f"error, {one.plant}", value=error, allowed=goal, unit=unit.si))
-    bound = _bound(found)
-    if goal is not None and bound is not None:
-        rows.append(Margin(name="bound", value=bound, allowed=goal, unit="rad"))
-    return tuple(rows)
+        return UNKNOWN, short, [f"run more plants: raise {key} in [acceptance], or omit --quick"]
+    median = found.runs.quantile(0.5)
+    if known.residual is None and median is not None and median <= goal and chosen.share != 1.0:
+        return UNKNOWN, [*short, SHEET], [RECORD, *remedies_for(found)]
+    return UNKNOWN, short, remedies_for(found)
 
 
 def _bound(found: Findings) -> float | None:
     """Stated for the chosen law [rad]; None: the chosen law is not the one that a bound is stated for."""
-    chosen, control = found.laws.chosen if found.laws is not None else None, found.controller
+    chosen, control = found.laws.chosen, found.controller
     if chosen is None or chosen.model is None or not isinstance(control, ControllerResult):
         return None
     return control.bound
 
 
 def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
-    said = (one for one in found.knowledge.findings if found.chosen is None or one.id == "slip")
+    said = (one for one in found.knowledge.findings if found.laws.score is None or one.id == "slip")
     words = [f"the log: {one}" for one in said]
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
     if found.knowledge.residual is None:
@@ -258,14 +215,49 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
                 "drive.toml is the machine as given; identified numbers are those of its chain, in "
                 "results.json"
             )
-    if found.carried:
-        return (*words, *carriage_cautions(found))
-    words += unrun(found, reasons)
-    for one in (found.runs, found.cable):
+    asked = (found.runs,) if found.carried else (found.runs, found.cable)
+    words += _of_the_carriage(found) if found.carried else unrun(found, reasons)
+    for one in asked:
         if one.saturated:
-            words.append(f"{one.saturated} of {one.draws} {one.plant} runs reached the torque limit")
-    words += _on_the_bound(found)
+            kind = "" if found.carried else f"{one.plant} "
+            words.append(f"{one.saturated} of {one.draws} {kind}runs reached the torque limit")
+    controller = found.controller
+    if _bound(found) is None or not isinstance(controller, ControllerResult):
+        return tuple(words)
+    for one in asked:
+        if one.inside is not None and one.inside < ENOUGH[one.plant]:
+            words.append(f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs")
+    if controller.broken:
+        broken = "; ".join(controller.broken)
+        words.append(
+            f"assumptions of the theorem that do not hold on the rig: {broken} (covered by the other parts "
+            "of the bound)"
+        )
     return tuple(words)
+
+
+def _of_the_carriage(found: Findings) -> list[str]:
+    """What does not decide of a carriage."""
+    model, control, drive = found.model, found.controller, found.known
+    words = [NO_BOUND] if found.runs.draws else []
+    if found.goals.rail_friction is None:
+        words.append(
+            "friction of the carriage on its guide is an estimate, 0 to 1 N s/m: state rail_friction "
+            "in [carriage]"
+        )
+    if isinstance(model, CarriageModel) and model.left_out > 0.0:
+        words.append(
+            "the motor joint is taken as rigid: its windup and backlash, "
+            f"{1e3 * model.left_out:.3g} mm at the carriage, are added to every error"
+        )
+    if drive is not None and (control_delay(drive) > 0.0 or current_rate(drive) > 0.0):
+        words.append(
+            "the runs contain neither delay nor torque loop; both are short compared with the period of "
+            "the carriage"
+        )
+    if isinstance(control, CarriageController) and not control.both:
+        words.append("the law uses the motor-side encoder only: the load pulley has no equal encoder")
+    return words
 
 
 def _coupling(found: Findings) -> tuple[float, list[str]]:
@@ -280,20 +272,3 @@ def _coupling(found: Findings) -> tuple[float, list[str]]:
     off = max(other["load"]) / (abs(drive.gain) if drive.slides else 1.0)
     moved = error_unit(found.goals).words(off)
     return off, [f"{drive.words['coupled']}: along this motion that adds up to {moved} to the error"]
-
-
-def _on_the_bound(found: Findings) -> list[str]:
-    controller = found.controller
-    if _bound(found) is None or not isinstance(controller, ControllerResult):
-        return []
-    words = []
-    for one in (found.runs, found.cable):
-        if one.inside is not None and one.inside < ENOUGH[one.plant]:
-            words.append(f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs")
-    if controller.broken:
-        words.append(
-            "assumptions of the theorem that do not hold on the rig: "
-            + "; ".join(controller.broken)
-            + " (covered by the other parts of the bound)"
-        )
-    return words

@@ -1,0 +1,397 @@
+"""Which carriages the scheduled law covers, one under it, and what its motion asks of motor and cable."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.transporter import (
+    ENCODERS,
+    WIND_TIME,
+    flat_motion,
+    frozen_poles,
+    scheduled_law,
+    tuning_for,
+)
+from cabledrive.modal import natural_frequencies
+from cabledrive.parameters import Drive
+from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.reduction.transporter import (
+    SWING_RATIO,
+    Transporter,
+    compliance,
+    frozen_frequencies,
+    strand_stiffness,
+    transporter_of,
+)
+from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, force_limit, run_carriage
+from cabledrive.rig.setting import DEGREE, current_rate, sample_interval
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.knowledge_stage import Knowledge, with_load
+from cabledrive.studies.study.machine import (
+    DATASHEET,
+    GOAL,
+    GUESS,
+    KINDS,
+    Demand,
+    DemandResult,
+    Quantity,
+    by_datasheet,
+    known,
+    values_of,
+)
+from cabledrive.trajectories import pulse
+
+SHARED = (
+    *("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "offset_torque"),
+    *("cable_stiffness", "cable_damping"),
+)
+UNUSED = "the regression models have no carriage: the logs were not used, all values are from the data sheet"
+RAIL = 0.5
+"""Default friction of a carriage on its guide [N s/m]: an estimate, sampled from 0 to twice as much."""
+STIFF_JOINT = 10.0
+"""Stiffness of a motor joint that is taken as rigid, over the cable's between motor and carriage."""
+LATE = 0.05
+"""Largest delay with the torque loop's lag, over the shortest period of the carriage on its cable."""
+MARGIN = 0.02
+"""Nearest to a pulley that the carriage may come, over the span's length."""
+ORDER = 13
+"""Lowest order of the rise: six derivatives enter the feedforward."""
+GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
+"""Where nothing hangs: a grain, over the carriage's mass, its damping ratio, and the gravity it needs."""
+
+
+def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
+    """What the scheduled law of one carriage lacks on a drive, each with what would be needed."""
+    found, first, sensors = list[str](), drive.carriage[0], drive.sensors
+    if drive.kind != "loop" or any(pulley.fixed for pulley in drive.pulley):
+        machine = "an open line" if drive.kind != "loop" else "a loop with a fixed pulley"
+        found.append(
+            f"carriage control needs a closed loop with two rotating pulleys; this drive is {machine}"
+        )
+    if len(drive.carriage) > 1:
+        found.append(f"carriage control supports one carriage; this drive has {len(drive.carriage)}")
+    elif first.span != "upper" or not first.guided:
+        found.append(
+            'carriage control needs a guided carriage on the upper span: set guided = true and span = "upper"'
+        )
+    if drive.layout.gravity <= 0.0:
+        found.append("layout.gravity = 0, but a hanging mass needs it: give its value")
+    if drive.layout.inclination != 0.0:
+        found.append(
+            f"layout.inclination = {drive.layout.inclination / DEGREE:.4g} deg, but carriage control needs "
+            "a level span"
+        )
+    if drive.motor is None:
+        found.append("motor is missing, but the carriage has to be moved: add motor.inertia")
+    if sensors is None or sensors.sample_rate is None:
+        found.append('sensors.sample_rate is missing: give it, such as "5 kHz"')
+    if sensors is None or (sensors.motor_encoder is None and sensors.drive_encoder is None):
+        found.append("neither sensors.motor_encoder nor sensors.drive_encoder is given: fit one")
+    return tuple(found) or _too_soft_or_late(drive)
+
+
+def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
+    found = []
+    assert drive.motor is not None
+    assert drive.sensors is not None
+    machine = transporter_with(drive, carriage_values(drive, Goals()))
+    if drive.motor.joint_stiffness is not None:
+        joint = drive.motor.joint_stiffness / machine.radius**2
+        cable = 1.0 / float(compliance(machine, machine.start)[0])  # type: ignore[arg-type]
+        if joint < STIFF_JOINT * cable:
+            found.append(
+                f"motor.joint_stiffness is {joint / cable:.3g} times the cable's between motor and "
+                f"carriage; carriage control takes the joint as rigid and needs at least {STIFF_JOINT:g} "
+                "times"
+            )
+    rate = current_rate(drive)
+    lag = drive.sensors.delay + (1.0 / rate if rate else 0.0)
+    frequency = cable_frequency(machine, machine.start)
+    if lag * frequency > LATE:
+        found.append(
+            f"delay and torque loop add a lag of {1e3 * lag:.3g} ms, more than a twentieth of a period of "
+            f"the carriage on its cable ({frequency:.3g} Hz), and the runs contain no delay: lower "
+            "sensors.delay"
+        )
+    return tuple(found)
+
+
+def cable_frequency(transporter: Transporter, position: float) -> float:
+    """Frequency of the carriage on the cable, without what hangs below it [Hz]; ``position`` [m]."""
+    bare = replace(transporter, payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
+    return float(frozen_frequencies(bare, position)[1]) / (2.0 * pi)
+
+
+def carriage_values(drive: Drive, goals: Goals) -> dict[str, float]:
+    """The numbers of a machine with a carriage, as file and goals give them."""
+    known = values_of(drive)
+    values = {name: known[name] for name in SHARED} | {"carriage_mass": drive.carriage[0].mass}
+    values["rail_friction"] = RAIL if goals.rail_friction is None else goals.rail_friction
+    if goals.hanging_mass is not None and goals.line_length is not None:
+        values |= {"hanging_mass": goals.hanging_mass, "line_length": goals.line_length}
+    return values
+
+
+def know_carriage(drive: Drive, goals: Goals, spreads: Mapping[str, float], *, logged: bool) -> Knowledge:
+    """What is known of a carriage: data sheet, goals, estimates, which may be nothing or twice as much."""
+    sheet, found = by_datasheet(drive, spreads), dict[str, Quantity]()
+    for name, value in carriage_values(drive, goals).items():
+        if name in sheet:
+            found[name] = sheet[name]
+            continue
+        guessed = name == "rail_friction" and goals.rail_friction is None
+        half = value if guessed else spreads[KINDS[name]] * value
+        source = GUESS if guessed else DATASHEET if name == "carriage_mass" else GOAL
+        found[name] = known(name, value, value - half, value + half, source)
+    sure = Knowledge(quantities=found, undetermined=(UNUSED,) if logged else ())
+    return sure if goals.load_inertia is None else with_load(sure, goals.load_inertia)
+
+
+def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
+    """The transporter of a drive with these numbers; where nothing hangs, a grain stands in for it."""
+    assert drive.sensors is not None
+    assert drive.sensors.sample_rate is not None
+    hanging = "hanging_mass" in values
+    r, gravity = drive.drive_pulley.radius, drive.layout.gravity if hanging else GRAVITY
+    base = transporter_of(
+        drive,
+        payload_mass=values["hanging_mass"] if hanging else GRAIN * drive.carriage[0].mass,
+        line_length=values["line_length"] if hanging else gravity / drive.sensors.sample_rate**2,
+        rail_friction=values["rail_friction"],
+    )
+    damping = 2.0 * (SWING_RATIO if hanging else GRAIN_RATIO) * (base.line_length / gravity) ** 0.5
+    return replace(
+        base,
+        axial_rigidity=values["cable_stiffness"] * drive.span_length,
+        damping_time=values["cable_damping"] / r / values["cable_stiffness"],
+        drive_mass=values["near_inertia"] / r**2,
+        load_mass=values["load_inertia"] / drive.load_pulley.radius**2,
+        carriage_mass=values["carriage_mass"],
+        gravity=gravity,
+        swing_damping=damping,
+        viscous=values["viscous_friction"] / r**2,
+        coulomb=values["coulomb_friction"] / r,
+        offset=values["offset_torque"] / r,
+    )
+
+
+def encoders_read(drive: Drive) -> tuple[float, tuple[int, ...]]:
+    """One count at the rim [m], and the pulleys whose encoders, both of one count, the law listens to."""
+    sensors, (first, second) = drive.sensors, drive.pulley
+    assert sensors is not None
+    own = sensors.drive_encoder or sensors.motor_encoder
+    assert own is not None
+    count = 2.0 * pi * first.radius / own
+    other = 2.0 * pi * second.radius / sensors.load_encoder if sensors.load_encoder else None
+    alike = other is not None and abs(other / count - 1.0) < 1e-9
+    return count, ENCODERS if alike else ENCODERS[:1]
+
+
+POSITIONS, LOOKED_AT = 12, 9
+FINE, LEAST_SUBSTEPS = 0.3, 5
+"""Largest angle of the fastest mode in an internal step [rad], and the fewest steps in a sample."""
+STILL = 1e-9
+"""Speed below which the carriage is to stand, over the largest."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CarriageCase:
+    """What every run of a carriage shares."""
+
+    drive: Drive
+    design: Transporter  # with the best values
+    goals: Goals
+    hanging: bool  # whether a mass hangs below the carriage
+    # (samples,): motion profile of the hanging mass, or of the carriage where nothing hangs [m]
+    wanted: Array
+    standing: NDArray[np.bool_]  # (samples,): when a move is over and the next has not begun
+    reference: Array  # (samples, 10)
+    # interval, count, limit: sample time [s], count at the rim [m], largest force at the rim [N]
+    interval: float
+    count: float
+    limit: float
+    reads: tuple[int, ...]  # pulleys with an encoder
+    substeps: int
+
+    ends: tuple[float, float]  # of the way, from the drive pulley [m]
+
+    @property
+    def places(self) -> Array:
+        """Where poles are looked at, shape (9,) [m]."""
+        return np.asarray(np.linspace(*self.ends, LOOKED_AT), dtype=np.float64)
+
+    @property
+    def cable_frequencies(self) -> Array:
+        """Of the carriage on the cable at those places, shape (9,) [Hz]."""
+        return np.array([cable_frequency(self.design, float(x)) for x in self.places])
+
+
+def case_of(drive: Drive, goals: Goals) -> CarriageCase:
+    """The motion and its feedforward, made once."""
+    assert goals.travel is not None
+    assert goals.duration is not None
+    design, interval = transporter_with(drive, carriage_values(drive, goals)), sample_interval(drive)
+    way = pulse(goals.travel, goals.duration, goals.dwell, pulses=goals.pulses, order=goals.order)
+    time = np.asarray(interval * np.arange(round(way.duration / interval)), dtype=np.float64)
+    y, (count, reads) = way(time, 6), encoders_read(drive)
+    limit = min(force_limit(drive), np.inf if goals.torque is None else goals.torque / design.radius)
+    ends = (design.start, design.start + goals.travel)
+    fastest = 1.2 * max(float(frozen_frequencies(design, x).max()) for x in ends)
+    return CarriageCase(
+        drive=drive,
+        design=design,
+        goals=goals,
+        ends=ends,
+        hanging=goals.hanging_mass is not None,
+        wanted=y[0],
+        standing=(np.abs(y[1]) <= STILL * np.abs(y[1]).max()) & (time >= goals.duration),
+        reference=flat_motion(design, y, interval),
+        interval=interval,
+        count=count,
+        limit=limit,
+        reads=reads,
+        substeps=max(LEAST_SUBSTEPS, ceil(fastest * interval / FINE)),
+    )
+
+
+def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> CarriageLoop:
+    """The scheduled law of a bandwidth, ready to run; ``hertz`` [Hz]."""
+    tuning = tuning_for(
+        case.design, 2.0 * pi * hertz, interval=case.interval, count=case.count, hanging=case.hanging
+    )
+    beyond = MARGIN * case.design.span_length
+    law = scheduled_law(
+        case.design,
+        interval=case.interval,
+        count=case.count,
+        limit=case.limit,
+        positions=np.linspace(case.ends[0] - beyond, case.ends[1] + beyond, POSITIONS),
+        tuning=tuning,
+        reads=case.reads,
+    )
+    still, count = np.zeros(len(case.reference)), 0.0 if ideal else case.count
+    return CarriageLoop(law, case.reference, still, case.interval, case.substeps, count)
+
+
+def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:
+    """Largest real part of a pole of law, observer and frozen plant along the way [1/s], and where [m]."""
+    radius = [
+        float(np.abs(frozen_poles(loop.law, plant, float(x), case.interval, WIND_TIME)).max())
+        for x in case.places
+    ]
+    worst = int(np.argmax(radius))
+    return float(np.log(radius[worst])) / case.interval, float(case.places[worst])
+
+
+def errors(case: CarriageCase, log: Array) -> Array:
+    """Error of the carriage, and of a mass below it, along a log: shape (1 or 2, samples) [m]."""
+    n = len(log)
+    if not case.hanging:
+        return np.asarray(log[:, CARRIAGE] - case.wanted[:n], dtype=np.float64)[None]
+    return np.array([log[:, CARRIAGE] - case.reference[:n, CARRIAGE], log[:, PAYLOAD] - case.wanted[:n]])
+
+
+def whole_run(case: CarriageCase, loop: CarriageLoop, values: Mapping[str, float], phases: Array) -> Array:
+    """One run on a plant with other values, rows as `run_carriage` has; ``phases``, shape (2,) [counts]."""
+    given = carriage_values(case.drive, case.goals) | dict(values)
+    return run_carriage(loop, transporter_with(case.drive, given), phases)
+
+
+def torque_of(case: CarriageCase, log: Array) -> tuple[float, float]:
+    """Largest torque of a run [N m], and the share of the samples at the limit."""
+    force = np.abs(log[:, FORCE])
+    return float(force.max()) * case.design.radius, float(np.mean(force >= (1.0 - 1e-9) * case.limit))
+
+
+LONGEST, HALVINGS = 64.0, 12
+"""How much longer a move is tried, and how finely the shortest is looked for."""
+RIGHT = 0.05
+"""Largest distance of the model's frequency from the distributed cable's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CarriageModel:
+    """The model of the carriage beside the distributed cable."""
+
+    positions: tuple[float, ...]  # Start, middle and end of the way [m]
+    # lumped, exact: frequency of the carriage on the cable at each, without what hangs below it [Hz]
+    lumped: tuple[float, ...]
+    exact: tuple[float, ...]
+    # windup of a joint that is taken as rigid, and its backlash, at the rim [m]; added to every error
+    left_out: float
+    reason: str  # why it is wrong by more than is allowed; empty where it is right
+
+
+def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
+    """Hold the model's frequency against the certified one along the way."""
+    case, machine = case_of(drive, goals), with_measured_stiffness(drive)
+    places = tuple(np.linspace(*case.ends, 3).tolist())
+
+    def certified(position: float) -> float:
+        there = replace(machine, carriage=(replace(machine.carriage[0], position=position),))
+        return float(natural_frequencies(there, count=1)[0])
+
+    lumped = tuple(cable_frequency(case.design, x) for x in places)
+    exact = tuple(certified(x) for x in places)
+    off, reason = max(abs(one / other - 1.0) for one, other in zip(lumped, exact, strict=True)), ""
+    if off > RIGHT:
+        reason = (
+            f"the carriage model has a massless cable, and its frequency is {100 * off:.2g} % from the "
+            f"distributed cable's; {100 * RIGHT:g} % are allowed: a model with the cable's mass is needed"
+        )
+    left_out = left_out_of(case)
+    return CarriageModel(positions=places, lumped=lumped, exact=exact, left_out=left_out, reason=reason)
+
+
+def left_out_of(case: CarriageCase) -> float:
+    """Largest windup of the joint along the motion, and the whole of its backlash, at the rim [m]."""
+    motor, r, windup = case.drive.motor, case.design.radius, 0.0
+    assert motor is not None
+    if motor.joint_stiffness is not None:
+        windup = float(np.abs(case.reference[:, 8]).max()) * r**2 / motor.joint_stiffness
+    return windup + motor.backlash * r
+
+
+def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
+    """Torque, speed and tension along the feedforward's motion."""
+    demands = _demands(drive, goals)
+    exceeded = [demand.name for demand in demands if not demand.met]
+    if not exceeded:
+        return DemandResult(demands=demands, shortest=None, binding="no limit is met")
+
+    def possible(duration: float) -> bool:
+        return all(one.met for one in _demands(drive, replace(goals, duration=duration, pulses=1)))
+
+    assert goals.duration is not None
+    short, long = goals.duration, LONGEST * goals.duration
+    if not possible(long):
+        why = "none of the tried durations is long enough"
+        return DemandResult(demands=demands, shortest=None, binding=why)
+    for _ in range(HALVINGS):
+        middle = (short * long) ** 0.5
+        short, long = (short, middle) if possible(middle) else (middle, long)
+    return DemandResult(demands=demands, shortest=long, binding=exceeded[0])
+
+
+def _demands(drive: Drive, goals: Goals) -> tuple[Demand, ...]:
+    case = case_of(drive, goals)
+    assert drive.motor is not None
+    row, r = case.reference, case.design.radius
+    limit, speed = case.limit * r, drive.motor.speed_limit
+    bounded = drive.motor.torque_limit is not None or goals.torque is not None
+    lost, design = 0.0, case.design  # largest fall of a strand's tension, its stiffness that of the place [N]
+    for k in range(0, len(row), max(1, len(row) // 1000)):
+        q1, s, q2 = row[k, :3]
+        strands = strand_stiffness(design, design.start + float(s))
+        pulled = (s - q1, q2 - s, q1 - q2)
+        lost = max(lost, *(float(-stiff * e) for stiff, e in zip(strands, pulled, strict=True)))
+    torque, turn = float(np.abs(row[:, 8]).max()) * r, float(np.abs(row[:, 4]).max()) / r
+    return (
+        Demand(name="torque", asked=torque, limit=limit if bounded else None, unit="N m"),
+        Demand(name="speed", asked=turn, limit=speed, unit="rad/s"),
+        Demand(name="lost tension", asked=lost, limit=design.pretension, unit="N"),
+    )
