@@ -244,8 +244,8 @@ class ExpectedBound(NamedTuple):
         return np.asarray(sum(self))
 
 
-def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
-    """Bound of the load's error over everything uncertain; default: the spreads of `plant_samples`."""
+def expected_bound(loop: Loop) -> ExpectedBound:
+    """Bound of the load's error over everything uncertain."""
     seen, rig, plant = loop.observer, loop.rig, sampled_plant(loop)
     if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or loop.cable is not None:
         raise InputRefused(
@@ -261,7 +261,7 @@ def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
     pushes[inner : inner + states, 1] = seen.model[:, states + 3]
     both = response(matrix, pushes, angle, short)
     parts = torque_parts(loop, both[:, 0], both[:, 1], SIGMAS * float(np.sqrt(noise)))
-    unmatched = unmatched_part(loop, spreads or Spreads())
+    unmatched = unmatched_part(loop, Spreads())
     return ExpectedBound(*parts, unmatched, rounding_part(loop, matrix, rounding))
 
 

@@ -211,12 +211,13 @@ def _zone(
 ROOM = 0.08
 """Share of the possible travel that is kept clear at each end."""
 LEAST_RATE = 1e-6
+PLACES = 9
 SLIDES = ("x", "y")
 
 Travel = dict[tuple[str, ...], NDArray[np.float64]]
 
 
-def travels(drive: RoutedDrive, points: int = 9) -> Iterator[Travel]:
+def travels(drive: RoutedDrive) -> Iterator[Travel]:
     """Places along each motion without strain in which bodies slide, rows by keys that move together [m]."""
     done, bodies = set[str](), {body.name: body for body in drive.body}
     for body in drive.body:
@@ -233,7 +234,7 @@ def travels(drive: RoutedDrive, points: int = 9) -> Iterator[Travel]:
             done |= set(linked)
             low, high = _reach(drive, linked)
             if high > low:
-                steps = np.linspace(low, high, points)
+                steps = np.linspace(low, high, PLACES)
                 names = (key, *(name for name in linked if name != key))
                 starts = [bodies[name.rpartition(".")[0]].at[SLIDES.index(name[-1])] for name in names]
                 rows = [

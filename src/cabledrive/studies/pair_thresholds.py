@@ -193,7 +193,7 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
 def of_pieces(network: Network) -> tuple[Array, Array, Array]:
     """Length [m], rigidity of one rope [N] and number of ropes of every piece, shape (pieces,) each."""
     both = np.array([(piece.length, piece.rope.axial_rigidity) for piece in network.pieces])
-    return both[:, 0], both[:, 1], network.ropes[::3]
+    return both[:, 0], both[:, 1], network.ropes[::3].astype(np.float64)
 
 
 def couplings(waves: Waves) -> Array:

@@ -134,10 +134,10 @@ def acting_torque(rig: VirtualRig, command: Array, rng: np.random.Generator, ove
     return np.asarray(filtered)
 
 
-def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections | None = None) -> VirtualRig:
+def rig_of(drive: Drive, model: int | None = None) -> VirtualRig:
     """The virtual rig of a drive: its reduced model with its sensors; 1 N m/V where it names no amplifier."""
     motor, sensors = drive.motor, drive.sensors
-    flaws = imperfections or Imperfections(
+    flaws = Imperfections(
         current_bandwidth=motor.current_bandwidth if motor else None,
         backlash=motor.backlash if motor and motor.joint_stiffness is not None else 0.0,
     )
