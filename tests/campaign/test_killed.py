@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from cabledrive.campaign import run_sweep
-from cabledrive.campaign.processes import do_alone
+from cabledrive.campaign.engine import do_alone
 from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
 from cabledrive.campaign.work import Plan

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.export.c99 import system_package
+from cabledrive.export.cable_block import cable_block
+from cabledrive.export.controller_block import controller_block
 from cabledrive.export.door import write_folder
-from cabledrive.export.fmu import cable_fmu, fmu_package, variables_of
+from cabledrive.export.fmu import fmu_package
 from cabledrive.export.self_test import self_test
 from cabledrive.export.source import plant_loop
-from cabledrive.export.system_package import new_loop, system_package
+from cabledrive.export.system_block import new_loop, system_block
 from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import rotor_turn
@@ -34,7 +37,9 @@ ERROR = 3
 
 @cache
 def package(version: int, what: str, law: str = "darc-4") -> bytes:
-    files, _ = fmu_package(source_of(law), version, what)
+    source = source_of(law)
+    block = controller_block(source) if what == "controller" else system_block(source, what)
+    files, _ = fmu_package(block, version)
     return next(iter(files.values()))
 
 
@@ -92,7 +97,7 @@ def test_the_controller_steps_as_the_interpreted_kernel_to_the_bit(version, tmp_
     vectors = self_test(law, 300)
     one = Slave(tmp_path, version, "controller")
     one.start()
-    names = [v.name for v in variables_of(source_of("darc-4"), "controller") if v.causality == "input"]
+    names = [v.name for v in one.described.modelVariables if v.causality == "input"]
     found = []
     for k, row in enumerate(np.column_stack((vectors.readings, vectors.references)).tolist()):
         one.set(**dict(zip(names, row, strict=True)))
@@ -174,8 +179,9 @@ DRIVES = {"loop": "dissertation-1", "network": "corexy"}
 
 @cache
 def cable_package(name: str, version: int):
-    files, notes, cable = cable_fmu(cd.load_drive(name), version)
-    return next(iter(files.values())), notes, cable
+    block = cable_block(cd.load_drive(name))
+    files, notes = fmu_package(block, version)
+    return next(iter(files.values())), notes, block.words["cable"]
 
 
 def slave(folder, name: str, version: int) -> Slave:

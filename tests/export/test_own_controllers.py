@@ -8,8 +8,8 @@ import pytest
 import cabledrive as cd
 from cabledrive.control.controller_kernels import own_target_step, start_own
 from cabledrive.export import export_to
+from cabledrive.export.controller_block import target_kernel
 from cabledrive.export.source import designed, designed_loop
-from cabledrive.export.target_program import target_kernel
 from export.compilers import WARNINGS, checked, needs_cc
 from export.designs import DRIVE, OWN, replayed, step
 

@@ -9,8 +9,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control import law_kernels
-from cabledrive.export.c99 import controller_code
-from cabledrive.export.target_program import target_program
+from cabledrive.export.controller_block import controller_block
 from cabledrive.export.translation.nodes import BOOL, INT, REAL, Scalar, View
 from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
@@ -111,10 +110,10 @@ def test_a_recursion_is_refused():
 @pytest.mark.parametrize("name", [name for name in CONTROLLERS if name not in OPEN_LOOPS])
 def test_the_kernels_of_every_law_stay_inside_the_subset_and_are_c(name, tmp_path):
     source = source_of(name)
-    made = target_program(source.law)
-    assert made.step.result.items == (Scalar(REAL), Scalar(BOOL))
-    assert made.row_call
-    for file, text in controller_code(source, made).items():
+    made = controller_block(source)
+    assert made.words["step"].result.items == (Scalar(REAL), Scalar(BOOL))
+    assert made.words["row_call"]
+    for file, text in made.code().items():
         (tmp_path / file).write_text(text)
     command = ["cc", "-std=c99", "-fsyntax-only", *WARNINGS, "cabledrive_law.c"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -174,7 +173,7 @@ def test_arithmetic_of_the_subset_is_that_of_python_to_the_bit(seed, tmp_path):
 def test_a_changed_kernel_changes_python_and_c_together(monkeypatch):
     """The mutation: friction is subtracted where it was added."""
     source = source_of("darc-4")
-    before = target_program(source.law).program.functions()
+    before = controller_block(source).program.functions()
     original = plain(law_kernels.darc_command)
 
     def mutant(law, c, reference, k):
@@ -184,7 +183,7 @@ def test_a_changed_kernel_changes_python_and_c_together(monkeypatch):
     names = law_kernels.__dict__ | {"original": original}
     changed = FunctionType(mutant.__code__, names, "darc_command", None, mutant.__closure__)
     monkeypatch.setattr(law_kernels, "darc_command", changed)
-    after = target_program(source.law).program.functions()
+    after = controller_block(source).program.functions()
     assert "0.5 * sigma" not in before
     assert "0.5 * sigma" in after
     states, row = np.full(6, 0.01), np.zeros((1, 9))

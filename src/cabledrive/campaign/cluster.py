@@ -1,89 +1,35 @@
-"""Chunks on a cluster that is there already, by the scheduler of dask.distributed."""
+"""The workers of a cluster that is there already, by the scheduler of dask.distributed."""
 
-import os
-import time
-from collections.abc import Iterator, Sequence
+import logging
+from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from typing import Any
 
-from cabledrive.campaign.processes import do_alone, tried_chunk
+from cabledrive.campaign.engine import Opened
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.store import EXTRA
-from cabledrive.campaign.work import Plan, Report, do_chunk, loaded
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.version import __version__
 
 PATIENCE = 20.0
 """Until a scheduler has to answer [s]."""
+TASKS_EACH = 2
+"""Chunks that a worker has in hand, so that it does not wait for the next one."""
 LOGGERS = ("", ".nanny", ".scheduler", ".worker")
 
-
-class Cluster:
-    """The workers of a scheduler."""
-
-    notes: tuple[str, ...] = ()
-
-    def __init__(self, url: str, client: Any) -> None:
-        self.name, self._client = url, client
-
-    def _workers(self) -> dict[str, Any]:
-        found: dict[str, Any] = self._client.scheduler_info(n_workers=-1)["workers"]
-        return found
-
-    def chunk(self, spec: CampaignSpec) -> int:
-        """Rows of a chunk, by a trial on this machine."""
-        return tried_chunk(spec, max(1, len(self._workers())))
-
-    def ready(self, plan: Plan) -> None:
-        """Compute the first row once on each machine, whose kernels one process compiles; load the rest."""
-        hosts = {worker["host"]: address for address, worker in self._workers().items()}
-        futures = [
-            self._client.submit(
-                compute_rows, plan.spec, 0, 1, workers=[address], pure=False, allow_other_workers=False
-            )
-            for address in hosts.values()
-        ]
-        self._client.gather(futures, errors="skip")
-        self._client.run(loaded, plan, on_error="ignore")  # the first chunk finds out what is wrong
-
-    def reports(self, plan: Plan, todo: Sequence[int]) -> Iterator[Report]:
-        """A report of each chunk as it is done; `OSError` if the disk refuses.
-
-        A chunk whose workers ended is computed in the end in processes of this machine, which find the row
-        that does it; an innocent chunk that was on such a worker is done there as well.
-        """
-        from distributed import KilledWorker, as_completed
-
-        shared = self._client.scatter(plan, broadcast=False, hash=False) if len(todo) > 1000 else plan
-        run = f"{plan.store.name}-{os.getpid()}-{time.time_ns()}"
-        futures = self._client.map(
-            do_chunk, list(todo), plan=shared, pure=False, key=[f"{run}-{number}" for number in todo]
-        )
-        number_of = {future.key: number for future, number in zip(futures, todo, strict=True)}
-        suspects, finished = [], as_completed(futures, raise_errors=False)
-        del futures
-        for future in finished:
-            error = future.exception() if future.status == "error" else None
-            if error is None:
-                yield future.result()
-            elif isinstance(error, (KilledWorker, MemoryError)):
-                suspects.append(number_of[future.key])
-            else:
-                raise error
-            future.release()
-        for number in suspects:
-            yield do_alone(number, plan)
+Workers = tuple[int, Opened, tuple[type[Exception], ...]]
 
 
 @contextmanager
-def cluster_at(url: str) -> Iterator[Cluster]:
-    """The workers of a scheduler by its address, such as tls://host:8786.
+def cluster_at(url: str) -> Iterator[Workers]:
+    """Tasks at a time, executor, and what a lost task raises, of a scheduler such as tls://host:8786.
 
     Refused if it does not answer, or has no workers, or one has another version of the package.
     """
     try:
-        from distributed import Client
+        from distributed import Client, KilledWorker
     except ImportError:
         raise InputRefused(f"--scheduler: {EXTRA}") from None
     with _quiet_logs():
@@ -94,13 +40,26 @@ def cluster_at(url: str) -> Iterator[Cluster]:
             raise InputRefused(
                 f"--scheduler {url}: does not answer ({why}): check address and port"
             ) from None
+
+        @contextmanager
+        def opened(spec: CampaignSpec) -> Iterator[Executor]:
+            """The workers, of which one on each machine has compiled the kernels."""
+            known: dict[str, Any] = client.scheduler_info(n_workers=-1)["workers"]
+            one_each = {worker["host"]: address for address, worker in known.items()}
+            client.run(compute_rows, spec, 0, 1, workers=[*one_each.values()], on_error="ignore")
+            executor = client.get_executor(pure=False)
+            try:
+                yield executor
+            finally:
+                executor.shutdown(wait=False)
+
         with client:
-            _check_workers(client, url)
-            yield Cluster(url, client)
+            versions = client.run(_version)
+            _check_workers(versions, url)
+            yield TASKS_EACH * len(versions), opened, (KilledWorker, MemoryError)
 
 
-def _check_workers(client: Any, url: str) -> None:
-    versions = client.run(_version)
+def _check_workers(versions: dict[str, str], url: str) -> None:
     if not versions:
         raise InputRefused(f"--scheduler {url}: has no workers: start some first")
     for worker, version in sorted(versions.items()):
@@ -123,10 +82,9 @@ def _version() -> str:
 @contextmanager
 def _quiet_logs() -> Iterator[None]:
     """Without the library's own lines: what matters of them is said by the campaign."""
-    import logging
-
-    names = [f"distributed{part}" for part in LOGGERS]
-    loggers = [logging.getLogger(name) for name in (*names, "tornado.application")]
+    loggers = [
+        logging.getLogger(name) for name in (*(f"distributed{p}" for p in LOGGERS), "tornado.application")
+    ]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)

@@ -14,37 +14,38 @@ from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.frequency_curves import value_of
 
-POSITIVE = {
-    "cable.youngs_modulus",
-    "cable.area",
-    "cable.axial_rigidity",
-    "cable.mass_per_length",
-    "cable.pretension",
-    "layout.span_length",
-    "layout.pulley_distance",
-    "pulley.0.radius",
-    "pulley.0.inertia",
-    "pulley.1.radius",
-    "pulley.1.inertia",
-    "motor.inertia",
-    "motor.joint_stiffness",
-    "motor.holding_stiffness",
-    "motor.torque_limit",
+PULLEYS = ("pulley.0", "pulley.1")
+COLUMNS = {
+    "density": "cable.mass_per_length",
+    "pretension": "cable.pretension",
+    "transverse_damping": "cable.transverse_damping",
+    "axial_damping": "cable.axial_damping",
+    "motor_inertia": "motor.inertia",
+    "motor_viscous": "motor.viscous_friction",
+    "joint_stiffness": "motor.joint_stiffness",
+    "joint_damping": "motor.joint_damping",
+    "holding_stiffness": "motor.holding_stiffness",
 }
-"""Keys that have to be above 0 and ask nothing of other keys."""
+"""Key of each array of a batch; 0 where the drive has none."""
+PAIRS = {"radius": "radius", "inertia": "inertia", "viscous": "viscous_friction"}
+RIGIDITY = ("cable.axial_rigidity", "cable.youngs_modulus", "cable.area")
+LENGTH = ("layout.span_length", "layout.pulley_distance")
 NOT_NEGATIVE = {
-    "cable.transverse_damping",
-    "cable.axial_damping",
-    "pulley.0.viscous_friction",
-    "pulley.0.coulomb_friction",
-    "pulley.1.viscous_friction",
-    "pulley.1.coulomb_friction",
-    "motor.viscous_friction",
+    *(key for key in COLUMNS.values() if key.endswith(("damping", "friction"))),
+    *(f"{pulley}.{kind}_friction" for pulley in PULLEYS for kind in ("viscous", "coulomb")),
     "motor.coulomb_friction",
-    "motor.joint_damping",
     "compute.torque",
 }
 """Keys that may be 0."""
+FREE = {
+    *COLUMNS.values(),
+    *(f"{pulley}.{key}" for pulley in PULLEYS for key in PAIRS.values()),
+    *NOT_NEGATIVE,
+    *RIGIDITY,
+    *LENGTH,
+    "motor.torque_limit",
+}
+"""Keys whose bounds ask nothing of other keys: 0, or above it."""
 
 
 def are_plain_loops(spec: CampaignSpec) -> bool:
@@ -52,7 +53,7 @@ def are_plain_loops(spec: CampaignSpec) -> bool:
     drive = next(iter(spec.drives.values()))
     return (
         len(spec.drives) == 1
-        and set(spec.units) <= POSITIVE | NOT_NEGATIVE
+        and set(spec.units) <= FREE
         and not isinstance(drive, RoutedDrive)
         and drive.kind == "loop"
         and not (drive.carriage or any(pulley.fixed for pulley in drive.pulley))
@@ -84,36 +85,20 @@ def loops_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> LoopBatc
         found = column_of(spec, values, key)
         return nothing if found is None else found
 
-    def both(name: str) -> tuple[Array, Array]:
-        return column(f"pulley.0.{name}"), column(f"pulley.1.{name}")
-
-    def has(key: str) -> bool:
-        return column_of(spec, values, key) is not None
-
     drive = next(iter(spec.drives.values()))
-    rigidity = column_of(spec, values, "cable.axial_rigidity")
-    if rigidity is None:
-        rigidity = column("cable.youngs_modulus") * column("cable.area")
-    length = column_of(spec, values, "layout.span_length")
+    whole, modulus, area = (column_of(spec, values, key) for key in RIGIDITY)
+    rigidity = whole if whole is not None else modulus * area  # type: ignore[operator]  # one of both is given
+    length, distance = (column_of(spec, values, key) for key in LENGTH)
     if length is None:
-        length = column("layout.pulley_distance") / (1.0 + column("cable.pretension") / rigidity)
+        length = distance / (1.0 + column("cable.pretension") / rigidity)  # type: ignore[operator]
+    arrays: dict[str, Any] = {name: column(key) for name, key in COLUMNS.items()}
+    arrays |= {name: tuple(column(f"{pulley}.{key}") for pulley in PULLEYS) for name, key in PAIRS.items()}
     return LoopBatch(
         rigidity=rigidity,
-        density=column("cable.mass_per_length"),
-        pretension=column("cable.pretension"),
         length=length,
-        transverse_damping=column("cable.transverse_damping"),
-        axial_damping=column("cable.axial_damping"),
-        radius=both("radius"),
-        inertia=both("inertia"),
-        viscous=both("viscous_friction"),
-        motor_inertia=column("motor.inertia"),
-        motor_viscous=column("motor.viscous_friction"),
-        joint_stiffness=column("motor.joint_stiffness"),
-        joint_damping=column("motor.joint_damping"),
-        holding_stiffness=column("motor.holding_stiffness"),
-        flexible=has("motor.joint_stiffness"),
-        held=has("motor.holding_stiffness"),
+        **arrays,
+        flexible=column_of(spec, values, "motor.joint_stiffness") is not None,
+        held=column_of(spec, values, "motor.holding_stiffness") is not None,
         gravity_across=drive.layout.gravity_across,  # type: ignore[union-attr]  # a plain loop
     )
 

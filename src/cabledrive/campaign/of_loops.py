@@ -1,7 +1,7 @@
 """Computations in closed loop: one run of the rig, and a whole study."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields
 from typing import Any
 
 from cabledrive.campaign.computation import FLAG, TEXT, Found, Kind, Row, declared
@@ -50,29 +50,17 @@ def motion_of(quantities: Mapping[str, Any]) -> Any:
     from cabledrive.rig import Motion
     from cabledrive.rig.setting import DEGREE
 
-    given = dict(quantities)
-    if "angle" in given:
-        given["angle"] = given["angle"] / DEGREE
-    whole: dict[str, Any] = {name: int(given[name]) for name in ("pulses", "order") if name in given}
-    return Motion(**(given | whole))
+    shown: dict[str, Any] = {"angle": lambda angle: angle / DEGREE, "pulses": int, "order": int}
+    return Motion(**{name: shown.get(name, float)(value) for name, value in quantities.items()})
 
 
 def rig_options(o: Mapping[str, Any]) -> Any:
     """How the rig is set, from the options of the SPEC."""
     from cabledrive.rig import RigOptions
 
-    plain = RigOptions()
-    names = (
-        "observer",
-        "feedback",
-        "encoder_phase",
-        "ideal_sensors",
-        "smooth_friction",
-        "jitter",
-        "segments",
-    )
-    chosen = {name: o.get(name, getattr(plain, name)) for name in names}
-    return replace(plain, **chosen, forbid_slack=not o.get("tension_only", False))
+    known = {field.name for field in fields(RigOptions)}
+    given = {name: value for name, value in o.items() if name in known}
+    return RigOptions(**given, forbid_slack=not o.get("tension_only", False))
 
 
 STUDY = {

@@ -10,10 +10,10 @@ from cabledrive.campaign.computation import Computation
 from cabledrive.campaign.design import Design
 from cabledrive.campaign.engine import Engine, chosen_engine, part_words
 from cabledrive.campaign.spec import CampaignSpec, read_spec
-from cabledrive.campaign.work import CampaignProgress, Plan
+from cabledrive.campaign.work import Plan
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.terminal import ResultCard, on_a_terminal
+from cabledrive.parameters.terminal import Progress, ResultCard
 
 MANY_ROWS, MANY_BYTES = 10**7, 100e9
 """Above these a campaign has to be meant."""
@@ -34,7 +34,6 @@ class SweepResult(ResultCard):
     setup_seconds: float = meaning("before that [s]")
     store: Path = meaning("folder of the store")
     engine: str = meaning("what did the work")
-    notes: tuple[str, ...] = meaning("what a user should know of the run", ())
 
     def open(self) -> Any:
         """The store as labelled arrays.
@@ -56,7 +55,6 @@ class SweepResult(ResultCard):
             ("not completed", str(self.failed)),
             ("time", f"{self.seconds:.4g} s, and {self.setup_seconds:.4g} s before"),
             ("engine", self.engine),
-            *(("note", words) for words in self.notes),
         ]
 
 
@@ -64,7 +62,7 @@ def run_sweep(
     spec: str | Path | CampaignSpec,
     output: str | Path,
     *,
-    workers: int = 1,
+    workers: int | None = None,
     scheduler: str | None = None,
     part: tuple[int, int] | None = None,
     yes: bool = False,
@@ -81,13 +79,13 @@ def run_sweep(
         File of the SPEC.
     output : path-like
         The store, a folder; that of the same campaign is resumed.
-    workers : int, default 1
-        Processes on this machine; 1: this process. A script that asks for more needs
-        ``if __name__ == "__main__":`` around the call.
+    workers : int, optional
+        Processes on this machine, of which a row may end one; default: this process. A script that asks for
+        them needs ``if __name__ == "__main__":`` around the call.
     scheduler : str, optional
         Address of a running scheduler of dask.distributed instead.
     part : (int, int), optional
-        Part i of N of the chunks, i from 1, in this process: for array jobs.
+        Part i of N of the chunks, i from 1: for array jobs.
     yes : bool, default False
         Whether more than 10^7 rows or 100 GB are meant.
     force : bool, default False
@@ -122,36 +120,35 @@ def run_sweep(
             plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
             if not _todo(plan, part):
                 return _result(plan, 0.0, time.monotonic() - began, "nothing: it was done before")
-        with chosen_engine(path, workers, scheduler, part) as engine:
-            plan = _begun(spec, path, engine)
-            engine.ready(plan)
+        with chosen_engine(workers, scheduler, part) as engine:
+            if not (path / "zarr.json").is_file():  # the first driver chooses the chunk
+                store.create(path, spec, engine.chunk(spec))
+            plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
             first, last = _run(plan, _todo(plan, part), engine, progress)
-    return _result(plan, last - first, first - began, engine.name, engine.notes)
+    return _result(plan, last - first, first - began, engine.name)
 
 
 def _run(plan: Plan, todo: list[int], engine: Engine, progress: bool | None) -> tuple[float, float]:
     """Hand out the chunks; when the first was handed out and the last was marked."""
-    shown = CampaignProgress(
-        plan.spec.design.rows,
-        store.status_counts(plan.store),
-        shown=on_a_terminal() if progress is None else progress,
-    )
-    first = shown.last_mark
+    rows, before = plan.spec.design.rows, store.status_counts(plan.store)
+    done, bad = before["done"], before["refused"] + before["failed"]
+    shown, marks = Progress(rows, progress), list[float]()
     try:
         for report in engine.reports(plan, todo):
-            shown.add(report)
+            marks.append(time.monotonic())
+            if report is not None:
+                done, bad = done + report.done, bad + report.refused + report.failed
+            shown.at(done, f"{done} of {rows} rows, {bad} refused or failed")
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"finished chunks are kept in {plan.store.name}; to go on, give the same command again"
         ) from None
     finally:
         shown.end()
-    return first, shown.last_mark
+    return marks[0], marks[-1]
 
 
-def _result(
-    plan: Plan, seconds: float, setup: float, engine: str, notes: tuple[str, ...] = ()
-) -> SweepResult:
+def _result(plan: Plan, seconds: float, setup: float, engine: str) -> SweepResult:
     return SweepResult(
         rows=plan.spec.design.rows,
         **store.status_counts(plan.store),
@@ -159,14 +156,15 @@ def _result(
         setup_seconds=setup,
         store=plan.store,
         engine=engine,
-        notes=notes,
     )
 
 
-def _checked(path: Path, spec: CampaignSpec, workers: int, part: tuple[int, int] | None, yes: bool) -> Path:
+def _checked(
+    path: Path, spec: CampaignSpec, workers: int | None, part: tuple[int, int] | None, yes: bool
+) -> Path:
     """Refuse what cannot be meant, before anything is made."""
     store.zarr_at_hand()
-    if workers < 1:
+    if workers is not None and workers < 1:
         raise InputRefused(f"workers = {workers} must be at least 1")
     if part is not None and not 1 <= part[0] <= part[1]:
         raise InputRefused(f"part = {part[0]}/{part[1]} is none: i counts from 1 to N")
@@ -194,13 +192,6 @@ def stored_bytes(spec: CampaignSpec) -> float:
             size *= length
         numbers += size
     return float(spec.design.rows) * (8 * numbers + SMALL)
-
-
-def _begun(spec: CampaignSpec, path: Path, engine: Engine) -> Plan:
-    """The store, made where there is none; the first driver chooses the chunk."""
-    if not (path / "zarr.json").is_file():
-        store.create(path, spec, engine.chunk(spec))
-    return Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
 
 
 def _todo(plan: Plan, part: tuple[int, int] | None) -> list[int]:

@@ -1,15 +1,12 @@
-"""One chunk of work, from the SPEC to the store, and how far a campaign is."""
+"""One chunk of work, from the SPEC to the store."""
 
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from cabledrive.campaign.rows import ManyRows, compute_rows, counts
+from cabledrive.campaign.rows import compute_rows, counts
 from cabledrive.campaign.spec import CampaignSpec
-from cabledrive.campaign.store import chunk_bounds, open_arrays, write_chunk
-from cabledrive.parameters.terminal import TerminalLine, on_a_terminal
-from cabledrive.simulation.run import rounded_time
+from cabledrive.campaign.store import chunk_bounds, write_chunk
 
 WORK = 5.0
 """Of a chunk, where the SPEC leaves it open [s]."""
@@ -56,16 +53,6 @@ def do_chunk(number: int, plan: Plan) -> Report:
     return Report(number=number, **counts(chunk.code), seconds=time.perf_counter() - began)
 
 
-def loaded(plan: Plan) -> None:
-    """Load what the first chunk would wait for: the store's arrays, kernels of rows computed at once.
-
-    Kernels of single rows are loaded with the first row, since it may take as long as a chunk.
-    """
-    open_arrays(plan.store)
-    if isinstance(plan.spec.computation, ManyRows):
-        plan.spec.computation.many(plan.spec, plan.spec.values(0, 1))
-
-
 def chosen_chunk(spec: CampaignSpec, workers: int) -> int:
     """Rows of about five seconds of work, by a trial of the first rows; kernels are compiled by then."""
     rows = spec.design.rows
@@ -90,51 +77,3 @@ def untried_chunk(spec: CampaignSpec, workers: int) -> int:
     """Rows of a chunk where the first rows cannot be tried."""
     shared = -(-spec.design.rows // (CHUNKS_EACH * workers))
     return min(spec.chunk or min(UNTRIED, shared), spec.design.rows)
-
-
-ON_A_TERMINAL, ELSEWHERE = 0.5, 30.0
-"""Seconds between two lines."""
-
-
-class CampaignProgress:
-    """Adds up chunks and shows a line, rewritten in place on a terminal, else one every half minute.
-
-    It starts with those of the campaign's rows that were done, refused and failed before.
-    """
-
-    def __init__(self, rows: int, done: dict[str, int], *, shown: bool) -> None:
-        self._rows, self._shown = rows, shown
-        self._line = TerminalLine() if on_a_terminal() else None
-        self.done, self.bad = done["done"], done["refused"] + done["failed"]
-        self._from, self._began = self.done, time.monotonic()
-        self._last = self._began
-        self.last_mark = time.monotonic()
-
-    def add(self, report: Report) -> None:
-        """Count a chunk."""
-        self.last_mark = now = time.monotonic()
-        self.done += report.done
-        self.bad += report.refused + report.failed
-        between = ON_A_TERMINAL if self._line is not None else ELSEWHERE
-        if self._shown and now - self._last >= between:
-            self._last = now
-            self._write(self.line(now))
-
-    def line(self, now: float) -> str:
-        """The line at a time of the monotonic clock."""
-        rate = (self.done - self._from) / max(now - self._began, 1e-9)
-        left = (self._rows - self.done) / rate if rate > 0.0 else None
-        parts = [f"{self.done} of {self._rows} rows", f"{rate:.4g} rows/s", f"{self.bad} refused or failed"]
-        parts += [f"{rounded_time(left)} left"] if left is not None else []
-        return ", ".join(parts)
-
-    def _write(self, line: str) -> None:
-        if self._line is not None:
-            self._line.write(line)
-        else:
-            print(line, file=sys.stderr, flush=True)
-
-    def end(self) -> None:
-        """Clear the line."""
-        if self._line is not None:
-            self._line.clear()

@@ -1,107 +1,92 @@
-"""The C99 package of a controller: header, sources, self-test, its vectors, and what its step needs."""
+"""The C99 package of a controller, plant or loop: sources, self-test with its vectors, what a user needs."""
 
 import json
 from dataclasses import replace
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
+from cabledrive.export.block import Block, samples_csv, templates
+from cabledrive.export.controller_block import controller_block
 from cabledrive.export.self_test import self_test
 from cabledrive.export.single_precision import SinglePrecision
-from cabledrive.export.source import ExportSource
-from cabledrive.export.target_program import (
-    TargetProgram,
-    needed_rise,
-    runtime_text,
-    target_program,
-    templates,
-)
-from cabledrive.export.translation.nodes import Precision, mentions
+from cabledrive.export.source import NOTE, ExportSource, plant_loop
+from cabledrive.export.system_block import new_loop, system_block
+from cabledrive.export.translation.nodes import mentions
+from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters.drive_file import drive_text
-from cabledrive.parameters.version import __version__
+from cabledrive.rig.closed_loop.loop_kernels import loop_step, new_plant_state, plant_step
 
-HEADER, SOURCE, CHECK = "cabledrive_law.h", "cabledrive_law.c", "check.c"
+SAMPLES, SEED = 500, 20
+MOTION = (0.5, 0.03, 0.01, 1)
+"""Of a system's self-test: load angle [rad], rise, dwell [s], pulses."""
 
 
 def controller_package(source: ExportSource, single: SinglePrecision | None = None) -> dict[str, str]:
     """Files of a controller in C99, by name; ``single``: written for single precision."""
-    law = source.law if single is None else single.law
-    source = replace(source, law=law, notes=(*source.notes, single.note) if single else source.notes)
-    made = target_program(law, Precision(single=single is not None))
-    code = controller_code(source, made, 0.0 if single is None else single.tolerance)
-    vectors = self_test(law)
+    if single:
+        source = replace(source, law=single.law, notes=(*source.notes, single.note))
+    block, law = controller_block(source, single.tolerance if single else None), source.law
+    vectors = self_test(law).csv(law.encoders, law.columns)
+    code, check = block.code(), templates().get_template("check.c.jinja").render()
+    return _packaged(source, code, check, vectors) | {"README.md": _readme(block, code[f"{block.file}.c"])}
+
+
+def _packaged(source: ExportSource, code: dict[str, str], check: str, vectors: str) -> dict[str, str]:
     files = code | {
-        CHECK: templates().get_template("check.c.jinja").render(),
-        "vectors.csv": vectors.csv(law.encoders, law.columns),
+        "check.c": check,
+        "vectors.csv": vectors,
         "controller.json": json.dumps(source.data, indent=1, allow_nan=False) + "\n",
     }
-    if source.drive is not None:
-        files["drive.toml"] = drive_text(source.drive)
-    return files | {"README.md": _readme(source, made, files, 0.0 if single is None else single.tolerance)}
+    return files if source.drive is None else files | {"drive.toml": drive_text(source.drive)}
 
 
-def controller_code(source: ExportSource, made: TargetProgram, tolerance: float = 0.0) -> dict[str, str]:
-    """Header and source of a translated controller; ``tolerance``: of its self-test [N m]."""
-    words = _words(source, made, tolerance)
-    functions = made.program.functions()
-    shell = templates().get_template("law.c.jinja")
-    tables = made.program.used_tables(
-        functions + made.start_call + made.step_call + ("RISE" if words["generator"] else "")
-    )
-    body = shell.render(
-        **words, functions=functions, tables=tables, runtime=runtime_text(made.program.precision, functions)
-    )
-    return {HEADER: templates().get_template("law.h.jinja").render(**words), SOURCE: body}
+def _readme(block: Block, code: str) -> str:
+    law, program, state = block.words["law"], block.program, block.words["state"]
+    size = 4 if program.precision.single else 8
 
+    def held(array: np.ndarray) -> int:
+        return array.size * (size if array.dtype.kind == "f" else 4)
 
-def _words(source: ExportSource, made: TargetProgram, tolerance: float) -> dict[str, Any]:
-    law, precision = source.law, made.program.precision
-    named = source.drive.title or source.drive.name if source.drive is not None else "controller"
-    return {
-        "title": f"{named}: {law.name}",
-        "version": __version__,
-        "caution": source.c_caution,
-        "law": law,
-        "encoders": law.encoders,
-        "columns": law.columns,
-        "counts": [precision.literal(count) for count in law.counts],
-        "single": precision.single,
-        "literal": precision.literal,
-        "tolerance": f"{tolerance:.3g}" if tolerance else "0.0",
-        "structs": made.program.structs(),
-        "generator": bool(made.row_call),
-        "order": needed_rise(law) if made.row_call else 0,
-        "step": made.step,
-        "start_call": made.start_call,
-        "step_call": made.step_call,
-        "row_call": made.row_call,
-    }
-
-
-def _readme(source: ExportSource, made: TargetProgram, files: dict[str, str], tolerance: float) -> str:
-    law, words = source.law, _words(source, made, tolerance)
-    size = 4 if made.program.precision.single else 8
-    state = sum(
-        part.size * (size if part.dtype.kind == "f" else 4)
-        for part in (*made.state.controller, *made.state[1:])
-    )
-    used = files[SOURCE]
-    tables = sum(
-        array.size * (size if array.dtype.kind == "f" else 4)
-        for name, (array, _) in made.program.tables.items()
-        if mentions(used, name)
-    )
     hertz = "" if law.bandwidth is None else f"Bandwidth {law.bandwidth:.4g} Hz. "
-    return (
-        templates()
-        .get_template("README.md.jinja")
-        .render(
-            **words | {"counts": list(zip(law.encoders, law.counts, strict=True))},
-            settings=hertz + f"Sample time {law.sample_time:g} s.",
-            limit=f"{law.torque_limit:.6g} N m"
-            if isfinite(law.torque_limit)
-            else "no bound (the drive has no limit)",
-            notes=source.notes,
-            state_bytes=state,
-            table_bytes=tables,
-        )
+    return block.rendered(
+        "README.md.jinja",
+        counts=list(zip(law.encoders, law.counts, strict=True)),
+        settings=hertz + f"Sample time {law.sample_time:g} s.",
+        limit=f"{law.torque_limit:.6g} N m"
+        if isfinite(law.torque_limit)
+        else "no bound (the drive has no limit)",
+        notes=block.notes,
+        state_bytes=sum(held(part) for part in (*state.controller, *state[1:])),
+        table_bytes=sum(held(array) for name, (array, _) in program.tables.items() if mentions(code, name)),
     )
+
+
+def system_package(source: ExportSource, what: str) -> dict[str, str]:
+    """Files of a plant or loop in C99, by name."""
+    inputs = ("u [N m]", "motor_torque [N m]", "load_torque [N m]")[what == "loop" :]
+    block = system_block(source, what)
+    check = block.rendered("check_system.c.jinja", inputs=len(inputs), motion=[repr(v) for v in MOTION])
+    files = _packaged(source, block.code(), check, _system_vectors(source, what, inputs))
+    return files | {"README.md": block.rendered("README_system.md.jinja", note=NOTE)}
+
+
+def _system_vectors(source: ExportSource, what: str, inputs: tuple[str, ...]) -> str:
+    """Random torques, and the load angles that the interpreted kernels give."""
+    law, plant = source.law, plant_loop(source)
+    generator = np.random.default_rng(SEED)
+    strength = np.array([0.3, 0.02, 0.02])[-len(inputs) :]
+    given = np.repeat(strength * generator.standard_normal((SAMPLES // 10, len(inputs))), 10, axis=0)
+    numbers: tuple[Any, ...] = (plant.plant, plant.rig)
+    state: Any = new_plant_state(*numbers) if what == "plant" else new_loop(law, plant)
+    step, moved = interpreted(plant_step), state
+    if what == "loop":
+        step, moved = interpreted(loop_step), state.plant
+        state.path.motion.scalars[:] = (law.load_gear * MOTION[0], *MOTION[1:])
+        numbers = (*numbers, law.observer, law.law, law.reference, law.torque_limit)
+    angles = np.zeros(SAMPLES)
+    for k, row in enumerate(given.tolist()):
+        step(*numbers, state, *row)
+        angles[k] = moved.x[plant.chain.size - 1]
+    return samples_csv([*inputs, "load_angle [rad]"], given, angles)

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Tree
 
+from cabledrive.export.block import templates
 from cabledrive.export.source import lumped_models
-from cabledrive.export.target_program import templates
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.version import __version__

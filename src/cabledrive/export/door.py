@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.control.own_controller import ControllerProtocol
-from cabledrive.export.c99 import controller_package
+from cabledrive.export.c99 import controller_package, system_package
+from cabledrive.export.cable_block import cable_block
+from cabledrive.export.controller_block import controller_block
 from cabledrive.export.descriptions import klipper_files, mjcf_files, modelica_files
-from cabledrive.export.fmu import cable_fmu, fmu_package
+from cabledrive.export.fmu import fmu_package
 from cabledrive.export.single_precision import single_precision
 from cabledrive.export.source import NOTE, ExportSource, read_drive, read_machine, read_source
-from cabledrive.export.system_package import system_package
+from cabledrive.export.system_block import system_block
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.files import umask
 from cabledrive.reduction.network_axis import axis_notes
@@ -98,7 +100,8 @@ def _package(
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
     """Files of a controller, plant or loop, and notes."""
     if format in ("fmu2", "fmu3"):
-        return fmu_package(found, int(format[-1]), what)
+        block = controller_block(found) if what == "controller" else system_block(found, what)
+        return fmu_package(block, int(format[-1]))
     if what != "controller":
         return system_package(found, what), [*found.notes, NOTE]
     if not float32:
@@ -114,9 +117,10 @@ def _cable(place: Path, source: Any, format: str, controller: Any, axis: str | N
     if controller is not None or axis is not None:
         raise InputRefused("the cable holds no controller and all axes: leave --controller and --axis out")
     drive = read_machine(source)
-    files, notes, cable = cable_fmu(drive, int(format[-1]))
+    block = cable_block(drive)
+    files, notes = fmu_package(block, int(format[-1]))
     write_folder(place, files)
-    return _said(format, files, cable.interval, content_hash(drive), notes)
+    return _said(format, files, block.interval, content_hash(drive), notes)
 
 
 def _model(place: Path, source: Any, format: str, what: str, axis: str | None) -> dict[str, Any]:

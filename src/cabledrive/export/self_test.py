@@ -8,7 +8,8 @@ import numpy as np
 from cabledrive.control.controller_kernels import PathState, path_row
 from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.reference import NO_LOAD, new_reference_state
-from cabledrive.export.target_program import needed_rise, path_state, target_kernel
+from cabledrive.export.block import samples_csv
+from cabledrive.export.controller_block import needed_rise, path_state, target_kernel
 from cabledrive.export.translation.source import interpreted
 from cabledrive.rig.laws.controller_file import ControllerFile
 
@@ -31,9 +32,7 @@ class Vectors:
     def csv(self, encoders: tuple[str, ...], columns: tuple[str, ...]) -> str:
         """One line a sample, 17 digits a number, the command last."""
         heads = [*(f"{name}_encoder [rad]" for name in encoders), *columns, "command [N m]"]
-        rows = np.column_stack((self.readings, self.references, self.commands))
-        lines = [",".join(f"{value:.17g}" for value in row) for row in rows.tolist()]
-        return "\n".join([",".join(heads), *lines]) + "\n"
+        return samples_csv(heads, self.readings, self.references, self.commands)
 
 
 def self_test(law: ControllerFile, samples: int = SAMPLES, seed: int = SEED) -> Vectors:

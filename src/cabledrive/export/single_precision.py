@@ -13,9 +13,9 @@ import numpy as np
 
 from cabledrive.control.controller_kernels import new_target_state, path_row, start_target, target_step
 from cabledrive.control.numbers import DARC, LINEAR, start_estimates
+from cabledrive.export.controller_block import needed_rise, path_state
 from cabledrive.export.self_test import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
 from cabledrive.export.source import ExportSource, loop_on
-from cabledrive.export.target_program import needed_rise, path_state
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.loop_kernels import new_plant_state, plant_read, plant_step

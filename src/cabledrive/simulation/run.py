@@ -11,51 +11,12 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.files import check_writable, one_process
-from cabledrive.parameters.terminal import TerminalLine, on_a_terminal
+from cabledrive.parameters.terminal import Progress
 from cabledrive.simulation.keeping import RESULT, Records, RecordsInFolder, left_behind, part_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.plan import copy_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun
 from cabledrive.simulation.result import RunResult
-
-SECONDS_BETWEEN = 0.5
-
-
-class Progress:
-    """Progress of a run of some length [s], rewritten twice a second, by default where a terminal reads."""
-
-    def __init__(self, duration: float, shown: bool | None) -> None:
-        self._duration = duration
-        self._shown = on_a_terminal() if shown is None else shown
-        self._began = self._last = time.monotonic()
-        self._from: float | None = None
-        self._line = TerminalLine()
-
-    def at(self, simulated: float) -> None:
-        """Show the time reached in the run [s]."""
-        now = time.monotonic()
-        if self._from is None:
-            self._from, self._began = simulated, now
-        if not self._shown or now - self._last < SECONDS_BETWEEN or simulated <= self._from:
-            return
-        self._last = now
-        left = (now - self._began) * (self._duration - simulated) / (simulated - self._from)
-        share = 100.0 * simulated / self._duration
-        words = f"{simulated:.4g} s of {self._duration:.4g} s ({share:.0f} %)"
-        self._line.write(f"{words}, {rounded_time(left)} left")
-
-    def end(self) -> None:
-        """Clear the line."""
-        self._line.clear()
-
-
-def rounded_time(seconds: float) -> str:
-    """A time [s] in seconds, minutes or hours."""
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    minutes = seconds / 60.0
-    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"
-
 
 NODE_STEPS_PER_CHUNK = 20_000_000
 SECONDS_PER_COMMIT = 5.0
@@ -76,7 +37,7 @@ def integrate_run(
     whether to show on standard error how far it is; None: where that is a terminal.
     """
     began = time.perf_counter()
-    watch = Progress(case.grid.records * case.grid.interval, progress)
+    watch = Progress(case.grid.records, progress)
     state, done, stopped = _chunks(case, records, *(resumed or (case.first_state(), 0)), watch)
     watch.end()
     rows, fields = records.arrays()
@@ -105,7 +66,8 @@ def _chunks(
             if stopped:
                 return fresh, done + len(rows), stopped
             state, done = fresh, done + count
-            watch.at(done * case.grid.interval)
+            reached, whole = (n * case.grid.interval for n in (done, case.grid.records))
+            watch.at(done, f"{reached:.4g} s of {whole:.4g} s ({100.0 * reached / whole:.0f} %)")
             if time.monotonic() - committed > SECONDS_PER_COMMIT:
                 if unwritten := _written(records.commit, state, done):
                     return state, done, unwritten

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.failures import QUIET, note
+from cabledrive.app.failures import QUIET
 from cabledrive.app.options import Subcommand, answering, force_option, option
 from cabledrive.app.results import FORCE, Answer, provenance
 from cabledrive.parameters import InputRefused
@@ -40,7 +40,7 @@ class Part(click.ParamType):  # type: ignore[type-arg]
 @option("-o --output", "path", "Store, made or resumed.", required=True, metavar="STORE.zarr")
 @option("--workers", "count", "Processes on this machine; default: its cores.")
 @option("--scheduler", "URL", "A running scheduler instead, such as tls://host:8786.")
-@option("--part", Part(), "Part i of N of an array job, in this process.", metavar="i/N")
+@option("--part", Part(), "Part i of N of an array job, in one process.", metavar="i/N")
 @option("--yes", "flag", "More than 10^7 rows or 100 GB are meant.")
 def command(
     spec: str,
@@ -64,15 +64,13 @@ def command(
     found = run_sweep(
         spec,
         output,
-        workers=workers if workers is not None else available_cores(),
+        workers=workers or (None if scheduler else 1 if part else available_cores()),
         scheduler=scheduler,
         part=part,
         yes=yes,
         force=bool(click.get_current_context().meta.get(FORCE)),
         progress=False if quiet else None,
     )
-    for words in found.notes:
-        note(words)
     names = ("rows", "done", "refused", "failed", "seconds", "setup_seconds", "engine")
     data = {name: getattr(found, name) for name in names} | {"store": str(output)}
     left = found.rows - found.done

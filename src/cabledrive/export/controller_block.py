@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from cabledrive.control.controller_kernels import (
     PathState,
@@ -20,8 +19,10 @@ from cabledrive.control.controller_kernels import (
 from cabledrive.control.numbers import start_estimates
 from cabledrive.control.own_controller import stepped
 from cabledrive.control.reference import MotionNumbers, new_reference_state
-from cabledrive.export.translation.nodes import REAL, Precision, Scalar, Value, View, mentions
-from cabledrive.export.translation.program import Program, Translated
+from cabledrive.export.block import Block, given, output
+from cabledrive.export.source import ExportSource
+from cabledrive.export.translation.nodes import REAL, Precision, Scalar, Value, View
+from cabledrive.export.translation.program import Program
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.trajectories import rise_coefficients
@@ -84,52 +85,65 @@ def as_numbers(gains: Any, name: str) -> Any:
     return array.astype(np.float64) if isinstance(gains, tuple | list) or array.dtype.kind == "f" else array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TargetProgram:
-    """A translated controller.
+def controller_block(source: ExportSource, tolerance: float | None = None) -> Block:
+    """Translate a controller and its generator; refused if a user's step leaves the subset.
 
-    ``step``: its kernel; ``start_call``, ``step_call``, ``row_call``: calls in the API's own names.
+    ``tolerance``: of the self-test of one in single precision [N m].
     """
-
-    program: Program
-    step: Translated
-    start_call: str
-    step_call: str
-    row_call: str
-    state: Any
-
-
-def target_program(law: ControllerFile, precision: Precision | None = None) -> TargetProgram:
-    """Translate a file's controller and its generator; refused if a user's step leaves the subset."""
-    program, kernel = Program(precision), target_kernel(law)
-    readings, columns = len(law.encoders), len(law.columns)
+    law, program = source.law, Program(Precision(single=tolerance is not None))
+    kernel, literal = target_kernel(law), program.precision.literal
     c = program.state("cd_law", "law", kernel.state)
     numbers = [program.frozen(name, part) for name, part in kernel.numbers.items()]
-    y = Value("y", View(REAL, (readings,)))
+    y = Value("y", View(REAL, (len(law.encoders),)))
     program.tables["START"] = (kernel.begin, "estimates or memory to begin with")
     start = Value("START", View(REAL, (len(kernel.begin),)))
-    limit = Value(program.precision.literal(law.torque_limit), Scalar(REAL))
-    ref = Value("ref", View(REAL, (1, columns)))
+    limit = Value(literal(law.torque_limit), Scalar(REAL))
+    ref = Value("ref", View(REAL, (1, len(law.columns))))
     began, start_call = program.root(kernel.start, [start, c, y])
     step, step_call = program.root(kernel.step, [*numbers, limit, c, y, ref])
     if not (began.written and step.written):
         raise NotComputed("the controller keeps no state: its kernels are not those of a target")
-    row_call = ""
-    if law.reference is not None:
-        row_call = _generator(program, law)
-    return TargetProgram(
+    named, generated = source.drive, law.reference is not None
+    return Block(
+        what="controller",
+        drive=named.name if named is not None else "drive",
+        title=f"{(named.title or named.name) if named is not None else 'controller'}: {law.name}",
+        interval=law.sample_time,
         program=program,
-        step=step,
-        start_call=start_call,
-        step_call=step_call,
-        row_call=row_call,
-        state=kernel.state,
+        words={
+            "caution": source.c_caution,
+            "law": law,
+            "encoders": law.encoders,
+            "columns": law.columns,
+            "counts": [literal(count) for count in law.counts],
+            "single": program.precision.single,
+            "tolerance": f"{tolerance:.3g}" if tolerance else "0.0",
+            "generator": generated,
+            "order": needed_rise(law) if generated else 0,
+            "step": step,
+            "start_call": start_call,
+            "step_call": step_call,
+            "row_call": _generator(program, law) if generated else "",
+            "state": kernel.state,
+            "shafts": (),
+        },
+        variables=[
+            *(given(f"{name}_encoder", "rad", "angle read") for name in law.encoders),
+            *(given(f"ref_{i}", "", column) for i, column in enumerate(law.columns)),
+            *COMMANDED,
+        ],
+        notes=list(source.notes),
     )
+
+
+COMMANDED = (
+    output("command", "N.m", "limited command"),
+    output("kept", "", "1 where the last command was kept"),
+)
 
 
 def _generator(program: Program, law: ControllerFile) -> str:
     """Translate the reference generator; returns its call."""
-    assert law.reference is not None
     order = needed_rise(law)
     program.tables["RISE"] = (
         np.array(rise_coefficients(order)),
@@ -153,20 +167,3 @@ def path_state(law: ControllerFile, order: int) -> PathState:
     assert law.reference is not None
     motion = MotionNumbers(coefficients=np.array(rise_coefficients(order)), scalars=np.zeros(4))
     return PathState(motion=motion, generator=new_reference_state(law.reference))
-
-
-EXPONENTS = {False: ("uint64_t", "0x7ff0000000000000u"), True: ("uint32_t", "0x7f800000u")}
-
-
-def templates() -> Environment:
-    """The shells around translated kernels, and models in other languages."""
-    return Environment(
-        loader=PackageLoader("cabledrive.export"), undefined=StrictUndefined, keep_trailing_newline=True
-    )
-
-
-def runtime_text(precision: Precision, text: str) -> str:
-    """The few functions below the kernels, those that a text uses."""
-    word, exponent = EXPONENTS[precision.single]
-    template = templates().get_template("runtime.c.jinja")
-    return template.render(word=word, exponent=exponent, used=lambda name: mentions(text, name))
