@@ -71,8 +71,8 @@ class Expressions:
             return value
         if (value.type.kind, kind) != (INT, REAL):
             self.source.refuse(node, f"{value.type.kind} where {kind} is wanted,")
-        if value.type.value is not None:
-            return Value(self.program.precision.literal(float(value.type.value)), Scalar(REAL))
+        if value.known is not None:
+            return Value(self.program.precision.literal(float(value.known)), Scalar(REAL))
         return Value(f"(real){value.text}", Scalar(REAL), pure=value.pure)
 
     def _constant(self, node: ast.Constant) -> Value:
@@ -116,13 +116,10 @@ class Expressions:
         base = self.value(node.value)
         places = list(node.slice.elts) if isinstance(node.slice, ast.Tuple) else [node.slice]
         if isinstance(base.type, Group) and not base.text:  # of a shape
-            place = self.whole(places[0]).type
-            assert isinstance(place, Scalar)
-            if place.value is None or len(places) > 1:
+            place = self.whole(places[0]).known
+            if place is None or len(places) > 1:
                 self.source.refuse(node, "a length that is not known beforehand")
-            length = base.type.items[int(place.value)]
-            assert isinstance(length, Scalar)
-            return constant(int(length.value or 0))
+            return constant(int(Value("", base.type.items[int(place)]).known or 0))
         if not isinstance(base.type, View) or len(places) > len(base.type.shape):
             self.source.refuse(node, "this subscript")
         return self._part(node, base, base.type, places)
@@ -141,13 +138,12 @@ class Expressions:
                 fixed, shape = fixed + low * strides[i], (high - low, *shape)
                 continue
             index = self.whole(place)
-            assert isinstance(index.type, Scalar)
-            if index.type.value is None:
+            if index.known is None:
                 moving.append(index.text if strides[i] == 1 else f"({index.text} * {strides[i]})")
-            elif -view.shape[i] <= index.type.value < view.shape[i]:  # from the end as in Python
-                fixed += int(index.type.value) % view.shape[i] * strides[i]
+            elif -view.shape[i] <= index.known < view.shape[i]:  # from the end as in Python
+                fixed += int(index.known) % view.shape[i] * strides[i]
             else:
-                self.source.refuse(node, f"element {index.type.value} of {view.shape[i]}")
+                self.source.refuse(node, f"element {index.known} of {view.shape[i]}")
         if view.size == 0 and moving:
             self.source.refuse(node, "an element of an empty array")
         offset = " + ".join([*moving, *([str(fixed)] if fixed or not moving else [])])
@@ -159,21 +155,16 @@ class Expressions:
     def _bound(self, node: ast.expr | None, default: int) -> int:
         if node is None:
             return default
-        kind = self.whole(node).type
-        assert isinstance(kind, Scalar)
-        if kind.value is None:
+        known = self.whole(node).known
+        if known is None:
             self.source.refuse(node, "a slice whose ends are not known beforehand")
-        return int(kind.value)
+        return int(known)
 
     def _binop(self, node: ast.BinOp) -> Value:
         left, right = node.left, self.value(node.right)
-        whole = type(node.op) in WHOLE and isinstance(left, ast.Name) and left.id in self.scope.natural
-        if (
-            whole
-            and isinstance(right.type, Scalar)
-            and right.type.kind == INT
-            and (right.type.value or 0) > 0
-        ):
+        natural = isinstance(left, ast.Name) and left.id in self.scope.natural
+        counted = isinstance(right.type, Scalar) and right.type.kind == INT and (right.known or 0) > 0
+        if type(node.op) in WHOLE and natural and counted:
             # of a counter that is never negative C rounds as Python does
             return Value(f"({self.value(left).text} {WHOLE[type(node.op)]} {right.text})", Scalar(INT))
         return self.arithmetic(node, self.value(left), node.op, right)
@@ -187,8 +178,8 @@ class Expressions:
         if not (isinstance(a, Scalar) and isinstance(b, Scalar)) or BOOL in (a.kind, b.kind):
             self.source.refuse(node, "arithmetic on something else than numbers")
         whole = a.kind == b.kind == INT
-        if whole and a.value is not None and b.value is not None:
-            return self.number(node, compute(a.value, b.value))
+        if whole and left.known is not None and right.known is not None:
+            return self.number(node, compute(left.known, right.known))
         if sign in ("//", "%", "**"):
             self.source.refuse(node, f"{sign} of numbers that are not known beforehand")
         if not whole or sign == "/":
@@ -199,24 +190,22 @@ class Expressions:
     def _unaryop(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):
             one = self.truth(node.operand)
-            known = one.type.value if isinstance(one.type, Scalar) else None
-            return constant(not known) if known is not None else Value(f"(!{one.text})", Scalar(BOOL))
+            return constant(not one.known) if one.known is not None else Value(f"(!{one.text})", Scalar(BOOL))
         one = self.value(node.operand)
         if not isinstance(node.op, ast.USub) or not isinstance(one.type, Scalar) or one.type.kind == BOOL:
             self.source.refuse(node, f"the operator {type(node.op).__name__}")
-        if one.type.value is not None:
-            return constant(-one.type.value)
-        return Value(f"(-{one.text})", Scalar(one.type.kind))
+        return (
+            constant(-one.known) if one.known is not None else Value(f"(-{one.text})", Scalar(one.type.kind))
+        )
 
     def _boolop(self, node: ast.BoolOp) -> Value:
         both = isinstance(node.op, ast.And)
         parts = []
         for each in node.values:
             one = self.truth(each)
-            assert isinstance(one.type, Scalar)
-            if one.type.value is None:
+            if one.known is None:
                 parts.append(one.text)
-            elif one.type.value != both:  # decides: the rest is not looked at
+            elif one.known != both:  # decides: the rest is not looked at
                 if not parts:
                     return constant(not both)
                 parts.append(one.text)
@@ -243,17 +232,16 @@ class Expressions:
         if type(op) not in COMPARISONS or not (isinstance(x, Scalar) and isinstance(y, Scalar)):
             self.source.refuse(node, "a comparison of something else than numbers")
         sign, compute = COMPARISONS[type(op)]
-        if x.value is not None and y.value is not None:
-            return constant(bool(compute(x.value, y.value)))
+        if left.known is not None and right.known is not None:
+            return constant(bool(compute(left.known, right.known)))
         if x.kind != y.kind:
             left, right = self.converted(node, left, REAL), self.converted(node, right, REAL)
         return Value(f"({left.text} {sign} {right.text})", Scalar(BOOL))
 
     def _ifexp(self, node: ast.IfExp) -> Value:
         test = self.truth(node.test)
-        assert isinstance(test.type, Scalar)
-        if test.type.value is not None:
-            return self.value(node.body if test.type.value else node.orelse)
+        if test.known is not None:
+            return self.value(node.body if test.known else node.orelse)
         left, right = self.value(node.body), self.value(node.orelse)
         x, y = left.type, right.type
         if not (isinstance(x, Scalar) and isinstance(y, Scalar)):
@@ -295,7 +283,7 @@ class Calls(Expressions):
             self.source.refuse(node, "a call with keywords or a star")
         if called in (min, max):
             return self._extreme(node, called)
-        single = {abs: self._absolute, float: self._float, int: self._int, len: self._len}
+        single = {abs: self._absolute, float: self.real, int: self._int, len: self._len}
         if any(called is one for one in single):
             return single[called](node.args[0])
         if called is math.isfinite:
@@ -323,9 +311,6 @@ class Calls(Expressions):
 
     def _absolute(self, node: ast.expr) -> Value:
         return Value(f"fabs{self.program.precision.suffix}({bare(self.real(node).text)})", Scalar(REAL))
-
-    def _float(self, node: ast.expr) -> Value:
-        return self.real(node)
 
     def _int(self, node: ast.expr) -> Value:
         one = self.value(node)

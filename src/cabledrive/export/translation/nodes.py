@@ -69,6 +69,11 @@ class Value:
     roots: frozenset[str] = frozenset()
     pure: bool = True
 
+    @property
+    def known(self) -> int | bool | None:
+        """The integer or truth value that it is known to be before the program runs."""
+        return self.type.value if isinstance(self.type, Scalar) else None
+
 
 def unknown(kind: Kind) -> Kind:
     """The type without what is known of its value."""

@@ -151,9 +151,8 @@ class Scope:
         kind = self.local.get(name) or self.given.get(name)
         if kind is None:
             return None
-        if isinstance(kind, Scalar) and kind.value is not None:
-            return Value(literal_of(kind.value), kind)
-        return Value(c_name(name), kind, frozenset([c_name(name)]))
+        found = Value(c_name(name), kind, frozenset([c_name(name)]))
+        return found if found.known is None else Value(literal_of(found.known), kind)
 
     def fresh(self, kind: Kind) -> str:
         """A new local of the translation's own."""

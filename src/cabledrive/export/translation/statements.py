@@ -78,8 +78,7 @@ class Statements(Calls):
             block.append(Node(target=name, value=value.text, pure=value.pure))
             parts = [Value(f"{name}.v{i}", kind, value.roots) for i, kind in enumerate(value.type.items)]
         for one, part in zip(target.elts, parts, strict=True):
-            known = part.type.value if isinstance(part.type, Scalar) else None
-            self.assign(one, part if known is None else constant(known), block)
+            self.assign(one, part if part.known is None else constant(part.known), block)
 
     def _unpack_array(self, node: ast.Assign, target: ast.Tuple, value: Value, block: Block) -> None:
         assert isinstance(value.type, View)
@@ -104,8 +103,11 @@ class Statements(Calls):
 
     def _held(self, value: Value, block: Block) -> Value:
         literal = value.text.strip("()-").replace(".", "").replace("e", "").replace("f", "").isalnum()
-        known = isinstance(value.type, Scalar) and value.type.value is not None
-        if known or (literal and value.text.strip("()-")[:1].isdigit()) or not isinstance(value.type, Scalar):
+        if (
+            value.known is not None
+            or (literal and value.text.strip("()-")[:1].isdigit())
+            or not isinstance(value.type, Scalar)
+        ):
             return value
         name = self.scope.fresh(Scalar(value.type.kind))
         block.append(Node(target=name, value=bare(value.text)))
@@ -132,7 +134,7 @@ class Statements(Calls):
         if isinstance(kind, Record | Group):
             self.source.refuse(target, f"{name} as a name for several values")
         once = self.source.assigned[name] == 1 and name not in self.scope.given
-        if once and isinstance(kind, Scalar) and kind.value is not None and name not in self.scope.real:
+        if once and value.known is not None and name not in self.scope.real:
             self.scope.known[name] = value
             return
         try:
@@ -157,9 +159,8 @@ class Statements(Calls):
 
     def _if(self, node: ast.If, block: Block) -> bool:
         test = self.truth(node.test)
-        assert isinstance(test.type, Scalar)
-        if test.type.value is not None:
-            inner, left = self.block(node.body if test.type.value else node.orelse)
+        if test.known is not None:
+            inner, left = self.block(node.body if test.known else node.orelse)
             block += inner
             return left
         (then, first), (other, second) = self.block(node.body), self.block(node.orelse)
@@ -180,26 +181,23 @@ class Statements(Calls):
         if (self.source.assigned[name] > 1 and name in self.scope.local) or name in self.scope.counters:
             self.source.refuse(node, f"{name}, which counts a loop and is set elsewhere,")
         start, stop, step = self._range(node, given)
-        if step.type == Scalar(INT, 0) or not isinstance(step.type, Scalar) or step.type.value is None:
+        if not step.known:
             self.source.refuse(node, "a loop whose step is not known beforehand")
-        known = [
-            v.type.value for v in (start, stop) if isinstance(v.type, Scalar) and v.type.value is not None
-        ]
-        if len(known) == 2 and not range(known[0], known[1], step.type.value):
-            return False
-        if len(known) < 2 and isinstance(stop.type, Scalar) and stop.type.value is None:
+        if start.known is not None and stop.known is not None:
+            if not range(start.known, stop.known, step.known):
+                return False
+        elif stop.known is None:
             held = self.scope.fresh(Scalar(INT))  # Python asks for the end once
             block.append(Node(target=held, value=bare(stop.text)))
             stop = Value(held, Scalar(INT))
         self.scope.counters.add(name)
-        lowest = start if step.type.value > 0 else stop
-        bound = lowest.type.value if isinstance(lowest.type, Scalar) else None
-        if bound is not None and bound >= (0 if lowest is start else -1):
+        lowest = start if step.known > 0 else stop
+        if lowest.known is not None and lowest.known >= (0 if lowest is start else -1):
             self.scope.natural.add(name)
         inner, _ = self.block(node.body)
         self.scope.counters.remove(name)
         self.scope.natural.discard(name)
-        up, count, size = step.type.value > 0, c_name(name), abs(step.type.value)
+        up, count, size = step.known > 0, c_name(name), abs(step.known)
         change = f"{'++' if up else '--'}{count}" if size == 1 else f"{count} {'+' if up else '-'}= {size}"
         head = f"int32_t {count} = {start.text}; {count} {'<' if up else '>'} {stop.text}; {change}"
         block.append(Node(text=f"for ({head})", blocks=[inner], loop=True))
