@@ -129,12 +129,18 @@ class Kind:
     @property
     def numbers(self) -> dict[str, str]:
         """Options that can be varied, with their units."""
-        plain = (TEXT, FLAG)
-        return {
-            name: unit
-            for name, unit in self.options.items()
-            if unit not in plain and not unit.startswith(LIST) and name != "count"
+        numbers = {
+            name: unit for name, unit in self.options.items() if not unit.startswith((TEXT, FLAG, LIST))
         }
+        return {name: unit for name, unit in numbers.items() if name != "count"}
+
+    @staticmethod
+    def read(key: str, value: Any, unit: str) -> Any:
+        """An option of the SPEC, in SI; ``unit``: as in `options`."""
+        if unit.startswith(LIST):
+            return list(quantities_of(key, value, unit.removeprefix(LIST)))
+        plain = {TEXT: text_of, FLAG: flag_of, "count": whole_of}
+        return plain[unit](key, value) if unit in plain else quantity_of(key, value, unit)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,7 +150,11 @@ class NamedComputation:
     what: str  # name of its kind
     options: Mapping[str, Any]  # in SI
     outputs: tuple[Output, ...]
-    identity: str
+
+    @property
+    def identity(self) -> str:
+        """Its kind."""
+        return self.what
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -186,7 +196,7 @@ def named_computation(table: Mapping[str, Any]) -> NamedComputation:
             continue
         if key not in kind.options:
             raise InputRefused(f'unknown key "compute.{key}"{nearest(key, kind.options, "compute.")}')
-        options[key] = _option(f"compute.{key}", value, kind.options[key])
+        options[key] = kind.read(f"compute.{key}", value, kind.options[key])
     everything = {output.name: output for output in kind.outputs(options)}
     wanted = table.get("outputs", list(kind.default))
     if not isinstance(wanted, list) or not wanted:
@@ -194,25 +204,9 @@ def named_computation(table: Mapping[str, Any]) -> NamedComputation:
     for name in wanted:
         if name not in everything:
             raise InputRefused(f'compute.outputs: "{name}" is no output{nearest(str(name), everything)}')
-    outputs = tuple(everything[name] for name in dict.fromkeys(wanted))
-    return NamedComputation(
-        what=what,
-        options=options | {"outputs": tuple(output.name for output in outputs)},
-        outputs=outputs,
-        identity=what,
-    )
-
-
-def _option(key: str, value: Any, unit: str) -> Any:
-    if unit == TEXT:
-        return text_of(key, value)
-    if unit == FLAG:
-        return flag_of(key, value)
-    if unit == "count":
-        return whole_of(key, value)
-    if unit.startswith(LIST):
-        return list(quantities_of(key, value, unit.removeprefix(LIST)))
-    return quantity_of(key, value, unit)
+    names = tuple(dict.fromkeys(wanted))
+    outputs = tuple(everything[name] for name in names)
+    return NamedComputation(what=what, options=options | {"outputs": names}, outputs=outputs)
 
 
 def check_required(computation: NamedComputation, varied: Mapping[str, Any]) -> None:

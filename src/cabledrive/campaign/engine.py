@@ -18,10 +18,10 @@ from threading import Thread
 from typing import Any
 from unittest.mock import patch
 
-from cabledrive.campaign.rows import Chunk, compute_rows, counts, joined, lost_row
+from cabledrive.campaign.rows import Chunk, compute_rows, joined, lost_row
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.store import write_chunk
-from cabledrive.campaign.work import Plan, Report, chosen_chunk, do_chunk, untried_chunk
+from cabledrive.campaign.work import Plan, chosen_chunk, do_chunk, untried_chunk
 from cabledrive.parameters import InputRefused, NotComputed
 
 METHOD = "forkserver" if sys.platform == "linux" else "spawn"
@@ -35,6 +35,10 @@ CERTAIN = 2
 
 BEGIN = 0.05
 """Of a task that does nothing but begin a process [s]."""
+
+
+Counts = dict[str, int]
+"""Rows done, refused and failed."""
 
 
 class Here(Executor):
@@ -120,8 +124,8 @@ class Engine:
                 return untried_chunk(spec, self._count)
             return rows
 
-    def reports(self, plan: Plan, todo: Sequence[int]) -> Iterator[Report | None]:
-        """A report of each chunk as it is done, None when they begin; `OSError` if the disk refuses."""
+    def reports(self, plan: Plan, todo: Sequence[int]) -> Iterator[Counts | None]:
+        """Rows of each chunk as it is done, None when they begin; `OSError` if the disk refuses."""
         left, losses = deque(todo), Counter[int]()
         while left:
             with self._opened(plan.spec) as executor:
@@ -136,9 +140,9 @@ class Engine:
 
     def _until_lost(
         self, executor: Executor, plan: Plan, left: deque[int], losses: Counter[int]
-    ) -> Iterator[Report]:
-        """Reports until no chunk is left, or a process has ended; what it had in hand is left once more."""
-        busy: dict[Future[Report], int] = {}
+    ) -> Iterator[Counts]:
+        """The same until no chunk is left, or a process has ended; what it had in hand is left once more."""
+        busy: dict[Future[Counts], int] = {}
         broken = False
         while busy or (left and not broken):
             while left and not broken and len(busy) < self._count:
@@ -182,19 +186,16 @@ def part_words(part: tuple[int, int] | None) -> str:
     return "" if part is None else f"{part[0]} of {part[1]}"
 
 
-def do_alone(number: int, plan: Plan) -> Report:
+def do_alone(number: int, plan: Plan) -> Counts:
     """Compute a chunk that may have ended a process: as any other first, to the same bits, then row by row.
 
     `NotComputed` if processes end before any row.
     """
-    began = time.perf_counter()
     with Processes(plan.spec, 1) as process, suppress(BrokenExecutor):
-        report: Report = process.submit(do_chunk, number, plan).result()
-        return report
+        found: Counts = process.submit(do_chunk, number, plan).result()
+        return found
     first, last = plan.bounds(number)
-    chunk = joined([_row_alone(plan.spec, row) for row in range(first, last)])
-    write_chunk(plan.store, first, chunk)
-    return Report(number=number, **counts(chunk.code), seconds=time.perf_counter() - began)
+    return write_chunk(plan.store, first, joined([_row_alone(plan.spec, row) for row in range(first, last)]))
 
 
 def _row_alone(spec: CampaignSpec, row: int) -> Chunk:

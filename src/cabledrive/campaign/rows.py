@@ -2,13 +2,12 @@
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.computation import FLAG, TEXT, Found, Output, Row
+from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Found, Row
 from cabledrive.campaign.keys import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, settings_of
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, NotComputed
@@ -21,19 +20,8 @@ UNKNOWN = -1
 LOST = "the process ended while this row was computed, twice alone: {why}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Chunk:
-    """What the rows of a chunk gave."""
-
-    variables: dict[str, NDArray[Any]]
-    """Varied keys and outputs, each (rows, ...); without a value NaN, empty or `UNKNOWN`."""
-    code: NDArray[np.int8]  # (rows,)
-    reason: NDArray[Any]  # (rows,)
-    seed: NDArray[np.uint64]  # (rows,)
-    time: NDArray[np.float64]  # (rows,) [s]
-
-
-PER_ROW = ("code", "reason", "seed", "time")
+Chunk = dict[str, NDArray[Any]]
+"""What rows gave: varied keys and outputs by name, each (rows, ...), and code, reason, seed, time [s]."""
 
 
 @runtime_checkable
@@ -57,14 +45,12 @@ def row_seeds(seed: int, first: int, last: int) -> NDArray[np.uint64]:
     return np.asarray((z ^ (z >> np.uint64(31))) >> np.uint64(11))
 
 
-def empty(output: Output, rows: int) -> NDArray[Any]:
-    """An output before it is known, shape (rows, ...)."""
-    shape = (rows, *output.shape)
-    if output.kind == TEXT:
-        return np.full(shape, "", dtype=object)
-    if output.kind == FLAG:
-        return np.full(shape, UNKNOWN, dtype=np.int8)
-    return np.full(shape, np.nan)
+EMPTY: dict[str, tuple[Any, Any]] = {
+    NUMBER: (np.float64, np.nan),
+    FLAG: (np.int8, UNKNOWN),
+    TEXT: (object, ""),
+}
+"""Type of an output by its kind, and its value before it is known."""
 
 
 def compute_rows(spec: CampaignSpec, first: int, last: int) -> Chunk:
@@ -78,53 +64,48 @@ def compute_rows(spec: CampaignSpec, first: int, last: int) -> Chunk:
             done, columns = found
             for name in outputs:
                 outputs[name][done] = columns[name][done]
-            chunk.time[done] = (time.perf_counter() - began) / done.size
+            chunk["time"][done] = (time.perf_counter() - began) / done.size
     for i in np.flatnonzero(~done):
         began = time.perf_counter()
         row = {key: column[i] for key, column in values.items()}
-        given, chunk.code[i], chunk.reason[i] = _one(spec, row, int(chunk.seed[i]))
-        chunk.time[i] = time.perf_counter() - began
+        given, chunk["code"][i], chunk["reason"][i] = _one(spec, row, int(chunk["seed"][i]))
+        chunk["time"][i] = time.perf_counter() - began
         for name in given.keys() & outputs.keys():
             outputs[name][i] = _stored(given[name], outputs[name].dtype)
     return chunk
 
 
-def _begun(spec: CampaignSpec, first: int, last: int) -> tuple[dict[str, Any], dict[str, Any], Chunk]:
+def _begun(spec: CampaignSpec, first: int, last: int) -> tuple[Chunk, Chunk, Chunk]:
     """Values of the keys and outputs by name, and the chunk that holds them, before anything is computed."""
-    count = last - first
-    values = spec.values(first, last)
-    outputs = {output.name: empty(output, count) for output in spec.computation.outputs}
-    chunk = Chunk(
-        variables=values | outputs,
-        code=np.full(count, DONE, dtype=np.int8),
-        reason=np.full(count, "", dtype=object),
-        seed=row_seeds(spec.seed, first, last),
-        time=np.zeros(count),
-    )
-    return values, outputs, chunk
+    count, values, outputs = last - first, spec.values(first, last), {}
+    for output in spec.computation.outputs:
+        dtype, fill = EMPTY[output.kind]
+        outputs[output.name] = np.full((count, *output.shape), fill, dtype=dtype)
+    about = {
+        "code": np.full(count, DONE, dtype=np.int8),
+        "reason": np.full(count, "", dtype=object),
+        "seed": row_seeds(spec.seed, first, last),
+        "time": np.zeros(count),
+    }
+    return values, outputs, values | outputs | about
 
 
 def lost_row(spec: CampaignSpec, row: int, why: str) -> Chunk:
     """A row that ended its process each time it was computed."""
-    chunk = _begun(spec, row, row + 1)[2]
-    chunk.code[0], chunk.reason[0] = FAILED, LOST.format(why=why)
+    *_, chunk = _begun(spec, row, row + 1)
+    chunk["code"][0], chunk["reason"][0] = FAILED, LOST.format(why=why)
     return chunk
 
 
 def joined(chunks: Sequence[Chunk]) -> Chunk:
     """Rows of several chunks as one."""
-    alike = {name: np.concatenate([getattr(one, name) for one in chunks]) for name in PER_ROW}
-    names = chunks[0].variables
-    return Chunk(
-        variables={name: np.concatenate([one.variables[name] for one in chunks]) for name in names}, **alike
-    )
+    return {name: np.concatenate([one[name] for one in chunks]) for name in chunks[0]}
 
 
 def _stored(value: Any, dtype: Any) -> Any:
     """A value as its array takes it: an unknown flag is `UNKNOWN`, an unknown number NaN."""
-    if value is None:
-        return "" if dtype.kind == "O" else UNKNOWN if dtype.kind == "i" else np.nan
-    return value
+    fill = {"O": "", "i": UNKNOWN, "f": np.nan}
+    return fill[dtype.kind] if value is None else value
 
 
 def _one(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> tuple[Mapping[str, Any], int, str]:

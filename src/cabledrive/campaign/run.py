@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -137,7 +138,7 @@ def _run(plan: Plan, todo: list[int], engine: Engine, progress: bool | None) -> 
         for report in engine.reports(plan, todo):
             marks.append(time.monotonic())
             if report is not None:
-                done, bad = done + report.done, bad + report.refused + report.failed
+                done, bad = done + report["done"], bad + report["refused"] + report["failed"]
             shown.at(done, f"{done} of {rows} rows, {bad} refused or failed")
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
@@ -185,12 +186,7 @@ def _checked(
 
 def stored_bytes(spec: CampaignSpec) -> float:
     """Bytes of all rows before compression; texts are not known and not counted."""
-    numbers = len(spec.units)
-    for output in spec.computation.outputs:
-        size = 1
-        for length in output.shape:
-            size *= length
-        numbers += size
+    numbers = len(spec.units) + sum(prod(output.shape) for output in spec.computation.outputs)
     return float(spec.design.rows) * (8 * numbers + SMALL)
 
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.computation import FLAG, TEXT
+from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Output
 from cabledrive.campaign.rows import NOT_YET, UNKNOWN, Chunk, counts
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, drive_text
@@ -69,6 +69,8 @@ FORMAT = 1
 CAMPAIGN = "cabledrive_campaign"
 EXTRA = "campaigns need an extra: pip install 'cabledrive[campaign]'"
 STATUS = "code"
+STORED: dict[str, tuple[Any, Any]] = {NUMBER: ("f8", np.nan), FLAG: ("i1", UNKNOWN), TEXT: (str, "")}
+"""Type of a variable by its kind, and what stands where nothing is known."""
 
 
 def zarr_at_hand() -> Any:
@@ -126,41 +128,39 @@ def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
         }
     )
 
-    def array(name: str, dtype: Any, fill: Any, attributes: dict[str, Any], *extra: Any) -> None:
-        dims, shape = extra or ((), ())
+    first = spec.values(0, 1)
+    keys = [
+        Output(
+            name=key,
+            unit=unit,
+            meaning=key,
+            kind=NUMBER if unit else FLAG if first[key].dtype == bool else TEXT,
+        )
+        for key, unit in spec.units.items()
+    ]
+    meanings = "0 done, 1 defect, 2 refused, 3 not completed, -1 not yet computed"
+    about = (
+        ("i1", NOT_YET, Output(name=STATUS, unit="", meaning=f"status of the row: {meanings}", kind=TEXT)),
+        (str, "", Output(name="reason", unit="", meaning="why the row is not done, in one line", kind=TEXT)),
+        ("u8", 0, Output(name="seed", unit="", meaning="seed of the row's random numbers", kind=TEXT)),
+        ("f8", np.nan, Output(name="time", unit="s", meaning="time that the row took")),
+    )
+    variables = [(*STORED[one.kind], one) for one in (*keys, *spec.computation.outputs)]
+    for dtype, fill, one in (*variables, *about):
+        attributes: dict[str, Any] = {"long_name": one.meaning}
+        if one.kind == NUMBER:
+            attributes["units"] = "1" if one.unit == "count" else one.unit
+        elif one.kind == FLAG:
+            attributes |= {"flag_meanings": "unknown no yes", "flag_values": [UNKNOWN, 0, 1]}
         group.create_array(
-            name,
-            shape=(rows, *shape),
-            chunks=(min(chunk, rows), *shape),
+            one.name,
+            shape=(rows, *one.shape),
+            chunks=(min(chunk, rows), *one.shape),
             dtype=dtype,
             fill_value=fill,
-            dimension_names=("row", *dims),
-            attributes=attributes,
+            dimension_names=("row", *one.dims),
+            attributes=attributes | ({"varied": 1} if one in keys else {}),
         )
-
-    for key, unit in spec.units.items():
-        given = spec.values(0, 1)[key]
-        about = {"units": "1" if unit == "count" else unit, "long_name": key, "varied": 1}
-        if unit:
-            array(key, "f8", np.nan, about)
-        elif given.dtype == bool:
-            array(key, "i1", UNKNOWN, {"long_name": key, "varied": 1, "flag_meanings": "unknown no yes"})
-        else:
-            array(key, str, "", {"long_name": key, "varied": 1})
-    for output in spec.computation.outputs:
-        about = {"long_name": output.meaning}
-        if output.kind == TEXT:
-            array(output.name, str, "", about, output.dims, output.shape)
-        elif output.kind == FLAG:
-            about |= {"flag_meanings": "unknown no yes", "flag_values": [UNKNOWN, 0, 1]}
-            array(output.name, "i1", UNKNOWN, about, output.dims, output.shape)
-        else:
-            array(output.name, "f8", np.nan, about | {"units": output.unit}, output.dims, output.shape)
-    meanings = "0 done, 1 defect, 2 refused, 3 not completed, -1 not yet computed"
-    array(STATUS, "i1", NOT_YET, {"long_name": f"status of the row: {meanings}"})
-    array("reason", str, "", {"long_name": "why the row is not done, in one line"})
-    array("seed", "u8", 0, {"long_name": "seed of the row's random numbers"})
-    array("time", "f8", np.nan, {"long_name": "time that the row took", "units": "s"})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the consolidated copy of the metadata is an extension of Zarr 3
         zarr.consolidate_metadata(str(folder))
@@ -272,17 +272,18 @@ def open_arrays(path: Path) -> dict[str, Any]:
     return _arrays(path, (path / "zarr.json").stat().st_mtime_ns)
 
 
-def write_chunk(path: Path, first: int, chunk: Chunk) -> None:
-    """Write the rows of a chunk; their status last, when they are on the disk, or `OSError` if it refuses."""
-    arrays, last = open_arrays(path), first + chunk.code.size
-    for name, values in chunk.variables.items():
-        arrays[name][first:last] = values.astype(np.int8) if values.dtype == bool else values
-    for name in ("reason", "seed", "time"):
-        arrays[name][first:last] = getattr(chunk, name)
-    number, written = first // arrays[STATUS].chunks[0], [*chunk.variables, "reason", "seed", "time"]
-    sync_chunk(path, written, number)
-    arrays[STATUS][first:last] = chunk.code
+def write_chunk(path: Path, first: int, chunk: Chunk) -> dict[str, int]:
+    """Write rows, their status last, when they are on the disk; `OSError` if it refuses. Returns `counts`."""
+    arrays, status = open_arrays(path), chunk[STATUS]
+    number, rows = first // arrays[STATUS].chunks[0], slice(first, first + status.size)
+    names = [name for name in chunk if name != STATUS]
+    for name in names:
+        values = chunk[name]
+        arrays[name][rows] = values.astype(np.int8) if values.dtype == bool else values
+    sync_chunk(path, names, number)
+    arrays[STATUS][rows] = status
     sync_chunk(path, [STATUS], number)
+    return counts(status)
 
 
 def status_counts(path: Path) -> dict[str, int]:

@@ -4,7 +4,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from cabledrive.campaign.rows import compute_rows, counts
+from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.store import chunk_bounds, write_chunk
 
@@ -33,24 +33,10 @@ class Plan:
         return chunk_bounds(number, self.chunk, self.spec.design.rows)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Report:
-    """What became of a chunk."""
-
-    number: int
-    done: int  # rows
-    refused: int  # rows
-    failed: int  # rows
-    seconds: float  # of the process that computed and wrote it
-
-
-def do_chunk(number: int, plan: Plan) -> Report:
-    """Compute a chunk and write it; `OSError` if the disk refuses."""
-    began = time.perf_counter()
+def do_chunk(number: int, plan: Plan) -> dict[str, int]:
+    """Compute a chunk and write it; `OSError` if the disk refuses. Returns `counts` of its rows."""
     first, last = plan.bounds(number)
-    chunk = compute_rows(plan.spec, first, last)
-    write_chunk(plan.store, first, chunk)
-    return Report(number=number, **counts(chunk.code), seconds=time.perf_counter() - began)
+    return write_chunk(plan.store, first, compute_rows(plan.spec, first, last))
 
 
 def chosen_chunk(spec: CampaignSpec, workers: int) -> int:
