@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import described, meaning, nearest
+from cabledrive.parameters.fields import described, meaning, require_known
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, text_of, whole_of
 
 NUMBER, FLAG, TEXT = "number", "flag", "text"
@@ -187,23 +187,20 @@ def named_computation(table: Mapping[str, Any]) -> NamedComputation:
     """The computation of a table ``[compute]``; refused: an unknown key or output, another unit."""
     known = kinds()
     what = text_of("compute.what", table.get("what", ""))
-    if what not in known:
-        raise InputRefused(f'compute.what = "{what}" is not known{nearest(what, known)}')
+    require_known(what, known, f'compute.what = "{what}" is not known')
     kind = known[what]
     options: dict[str, Any] = {}
     for key, value in table.items():
         if key in ("what", "outputs", "chunk"):
             continue
-        if key not in kind.options:
-            raise InputRefused(f'unknown key "compute.{key}"{nearest(key, kind.options, "compute.")}')
+        require_known(key, kind.options, f'unknown key "compute.{key}"', "compute.")
         options[key] = kind.read(f"compute.{key}", value, kind.options[key])
     everything = {output.name: output for output in kind.outputs(options)}
     wanted = table.get("outputs", list(kind.default))
     if not isinstance(wanted, list) or not wanted:
         raise InputRefused('compute.outputs is no list: write such as ["longitudinal_hz"]')
     for name in wanted:
-        if name not in everything:
-            raise InputRefused(f'compute.outputs: "{name}" is no output{nearest(str(name), everything)}')
+        require_known(name, everything, f'compute.outputs: "{name}" is no output')
     names = tuple(dict.fromkeys(wanted))
     outputs = tuple(everything[name] for name in names)
     return NamedComputation(what=what, options=options | {"outputs": names}, outputs=outputs)

@@ -12,7 +12,7 @@ import numpy as np
 from cabledrive.campaign.vary import Axis
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest, written
+from cabledrive.parameters.fields import require_known, written
 from cabledrive.parameters.toml_values import text_of, whole_of
 
 LARGEST_SOBOL = 2**30
@@ -176,12 +176,10 @@ DESIGN_WORDS = ("kind", "rows", "seed", "base")
 def design_of(table: Mapping[str, Any], axes: tuple[Axis, ...], seed: int) -> NamedDesign:
     """The design of ``[design]``; refused: an unknown key, rows that do not fit what is varied."""
     for key in table:
-        if key not in DESIGN_WORDS:
-            raise InputRefused(f'unknown key "design.{key}"{nearest(key, DESIGN_WORDS, "design.")}')
+        require_known(key, DESIGN_WORDS, f'unknown key "design.{key}"', "design.")
     counted = all(axis.counted for axis in axes)
     kind = text_of("design.kind", table.get("kind", "list" if counted else "sobol"))
-    if kind not in POINTS:
-        raise InputRefused(f'design.kind = "{kind}" is not known{nearest(kind, POINTS)}')
+    require_known(kind, POINTS, f'design.kind = "{kind}" is not known')
     if "base" in table and kind not in GROUPED:
         raise InputRefused(f"design.base is for kind = saltelli or morris: give rows to {kind}")
     rows = whole_of("design.rows", table["rows"]) if "rows" in table else None

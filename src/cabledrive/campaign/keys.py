@@ -5,7 +5,7 @@ from functools import cache
 from typing import Any
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.frequency_curves import unit_in_file
 
@@ -50,8 +50,7 @@ def unit_of(key: str, options: Mapping[str, str], drives: Iterable[Drive | Route
 def _known(key: str, name: str, units: Mapping[str, str], place: str) -> str:
     if not units:
         raise InputRefused(f'unknown key "{key}": this computation has no number that can be varied')
-    if name not in units:
-        raise InputRefused(f'unknown key "{key}"{nearest(name, units, place)}')
+    require_known(name, units, f'unknown key "{key}"', place)
     return units[name]
 
 

@@ -21,7 +21,7 @@ from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, unit_of
 from cabledrive.campaign.vary import Axis, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import described, meaning, nearest
+from cabledrive.parameters.fields import described, meaning, require_known
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.toml_values import quantity_of, read_toml, table_of, text_of, whole_of
 
@@ -99,8 +99,7 @@ def spec_of(
 ) -> CampaignSpec:
     """A campaign from the tables of its SPEC, files named from a folder; refused if not understood."""
     for key in content:
-        if key not in TABLES:
-            raise InputRefused(f'unknown key "{key}"{nearest(key, TABLES)}')
+        require_known(key, TABLES, f'unknown key "{key}"')
     compute = table_of("compute", content.get("compute", {}))
     made: Computation = computation or named_computation(compute)
     options = kinds()[made.what].numbers if isinstance(made, NamedComputation) else {}
@@ -159,8 +158,7 @@ def _drives(given: Any, folder: Path) -> dict[str, Drive | RoutedDrive]:
 def _quantities(content: Mapping[str, Any], name: str, units: Mapping[str, str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in table_of(name, content.get(name, {})).items():
-        if key not in units:
-            raise InputRefused(f'unknown key "{name}.{key}"{nearest(key, units, f"{name}.")}')
+        require_known(key, units, f'unknown key "{name}.{key}"', f"{name}.")
         unit, place = units[key], f"{name}.{key}"
         found[key] = whole_of(place, value) if unit == "count" else quantity_of(place, value, unit)
     return found

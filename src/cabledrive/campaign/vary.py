@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest, written
+from cabledrive.parameters.fields import nearest, require_known, written
 from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.toml_values import quantity_of, table_of, text_of, whole_of
 
@@ -128,8 +128,7 @@ def flattened(table: Mapping[str, Any], place: str = "") -> dict[str, Any]:
 
 def _varied(key: str, entry: Mapping[str, Any], unit: str, folder: Path) -> Varied:
     for word in entry:
-        if word not in KNOWN:
-            raise InputRefused(f'{key}: unknown key "{word}"{nearest(word, KNOWN)}')
+        require_known(word, KNOWN, f'{key}: unknown key "{word}"')
     forms = [form for form in FORMS if form in entry and form != "to"]
     if len(forms) != 1:
         words = "from and to, values, normal, lognormal, triangular, table or same_as"

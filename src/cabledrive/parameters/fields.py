@@ -235,6 +235,12 @@ def _number(name: str, value: Any, unit: str) -> float:
         raise InputRefused(f"{name} has more digits than a double can hold: give a finite number") from None
 
 
+def require_known(word: str, known: Iterable[str], line: str, place: str = "") -> None:
+    """Refuse a word that is none of those known, by a line to which the nearest one is added."""
+    if word not in known:
+        raise InputRefused(line + nearest(word, known, place))
+
+
 def nearest(word: str, known: Iterable[str], place: str = "") -> str:
     """Suggest the known word, behind a place like "cable.", that a mistyped one probably meant, or all."""
     known = sorted(known)
