@@ -78,7 +78,7 @@ def errors_in(peaks) -> str:
     return f"own zero {own}; true {true}; first pulse {first} deg"
 
 
-@pytest.mark.parametrize("draws", [20, WHOLE])
+@pytest.mark.parametrize("draws", [10, WHOLE])
 def test_law_that_learns_keeps_within_its_encoders_count(draws, measured):
     """99 of 100 draws within 0.036 deg of the encoder's zero, 0.050 deg true; first pulse 0.10 deg."""
     peaks, _ = learning(draws)
@@ -101,9 +101,9 @@ def test_friction_of_the_load_stays_in_the_error_and_out_of_beta(measured):
 @pytest.mark.parametrize(
     "rubbing", [False, True], ids=["load without friction", "up to 0.02 N m at the load"]
 )
-@pytest.mark.parametrize("draws", [20, WHOLE])
+@pytest.mark.parametrize("draws", [10, WHOLE])
 def test_beta_after_one_pulse_and_the_coverage_of_its_interval(draws, rubbing, measured):
-    """Of twenty draws the lower end only: as many hold as 93 % leave but once in 1,000."""
+    """Of ten draws the lower end only: as many hold as 93 % leave but once in 1,000."""
     _, learnt = learning(draws, rubbing)
     covered, worst = learnt[:, 2:].sum(axis=0), np.abs(learnt[:, 0]).max()
     held = dict(zip(INTERVALS, covered / draws, strict=True))
