@@ -250,10 +250,10 @@ what = "resonance"
 def test_thresholds_at_once_equal_those_of_the_single_command(name, tmp_path, measured, monkeypatch):
     """Masses, damping and torque far from the drive's own, light drive pulleys, spans that sag."""
     spec = spec_of(tomllib.loads(RESONANCES.replace("DRIVE", name)), tmp_path)
-    at_once = compute_rows(spec, 0, 24).variables
+    at_once = compute_rows(spec, 0, 24)
     assert spec.computation.many(spec, spec.values(0, 24))[0].all()
     monkeypatch.setattr(type(spec.computation), "many", lambda *given: None)
-    singly = compute_rows(spec, 0, 24).variables
+    singly = compute_rows(spec, 0, 24)
     largest = 0.0
     for output in spec.computation.outputs:
         one, other = at_once[output.name], singly[output.name]
