@@ -1,11 +1,14 @@
 """What all folders of tests share: the figures that they measure and ``make verify`` keeps; the fast ones."""
 
+import ast
 import hashlib
 import json
+import re
 from collections.abc import Callable
 from datetime import date
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -17,6 +20,7 @@ SLOW = 0.5
 SECONDS_BY_TEST = "cabledrive/seconds"
 HERE = Path(__file__).resolve().parent
 KEPT, TABLE = HERE / "build" / "verify.jsonl", HERE / "tests" / "figures.md"
+PATHS = (HERE, HERE / "tests", HERE / "tools")
 PASSED = pytest.StashKey[frozenset[str]]()
 """Tests that `--resume` leaves out."""
 
@@ -26,7 +30,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--resume",
         action="store_true",
-        help=f"leave out what passed before with the same sources, by {KEPT.relative_to(HERE)}; "
+        help=f"leave out what passed before and imports the same sources, by {KEPT.relative_to(HERE)}; "
         f"write {TABLE.relative_to(HERE)}",
     )
     parser.addoption(
@@ -38,7 +42,9 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--resume"):
         handed = getattr(config, "workerinput", {}).get("passed")
         config.stash[PASSED] = frozenset(
-            handed if handed is not None else (one["test"] for one in kept_runs() if one["passed"])
+            handed
+            if handed is not None
+            else (one["test"] for one in kept_runs() if one["passed"] and one["now"])
         )
 
 
@@ -48,17 +54,58 @@ def pytest_configure_node(node: Any) -> None:
     node.workerinput["passed"] = sorted(node.config.stash.get(PASSED, ()))
 
 
-def digest() -> str:
-    """Of what a result may depend on: sources and tests."""
-    files = sorted(path for name in ("src", "tests", "reproduction") for path in (HERE / name).rglob("*.py"))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
+@cache
+def digest(file: str) -> str:
+    """Of what a file of tests may depend on: all that it imports, or everything where it starts processes."""
+    from cabledrive.mechanics.sources import digest_with_imports
+
+    found: set[Path] = set()
+    waiting = [HERE / file, HERE / "conftest.py", HERE / "tests" / "conftest.py"]
+    while waiting:
+        path = waiting.pop()
+        found.add(path)
+        waiting += [own for own in helpers_of(path) if own not in found]
+    if any("subprocess" in path.read_text(encoding="utf-8") for path in found - {HERE / "conftest.py"}):
+        found |= {path for name in ("src", "tests", "reproduction") for path in (HERE / name).rglob("*.py")}
+    with TemporaryDirectory() as folder:
+        parts = [digest_with_imports(plainly(path, Path(folder))) for path in sorted(found)]
+    return hashlib.sha256("".join(parts).encode()).hexdigest()[:16]
+
+
+def plainly(path: Path, folder: Path) -> Path:
+    """A copy of a file that imports what it takes from ``cd``, the whole package, from where that is."""
+    text = path.read_text(encoding="utf-8")
+    used = set(re.findall(r"\bcd\.(\w+)", text))
+    tree = ast.parse((HERE / "src" / "cabledrive" / "__init__.py").read_text(encoding="utf-8"))
+    found = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
+    lines = [f"from {one.module} import {own.name}" for one in found for own in one.names if own.name in used]
+    copy = folder / path.name
+    copy.write_text(text.replace("import cabledrive as cd", "\n".join(lines)), encoding="utf-8")
+    return copy
+
+
+def helpers_of(path: Path) -> set[Path]:
+    """Files of the tests and tools that a file imports."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {one.name for one in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {f"{node.module}.{one.name}" for one in node.names} | {node.module or ""}
+    places = (folder / f"{name.replace('.', '/')}.py" for name in names for folder in PATHS)
+    return {place for place in places if place.is_file()}
 
 
 def kept_runs() -> list[dict[str, Any]]:
-    """The last run of each test with these sources."""
+    """The last run of each test, and whether its sources are as they were."""
     lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.is_file() else []
-    now, runs = digest(), [json.loads(line) for line in lines]
-    return list({one["test"]: one for one in runs if one["sources"] == now}.values())
+    last = {one["test"]: one for one in map(json.loads, lines)}
+    known = (one for one in last.values() if (HERE / file_of(one["test"])).is_file())
+    return [one | {"now": one["sources"] == digest(file_of(one["test"]))} for one in known]
+
+
+def file_of(test: str) -> str:
+    return test.partition("::")[0]
 
 
 @pytest.fixture
@@ -89,12 +136,13 @@ class Keeper:
 
     def __init__(self) -> None:
         KEPT.parent.mkdir(exist_ok=True)
-        self._sources, self._file = digest(), KEPT.open("a", encoding="utf-8")
+        self._file = KEPT.open("a", encoding="utf-8")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if (report.when == "call" and not report.skipped) or report.failed:
             said: dict[str, Any] = {"passed": report.passed, "seconds": round(report.duration, 1)}
-            said |= {"figures": figures_of(report), "day": str(date.today()), "sources": self._sources}
+            said |= {"figures": figures_of(report), "day": str(date.today())}
+            said |= {"sources": digest(file_of(report.nodeid))}
             self._file.write(json.dumps({"test": report.nodeid} | said) + "\n")
             self._file.flush()
 
@@ -105,24 +153,22 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def table(runs: list[dict[str, Any]]) -> str:
-    """What the tests measured, a line each, and which failed."""
-    days = sorted({one["day"] for one in runs})
+    """What the tests measured, a line each, when, and which failed."""
     failed = [f"- `{one['test']}`" for one in runs if not one["passed"]]
-    hours = sum(one["seconds"] for one in runs) / 3600
+    hours, older = sum(one["seconds"] for one in runs) / 3600, sum(not one["now"] for one in runs)
     lines = [
         "# Figures of the last `make verify`",
         "",
-        f"{days[0]} to {days[-1]}: {len(runs) - len(failed)} of {len(runs)} tests passed, "
-        f"{hours:.1f} hours of one core."
-        if runs
-        else "None was run.",
+        f"{len(runs) - len(failed)} of {len(runs)} tests passed, {hours:.1f} hours of one core. "
+        f"Older: {older}, since a file has changed that they import.",
         "",
         *([*failed, ""] if failed else []),
-        "| test | measured |",
-        "|---|---|",
+        "| test | measured | on |",
+        "|---|---|---|",
     ]
     lines += [
-        f"| `{one['test'].removeprefix('tests/').replace('|', ' or ')}` | {words.replace('|', ' or ')} |"
+        f"| `{one['test'].removeprefix('tests/').replace('|', ' or ')}` | {words.replace('|', ' or ')} "
+        f"| {one['day']}{'' if one['now'] else ', older'} |"
         for one in sorted(runs, key=lambda one: str(one["test"]))
         for words in one["figures"]
     ]
