@@ -161,13 +161,13 @@ class ControllerFile:
     drive_hash: str  # content hash of the drive that it was made for
     law: LawNumbers
     observer: ObserverNumbers  # with the gain on which the filter settles
-    late_samples: int = 0  # whole samples of the delay from reading to torque
-    counts: tuple[float, ...] = ()  # one count of each encoder at the first shaft [rad]
-    load_gear: float = 1.0  # angle of the first shaft per angle of the load
-    torque_per_volt: float | None = None  # [N m/V]
-    # what makes the rows of the reference; None in a file of an earlier version
-    reference: ReferenceNumbers | None = None
-    columns: tuple[str, ...] = ()  # names of the reference's columns
+    late_samples: int  # whole samples of the delay from reading to torque
+    counts: tuple[float, ...]  # one count of each encoder at the first shaft [rad]
+    load_gear: float  # angle of the first shaft per angle of the load
+    torque_per_volt: float | None  # [N m/V]
+    # what makes the rows of the reference; None where friction needs a shaft that an own law leaves out
+    reference: ReferenceNumbers | None
+    columns: tuple[str, ...]  # names of the reference's columns
     own: OwnController | None = None  # A controller of the user's own, whose step no file holds
 
 
@@ -244,8 +244,6 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
     try:
         if "scheduled" in str(data.get("about")) or "radius" in data:
             raise InputRefused("is the controller of a carriage, and track moves load pulleys: " + REMEDY)
-        if "drive_hash" not in data:
-            raise InputRefused("has no drive_hash, it was written by version 0.1: run the study again")
         seen, numbers = data["filter"], data["law"]
         law = LawNumbers(int(numbers["kind"]), *(_array(numbers[name]) for name in LawNumbers._fields[1:]))
         if not law.matrix.size:  # a list cannot say how wide an empty table is
@@ -263,7 +261,12 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
             drive_hash=str(data["drive_hash"]),
             law=law,
             own=own,
-            **_target(data),
+            late_samples=int(data["late_samples"]),
+            counts=tuple(float(count) for count in data["counts"]),
+            load_gear=float(data["load_gear"]),
+            torque_per_volt=data["torque_per_volt"],
+            columns=tuple(data["columns"]),
+            reference=None if data["reference"] is None else _reference(data["reference"]),
             observer=ObserverNumbers(
                 kind=kind,
                 chosen=np.array(seen["chosen"], dtype=np.int64),
@@ -284,28 +287,16 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
     return found
 
 
-def _target(data: Mapping[str, Any]) -> dict[str, Any]:
-    """What only a target asks for, and a file of an earlier version lacks."""
-    if "columns" not in data or "reference" not in data:
-        return {}
-    named = {
-        "late_samples": int(data["late_samples"]),
-        "counts": tuple(float(count) for count in data["counts"]),
-        "load_gear": float(data["load_gear"]),
-        "torque_per_volt": data["torque_per_volt"],
-        "columns": tuple(data["columns"]),
-    }
-    if data["reference"] is None:
-        return named
-    numbers = data["reference"]
+def _reference(numbers: Mapping[str, Any]) -> ReferenceNumbers:
+    """What makes the rows of a reference."""
     parts = _filters(numbers, ReferenceNumbers._fields[:-1])
     parts["friction"] = parts["friction"].reshape(-1, 2)
     parts["places"] = np.array(numbers["places"], dtype=np.int64).reshape(-1, 2)
-    load, seen = NO_LOAD, numbers.get("load")
+    load, seen = NO_LOAD, numbers["load"]
     if seen is not None:
         chosen = np.array(seen["chosen"], dtype=np.int64)
         load = LoadRowNumbers(**_filters(seen, LoadRowNumbers._fields) | {"chosen": chosen})
-    return named | {"reference": ReferenceNumbers(**parts, load=load)}
+    return ReferenceNumbers(**parts, load=load)
 
 
 def _filters(numbers: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.control.linear_laws import feedforward_generator
 from cabledrive.control.load_schedule import LoadSchedule
-from cabledrive.control.numbers import DARC, HIGH, LEARNING, LOW, OWN, LawNumbers, start_estimates
+from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_estimates
 from cabledrive.control.own_controller import checked_controller
 from cabledrive.control.reference import reference_numbers
 from cabledrive.control.reference_kernels import reference_table
@@ -82,45 +82,36 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
     if spec.feedforward != "damped":
         raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
     spec = replace(spec, feedback=found.feedback, best=False)
-    made = _designed(found, spec)
-    hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
-    if found.law.kind == LEARNING and found.reference is None:
+    if found.reference is None:
         raise InputRefused("has no generator of its reference: run the study again").at(found.path)
+    given = replace(
+        spec, bandwidth=found.bandwidth
+    )  # the packaged law of that name, for what a run says of it
+    if found.name.endswith("-damped"):  # without the trial runs that chose its gains
+        made = chain_law(given, int(found.name.split("-")[1]), damped=True)
+    elif found.name in KINDS:
+        made = load_learning(given, found.name, found.reference.load.turning)
+    else:
+        made = CONTROLLERS[found.name](given)
+    hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
     rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
     gains = {"file": found.path} | hertz
     changed = replace(made, law=found.law, start=start_estimates(found.law), gains=gains, bandwidth=rate)
-    if found.reference is None:
-        return changed
     motion = motion_numbers(spec.drive, spec.motion)
     table = reference_table(found.reference, motion, spec.interval, spec.samples)
-    return _told(replace(changed, reference=table, generator=found.reference), spec, found.path)
-
-
-def _told(made: Controller, spec: DesignSpec, path: str) -> Controller:
-    """The law of a file with the loads that the motion announces; another law is returned as it is."""
+    made = replace(changed, reference=table, generator=found.reference)
     if made.schedule is None:
         return made
     low, high = (float(end) for end in made.law.learning[[LOW, HIGH], 0])
-    for one in spec.motion.payload:
+    for one in spec.motion.payload:  # that the motion announces
         if not low <= one.factor <= high:
             raise InputRefused(
                 f"payload = {one.factor:.4g} times the load is outside what it is designed for, {low:.4g} to "
                 f"{high:.4g}: announce less, or design it anew with a wider payload_range"
-            ).at(path)
-    told = announced(spec.motion.payload, spec.interval, len(made.reference))
+            ).at(found.path)
     schedule = LoadSchedule(low=low, high=high, points=len(made.law.rows))
+    told = announced(spec.motion.payload, spec.interval, len(table))
     return told_otherwise(replace(made, schedule=schedule), told)
-
-
-def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
-    """The packaged law of that name, for what a run says of it besides its numbers."""
-    if found.name.endswith("-damped"):  # without the trial runs that chose its gains
-        number = int(found.name.split("-")[1])
-        return chain_law(replace(spec, bandwidth=found.bandwidth), number, damped=True)
-    given = replace(spec, bandwidth=found.bandwidth)
-    if found.name in KINDS and found.reference is not None:
-        return load_learning(given, found.name, found.reference.load.turning)
-    return CONTROLLERS[found.name](given)
 
 
 def with_filter(loop: Loop, found: ControllerFile) -> Loop:
