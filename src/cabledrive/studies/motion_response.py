@@ -151,7 +151,13 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     knots = np.linspace(0.0, motion.time[-1], KNOTS) if motion.changes else np.zeros(1)
     drives = [drive_along(drive, motion, t) for t in knots]
     first = _state(drives[0], motion, 0.0, COARSE)
-    content = _content(motion)
+    even = np.linspace(0.0, motion.time[-1], max(motion.time.size, 256))
+    size = amplitudes(np.interp(even, motion.time, motion.torque)[:, None])[:, 0]
+    total = np.cumsum(size**2)
+    place = 1  # of the frequency below which 99.9 % of the torque's power lies [rad/s]
+    if total[-1] > 0.0:
+        place = min(int(np.searchsorted(total, 0.999 * total[-1])) + 2, total.size - 1)
+    content = 2 * pi * place / float(motion.time[-1])
     lowest = float(longitudinal_modes(drives[0], first, 0.0, 2).natural.max())
     fast = content > MOST_FAMILY * lowest
     if fast:  # before so many modes are searched for
@@ -225,17 +231,6 @@ def _above_holding(drive: Drive, motion: PlannedMotion, time: Array, holding: li
         np.broadcast_to(holding, max(len(holding), 2)),
     )
     return np.interp(time, motion.time, motion.torque) + offset - held
-
-
-def _content(motion: PlannedMotion) -> float:
-    """Frequency below which 99.9 % of the torque's power lies [rad/s]."""
-    even = np.linspace(0.0, motion.time[-1], max(motion.time.size, 256))
-    size = amplitudes(np.interp(even, motion.time, motion.torque)[:, None])[:, 0]
-    total = np.cumsum(size**2)
-    if total[-1] <= 0.0:
-        return 2 * pi / float(motion.time[-1])
-    place = min(int(np.searchsorted(total, 0.999 * total[-1])) + 2, total.size - 1)
-    return 2 * pi * place / float(motion.time[-1])
 
 
 def _tensions(

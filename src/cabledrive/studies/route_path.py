@@ -119,24 +119,17 @@ def poses_along(
     moving = {key: values for key, values in places.items() if np.ptp(values) > STILL}
     fixed = {key: float(values[0]) for key, values in places.items() if key not in moving}
     fixed = {key: value for key, value in fixed.items() if abs(value - place_in_file(drive, key)) > STILL}
-    poses, here = _poses_between(moving, time)
-    return [fixed | pose for pose in poses], here
-
-
-def _poses_between(places: Mapping[str, Array], time: Array) -> tuple[list[dict[str, float]], Array]:
-    """Poses of bodies that move, and where between them they are at each instant."""
-    if not places:
-        return [{}], np.zeros(time.size)
-    if len(places) == 1:  # on a line: a way back passes the same poses
-        ((key, values),) = places.items()
+    if not moving:
+        return [fixed], np.zeros(time.size)
+    if len(moving) == 1:  # on a line: a way back passes the same poses
+        ((key, values),) = moving.items()
         grid = np.linspace(values.min(), values.max(), POSES)
-        return [{key: float(one)} for one in grid], np.interp(values, grid, np.arange(POSES))
-    scaled = np.array([values / np.ptp(values) for values in places.values()])
+        return [fixed | {key: float(one)} for one in grid], np.interp(values, grid, np.arange(POSES))
+    scaled = np.array([values / np.ptp(values) for values in moving.values()])
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(scaled), axis=0)))
-    grid = np.linspace(0.0, way[-1], POSES)
-    moving = np.append(True, np.diff(way) > 0.0)
+    grid, goes = np.linspace(0.0, way[-1], POSES), np.append(True, np.diff(way) > 0.0)
     poses = [
-        {key: float(np.interp(one, way[moving], values[moving])) for key, values in places.items()}
+        fixed | {key: float(np.interp(one, way[goes], values[goes])) for key, values in moving.items()}
         for one in grid
     ]
     return poses, np.interp(way, grid, np.arange(POSES))

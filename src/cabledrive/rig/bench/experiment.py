@@ -59,7 +59,8 @@ def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
     return replace(log, channels={**log.channels, CHANNEL: read}, units={**log.units, CHANNEL: "N"})
 
 
-KINDS = ("sines", "multisine", "idinput", "chirp", "steps")
+MULTISINES = ("multisine", "idinput")
+KINDS = ("sines", *MULTISINES, "chirp", "steps")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,27 +125,17 @@ def check_excitation(drive: Drive, excitation: Excitation) -> None:
         raise InputRefused(
             f"band: both ends are {e.band[0]:.6g} Hz: give two frequencies, or one of kind sines"
         )
-    if e.kind not in ("sines", "chirp"):
-        _check_period(e, rate)
-
-
-def _check_period(e: Excitation, rate: float) -> None:
-    samples = e.period * rate
-    if e.kind == "steps":
-        if samples < 2.0:
-            raise InputRefused(
-                f"period = {e.period:.4g} s holds {samples:.2g} samples: lengthen it to 2 or more"
-            )
-        return
-    most = MOST_LOG_MEMORY / BYTES_PER_ROW
-    if samples > most:
+    samples, most = e.period * rate, MOST_LOG_MEMORY / BYTES_PER_ROW
+    if e.kind == "steps" and samples < 2.0:
+        raise InputRefused(f"period = {e.period:.4g} s holds {samples:.2g} samples: lengthen it to 2 or more")
+    if e.kind in MULTISINES and samples > most:
         raise InputRefused(
             f"period = {e.period:.4g} s is above {most / rate:.4g} s at {rate:.6g} Hz: shorten it"
         )
     if e.kind == "idinput" and e.trials * samples > MOST_TRIED_SAMPLES:
-        most = int(MOST_TRIED_SAMPLES / samples)
         raise InputRefused(
-            f"trials = {e.trials} are more than the {most} that this period allows: lower them"
+            f"trials = {e.trials} are more than the {int(MOST_TRIED_SAMPLES / samples)} that this period "
+            "allows: lower them"
         )
 
 
@@ -233,9 +224,6 @@ def experiment(
     log = run_rig(rig, command, rng, source=f"virtual rig of {drive.name}")
     # A lumped chain of routes has no spans whose tension a load cell could measure.
     return log if isinstance(drive, AxisDrive) else with_load_cell(log, drive, rng)
-
-
-MULTISINES = ("multisine", "idinput")
 
 
 def plan_experiment(

@@ -283,7 +283,22 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
         raise InputRefused(f"is no controller ({type(error).__name__}: {error}): {REMEDY}").at(
             place
         ) from None
-    _check(found)
+    size, law, seen = 2 * len(found.shafts), found.law, found.observer
+    fits = law.kind in (DARC, BACKSTEPPING, OWN) or law.rows.shape[-1] == law.matrix.shape[0] + size
+    fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
+    whole = seen.kind in (KALMAN, BY_LOAD) and seen.gains.shape[1:] == seen.output.shape[::-1]
+    wrong = ""
+    if law.kind == OWN and own is None:
+        wrong = (
+            f'holds the filter of "{found.name}", a controller of your own, whose step is code: give that '
+        )
+        wrong += "object in Python"
+    elif found.name not in CONTROLLERS and own is None:
+        wrong = f'holds the law "{found.name}": take one of {", ".join(CONTROLLERS)}'
+    elif not (fits and whole and len(seen.chosen) == size and len(found.encoders) == len(seen.output)):
+        wrong = f"holds arrays that do not fit each other: {REMEDY}"
+    if wrong:
+        raise InputRefused(wrong).at(found.path)
     return found
 
 
@@ -312,21 +327,3 @@ def _array(values: Any) -> Array:
     array = np.array(values, dtype=np.float64)
     array[np.isnan(array)] = np.inf
     return array
-
-
-def _check(found: ControllerFile) -> None:
-    size, law, seen = 2 * len(found.shafts), found.law, found.observer
-    fits = law.kind in (DARC, BACKSTEPPING, OWN) or law.rows.shape[-1] == law.matrix.shape[0] + size
-    fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
-    whole = seen.kind in (KALMAN, BY_LOAD) and seen.gains.shape[1:] == seen.output.shape[::-1]
-    if law.kind == OWN and found.own is None:
-        raise InputRefused(
-            f'holds the filter of "{found.name}", a controller of your own, whose step is code: give that '
-            "object in Python"
-        ).at(found.path)
-    if found.name not in CONTROLLERS and found.own is None:
-        raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(CONTROLLERS)}').at(
-            found.path
-        )
-    if not (fits and whole and len(seen.chosen) == size and len(found.encoders) == len(seen.output)):
-        raise InputRefused(f"holds arrays that do not fit each other: {REMEDY}").at(found.path)

@@ -179,18 +179,6 @@ def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
     )
 
 
-def encoders_read(drive: Drive) -> tuple[float, tuple[int, ...]]:
-    """One count at the rim [m], and the pulleys whose encoders, both of one count, the law listens to."""
-    sensors, (first, second) = drive.sensors, drive.pulley
-    assert sensors is not None
-    own = sensors.drive_encoder or sensors.motor_encoder
-    assert own is not None
-    count = 2.0 * pi * first.radius / own
-    other = 2.0 * pi * second.radius / sensors.load_encoder if sensors.load_encoder else None
-    alike = other is not None and abs(other / count - 1.0) < 1e-9
-    return count, ENCODERS if alike else ENCODERS[:1]
-
-
 POSITIONS, LOOKED_AT = 12, 9
 FINE, LEAST_SUBSTEPS = 0.3, 5
 """Largest angle of the fastest mode in an internal step [rad], and the fewest steps in a sample."""
@@ -237,7 +225,11 @@ def case_of(drive: Drive, goals: Goals) -> CarriageCase:
     design, interval = transporter_with(drive, carriage_values(drive, goals)), sample_interval(drive)
     way = pulse(goals.travel, goals.duration, goals.dwell, pulses=goals.pulses, order=goals.order)
     time = np.asarray(interval * np.arange(round(way.duration / interval)), dtype=np.float64)
-    y, (count, reads) = way(time, 6), encoders_read(drive)
+    y, sensors, (first, second) = way(time, 6), drive.sensors, drive.pulley
+    assert sensors is not None
+    count = 2.0 * pi * first.radius / (sensors.drive_encoder or sensors.motor_encoder or np.inf)
+    other = 2.0 * pi * second.radius / (sensors.load_encoder or np.inf)
+    reads = ENCODERS if abs(other / count - 1.0) < 1e-9 else ENCODERS[:1]  # both, of one count
     limit = min(force_limit(drive), np.inf if goals.torque is None else goals.torque / design.radius)
     ends = (design.start, design.start + goals.travel)
     fastest = 1.2 * max(float(frozen_frequencies(design, x).max()) for x in ends)

@@ -304,11 +304,26 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     goals, control = result.goals, result.controller
     # So that who exports the law is told what the study says of it.
     said = {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
-    if isinstance(control, CarriageController):
-        return _carriage_numbers(result, control, said)
     chosen = result.laws.chosen
     if chosen is None:
         return None
+    if isinstance(control, CarriageController):  # tables over the carriage's place; forces at the rim
+        assert control.bandwidth is not None
+        machine = case_of(result.known, result.goals)
+        limit = machine.limit * machine.design.radius
+        return {
+            "about": "See cabledrive.control.transporter.ScheduledLaw and scheduled_kernels beside it",
+            "name": control.name,
+            "bandwidth_hz": control.bandwidth,
+            "radius": machine.design.radius,
+            "interval": machine.interval,
+            "count": machine.count,
+            "encoders": ["drive", "load"] if control.both else ["drive"],
+            "torque_limit": limit if np.isfinite(limit) else None,
+            "law": plain_numbers(loop_at(machine, control.bandwidth).law._asdict()),
+            "stated_bound": None,
+            "study": said,
+        }
     case = load_case(result.known, goals, result.knowledge)
     numbers = law_and_filter(case.loop(case.law(chosen)), result.known, case.spec.feedback)
     return numbers | {
@@ -316,29 +331,6 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
         "setting": chosen.words,
         "study": said,
         "stated_bound": control.bound if chosen.model is not None and control is not None else None,
-    }
-
-
-def _carriage_numbers(
-    result: StudyResult, found: CarriageController, said: dict[str, str]
-) -> dict[str, Any] | None:
-    """Tables of the scheduled law over the carriage's place; forces at the rim of the drive pulley."""
-    if found.bandwidth is None:
-        return None
-    case = case_of(result.known, result.goals)
-    law = loop_at(case, found.bandwidth).law
-    return {
-        "about": "See cabledrive.control.transporter.ScheduledLaw and scheduled_kernels beside it",
-        "name": found.name,
-        "bandwidth_hz": found.bandwidth,
-        "radius": case.design.radius,
-        "interval": case.interval,
-        "count": case.count,
-        "encoders": ["drive", "load"] if found.both else ["drive"],
-        "torque_limit": case.limit * case.design.radius if np.isfinite(case.limit) else None,
-        "law": plain_numbers(law._asdict()),
-        "stated_bound": None,
-        "study": said,
     }
 
 
