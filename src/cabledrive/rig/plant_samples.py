@@ -300,11 +300,11 @@ def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.
             "and the drive's own part of a sample below, or raise sensors.delay by whole samples"
         )
     random = options.encoder_phase == "random" and not options.ideal_sensors
-    rig = loop.rig._replace(
-        phases=phases if random else loop.rig.phases,
-        late_part=late,
-        forces=loop.rig.forces + shock(drawn, loop.rig.forces.shape[0], interval),
-    )
+    forces, first = loop.rig.forces.copy(), round(drawn["shock_time"] / interval)
+    lasts = max(1, round(drawn["shock_duration"] / interval))  # at least a sample
+    forces[first : first + lasts, 1] += drawn["shock_torque"]
+    phases = phases if random else loop.rig.phases
+    rig = loop.rig._replace(phases=phases, late_part=late, forces=forces)
     if drawn["jitter"] > 0.0:
         rig = rig._replace(jitter=np.clip(drawn["jitter"] * jitter, -0.4 * interval, 0.4 * interval))
     made = loop.controller
@@ -323,14 +323,6 @@ def disturbed_loops(
     """The same on the plants of some draws, each of which has a generator of its own."""
     for draw in draws:
         yield disturbed_loop(loop, disturbances, np.random.default_rng([seed, draw]))
-
-
-def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:
-    """Torque of a shock on motor and load, shape (samples, 2) [N m]; it lasts at least a sample."""
-    forces = np.zeros((samples, 2))
-    first = round(drawn["shock_time"] / interval)
-    forces[first : first + max(1, round(drawn["shock_duration"] / interval)), 1] = drawn["shock_torque"]
-    return forces
 
 
 FIELDS = {

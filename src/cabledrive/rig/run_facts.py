@@ -92,13 +92,8 @@ def motor_words(actual: Drive, *, stepper: bool = False) -> dict[str, str]:
 
 def motion_words(motion: Motion) -> dict[str, Any]:
     """Pulses as the answer has them, the angle in degrees."""
-    return {
-        "angle_deg": motion.angle,
-        "rise": motion.rise,
-        "dwell": motion.dwell,
-        "pulses": motion.pulses,
-        "order": motion.rise_order,
-    }
+    same = {name: getattr(motion, name) for name in ("rise", "dwell", "pulses")}
+    return {"angle_deg": motion.angle, **same, "order": motion.rise_order}
 
 
 def payload_words(motion: Motion) -> dict[str, Any]:

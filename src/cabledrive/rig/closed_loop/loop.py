@@ -76,7 +76,6 @@ class Loop:
     # A plant of the user's own; ``chain`` is then the drive's lumped model with its shafts
     own_plant: OwnPlant | None = None
     named: str = ""  # what the plant is where it is none of the drive's own models
-    pieces: int = 1  # least number of steps of a plant of the user's own in a sample
     disturbed: bool = False  # whether ``plant`` has what data sheets leave out
     pair: Pair | None = None  # two motors on the first shaft, the mean of which is the motor of ``chain``
 
@@ -201,7 +200,6 @@ def close_loop(
         cable=cable_plant(plant_drive, chain, interval, options) if cable else None,
         own_plant=own_plant,
         named=named,
-        pieces=options.substeps,
         chain=chain,
         slack=slack,
         plant=lumped_plant(chain, rig.interval, rate, options, links, controller.field),

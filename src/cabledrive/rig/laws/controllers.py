@@ -243,11 +243,6 @@ def motion_numbers(drive: Drive, motion: Motion) -> MotionNumbers:
     )
 
 
-def darc(spec: DesignSpec, number: int) -> Controller:
-    """Direct adaptive robust controller of a model, as printed; ``number``, {1, 2, 3, 4}."""
-    return chain_law(spec, number, damped=False)
-
-
 def chain_law(
     spec: DesignSpec,
     number: int,

@@ -22,7 +22,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_
 from cabledrive.rig.closed_loop.loop import Loop, plant_chain
 from cabledrive.rig.laws.baselines import BASELINES, backstepping_6, reference_model
 from cabledrive.rig.laws.baselines import NAME as MRAC
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, damped_law, darc, place
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, chain_law, damped_law, place
 from cabledrive.rig.laws.load_learning import (
     CHANGING,
     INDIRECT,
@@ -83,7 +83,7 @@ def stepper(spec: DesignSpec, *, shaped: bool = False) -> Controller:
 
 
 CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
-    **{f"darc-{number}": partial(darc, number=number) for number in (1, 2, 3, 4)},
+    **{f"darc-{number}": partial(chain_law, number=number, damped=False) for number in (1, 2, 3, 4)},
     **{f"darc-{number}-damped": partial(damped_law, number=number) for number in (1, 2, 3, 4)},
     "backstepping": backstepping,
     "backstepping-6": backstepping_6,
