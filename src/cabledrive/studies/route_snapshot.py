@@ -80,26 +80,21 @@ class Snapshot:
         keys = sorted(beside)
         have = [n for n, key in enumerate(keys) if key in self.keys]
         own = [self.keys.index(keys[n]) for n in have]
-        across, coupling = np.full(len(keys), self.reach), np.zeros((count, len(keys), len(keys)))
-        turn = np.zeros((len(keys), self.across_turn.shape[1]))
         places = [(beside[key], beside[key].keys.index(key)) for key in keys]
-        loss = np.array([one.across_loss[place] for one, place in places])
-        shape = (
-            np.array([one.shape[:, place] for one, place in places])
-            .reshape(len(keys), len(self.shape))
-            .T.copy()
-        )
-        across[have], loss[have], turn[have] = self.across[own], self.across_loss[own], self.across_turn[own]
-        coupling[np.ix_(range(count), have, have)] = self.coupling[np.ix_(range(count), own, own)]
-        shape[:, have] = self.shape[:, own]
-        fewer = rearranged(self, "along", np.arange(count), np.ones(count))
+        fewer, size = rearranged(self, "along", np.arange(count), np.ones(count)), len(keys)
         moved: dict[str, Any] = {
-            "across": across,
-            "across_loss": loss,
-            "across_turn": turn,
-            "coupling": coupling,
-            "shape": shape,
+            "across": np.full(size, self.reach),
+            "across_loss": np.array([one.across_loss[place] for one, place in places]),
+            "across_turn": np.zeros((size, self.across_turn.shape[1])),
+            "coupling": np.zeros((count, size, size)),
+            "shape": np.array([one.shape[:, place] for one, place in places])
+            .reshape(size, len(self.shape))
+            .T.copy(),
         }
+        for name in ("across", "across_loss", "across_turn"):
+            moved[name][have] = getattr(self, name)[own]
+        moved["coupling"][:, *np.ix_(have, have)] = fewer.coupling[:, *np.ix_(own, own)]
+        moved["shape"][:, have] = self.shape[:, own]
         return replace(fewer, keys=tuple(keys), **moved)
 
 
