@@ -40,13 +40,8 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
     before, after = first.controller, last.controller
     inside = [within(found.estimates[:pause], before), within(found.estimates[pause:], after)]
     found.summary["estimates_within_bounds"] = all(inside)
-    low, high = LOW, HIGH
-    limits = np.array(
-        [
-            np.minimum(before.law.learning[low], after.law.learning[low]),
-            np.maximum(before.law.learning[high], after.law.learning[high]),
-        ]
-    )
+    both = np.array([before.law.learning, after.law.learning])
+    limits = np.array([both[:, LOW].min(axis=0), both[:, HIGH].max(axis=0)])
     found = replace(found, estimate_bounds=limits)
     early = bound_along(first, done.log[:pause])
     if early is None or found.bound is None:

@@ -98,14 +98,11 @@ def sway(
     for i in range(len(columns) - 1):
         for span in np.flatnonzero((known[i][0] - building) * (known[i + 1][0] - building) < 0.0):
             near, far, number = columns[i], columns[i + 1], int(span)
-            share = brentq(
-                lambda s, near=near, far=far, number=number: (
-                    float(_first_hertz(posed(near + s * (far - near)))[number]) - building
-                ),
-                0.0,
-                1.0,
-                xtol=1e-9,
-            )
+
+            def off(s: float, near: Array = near, far: Array = far, number: int = number) -> float:
+                return float(_first_hertz(posed(near + s * (far - near)))[number]) - building
+
+            share = brentq(off, 0.0, 1.0, xtol=1e-9)
             columns.append(near + share * (far - near))
             known.append(_at(posed(columns[-1]), building, amplitude, (bottom, top)))
     order = np.argsort([column[0] if keys else 0.0 for column in columns], kind="stable")
