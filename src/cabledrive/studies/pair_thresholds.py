@@ -43,19 +43,25 @@ TOO_FAR = "no torque at the longitudinal frequency makes it grow: too far from r
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CoupledPair:
+class NearPair:
     """A longitudinal mode and the one or two transverse modes that it can excite parametrically."""
 
     kind: str  # {"1:2", "sum"}
     longitudinal_hz: float  # [Hz]
-    span: str  # {"upper", "lower"}
-    section: tuple[float, float]  # unstretched ends of the free stretch [m]
-    numbers: tuple[int, int]  # of the transverse modes; twice the same for 1:2
-    transverse_hz: tuple[float, float]  # their frequencies at rest [Hz]
+    span: str  # with most of the coupling; of a loop {"upper", "lower"}
+    transverse_hz: tuple[float, float]  # at rest [Hz]; twice the same for 1:2
     detuning_hz: float  # longitudinal frequency minus the sum of the transverse ones [Hz]
-    # amplitude of the torque at the longitudinal frequency above which they grow [N m]
+    # amplitude of the torque at the (first) motor and the longitudinal frequency above which they grow [N m]
     threshold_torque: float | None
     reason: str = ""  # why there is none
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoupledPair(NearPair):
+    """One of a loop or a line."""
+
+    section: tuple[float, float]  # unstretched ends of the free stretch [m]
+    numbers: tuple[int, int]  # of the transverse modes; twice the same for 1:2
 
 
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:

@@ -29,6 +29,7 @@ from cabledrive.studies.pair_thresholds import (
     NEAR_SUM,
     ONE_TO_TWO,
     SUM,
+    NearPair,
     Waves,
     by_threshold,
     couplings,
@@ -49,21 +50,13 @@ NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond sm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoutePair:
-    """A longitudinal mode and the one or two transverse modes that it can excite parametrically."""
+class RoutePair(NearPair):
+    """One of a machine with routes."""
 
-    kind: str  # {"1:2", "sum"}
-    longitudinal_hz: float  # [Hz]
-    family: str  # what mainly moves in it
-    span: str  # span with most of the coupling
+    family: str  # what mainly moves in the longitudinal mode
     plane: str  # {"v", "w"}
-    transverse_hz: tuple[float, float]  # [Hz]
-    detuning_hz: float  # longitudinal frequency minus the sum of the transverse ones [Hz]
     coupling: float  # :math:`g_{ab}` [1/(m s^2 sqrt(kg))]
     threshold_amplitude: float  # largest strain of the longitudinal mode above which they grow [-]
-    # amplitude of the torque on the first motor's pulley at the longitudinal frequency [N m]
-    threshold_torque: float | None
-    reason: str = ""  # why there is none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -103,11 +103,19 @@ def moved_within(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Candidate:
+class Costed:
     """One bandwidth and what it costs."""
 
+    bandwidth: float  # [Hz]: lambda/(2 pi); of a carriage's law that of the loop round the rigid whole
+    torque: float | None = None  # largest of a run with encoders, their counts included [N m]
+    refused: str = ""  # why it cannot be used; empty where it can
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate(Costed):
+    """One of the law of a chain."""
+
     model: int  # {1, 3, 4}: of the law
-    bandwidth: float  # lambda/(2 pi) [Hz]
     theorem: float | None = None  # largest value of the theorem's tube, friction included [rad]
     # what the springs, dampers and the load within their bounds add, the filter in the loop: each by itself,
     # summed, or all at once, whichever is more [rad]
@@ -115,8 +123,6 @@ class Candidate:
     # what counting and unknown encoder phases add, at the best values or at the ends that push one way [rad]
     sensors: float | None = None
     bound: float | None = None  # all of it [rad]
-    torque: float | None = None  # largest of a run with encoders, their counts included [N m]
-    refused: str = ""  # why it cannot be used; empty where it can
 
 
 def evaluate(case: LoadCase, model: int, hertz: float) -> tuple[Candidate, dict[str, float]]:
@@ -182,19 +188,16 @@ OFF = np.array([0.25, -0.25])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CarriageCandidate:
-    """One bandwidth and what it costs."""
+class CarriageCandidate(Costed):
+    """One of the law of a carriage."""
 
-    bandwidth: float  # of the loop round the rigid whole [Hz]
     nominal: float | None = None  # largest error at the best values, encoders that do not count [m]
     # what each number within its bounds adds, by itself; the root of the squares' sum [m]
     uncertain: float | None = None
     sensors: float | None = None  # what counting adds [m]
     estimate: float | None = None  # all of it, with what the model leaves out [m]; no theorem's bound
-    torque: float | None = None  # largest torque with encoders that count [N m]
     # largest real part of a pole along the way, the cable at its best value and at its bounds [1/s]
     growth: float | None = None
-    refused: str = ""  # why it cannot be used; empty where it can
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
