@@ -15,7 +15,7 @@ from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.identification.one_log import identify
 from cabledrive.identification.planning import sum_of_sines
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig.virtual_rig import run_rig
 
 TITLE = "Identification"
 RATE, MINUTE, MINUTES = 10_000, 600_000, 60

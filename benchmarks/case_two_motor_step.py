@@ -15,7 +15,7 @@ from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import close_loop
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.tuning import design
-from cabledrive.rig.two_motors.plan import design_tensions
+from cabledrive.rig.winch_plan import design_tensions
 
 TITLE = "One control step of the laws of two motors"
 TARGET, SAMPLES = 1e-6, 20_000

@@ -10,7 +10,7 @@ from math import pi
 from pathlib import Path
 
 import cabledrive as cd
-from cabledrive.rig.bench.experiment import Excitation, experiment
+from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals, run_study
 

@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.identification.planning import multisine_lines, random_multisine, sum_of_sines
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig
+from cabledrive.rig.virtual_rig import Imperfections, VirtualRig
 
 TORQUE_PER_VOLT = 10 ** (4.2 / 20)
 """Amplifier gain [N m/V], Eq. (4.20): 4.2 dB."""

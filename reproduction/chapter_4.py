@@ -25,8 +25,8 @@ from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import load_drive
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
-from cabledrive.rig.bench import virtual_rig
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig import virtual_rig
+from cabledrive.rig.virtual_rig import run_rig
 from reproduction import appendix
 from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
 from reproduction.items import Found, Outcome

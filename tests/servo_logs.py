@@ -7,7 +7,7 @@ from reproduction.bench import BENCH_TESTS, bench_rig
 
 from cabledrive.identification.planning import chirp
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, log_from, run_rig
+from cabledrive.rig.virtual_rig import Imperfections, VirtualRig, log_from, run_rig
 from cabledrive.trajectories.segments import waypoints
 from oracles.axis_plant import move, parameters
 

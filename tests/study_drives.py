@@ -9,7 +9,7 @@ import numpy as np
 
 from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.parameters import Drive, load_drive
-from cabledrive.rig.bench.experiment import Excitation, experiment
+from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from cabledrive.reduction import LumpedChain
     from cabledrive.report import write_report
     from cabledrive.rig import OwnPlant, track
-    from cabledrive.rig.bench.experiment import experiment
+    from cabledrive.rig.experiment import experiment
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against
     from cabledrive.studies.controller_comparison import compare
@@ -60,7 +60,7 @@ __getattr__ = on_demand(
         "OwnController": "control",
         "OwnPlant": "rig",
         "compare": "studies.controller_comparison",
-        "experiment": "rig.bench.experiment",
+        "experiment": "rig.experiment",
         "export_to": "export",
         "frequency_against": "studies",
         "identify": "identification.one_log",

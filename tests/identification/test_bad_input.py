@@ -15,8 +15,8 @@ from cabledrive.identification.logs.log import unpacked_mcap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.one_log import load_options
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.bench.experiment import load_excitation
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig.experiment import load_excitation
+from cabledrive.rig.virtual_rig import run_rig
 from cabledrive.studies.study.goals import load_goals
 
 ROWS, INTERVAL = 12_000, 1e-3

@@ -29,7 +29,7 @@ from cabledrive.identification.regression import (
 from cabledrive.identification.wrap_friction import inertias_of_the_rigs
 from cabledrive.parameters import NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, run_rig
+from cabledrive.rig.virtual_rig import Imperfections, VirtualRig, run_rig
 
 TEST = BENCH_TESTS[1]
 NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")

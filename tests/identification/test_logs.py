@@ -15,7 +15,7 @@ from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.identification.logs.time_check import saturated
 from cabledrive.identification.one_log import IdentifyOptions, identify, identify_long_log, load_options
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.bench.virtual_rig import run_rig
+from cabledrive.rig.virtual_rig import run_rig
 from oracles.axis_catalogue import TRUTHS, made
 
 N, DT = 2000, 1e-3

@@ -33,14 +33,14 @@ from cabledrive.identification.signals import (
 )
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
-from cabledrive.rig.bench.experiment import (
+from cabledrive.rig.experiment import (
     Excitation,
     command_of,
     experiment,
     load_excitation,
     plan_experiment,
 )
-from cabledrive.rig.bench.virtual_rig import Imperfections, rig_of, run_rig
+from cabledrive.rig.virtual_rig import Imperfections, rig_of, run_rig
 from command import answer, call, object_of
 
 RATE, PERIOD = 2000.0, 2000
@@ -313,7 +313,7 @@ def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
 def amplifiers(seeds):
     """Logs of 4 s: intervals of gain and bandwidth that hold, and the spread over the stated error."""
     from cabledrive.identification.logs.log import log_of
-    from cabledrive.rig.bench.virtual_rig import acting_torque
+    from cabledrive.rig.virtual_rig import acting_torque
 
     rig = rig_of(load_drive("dissertation-3"), 1)
     held, off, message = np.zeros(2), [], []

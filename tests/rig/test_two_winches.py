@@ -12,8 +12,8 @@ from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
 from cabledrive.rig import BodyMotion, Disturbance, RigOptions, track
 from cabledrive.rig.plant_samples import share_low
-from cabledrive.rig.two_motors.plan import design_tensions, plan_motion
-from cabledrive.rig.two_motors.run import (
+from cabledrive.rig.winch_plan import design_tensions, plan_motion
+from cabledrive.rig.winch_run import (
     bound_of_place,
     drawn_gusts,
     drawn_plant,
@@ -21,7 +21,7 @@ from cabledrive.rig.two_motors.run import (
     part_used,
     run_plant,
 )
-from cabledrive.rig.two_motors.summary import summarize
+from cabledrive.rig.winch_summary import summarize
 from oracles.two_winches import Winches, run
 
 CAMERA = cd.load_drive("camera-winches")
@@ -87,7 +87,7 @@ def test_small_motions_have_the_certified_frequencies(motor):
         assert off < 0.01, (frequency, exact)
 
 
-@pytest.mark.kernel("cabledrive.rig.two_motors.run")
+@pytest.mark.kernel("cabledrive.rig.winch_run")
 @pytest.mark.kernel("cabledrive.reduction.two_motors_kernels")
 def test_the_rig_moves_as_scipy_integrates_the_winches():
     """Friction and noise left out; masses 12 % off what the law believes."""

@@ -11,8 +11,8 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import model_quality
 from cabledrive.rig import Motion, track
-from cabledrive.rig.bench.experiment import experiment
 from cabledrive.rig.closed_loop.loop import run
+from cabledrive.rig.experiment import experiment
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.bandwidth_cost import sensor_bound

@@ -18,8 +18,8 @@ from cabledrive.identification.logs.log import log_of
 from cabledrive.parameters import load_drive
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.reduction.quality import model_quality
-from cabledrive.rig.bench.experiment import Excitation, experiment
 from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import log_csv
 from cabledrive.rig.tuning import LawSetting

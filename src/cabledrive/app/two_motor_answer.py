@@ -40,7 +40,7 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
     from cabledrive.rig import BodyMotion, RigOptions, TwoMotorTracking, track
     from cabledrive.rig.front_door import OWN
     from cabledrive.rig.setting import parse_disturbance
-    from cabledrive.rig.two_motors.summary import CONTROLLER
+    from cabledrive.rig.winch_summary import CONTROLLER
 
     refuse_given(*NOT_HERE, why="is for pulses of a load pulley: two winches move a body, see --move")
     if spec["controller"] not in OWN:

@@ -5,7 +5,7 @@ from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.front_door import track
 from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, Payload, RigOptions
 from cabledrive.rig.tracking import Tracking
-from cabledrive.rig.two_motors.run import TwoMotorTracking
+from cabledrive.rig.winch_run import TwoMotorTracking
 
 __all__ = [
     "BodyMotion",

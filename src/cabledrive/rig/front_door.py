@@ -36,10 +36,10 @@ from cabledrive.rig.trial import (
     repeat_motion,
 )
 from cabledrive.rig.tuning import design
-from cabledrive.rig.two_motors.plan import design_tensions, plan_motion, way_of
-from cabledrive.rig.two_motors.run import TwoMotorTracking, forces_of, run_plant, run_samples
-from cabledrive.rig.two_motors.summary import CONTROLLER
-from cabledrive.rig.two_motors.summary import summarize as summarize_winches
+from cabledrive.rig.winch_plan import design_tensions, plan_motion, way_of
+from cabledrive.rig.winch_run import TwoMotorTracking, forces_of, run_plant, run_samples
+from cabledrive.rig.winch_summary import CONTROLLER
+from cabledrive.rig.winch_summary import summarize as summarize_winches
 
 GAINS = {"best": True, "dissertation": False, "printed": False}
 

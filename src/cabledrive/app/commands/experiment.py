@@ -41,7 +41,7 @@ def command(
     output: NewFile | None,
 ) -> Answer:
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
-    from cabledrive.rig.bench.experiment import experiment, load_excitation
+    from cabledrive.rig.experiment import experiment, load_excitation
     from cabledrive.rig.run_facts import motor_words
     from cabledrive.rig.tracking import log_csv
 
@@ -76,7 +76,7 @@ def command(
 
 def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
     """Predicted errors, peaks and warnings."""
-    from cabledrive.rig.bench.experiment import plan_experiment
+    from cabledrive.rig.experiment import plan_experiment
     from cabledrive.rig.run_facts import motor_words
 
     found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)

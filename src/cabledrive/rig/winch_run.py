@@ -23,7 +23,7 @@ from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.setting import Disturbance, stepped_in
-from cabledrive.rig.two_motors.plan import Setup, held_tensions, lines_along
+from cabledrive.rig.winch_plan import Setup, held_tensions, lines_along
 
 # Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,
 # reshaped, wanted tensions.
@@ -174,7 +174,7 @@ STEPS_PER_RADIAN = 20.0
 class PlantRun:
     """One plant under the law."""
 
-    # (samples, m + 9): see `cabledrive.rig.two_motors.run`; fewer samples where a number was not
+    # (samples, m + 9): see `cabledrive.rig.winch_run`; fewer samples where a number was not
     # finite
     record: Array
     least: Array  # (2,): least tension, between samples as well [N]

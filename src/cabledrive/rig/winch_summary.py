@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED
 from cabledrive.reduction.two_motors_kernels import TwoMotors
-from cabledrive.rig.two_motors.plan import Setup
-from cabledrive.rig.two_motors.run import PlantRun, TwoMotorTracking, bound_of_place, least_damping, part_used
+from cabledrive.rig.winch_plan import Setup
+from cabledrive.rig.winch_run import PlantRun, TwoMotorTracking, bound_of_place, least_damping, part_used
 
 NAMES = {
     "mass": "mass of the body",

@@ -33,8 +33,8 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.rig.bench.virtual_rig import VirtualRig, rig_of, run_rig
 from cabledrive.rig.setting import sample_interval
+from cabledrive.rig.virtual_rig import VirtualRig, rig_of, run_rig
 
 CHANNEL = "load_cell_force"
 SPEED_BANDWIDTH = 40.0

@@ -1,1 +1,0 @@
-"""The bench: experiments whose logs look like a laboratory's."""
