@@ -93,7 +93,8 @@ class Snapshot:
         }
         for name in ("across", "across_loss", "across_turn"):
             moved[name][have] = getattr(self, name)[own]
-        moved["coupling"][:, *np.ix_(have, have)] = fewer.coupling[:, *np.ix_(own, own)]
+        kept = self.coupling[np.ix_(range(count), own, own)]
+        moved["coupling"][np.ix_(range(count), have, have)] = kept
         moved["shape"][:, have] = self.shape[:, own]
         return replace(fewer, keys=tuple(keys), **moved)
 
