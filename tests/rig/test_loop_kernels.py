@@ -12,8 +12,8 @@ from cabledrive.rig import Motion
 from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, see_chain
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, new_plant_state, plant_step, sense_pair
+from cabledrive.rig.front_door import own_law
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.given import own_law
 
 pytestmark = pytest.mark.kernel
 SHORT = Motion(angle=0.05, rise=0.02, dwell=0.002)

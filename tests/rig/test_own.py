@@ -13,8 +13,8 @@ from cabledrive.reduction.lumped_chain import lumped_model, reflected
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.own_plant import run_own
+from cabledrive.rig.front_door import own_law
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.given import own_law
 from cabledrive.rig.setting import DEGREE, sample_interval
 
 DRIVE = cd.load_drive("dissertation-3")

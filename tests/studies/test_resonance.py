@@ -18,8 +18,7 @@ from cabledrive.report.figures.run_histories import amplitude_spectrum
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.studies.resonance import remedies, resonance, sensitivity
 from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
-from cabledrive.studies.resonance_map import growth_map, spot_check_line, spot_checks
-from cabledrive.studies.steady_motion import steady_branches
+from cabledrive.studies.resonance_map import growth_map, spot_check_line, spot_checks, steady_branches
 from resonance_samples import at_detunings, damped, settings_pair
 
 

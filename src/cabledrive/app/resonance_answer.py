@@ -16,7 +16,7 @@ from cabledrive.report.machine.tables import own_pair, pairs_table
 from cabledrive.report.typesetting import quantity
 from cabledrive.studies.pair_thresholds import SUM
 from cabledrive.studies.resonance import Remedy, ResonanceSummary, sensitivity
-from cabledrive.studies.steady_motion import SteadyBranch
+from cabledrive.studies.resonance_map import SteadyBranch
 
 LISTED = 6
 

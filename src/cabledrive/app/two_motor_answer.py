@@ -38,12 +38,12 @@ winch_options = together(
 def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
     """Run the law of two motors on two winches, with those options of `track` that have an effect here."""
     from cabledrive.rig import BodyMotion, RigOptions, TwoMotorTracking, track
-    from cabledrive.rig.front_door import OWN
+    from cabledrive.rig.front_door import NAMED
     from cabledrive.rig.setting import parse_disturbance
     from cabledrive.rig.winch_summary import CONTROLLER
 
     refuse_given(*NOT_HERE, why="is for pulses of a load pulley: two winches move a body, see --move")
-    if spec["controller"] not in OWN:
+    if spec["controller"] not in NAMED:
         raise InputRefused(
             f'--controller "{spec["controller"][:60]}" moves a load by one motor: a body between two '
             f"winches has {CONTROLLER}, leave it out"

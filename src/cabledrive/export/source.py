@@ -14,6 +14,7 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
+from cabledrive.rig.front_door import law_from_file, own_law
 from cabledrive.rig.laws.controller_file import (
     FILE,
     ControllerFile,
@@ -23,7 +24,6 @@ from cabledrive.rig.laws.controller_file import (
     read_controller,
 )
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.given import law_from_file, own_law
 from cabledrive.rig.laws.registry import known_name, needed_order
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import BEST, best_controller, check_motion

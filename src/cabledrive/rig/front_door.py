@@ -1,26 +1,39 @@
-"""`track`: the one door to the rig, for pulses of a load pulley and for a body between two winches."""
+"""`track`: the one door to the rig, with laws of the user's own or of a controller.json made ready for it."""
 
 from dataclasses import fields, replace
+from math import pi
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from cabledrive.control.own_controller import ControllerProtocol
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.control.linear_laws import feedforward_generator
+from cabledrive.control.load_schedule import LoadSchedule
+from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_estimates
+from cabledrive.control.own_controller import ControllerProtocol, checked_controller
+from cabledrive.control.reference import reference_numbers
+from cabledrive.control.reference_kernels import reference_table
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, cross_motion
 from cabledrive.reduction.two_motors import is_winched, winched_machine
 from cabledrive.rig.closed_loop.chain_plant import doubled
-from cabledrive.rig.closed_loop.loop import check_drawable, close_loop, run
+from cabledrive.rig.closed_loop.loop import Loop, check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
-from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.given import law_from_file, own_law, with_filter
-from cabledrive.rig.laws.load_learning import INDIRECT, run_indirect
-from cabledrive.rig.laws.registry import needed_order
+from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table, inverse_of
+from cabledrive.rig.laws.controller_file import ControllerFile, is_controller_path, read_controller
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers, place
+from cabledrive.rig.laws.load_learning import (
+    INDIRECT,
+    KINDS,
+    announced,
+    load_learning,
+    run_indirect,
+    told_otherwise,
+)
+from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
 from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions, check_run
 from cabledrive.rig.tracking import Tracking, summarize
@@ -217,7 +230,7 @@ def track(
     return found
 
 
-OWN = (None, CONTROLLER, "best")
+NAMED = (None, CONTROLLER, "best")
 """Names of the one law that moves a body between two winches."""
 PULSES: dict[str, Any] = {
     "plant": None, "gains": "best", "adapt": True, "feedforward": "damped", "repeat": 0
@@ -229,7 +242,7 @@ def _refuse_pulses(
     controller: Any, motion: Motion | BodyMotion | None, options: RigOptions, others: dict[str, Any]
 ) -> None:
     """Refuse what is asked of two winches and is for pulses of a load pulley."""
-    if controller not in OWN:
+    if controller not in NAMED:
         raise InputRefused(
             f'controller = "{str(controller)[:60]}" moves a load by one motor: a body between two winches '
             f"has {CONTROLLER}: leave it out"
@@ -246,3 +259,114 @@ def _refuse_pulses(
             raise InputRefused(
                 f"{name} is for pulses of a load pulley: two winches move a body: leave it out"
             )
+
+
+def own_law(given: Any, spec: DesignSpec) -> Controller:
+    """The user's controller with its reference along the motion."""
+    own = checked_controller(given)
+    if own.sample_time is not None and abs(own.sample_time - spec.interval) > 1e-9 * spec.interval:
+        raise InputRefused(
+            f'controller "{own.name}": sample_time = {own.sample_time:.6g} s is not that of the rig, '
+            f"{spec.interval:.6g} s: design it for that, or change sensors.sample_rate"
+        )
+    if spec.bandwidth is not None:
+        raise InputRefused(
+            f'bandwidth = {spec.bandwidth:.4g} Hz is a setting of the packaged laws; "{own.name}" has gains '
+            "of its own: leave it out"
+        )
+    if not spec.adapt:
+        raise InputRefused(f'adapt = False is a setting of the packaged laws: leave it out for "{own.name}"')
+    chain, shafts = spec.chain, own.shafts or spec.shafts
+    if "drive" in shafts and chain.size == 2 and "motor" in shafts:
+        raise InputRefused(
+            f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {spec.drive.name} '
+            "turn as one: take motor and load, or give motor.joint_stiffness"
+        )
+    gains, n, generator = {"measures": own.measures, "follows": own.follows}, chain.size, None
+    if own.follows == "motion":
+        reference, generator = spec.wanted(2 * n).T, reference_numbers(np.eye(2 * n + 1))
+    else:
+        gains["feedforward"] = FEEDFORWARDS[spec.feedforward]
+        places = [place(chain, shaft) for shaft in shafts]
+        kept = [*places, *(n + i for i in places), 2 * n]
+        reference = feedforward_table(spec, chain, spec.wanted(2 * n))[:, kept]
+        if "motor" in shafts or chain.coulomb[0] == 0.0:  # else friction needs a shaft that is left out
+            whole = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
+            columns = [[kept.index(column) for column in one] for one in whole.places.tolist()]
+            generator = whole._replace(
+                output=np.ascontiguousarray(whole.output[kept]),
+                constant=whole.constant[kept],
+                places=np.array(columns, dtype=np.int64).reshape(-1, 2),
+            )
+    return Controller(
+        name=own.name,
+        law=LawNumbers(OWN, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((5, 0)), np.zeros(7)),
+        reference=np.ascontiguousarray(reference),
+        shafts=shafts,
+        gains=gains,
+        model=spec.number,
+        own=own,
+        generator=generator,
+    )
+
+
+def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
+    """The law of a file with its reference along another motion; tables along the motion are made anew."""
+    if content_hash(spec.drive) != found.drive_hash:
+        raise InputRefused(
+            f"was made for another drive, hash {found.drive_hash[:12]}, not {content_hash(spec.drive)[:12]}: "
+            "give the drive.toml beside it, and what differs as the plant"
+        ).at(found.path)
+    if spec.bandwidth is not None or not spec.adapt:
+        raise InputRefused("holds its own gains: leave bandwidth and adaptation out").at(found.path)
+    if spec.feedforward != "damped":
+        raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
+    spec = replace(spec, feedback=found.feedback, best=False)
+    if found.reference is None:
+        raise InputRefused("has no generator of its reference: run the study again").at(found.path)
+    given = replace(
+        spec, bandwidth=found.bandwidth
+    )  # the packaged law of that name, for what a run says of it
+    if found.name.endswith("-damped"):  # without the trial runs that chose its gains
+        made = chain_law(given, int(found.name.split("-")[1]), damped=True)
+    elif found.name in KINDS:
+        made = load_learning(given, found.name, found.reference.load.turning)
+    else:
+        made = CONTROLLERS[found.name](given)
+    hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
+    rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
+    gains = {"file": found.path} | hertz
+    changed = replace(made, law=found.law, start=start_estimates(found.law), gains=gains, bandwidth=rate)
+    motion = motion_numbers(spec.drive, spec.motion)
+    table = reference_table(found.reference, motion, spec.interval, spec.samples)
+    made = replace(changed, reference=table, generator=found.reference)
+    if made.schedule is None:
+        return made
+    low, high = (float(end) for end in made.law.learning[[LOW, HIGH], 0])
+    for one in spec.motion.payload:  # that the motion announces
+        if not low <= one.factor <= high:
+            raise InputRefused(
+                f"payload = {one.factor:.4g} times the load is outside what it is designed for, {low:.4g} to "
+                f"{high:.4g}: announce less, or design it anew with a wider payload_range"
+            ).at(found.path)
+    schedule = LoadSchedule(low=low, high=high, points=len(made.law.rows))
+    told = announced(spec.motion.payload, spec.interval, len(table))
+    return told_otherwise(replace(made, schedule=schedule), told)
+
+
+def with_filter(loop: Loop, found: ControllerFile) -> Loop:
+    """A loop with the filter and the torque limit of a file."""
+    if loop.options.ideal_sensors or loop.options.observer != "kalman":
+        raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
+            found.path
+        )
+    if abs(found.sample_time - loop.rig.interval) > 1e-9 * found.sample_time:
+        raise InputRefused(
+            f"samples every {found.sample_time:.6g} s, the rig every {loop.rig.interval:.6g} s"
+        ).at(found.path)
+    if found.encoders != loop.encoder_shafts:
+        raise InputRefused(f"reads the encoders of {found.encoders}, the rig {loop.encoder_shafts}").at(
+            found.path
+        )
+    limit = min(found.torque_limit, loop.rig.torque_limit)
+    return replace(loop, observer=found.observer, rig=loop.rig._replace(torque_limit=limit))

@@ -89,7 +89,7 @@ def command(
     from cabledrive.studies.planned_motion import read_motion
     from cabledrive.studies.resonance import remedies, resonance
     from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, NO_EXCITATION, OF_A_MOTION, RESONANT
-    from cabledrive.studies.steady_motion import steady_branches
+    from cabledrive.studies.resonance_map import steady_branches
 
     if motion_file is None:
         refuse_given("floor", "limit", why=ALONE)
