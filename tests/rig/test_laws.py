@@ -15,7 +15,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, natural
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, run, with_plant
-from cabledrive.rig.laws.baselines import backstepping_6
+from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers
 from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_blocks, load_learning
@@ -47,7 +47,7 @@ def test_sufficient_condition_is_reported_over_the_run_and_not_met(law, hertz, m
 
 def test_poles_on_the_true_plant_give_the_least_bandwidth(measured):
     """Dampers left out of the feedback: 30.8 Hz (0.34), 7.2 Hz (0.81) at 25 Hz; unstable below 11.3 Hz."""
-    poles = poles_of(plant_chain(DRIVE, None), backstepping_6(SPEC))
+    poles = poles_of(plant_chain(DRIVE, None), backstepping(SPEC, 4))
     found = sorted((p.frequency, p.damping_ratio) for p in poles if p.damping_ratio < 0.99)
     assert found[0] == (pytest.approx(7.2, abs=0.1), pytest.approx(0.81, abs=0.01))
     assert found[-1] == (pytest.approx(30.8, abs=0.1), pytest.approx(0.34, abs=0.01))
@@ -85,7 +85,7 @@ def worst_errors(draws):
     """Of each of the spreads [deg]; the motor is drawn in its printed bounds, but for the last."""
     options, worst = RigOptions(), {}
     loop = close_loop(
-        DesignSpec(DRIVE, Motion(), options=options), backstepping_6(SPEC), np.random.default_rng(0)
+        DesignSpec(DRIVE, Motion(), options=options), backstepping(SPEC, 4), np.random.default_rng(0)
     )
     for name, spreads in SPREADS.items():
         peaks = []

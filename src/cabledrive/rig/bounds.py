@@ -34,15 +34,18 @@ from cabledrive.control.numbers import (
     SCHEDULED,
     LawNumbers,
 )
+from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.assumptions import TOLERANCE, load_along, true_parameters
-from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop import Loop, plant_chain
+from cabledrive.rig.closed_loop.own_plant import models_of
 from cabledrive.rig.laws.controllers import place
 from cabledrive.rig.margins import tube
 
 NEGLIGIBLE = 1e-3
 """Of a count of the load's encoder: errors that no bound is held against."""
+TOLERANCE = 0.05
+"""Of an announced load, as `cabledrive.rig.plant_samples.Spreads` has that of a data sheet."""
 NAMES = (
     "Coulomb friction of the load",
     "viscous friction of the load",
@@ -101,6 +104,26 @@ def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
         loop.rig.interval,
     )
     return BoundCheck(bound=bound, sources=residual.total, unmatched=residual.unmatched)
+
+
+def foreign(loop: Loop, drive: Drive) -> bool:
+    """Whether the plant is a lumped chain of the user's own that is none of the drive's models."""
+    return bool(loop.named) and loop.own_plant is None and loop.chain not in models_of(drive)
+
+
+def true_parameters(loop: Loop) -> Array:
+    """First inertia, viscous and Coulomb friction and offset torque as they are, shape (4,)."""
+    chain = plant_chain(loop.actual, loop.controller.model)
+    if foreign(loop, loop.actual) and loop.chain.names == chain.names:
+        chain = loop.chain
+    return np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+
+
+def load_along(loop: Loop, samples: int) -> Array:
+    """Inertia of the plant's load at every sample, shape (samples,) [kg m^2 at the first shaft]."""
+    found = np.full(samples, loop.chain.inertias[-1])
+    found[round(loop.plant.load_time / loop.rig.interval) :] *= loop.plant.load_factor
+    return found
 
 
 def bound_along(loop: Loop, log: Array) -> ErrorBound | None:

@@ -12,15 +12,17 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
-from cabledrive.rig.assumptions import Departure, broken_assumptions, departures
 from cabledrive.rig.bounds import check_theorem
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.registry import NO_FILTER, pole_words
 from cabledrive.rig.run_facts import (
+    Departure,
     bound_words,
+    broken_assumptions,
     condition_words,
+    departures,
     disturbance_facts,
     margin_words,
     motion_words,

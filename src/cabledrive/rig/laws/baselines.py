@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping import backstepping_numbers, chain_generator, chain_reference
+from cabledrive.control.backstepping import PRINTED_HZ, backstepping_numbers, chain_generator, chain_reference
 from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.linear_laws import (
@@ -32,11 +32,11 @@ from cabledrive.control.linear_laws import (
 )
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observers import QUIET
-from cabledrive.control.reference import FlatOutput, flat_output, flat_reference
+from cabledrive.control.reference import FlatOutput, flat_output, flat_reference, reference_numbers
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, law_shafts, load_count
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, law_shafts, load_count, own_filter
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
 INTEGRAL_TIMES = 3.0
@@ -200,26 +200,30 @@ BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
 }
 
 
-SIX_HZ = 25.0
-ADAPTATION = 1e-18
+BACKSTEPPING = {3: (PRINTED_HZ, 1e-6), 4: (25.0, 1e-18)}
+"""Bandwidth [Hz] and adaptation of a model's law."""
 
 
-def backstepping_6(spec: DesignSpec) -> Controller:
-    """Backstepping with unmatched uncertainty on Model 4, dampers and friction along the reference."""
-    chain = spec.model(4)
-    hertz = SIX_HZ if spec.bandwidth is None else spec.bandwidth
-    adaptation = ADAPTATION if spec.adapt else 0.0
+def backstepping(spec: DesignSpec, number: int = 3) -> Controller:
+    """With unmatched uncertainty on Model 3, or on Model 4 with dampers and friction along the reference."""
+    chain, (hertz, adaptation) = spec.model(number), BACKSTEPPING[number]
+    hertz = hertz if spec.bandwidth is None else spec.bandwidth
+    adaptation = adaptation if spec.adapt else 0.0
     law = backstepping_numbers(chain, hertz, adaptation, spec.interval)
     gains = gain_names(law.matrix, law.rows[0])
+    whole = number == 4
+    reference = chain_reference(chain, spec.wanted(6), spec.interval) if whole else spec.wanted(4).T
     return Controller(
-        name="backstepping-6",
+        name="backstepping-6" if whole else "backstepping",
         law=law,
-        reference=chain_reference(chain, spec.wanted(6), spec.interval),
-        shafts=law_shafts(4, spec.feedback),
+        reference=np.ascontiguousarray(reference),
+        shafts=law_shafts(number, spec.feedback),
         start=law.learning[0],
         gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
-        model=4,
-        generator=chain_generator(chain, spec.interval),
+        model=number,
+        damped=whole,
+        filter_model=own_filter(number, spec.feedback),
+        generator=chain_generator(chain, spec.interval) if whole else reference_numbers(np.eye(5)),
     )
 
 

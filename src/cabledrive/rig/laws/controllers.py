@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping import PRINTED_HZ, backstepping_numbers
-from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.darc import Bounds, darc_gains, darc_numbers, printed_bounds
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_filter, with_load
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
@@ -28,7 +26,6 @@ from cabledrive.control.reference import (
     flat_generator,
     flat_output,
     flat_reference,
-    reference_numbers,
 )
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
@@ -332,25 +329,4 @@ def tuning_by_uncertainty(
         disturbance=coulomb**2,
         load_acceleration=off**2 * rise / 16.0,
         offsets=tuple(count**2 / 6.0 for count in counts[:-1]),
-    )
-
-
-def backstepping(spec: DesignSpec) -> Controller:
-    """Backstepping with unmatched uncertainty on Model 3."""
-    chain = spec.model(3)
-    hertz = PRINTED_HZ if spec.bandwidth is None else spec.bandwidth
-    adaptation = 1e-6 if spec.adapt else 0.0
-    law = backstepping_numbers(chain, hertz, adaptation, spec.interval)
-    gains = gain_names(law.matrix, law.rows[0])
-    return Controller(
-        name="backstepping",
-        law=law,
-        reference=np.ascontiguousarray(spec.wanted(4).T),
-        shafts=law_shafts(3, spec.feedback),
-        start=law.learning[0],
-        gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
-        model=3,
-        damped=False,
-        filter_model=own_filter(3, spec.feedback),
-        generator=reference_numbers(np.eye(5)),
     )

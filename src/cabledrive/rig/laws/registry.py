@@ -20,9 +20,9 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_space
 from cabledrive.rig.closed_loop.loop import Loop, plant_chain
-from cabledrive.rig.laws.baselines import BASELINES, backstepping_6, reference_model
+from cabledrive.rig.laws.baselines import BASELINES, backstepping, reference_model
 from cabledrive.rig.laws.baselines import NAME as MRAC
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, chain_law, damped_law, place
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, damped_law, place
 from cabledrive.rig.laws.load_learning import (
     CHANGING,
     INDIRECT,
@@ -86,7 +86,7 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     **{f"darc-{number}": partial(chain_law, number=number, damped=False) for number in (1, 2, 3, 4)},
     **{f"darc-{number}-damped": partial(damped_law, number=number) for number in (1, 2, 3, 4)},
     "backstepping": backstepping,
-    "backstepping-6": backstepping_6,
+    "backstepping-6": partial(backstepping, number=4),
     INDIRECT: lambda spec: replace(damped_law(spec, spec.number), name=INDIRECT),
     LOAD_LEARNING: load_learning,
     CHANGING: lambda spec: load_learning(spec, CHANGING),
