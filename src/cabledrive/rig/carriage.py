@@ -8,15 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.control.load_schedule import ScheduledLaw, scheduled_step
-from cabledrive.control.transporter import (
-    OBSERVED,
-    STATES,
-    TransporterTuning,
-    flat_motion,
-    rigid_motion,
-    scheduled_law,
-    shaped,
-)
+from cabledrive.control.transporter import OBSERVED, STATES, flat_motion, rigid_motion, scheduled_law, shaped
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -263,7 +255,7 @@ LAWS = {
     "shaper": ("PD on the motor", "rigid, shaped"),
 }
 """Feedback and feedforward of each law."""
-PD_HZ, ORDER, POSITIONS = 5.0, 13, 12
+PD_HZ, ORDER, POSITIONS, SUBSTEPS = 5.0, 13, 12, 5
 
 
 def move_carriage(
@@ -272,9 +264,7 @@ def move_carriage(
     *,
     move: CarriageMove | None = None,
     plant: Transporter | None = None,
-    tuning: TransporterTuning | None = None,
     seed: int = 0,
-    substeps: int = 5,
     ideal_sensors: bool = False,
 ) -> CarriageRun:
     """Carry a hanging mass along the span and look at what swings on.
@@ -288,11 +278,8 @@ def move_carriage(
         Default: 1 m in 2.5 s with 0.25 kg on a line of 0.25 m.
     plant : Transporter, optional
         As it is, where that differs.
-    tuning : TransporterTuning, optional
     seed : int, default 0
         Of the encoders' phases.
-    substeps : int, default 5
-        Internal steps of the plant per sample.
     ideal_sensors : bool, default False
         The encoders do not count but give the displacements themselves.
 
@@ -317,10 +304,10 @@ def move_carriage(
         )
     interval, count = sample_interval(drive), one_count(drive)
     wanted, reference = reference_of(believed, law, move, interval)
-    made = made_law(drive, believed, law, move, tuning)
+    made = made_law(drive, believed, law, move)
     wind, (strength, begin, stop) = np.zeros(len(reference)), move.gust
     wind[round(begin / interval) : round(stop / interval)] = strength
-    loop = CarriageLoop(made, reference, wind, interval, substeps, 0.0 if ideal_sensors else count)
+    loop = CarriageLoop(made, reference, wind, interval, SUBSTEPS, 0.0 if ideal_sensors else count)
     log = run_carriage(loop, plant or believed, np.random.default_rng(seed).uniform(-0.5, 0.5, 2))
     ended = len(log)
     why = f"a strand went slack, or the carriage left its span, at t = {ended * interval:.4g} s: raise "
@@ -366,13 +353,7 @@ def way_of(move: CarriageMove, duration: float) -> Trajectory:
 
 
 @lru_cache(maxsize=16)
-def made_law(
-    drive: Drive,
-    transporter: Transporter,
-    law: str,
-    move: CarriageMove,
-    tuning: TransporterTuning | None = None,
-) -> ScheduledLaw:
+def made_law(drive: Drive, transporter: Transporter, law: str, move: CarriageMove) -> ScheduledLaw:
     """Law and observer of a name over the way's positions."""
     ends = sorted((transporter.start, transporter.start + move.distance))
     positions = np.linspace(ends[0] - MARGIN, ends[1] + MARGIN, POSITIONS)
@@ -382,7 +363,6 @@ def made_law(
         count=one_count(drive),
         limit=force_limit(drive),
         positions=positions,
-        tuning=tuning,
         frozen=0.5 * (ends[0] + ends[1]) if law == "frozen" else None,
     )
     if LAWS[law][0] != "PD on the motor":

@@ -79,12 +79,11 @@ def growth_map(
     pretensions: ArrayLike | None = None,
     torques: ArrayLike | None = None,
     duration: float = 1.0,
-    pluck: float | None = None,
     threads: int = 2,
 ) -> GrowthMap:
     """Largest motion over pretension and torque at the pulley mode's frequency, from a small unequal pluck.
 
-    ``torque``: the drive's own, the map goes to three times it; 1e-4 of the span is plucked unless told. The
+    ``torque``: the drive's own, the map goes to three times it; 1e-4 of the span is plucked. The
     unstretched lengths are kept; of more sections the two that come nearest to resonance are taken.
     """
     tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
@@ -93,7 +92,7 @@ def growth_map(
     reach = min(own, closest) / (1 + SPREAD), max(own, closest) * (1 + SPREAD)
     tension = _axis(pretensions, reach, "pretensions", positive=True)
     taus = _axis(torques, (0.0, 3.0 * torque if torque > 0.0 else 1.0), "torques", positive=False)
-    height = 1e-4 * drive.span_length if pluck is None else pluck
+    height = 1e-4 * drive.span_length
     nearest = min(tuned, key=lambda value: abs(value - own), default=own)
     near = replace(drive, cable=replace(drive.cable, pretension=nearest))
     model = _nearest_two(autoparametric_model(near, load_torque=load_torque))
