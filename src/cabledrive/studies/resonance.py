@@ -21,9 +21,7 @@ from cabledrive.studies.pair_thresholds import CoupledPair, coupled_pairs
 from cabledrive.studies.resonance_detuning import (
     BUILD_UP,
     CLOSE,
-    NEAR,
     NO_EXCITATION,
-    RESONANT,
     SAFE,
     SHOWN,
     STATE_ONE,
@@ -33,17 +31,6 @@ from cabledrive.studies.resonance_detuning import (
     split_tunings,
     tuned_threshold,
 )
-
-__all__ = [
-    "NEAR",
-    "RESONANT",
-    "SAFE",
-    "InstabilityMargin",
-    "ResonanceSummary",
-    "default_torque",
-    "instability_margin",
-    "resonance",
-]
 
 SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""

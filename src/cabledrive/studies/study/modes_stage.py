@@ -17,8 +17,8 @@ from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import one_count
 from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm, route_alarm
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.resonance import RESONANT, resonance
-from cabledrive.studies.resonance_detuning import UNKNOWN
+from cabledrive.studies.resonance import resonance
+from cabledrive.studies.resonance_detuning import RESONANT, UNKNOWN
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.route_path import place_in_file
 from cabledrive.studies.study.machine import values_of
@@ -217,7 +217,7 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
             }
     else:
         stiff, remedy = with_measured_stiffness(drive), ""
-        summary = resonance(stiff, torque=ripple)
+        summary = resonance(stiff, torque=ripple, details=False)
         names = (*names, "pulley_frequency", "tuned_pretension", "reasons")
         found |= {name: getattr(summary, name) for name in names}
         with suppress(InputRefused, NotComputed):
