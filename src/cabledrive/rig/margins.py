@@ -139,23 +139,14 @@ def sampled_plant(loop: Loop) -> Sampled:
     if rate == 0.0:
         for one in (before, after):
             one[shaft], one[shaft, states] = 0.0, 1.0
-    a = np.zeros((states + queue, states + queue))
-    b = np.zeros((states + queue, 1))
+    # Behind the states the command of this sample, which is the input, and the last ones, newest first.
+    a = np.zeros((states + queue, states + 1 + queue))
     a[:states, :states] = after[:states, :states] @ before[:states, :states]
-    older = after[:states, :states] @ before[:states, states]
-    newer = after[:states, states]
-    # The queue holds the last commands, newest first; the command of this sample is the input.
-    a[:states, states + queue - 1] = older
-    if queue == 1:
-        b[:states, 0] = newer
-    else:
-        a[:states, states + queue - 2] += newer
-    b[states, 0] = 1.0
-    for i in range(1, queue):
-        a[states + i, states + i - 1] = 1.0
-    c = np.zeros((len(rig.encoders), states + queue))
-    c[np.arange(len(rig.encoders)), rig.encoders] = 1.0
-    return Sampled(a=a, b=b, c=c, d=np.zeros((len(rig.encoders), 1)))
+    a[:states, -1] = after[:states, :states] @ before[:states, states]
+    a[:states, -2] = after[:states, states]
+    a[states:, states:-1] = np.eye(queue)
+    c = np.eye(states + queue)[rig.encoders]
+    return Sampled(np.delete(a, states, axis=1), a[:, states, None], c, np.zeros((len(c), 1)))
 
 
 def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
@@ -168,40 +159,33 @@ def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
         raise InputRefused("margins are those of a loop with the Kalman filter: leave the observer out")
     rows, memory, update = feedback_of(law, len(seen.chosen))
     states, m, queue, k = seen.model.shape[0], len(seen.output), loop.rig.late_samples + 1, len(memory)
-    size = states + 1 + queue + k + 1
-    shaft, waits, kept, last = states, states + 1, states + 1 + queue, size - 1
-    gain = seen.gains[-1]
+    # Before the commands that it waits for the one of this sample, which is an input.
+    shaft, given, kept, last = states, states + 1, states + 2 + queue, states + 2 + queue + k
+    size, newer, older, gain = last + 1, kept - 2, kept - 1, seen.gains[-1]
     correct = np.zeros((states, size))
     correct[:, :states] = np.eye(states) - gain @ seen.output
-    pick = np.zeros((len(seen.chosen), states))
-    pick[np.arange(len(seen.chosen)), seen.chosen] = 1.0
+    pick = np.eye(states)[seen.chosen]
     command, at_once = rows @ pick @ correct, rows @ pick @ gain
     command[kept : kept + k] += memory
     if seen.scalars[8] > 0.0:
         command -= correct[seen.places[1]]
         at_once = at_once - gain[seen.places[1]]
-    a, b = np.zeros((size, size)), np.zeros((size, m + 1))
+    a, b = np.zeros((size, size)), np.zeros((size, m))
     a[:states] = seen.model[:, :states] @ correct
-    b[:states, :m] = seen.model[:, :states] @ gain
-    a[:states, shaft] += seen.model[:, states]
-    a[:states, waits + queue - 1] += seen.model[:, states + 1]
-    a[shaft, shaft], a[shaft, waits + queue - 1] = seen.scalars[2], seen.scalars[3]
-    if queue == 1:
-        b[:states, m], b[shaft, m] = seen.model[:, states + 2], seen.scalars[4]
-    else:
-        a[:states, waits + queue - 2] += seen.model[:, states + 2]
-        a[shaft, waits + queue - 2] += seen.scalars[4]
-    b[waits, m] = 1.0
-    for i in range(1, queue):
-        a[waits + i, waits + i - 1] = 1.0
+    b[:states] = seen.model[:, :states] @ gain
+    a[:states, [shaft, older, newer]] += seen.model[:, states : states + 3]
+    a[shaft, [shaft, older, newer]] = seen.scalars[2:5]
+    a[given + 1 : kept, given:older] = np.eye(queue)
     if k:
         errors = update[:, k:-1]
-        a[kept : kept + k] = errors @ pick @ correct
-        a[kept : kept + k, kept : kept + k] += update[:, :k]
-        a[kept : kept + k, last] += update[:, -1]
-        b[kept : kept + k, :m] = errors @ pick @ gain
-    a[last], b[last, :m] = command, at_once
-    return Sampled(a=a, b=b, c=command[None], d=np.concatenate((at_once, [0.0]))[None])
+        a[kept:last] = errors @ pick @ correct
+        a[kept:last, kept:last] += update[:, :k]
+        a[kept:last, last] += update[:, -1]
+        b[kept:last] = errors @ pick @ gain
+    a[last], b[last] = command, at_once
+    rest = np.arange(size) != given
+    inputs = np.column_stack((b, a[:, given]))[rest]
+    return Sampled(a[rest][:, rest], inputs, command[None, rest], np.append(at_once, 0.0)[None])
 
 
 def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:

@@ -111,10 +111,8 @@ def reference_columns(
         followed = 2 * len(shafts) + 1
         names, readings = reference_columns(law._replace(kind=LINEAR), shafts, followed), len(law.rows) - 1
         for learnt, unit in LEARNT:
-            for shaft in shafts:
-                names.append(f"{learnt}_{shaft}_angle [rad{unit}]")
-            for shaft in shafts:
-                names.append(f"{learnt}_{shaft}_speed [rad/s{unit}]")
+            names += [f"{learnt}_{shaft}_angle [rad{unit}]" for shaft in shafts]
+            names += [f"{learnt}_{shaft}_speed [rad/s{unit}]" for shaft in shafts]
             names.append(f"{learnt}_torque [N m{unit}]")
             names += [f"{learnt}_innovation_{i + 1} [1{unit}]" for i in range(readings)]
         return names[:width]
