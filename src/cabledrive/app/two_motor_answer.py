@@ -58,17 +58,11 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
         motion=BodyMotion(
             moves=dict(map(move_of, spec["moves"])),
             rise=spec["rise"] if source is click.core.ParameterSource.COMMANDLINE else None,
-            dwell=spec["dwell"],
-            pulses=spec["pulses"],
-            order=spec["order"],
+            **{name: spec[name] for name in ("dwell", "pulses", "order")},
         ),
         options=RigOptions(disturbances=tuple(map(parse_disturbance, spec["disturbances"]))),
-        least_tension=spec["least_tension"],
-        gust=spec["gust"],
-        bandwidth=spec["bandwidth"],
+        **{name: spec[name] for name in ("least_tension", "gust", "bandwidth", "seed", "draws")},
         plant_drive=actual if isinstance(actual, RoutedDrive) else None,
-        seed=spec["seed"],
-        draws=spec["draws"],
     )
     assert isinstance(found, TwoMotorTracking)  # the drive has two winches
     said = found.summary

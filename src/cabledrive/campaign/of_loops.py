@@ -21,17 +21,16 @@ TRACK = {
 }
 
 
+OF_THE_RUN = ("controller", "bandwidth", "gains", "plant", "feedforward")
+
+
 def _track(row: Row) -> Mapping[str, Any] | Found:
     from cabledrive.rig import track
 
     o = row.options
     found = track(
         row.drive,
-        controller=o.get("controller"),
-        bandwidth=o.get("bandwidth"),
-        gains=o.get("gains", "best"),
-        plant=o.get("plant"),
-        feedforward=o.get("feedforward", "damped"),
+        **{name: o[name] for name in OF_THE_RUN if name in o},
         motion=motion_of(row.motion),
         options=rig_options(o),
         plant_drive=row.plant,

@@ -69,12 +69,9 @@ def command(
         found = compare(
             drive,
             controllers=names,
-            every_law=spec["every_law"],
+            **{name: spec[name] for name in ("every_law", "draws", "seed", "goal")},
             disturbances=disturbances,
-            draws=spec["draws"],
-            seed=spec["seed"],
             motion=motion,
-            goal=spec["goal"],
             folder=folder / STAGES,
             note=note,
         )

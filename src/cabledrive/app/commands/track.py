@@ -22,6 +22,11 @@ from cabledrive.app.two_motor_answer import two_motor_answer, winch_options
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.parameters.route import RoutedDrive
 
+OF_THE_RIG = (
+    *("observer", "feedback", "encoder_phase", "ideal_sensors", "smooth_friction", "as_printed"),
+    *("segments", "check_conditions", "jitter", "pair", "preload"),
+)
+OF_THE_RUN = ("controller", "bandwidth", "gains", "feedforward", "plant", "seed", "draws", "repeat")
 METHOD = "inertias and links in steps of second order between samples, friction set-valued"
 
 
@@ -132,36 +137,19 @@ def command(
     )
     change = None if spec["load_change"] is None else parse_payload(spec["load_change"])
     options = RigOptions(
-        observer=spec["observer"],
-        feedback=spec["feedback"],
-        encoder_phase=spec["encoder_phase"],
-        ideal_sensors=spec["ideal_sensors"],
-        smooth_friction=spec["smooth_friction"],
+        **{name: spec[name] for name in OF_THE_RIG},
         forbid_slack=not spec["tension_only"],
-        as_printed=spec["as_printed"],
-        segments=spec["segments"],
-        check_conditions=spec["check_conditions"],
-        jitter=spec["jitter"],
-        pair=spec["pair"],
-        preload=spec["preload"],
         load_change=None if change is None else (change.start, change.factor),
         disturbances=tuple(parse_disturbance(words) for words in spec["disturbances"]),
         blind=parse_encoder_dropout(spec["blind"]),
     )
     found = track(
         drive,
-        controller=spec["controller"],
-        bandwidth=spec["bandwidth"],
-        gains=spec["gains"],
-        feedforward=spec["feedforward"],
-        plant=spec["plant"],
+        **{name: spec[name] for name in OF_THE_RUN},
         motion=motion,
         options=options,
         plant_drive=actual,
-        seed=spec["seed"],
         adapt=not spec["no_adaptation"],
-        draws=spec["draws"],
-        repeat=spec["repeat"],
     )
     assert isinstance(found, Tracking)
     if log_file is not None:
