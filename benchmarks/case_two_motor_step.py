@@ -6,7 +6,7 @@ import numpy as np
 from harness import duration, side_by_side, table
 
 import cabledrive as cd
-from cabledrive.control.observer_kernels import FlankLaw, first_memory, preload_step
+from cabledrive.control.observers import FlankLaw, first_memory, preload_step
 from cabledrive.control.tension_position import TensionGains, first_state, step_in_place
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.reduction.two_motors import winched_machine

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.control.numbers import ESTIMATES, ControllerState
+from cabledrive.control.reference import carried_terms, flat_map, lagged
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, reflected
 from cabledrive.rig.closed_loop.chain_kernels import move
@@ -30,6 +31,23 @@ def row_of(n: int, rng: np.random.Generator) -> LumpedChain:
         damping=tuple(rng.uniform(0.005, 0.05, n - 1)),
         ratios=((1.0, 1.0),) * (n - 1),
     )
+
+
+def flat_rows(flat, wanted: np.ndarray, interval: float) -> np.ndarray:
+    """Rows of `flat_generator` from whole arrays of the wanted load angle and its derivatives."""
+    for time in flat.time_constants:
+        wanted = lagged(wanted, float(time), interval)
+    return np.ascontiguousarray(wanted.T @ flat_map(flat))
+
+
+def carried(chain: LumpedChain, torque: np.ndarray, interval: float) -> tuple[np.ndarray, np.ndarray]:
+    """Angles, then speeds, and motor torque that keep the load still under a torque with derivatives."""
+    times, sources, output = carried_terms(chain)
+    stages = [torque]
+    for time, source in zip(times, sources, strict=True):
+        stages.append(lagged(stages[source], time, interval))
+    found = output @ np.concatenate(stages)
+    return found[:-1].T, found[-1]
 
 
 def state_of(states, estimate=(), memory=(), table=(0, 0), last=0.0) -> ControllerState:

@@ -185,7 +185,7 @@ def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, mo
     """Its snippets run, with the names of the modules that they are written for."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     names = {"np": np}
-    for module in ("rig.laws.baselines", "rig.laws.registry", "identification.logs.column_map"):
+    for module in ("rig.laws.baselines", "rig.laws.registry", "identification.logs.log"):
         names |= vars(importlib.import_module(f"cabledrive.{module}"))
     for module in ("identification.logs.log", "identification.logs.reading", "app.commands.track"):
         names |= vars(importlib.import_module(f"cabledrive.{module}"))

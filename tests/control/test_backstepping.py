@@ -11,8 +11,8 @@ import pytest
 from cabledrive.control.backstepping import (
     PRINTED_HZ,
     backstepping_numbers,
+    chain_generator,
     chain_parameters,
-    chain_reference,
     chain_scales,
     errors_matrix,
     law_step,
@@ -24,9 +24,10 @@ from cabledrive.control.backstepping_recursion import (
     work_shape,
 )
 from cabledrive.control.law_kernels import backstepping_command
-from cabledrive.control.reference import flat_output, flat_reference, joint_motion
-from cabledrive.trajectories import pulse
-from control_chains import INTERVAL, model, state_of
+from cabledrive.control.reference import MotionNumbers, flat_output, joint_motion
+from cabledrive.control.reference_kernels import reference_table
+from cabledrive.trajectories import pulse, rise_coefficients
+from control_chains import INTERVAL, flat_rows, model, state_of
 from oracles.printed_backstepping import Gains, corrected_backstepping
 
 CHAIN = model(3)
@@ -179,10 +180,9 @@ def test_condition_holds_without_adaptation_and_fails_with_it():
     """D_z at rest: positive for gamma = 0; at the gamma that helps, negative over the motion."""
     time = np.asarray(INTERVAL * np.arange(2500), dtype=np.float64)
     wanted = pulse(0.8, 0.5, 0.0)(time, 6)
-    reference = chain_reference(SIX_STATES, wanted, INTERVAL)
-    states = joint_motion(flat_output(SIX_STATES), flat_reference(flat_output(SIX_STATES), wanted, INTERVAL))[
-        0
-    ]
+    motion = MotionNumbers(np.array(rise_coefficients(9)), np.array([0.8, 0.5, 0.0, 1.0]))
+    reference = reference_table(chain_generator(SIX_STATES, INTERVAL), motion, INTERVAL, len(time))
+    states = joint_motion(flat_output(SIX_STATES), flat_rows(flat_output(SIX_STATES), wanted, INTERVAL))[0]
     still = backstepping_numbers(SIX_STATES, 25.0, 0.0, INTERVAL)
     margins = [stability_margin(law, NOMINAL, states[900], reference[900]) for law in (still, LAW_OF_SIX)]
     assert margins[0] == pytest.approx(2 * np.pi * 25.0, rel=0.02)

@@ -22,10 +22,10 @@ from cabledrive.control.darc import (
 )
 from cabledrive.control.law_kernels import adapt, law_step
 from cabledrive.control.numbers import K_SIGMA, LawNumbers
-from cabledrive.control.reference import flat_output, flat_reference, joint_motion
+from cabledrive.control.reference import flat_output, joint_motion
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
-from control_chains import INTERVAL, model, row_of, state_of
+from control_chains import INTERVAL, flat_rows, model, row_of, state_of
 from oracles.printed_darc_laws import LAWS, Machine, printed_states
 
 FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
@@ -37,7 +37,7 @@ def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **opti
     y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 2 * chain.size)
     bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
     gains = darc_gains(number, bandwidth)
-    return darc_numbers(flat, gains, bounds, flat_reference(flat, y, INTERVAL), INTERVAL, **options)
+    return darc_numbers(flat, gains, bounds, flat_rows(flat, y, INTERVAL), INTERVAL, **options)
 
 
 def stepped(law, estimate, states, row):
@@ -145,7 +145,7 @@ def test_reference_through_the_dampers_leads_to_the_wanted_load_angle():
     chain = model(4)
     flat = flat_output(chain)
     y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 6)
-    states, _ = joint_motion(flat, flat_reference(flat, y, INTERVAL))
+    states, _ = joint_motion(flat, flat_rows(flat, y, INTERVAL))
     worst = np.abs(states[:, 2] - y[0]).max()
     assert worst < 3e-7, f"observed {worst:.2e} rad"
 
@@ -212,13 +212,13 @@ def test_projection_never_raises_the_lyapunov_function(estimate, truth, tau, gai
 
 
 def test_adaptation_gain_gives_the_second_order_loop_its_damping():
-    """Eq. (6.35): the largest phi^T Gamma phi / mu along the reference is k_m^2 / (4 zeta^2)."""
+    """Eq. (6.35): the largest phi^T Gamma phi / mu along the reference is k_m^2 / 4, with zeta = 1."""
     bounds = printed_bounds(model(4), flexible_joint=True)
     regressor = np.random.default_rng(0).normal(size=(50, 4))
-    chosen = DarcGains(bandwidth=100.0, sliding_rate=150.0, damping_ratio=0.8)
+    chosen = DarcGains(bandwidth=100.0, sliding_rate=150.0)
     gain = adaptation_gain(chosen, bounds, regressor, 1e-6)
     largest = np.max(regressor**2 @ gain) / 1e-6
-    assert largest == pytest.approx(150.0**2 / (4 * 0.8**2), rel=1e-12)
+    assert largest == pytest.approx(150.0**2 / 4.0, rel=1e-12)
     np.testing.assert_allclose(gain / bounds.spread**2, gain[0] / bounds.spread[0] ** 2, rtol=1e-12)
 
 

@@ -1,6 +1,6 @@
 """Learnt from readings: cable and motor in one pulse, a torque of the load from the filter's innovations.
 
-Compiled modules under test: cabledrive.control.observer_kernels,
+Compiled modules under test: cabledrive.control.observers,
 cabledrive.control.law_kernels.
 """
 
@@ -11,14 +11,12 @@ import numpy as np
 import pytest
 from scipy.signal import StateSpace, lsim
 
-from cabledrive.control.load_torque import carried
-from cabledrive.control.observer_kernels import whitening
-from cabledrive.control.observers import QUIET, Sampling, kalman_filter
-from cabledrive.control.reference import flat_output, flat_reference, joint_motion
+from cabledrive.control.observers import QUIET, Sampling, kalman_filter, whitening
+from cabledrive.control.reference import flat_output, joint_motion
 from cabledrive.control.regression import estimate_load, estimate_motor, filtered
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
-from control_chains import INTERVAL, model, row_of
+from control_chains import INTERVAL, carried, flat_rows, model, row_of
 
 COUNTS = 2.0 * np.pi / np.array([2600.0, 10000.0, 10000.0])
 CHAIN = model(4)
@@ -31,7 +29,7 @@ def motion() -> tuple[np.ndarray, np.ndarray]:
     """Angles of every shaft in one pulse, and the mean torque over each sample, friction included."""
     flat = flat_output(CHAIN)
     y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 6)
-    rows = flat_reference(flat, y, INTERVAL)
+    rows = flat_rows(flat, y, INTERVAL)
     states, elastic = joint_motion(flat, rows)
     speed, acceleration = rows[:, -2], rows[:, -1]
     torque = CHAIN.inertias[0] * acceleration + elastic
@@ -100,7 +98,7 @@ def test_momentum_sum_gives_inertia_and_friction_from_counts():
     angles, torque = motion()
     rng = np.random.default_rng(3)
     found = estimate_motor(
-        counted(angles, rng), torque, COUNTS, np.array(CHAIN.inertias), INTERVAL, rng, spread=np.full(3, 0.05)
+        counted(angles, rng), torque, COUNTS, np.array([CHAIN.inertias, np.full(3, 0.05)]), INTERVAL, rng
     )
     assert found.known(0.05, 0, 2)
     off = np.abs(found.values[:3] / WHOLE[:3] - 1.0)
@@ -114,7 +112,7 @@ def test_nothing_is_learnt_from_nothing():
     rest = np.zeros((4000, 3))
     creep = counted(np.linspace(0.0, 3e-3, 4000)[:, None] * np.ones(3), rng)
     flicker = COUNTS * rng.integers(0, 2, (4000, 3))
-    inertias = np.array(CHAIN.inertias)
+    inertias = np.array([CHAIN.inertias, np.zeros(3)])
     for readings in (rest, creep, flicker):
         assert not estimate_load(readings[:, 1:], COUNTS[1:], INTERVAL, rng).known(0.02, 0)
         assert not estimate_motor(readings, np.zeros(4000), COUNTS, inertias, INTERVAL, rng).known(0.05, 0, 2)
@@ -161,9 +159,8 @@ def filter_of(chain):
     counts = (2.4e-3, 6.3e-4, 6.3e-4)
     tuning = replace(QUIET, load_acceleration=0.03)
     sampling = Sampling(interval=INTERVAL)
-    return kalman_filter(chain, [0, 1, 2], counts, sampling, chosen=[0, 1, 2], tuning=tuning), np.array(
-        counts
-    )
+    found = kalman_filter(chain, list(enumerate(counts)), sampling, chosen=[0, 1, 2], tuning=tuning)
+    return found, np.array(counts)
 
 
 def test_whitened_innovations_have_variance_one():

@@ -3,40 +3,52 @@
 import numpy as np
 import pytest
 
-import cabledrive as cd
-from cabledrive.control.load_torque import load_regressors, load_row_numbers
 from cabledrive.control.numbers import KALMAN, ObserverNumbers
-from cabledrive.control.reference import MotionNumbers, reference_numbers
+from cabledrive.control.reference import (
+    TURN,
+    MotionNumbers,
+    flat_generator,
+    flat_output,
+    load_row_numbers,
+    reference_numbers,
+)
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig import Motion
-from cabledrive.rig.laws.controllers import DesignSpec, motion_numbers
-from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
-from cabledrive.rig.laws.load_learning import load_blocks
-from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, needed_order
-from cabledrive.trajectories import rise_coefficients
-
-DRIVE = cd.load_drive("dissertation-3")
+from cabledrive.trajectories import pulse, rise_coefficients
+from control_chains import carried, flat_rows, model
 
 
-def table_of(name: str, motion: Motion, drive: cd.Drive = DRIVE):
-    spec = DesignSpec(drive, motion)
-    made = CONTROLLERS[name](spec)
-    assert made.generator is not None
-    numbers = motion_numbers(drive, motion)
-    return made.reference, reference_table(made.generator, numbers, spec.interval, spec.samples)
-
-
-@pytest.mark.kernel  # cabledrive.control.reference_kernels, cabledrive.control.reference_kernels
-@pytest.mark.parametrize("name", [name for name in CONTROLLERS if name not in (*LOAD_LEARNING, *OPEN_LOOPS)])
-def test_the_generator_makes_the_rows_of_the_table(name, measured):
-    order = needed_order(name, DRIVE) + 2  # nothing jumps at an edge, which rounding may put to either side
-    motion = Motion(angle=-20.0, rise=0.04, dwell=0.01, pulses=2, order=order)
-    table, rows = table_of(name, motion)
-    peak = np.abs(table).max(axis=0)  # another load adds nothing to its own angle and speed
-    gap = float(np.max(np.abs(rows - table) / np.where(peak > 0.0, peak, 1.0)))
+@pytest.mark.kernel
+@pytest.mark.parametrize("number", [1, 3, 4])
+def test_rows_of_a_flat_output_are_those_of_whole_arrays(number, measured):
+    """Two pulses of an order at which nothing jumps at an edge, which rounding may put to either side."""
+    flat, interval, order = flat_output(model(number)), 1e-3, 15
+    numbers = np.array([-20.0, 0.04, 0.01, 2.0])
+    motion = MotionNumbers(coefficients=np.array(rise_coefficients(order)), scalars=numbers)
+    rows = reference_table(flat_generator(flat, interval), motion, interval, 201)
+    wanted = pulse(-20.0, 0.04, 0.01, pulses=2, order=order)(interval * np.arange(201), 2 * flat.size)
+    table = flat_rows(flat, wanted, interval)
+    gap = float(np.max(np.abs(rows - table) / np.abs(table).max(axis=0)))
     measured(f"{gap:.1e} of the peak")
     assert gap < 1e-9, f"observed {gap:.1e} of each column's peak"
+
+
+def smoothed_sign(speed, weights):
+    """Sign of a speed, smoothed evenly to both sides, with derivatives, (rows, samples)."""
+    sign = np.pad(np.tanh(TURN * speed / np.abs(speed).max()), weights.shape[1] // 2, mode="edge")
+    return np.array([np.convolve(sign, row[::-1], "valid") for row in weights])
+
+
+def missed_by(load, torque):
+    """States less what the filter takes them for, and innovations, by a torque at the load."""
+    mean, missed, seen = 0.5 * (torque + np.append(torque[1:], torque[-1])), [], []
+    error = np.zeros(len(load.transition))
+    for k, one in enumerate(mean):
+        seen.append(load.seen @ error)
+        error = error - load.gains[min(k, len(load.gains) - 1)] @ seen[-1]
+        missed.append(error[load.chosen])
+        error = load.transition[:, :-1] @ error + load.transition[:, -1] * one
+    return np.array(missed), np.array(seen)
 
 
 @pytest.mark.kernel  # cabledrive.control.reference_kernels
@@ -63,7 +75,7 @@ def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measur
         places=np.zeros(2, dtype=np.int64),
         model=np.hstack((model, np.zeros((states, 4)))),
         output=generator.normal(size=(m, states)),
-        gains=0.1 * generator.normal(size=(1, states, m)),
+        gains=0.1 * generator.normal(size=(40, states, m)),
         scalars=np.zeros(9),
     )
     white = generator.normal(size=(m, m))
@@ -73,8 +85,12 @@ def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measur
         coefficients=np.array(rise_coefficients(4 * n + 1)), scalars=np.array([-0.3, 0.04, 0.01, 2.0])
     )
     rows = reference_table(numbers, motion, interval, 220)
-    torques = load_regressors(rows[:, : 2 * n + 1].T, turning, interval)
-    blocks, _ = load_blocks(chain, observer, white, torques, interval)
+    y, blocks = rows[:, : 2 * n + 1].T, np.zeros((220, 0))
+    for torque in (smoothed_sign(y[1], load.sign), y[1 : 2 * n], y[2:]):
+        states_asked, motor = carried(chain, torque, interval)
+        missed, seen = missed_by(load, torque[0])
+        asked = states_asked[:, observer.chosen] - missed
+        blocks = np.hstack((blocks, asked, motor[:, None], seen @ white.T))
     gap = np.abs(rows[:, 2 * n + 1 :] - blocks).max(axis=0) / np.abs(blocks).max(axis=0)
     measured(f"{gap.max():.1e} of the peak")
     assert load.columns == blocks.shape[1] == 3 * (2 * n + 1 + m)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from reproduction.bench import BENCH_TESTS, bench_rig
 
-from cabledrive.identification.logs.log import unpacked_mcap
+from cabledrive.identification.logs.messages import unpacked_mcap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.one_log import load_options
 from cabledrive.parameters import InputRefused

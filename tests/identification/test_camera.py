@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cabledrive.identification.camera.clip import Clip, open_clip
-from cabledrive.identification.camera.marker import marker_log, track_marker
+from cabledrive.identification.camera_frames import Clip, open_clip
+from cabledrive.identification.camera_marker import marker_log, track_marker
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.tension.tones import Tones, fit_tones
 from cabledrive.parameters import InputRefused

@@ -9,9 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.axis.equation import FrictionModel
-from cabledrive.identification.chain_fit import fit_output_error
-from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
-from cabledrive.identification.logs.column_map import ColumnMap, with_choices
+from cabledrive.identification.chain_fit import ChainModel, FreeParameter, Record, fit_output_error
+from cabledrive.identification.logs.log import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from oracles.position_loop import PositionLoop, integrate_position_loop_of
 

@@ -11,22 +11,22 @@ from scipy import signal
 from scipy.stats import binom
 
 from cabledrive.identification import signals
+from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.axis.check import moved_back
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
 from cabledrive.identification.axis.simulated import whitened, whitener
 from cabledrive.identification.axis.timing import given_timing
-from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.one_log import IdentifyOptions, identify
-from cabledrive.identification.planning import low_crest_multisine, multisine_lines, sum_of_sines
-from cabledrive.identification.regression import (
+from cabledrive.identification.estimates import (
     factor,
     joined,
     merged,
     solve,
     suited_segments,
 )
-from cabledrive.identification.wrap_friction import inertias_of_the_rigs
+from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.one_log import identify
+from cabledrive.identification.planning import low_crest_multisine, multisine_lines, sum_of_sines
 from cabledrive.parameters import NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.virtual_rig import Imperfections, VirtualRig, run_rig
@@ -101,17 +101,6 @@ def test_table_4_1_lies_inside_its_intervals(test, measured):
         assert abs(estimate.value - value) < widened, (
             f"{name}: {estimate.value:.6g} +- {widened:.2g}, printed {value}"
         )
-
-
-def test_table_4_2_follows_from_the_differences_of_the_rigs():
-    """J11, J12 and J2 with propagated intervals; printed 0.0011, 0.000642, 0.00235."""
-    found = [identified(test) for test in BENCH_TESTS]
-    inertias = inertias_of_the_rigs(*found)
-    for name, value in {"J1": 0.001742, "J11": 0.0011, "J12": 0.000642, "J2": 0.00235}.items():
-        estimate = inertias[name]
-        assert abs(estimate.value - value) < 3.5 * estimate.standard_error, f"{name}: {estimate}"
-    spread = np.hypot(*(f.parameters["inertia"].standard_error for f in found[:2]))
-    assert inertias["J12"].standard_error == pytest.approx(spread, rel=1e-12)
 
 
 def coverage(test, repeats, seed, method=None):

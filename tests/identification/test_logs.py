@@ -9,11 +9,12 @@ from pyarrow import parquet
 from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 from scipy import io
 
+from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.logs import reading
-from cabledrive.identification.logs.column_map import Column, ColumnMap, with_choices
+from cabledrive.identification.logs.log import Column, ColumnMap, with_choices
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.identification.logs.time_check import saturated
-from cabledrive.identification.one_log import IdentifyOptions, identify, identify_long_log, load_options
+from cabledrive.identification.one_log import identify, identify_long_log, load_options
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.virtual_rig import run_rig
 from oracles.axis_catalogue import TRUTHS, made

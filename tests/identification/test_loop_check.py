@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.axis.check import INNOVATIONS
 from cabledrive.identification.axis.equation import observe, shadow
 from cabledrive.identification.axis.faults import evidence_by_innovations
 from cabledrive.identification.axis.observer import observer_gains
-from cabledrive.identification.logs.column_map import ColumnMap, with_choices
+from cabledrive.identification.logs.log import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.one_log import IdentifyOptions, identify
+from cabledrive.identification.one_log import identify
 from servo_logs import servo_log
 
 VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])

@@ -177,7 +177,7 @@ def test_axes_of_logs_are_not_mixed(logs, tmp_path):
         ("freq,psd_xyz\n1,1\n2,1\n", "only 2 rows"),
         ("freq,psd_xyz\n" + "".join(f"{k % 5},1\n" for k in range(20)), "does not follow"),
         ("#time,accel_x\n" + "".join(f"{k / 100},1\n" for k in range(20)), "shorter than a window"),
-        ("#time,accel_x\n" + "".join(f"{k},1\n" for k in range(20)), "samples per second, below"),
+        ("#time,accel_x\n" + "".join(f"{k},1\n" for k in range(20)), "Hz, below"),
         ("#time,accel_x\n" + "".join(f"{k / 100},1\n" for k in range(200)), "no vibration was measured"),
     ],
 )

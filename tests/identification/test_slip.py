@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.identification.slip import without_slip
+from cabledrive.identification.rope_friction import without_slip
 from cabledrive.identification.two_sides import TwoSides
 from cabledrive.parameters import load_drive
 from study_drives import drive_of

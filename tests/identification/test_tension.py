@@ -9,8 +9,7 @@ from scipy.io import wavfile
 import cabledrive as cd
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.signals import zero_phase
-from cabledrive.identification.tension.both import tension_of_both
-from cabledrive.identification.tension.load_cell import tensions_from_load_cell
+from cabledrive.identification.tension.both import tension_of_both, tensions_from_load_cell
 from cabledrive.identification.tension.recording import read_ping, read_wav
 from cabledrive.identification.tension.strings import (
     compared,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.wrap_friction import split_friction
+from cabledrive.identification.rope_friction import split_friction
 from cabledrive.parameters import InputRefused
 from oracles.wrapped_arm import arm_log
 
@@ -70,7 +70,7 @@ def test_logs_at_two_tensions_tell_wraps_from_bearings_and_one_tension_does_not(
     assert "at another pretension" in alike.reason
     close = split_friction(logs, (150.0, 150.5))
     assert close.reason
-    with pytest.raises(InputRefused, match="a positive one for each"):
+    with pytest.raises(InputRefused, match="a positive one each"):
         split_friction(logs, (60.0,))
     with pytest.raises(InputRefused, match="strokes"):
         split_friction([logs[0].part(0.0, 2.0)], (60.0,))

@@ -1,7 +1,7 @@
 """Closed loops on the rig: what they reach, what they say, and the lines that they leave.
 
 Compiled modules under test: cabledrive.rig.closed_loop.loop_kernels,
-cabledrive.control.observer_kernels,
+cabledrive.control.observers,
 cabledrive.control.observers,
 cabledrive.control.law_kernels,
 cabledrive.control.law_kernels.

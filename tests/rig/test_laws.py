@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cabledrive.control.load_torque import load_regressors
 from cabledrive.control.observers import KalmanTuning
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, load_drive
@@ -18,7 +17,7 @@ from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, run, 
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers
-from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_blocks, load_learning
+from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_learning
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain
 from cabledrive.rig.setting import Spreads
@@ -230,25 +229,21 @@ def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name,
 
 
 def learning_loop(name: str, motion: Motion):
-    """Law and settled filter made for the short motion along another one; tables from whole-motion arrays."""
+    """Law and settled filter made for the short motion, along another one."""
     first = DesignSpec(DRIVE, SHORT, bandwidth=22.0)
     designed = close_loop(DesignSpec(DRIVE, SHORT), load_learning(first, name), np.random.default_rng(0))
     settled = designed.observer._replace(gains=designed.observer.gains[-1:])
     spec, turning = DesignSpec(DRIVE, motion, bandwidth=22.0), TURNING * SHORT.rise
     made = replace(load_learning(spec, name, turning), law=designed.controller.law)
     loop = close_loop(DesignSpec(DRIVE, motion), made, np.random.default_rng(0))
-    chain = spec.model(4)
-    torques = load_regressors(spec.wanted(2 * chain.size), turning, spec.interval)
-    blocks, _ = load_blocks(chain, settled, made.law.rows[1:, : len(settled.output)], torques, spec.interval)
-    table = np.ascontiguousarray(np.hstack((made.reference[:, : 2 * chain.size + 1], blocks)))
     generator = designed.controller.generator
-    controller = replace(made, reference=table, generator=generator)
+    generator = generator._replace(load=generator.load._replace(gains=settled.gains))
+    controller = replace(made, reference=spec.rows(generator), generator=generator)
     return replace(loop, observer=settled, controller=controller)
 
 
 @pytest.mark.parametrize("name", ["lqi-learning", "lqg-learning"])
 def test_the_file_of_a_law_that_learns_makes_its_columns_sample_by_sample(name, tmp_path, measured):
-    """The generator looks ahead; the rig's tables come from whole-motion arrays with another rounding."""
     path = tmp_path / "controller.json"
     path.write_text(json.dumps(controller_numbers(learning_loop(name, SHORT), DRIVE, "motor")))
     found, loop = best_track(DRIVE, controller=path, motion=OTHER), learning_loop(name, OTHER)

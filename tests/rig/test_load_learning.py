@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cabledrive.control.load_torque import lifted, repetition_learning, torque_along
 from cabledrive.control.numbers import GAIN
+from cabledrive.control.regression import lifted, repetition_learning, torque_along
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run

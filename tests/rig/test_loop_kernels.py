@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.observer_kernels import FlankLaw
+from cabledrive.control.observers import FlankLaw
 from cabledrive.rig import Motion
 from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, see_chain
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest

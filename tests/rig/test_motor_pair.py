@@ -34,7 +34,7 @@ def loop_of(drive, law, hertz, motion, options, seed=0):
 
 
 @pytest.mark.kernel("cabledrive.rig.closed_loop.chain_kernels")
-@pytest.mark.kernel("cabledrive.control.observer_kernels")
+@pytest.mark.kernel("cabledrive.control.observers")
 def test_the_pair_moves_as_scipy_integrates_it_also_where_a_flank_opens(measured):
     """Commands of the run replayed; a shock on the load of 0.9 N m opens a flank and closes it again."""
     tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS, "cable.pretension=60 N"])

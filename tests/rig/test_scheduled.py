@@ -13,7 +13,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, Payload, RigOptions, track
 from cabledrive.rig.bounds import Segment, switched_tube
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
-from cabledrive.rig.laws.baselines import feedforward_table
+from cabledrive.rig.laws.baselines import inverse_of
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
 from cabledrive.rig.laws.registry import CONTROLLERS
@@ -70,7 +70,7 @@ def test_the_columns_of_the_reference_give_the_exact_inverse_of_any_load(load):
     spec = DesignSpec(DRIVE, TWO, bandwidth=HERTZ)
     chain = replace(with_load(spec.model(4), load), coulomb=(0.0,) * 3)
     table = CONTROLLERS[SCHEDULED](spec).reference
-    wanted = feedforward_table(spec, chain, spec.wanted(6))
+    wanted = spec.rows(inverse_of(spec, chain))
     found = table[:, :7] + (load - 1.0) * table[:, 7:14]
     np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cabledrive.control.observers import Sampling, kalman_filter
-from cabledrive.identification.logs.column_map import ColumnMap
+from cabledrive.identification.logs.log import ColumnMap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.report.figures.study_runs import intervals_picture
@@ -42,8 +42,7 @@ def test_innovations_are_readings_less_their_predictions():
     chain, h, generator = plant_chain(DRIVE, 4), 1e-3, np.random.default_rng(3)
     probe = kalman_filter(
         chain,
-        [0, 1, 2],
-        [2e-3, 6e-4, 6e-4],
+        [(0, 2e-3), (1, 6e-4), (2, 6e-4)],
         Sampling(interval=h),
         chosen=range(3),
         tuning=TUNING,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.regression import Fit
+from cabledrive.identification.estimates import Fit
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.network_axis import as_axis

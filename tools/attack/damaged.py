@@ -23,7 +23,7 @@ from cabledrive.app.failures import status_of
 from cabledrive.app.main import main
 from cabledrive.campaign.spec import read_spec
 from cabledrive.export.source import designed, read_source
-from cabledrive.identification.logs.column_map import ColumnMap, with_choices
+from cabledrive.identification.logs.log import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.printer_spectrum import read_printer_spectrum
 from cabledrive.identification.spectrum_peaks import spectrum_peaks

@@ -70,7 +70,7 @@ def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(function)
     def _reading(*, columns: tuple[str, ...], skip_rows: int | None, resample: bool, **options: Any) -> Any:
         def choose(base: Any) -> Any:
-            from cabledrive.identification.logs.column_map import with_choices
+            from cabledrive.identification.logs.log import with_choices
 
             return with_choices(base, columns, skip_rows=skip_rows, resample=resample)
 

@@ -10,8 +10,8 @@ from cabledrive.parameters.route.drive import RoutedDrive
 
 if TYPE_CHECKING:
     from cabledrive.identification.estimates import Estimate
-    from cabledrive.identification.logs.column_map import ColumnMap
-    from cabledrive.identification.wrap_friction import FrictionSplit
+    from cabledrive.identification.logs.log import ColumnMap
+    from cabledrive.identification.rope_friction import FrictionSplit
 
 OF_LOOPS = ("upper", "lower", "both")
 
@@ -162,7 +162,7 @@ SPLIT = "least squares on strokes between reversals, errors of strokes and of th
 def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: "ColumnMap") -> Answer:
     """Both frictions from logs at their tensions [N]; not complete where they are not told apart."""
     from cabledrive.identification.logs.reading import read_log
-    from cabledrive.identification.wrap_friction import split_friction
+    from cabledrive.identification.rope_friction import split_friction
 
     found = split_friction([read_log(log, columns) for log in logs], tensions)
     data = {

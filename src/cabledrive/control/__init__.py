@@ -2,7 +2,7 @@
 
 In every file of this room ``interval`` is the sample time [s], ``counts`` one count of each encoder, seen at
 the first shaft [rad], ``states`` angles, then speeds, from the motor to the load, ``reference`` the rows of
-`cabledrive.control.reference.flat_reference`, ``delta`` a bound of the disturbance [N m].
+`cabledrive.control.reference.flat_generator`, ``delta`` a bound of the disturbance [N m].
 """
 
 from cabledrive.control.own_controller import ControllerProtocol, OwnController

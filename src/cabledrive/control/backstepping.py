@@ -45,7 +45,7 @@ from cabledrive.control.numbers import (
     LawNumbers,
     learning_table,
 )
-from cabledrive.control.reference import ReferenceNumbers, lagged, reference_numbers
+from cabledrive.control.reference import ReferenceNumbers, reference_numbers
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -135,27 +135,14 @@ def chain_parameters(chain: LumpedChain) -> tuple[Array, Array]:
     return parameters, widths
 
 
-def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array:
-    r"""What the law takes at each sample, from the wanted load angle and its derivatives, (7, samples).
+def chain_generator(chain: LumpedChain, interval: float) -> ReferenceNumbers:
+    r"""The generator of what the law of six states takes at each sample.
 
     Along it :math:`x_3 = \ddot y_d/D_2`, :math:`x_5 = S_1(1 + J_2/J_{12})\ddot y_d/D_1 + y_d^{(4)}/(D_1D_2)`.
-    Returns (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, motor speed.
+    Rows, (17,): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, motor speed.
     """
     joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
-    jointed = lagged(wanted, joint, interval)
-    stages = (wanted, lagged(wanted, cable, interval), jointed, lagged(jointed, cable, interval))
-    return np.ascontiguousarray(_signals(chain, *stages).T)
-
-
-def chain_generator(chain: LumpedChain, interval: float) -> ReferenceNumbers:
-    """The generator of the rows of `chain_reference`."""
-    joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
-    output = _signals(chain, *np.split(np.eye(28), 4))
-    return reference_numbers(output, (cable, joint, cable), interval, sources=(0, 0, 2))
-
-
-def _signals(chain: LumpedChain, wanted: Array, cabled: Array, jointed: Array, both: Array) -> Array:
-    """The signals of time from the wanted motion and what cable, joint and both leave of it, (7, p) each."""
+    wanted, cabled, jointed, both = np.split(np.eye(28), 4)  # and through the lags of cable, joint, both
     s1, s2 = chain_scales(chain)
     motor, pulley, load = chain.inertias
     x3 = cabled[2:]
@@ -167,7 +154,8 @@ def _signals(chain: LumpedChain, wanted: Array, cabled: Array, jointed: Array, b
     cable_torque = chain.damping[1] * x3[1] / s1
     w3 = s2 * (cable_torque / pulley - joint_torque * (1.0 / motor + 1.0 / pulley))
     speed = wanted[1] + x3[1] / s1 + x5[1] / s2
-    return np.vstack((wanted, w1, w2, w3, speed))
+    output = np.vstack((wanted, w1, w2, w3, speed))
+    return reference_numbers(output, (cable, joint, cable), interval, sources=(0, 0, 2))
 
 
 def backstepping_numbers(

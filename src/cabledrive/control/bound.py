@@ -15,7 +15,7 @@ Errors of sensors, delay, hold, friction, disturbance and parameters of the moto
 the error of the load after the response to g cannot be made by a torque of the motor: an unmatched part.
 
 With p the load's true parameters, :math:`\delta_j` and :math:`\tau_j` what a unit of each asks of states
-and motor (`cabledrive.control.load_torque`) and K the feedback, :math:`\zeta = x - x_d - \sum_j p_j\delta_j`
+and motor (`cabledrive.control.reference`) and K the feedback, :math:`\zeta = x - x_d - \sum_j p_j\delta_j`
 obeys
 
 .. math:: \zeta_{k+1} = (A + BK)\zeta_k + Bm_k + r_k, \qquad
@@ -33,7 +33,7 @@ from math import comb
 import numpy as np
 
 from cabledrive.control.linear_laws import sampled_motion
-from cabledrive.control.numbers import HIGH, INERTIAL, LOW, NOMINAL, SURFACE, LawNumbers
+from cabledrive.control.numbers import HIGH, INERTIAL, INTERVAL, LOW, NOMINAL, SURFACE, LawNumbers
 from cabledrive.control.reference import FlatOutput
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, held
@@ -67,7 +67,6 @@ def error_bound(
     bandwidth: float,
     regressor: Array,
     delta: Array | float,
-    interval: float,
     times: Array,
     deviation: Array | None = None,
 ) -> ErrorBound:
@@ -81,7 +80,7 @@ def error_bound(
     4): of the true states' regressor from it, where the law compensates with nominal parameters.
     """
     nominal, low, high = law.learning[NOMINAL], law.learning[LOW], law.learning[HIGH]
-    spread, order = high - low, law.matrix.shape[0] - 1
+    spread, order, interval = high - low, law.matrix.shape[0] - 1, float(law.scalars[INTERVAL])
     h = uncertainty(regressor, spread, delta)
     if deviation is not None:
         h = h + np.abs(deviation) @ np.maximum(high - nominal, nominal - low)
@@ -165,29 +164,25 @@ class SlidingResidual:
 
 
 def sliding_residual(
-    law: LawNumbers,
-    flat: FlatOutput,
-    bandwidth: float,
-    mu: float,
-    states: Array,
-    reference: Array,
-    error: Array,
-    interval: float,
+    law: LawNumbers, flat: FlatOutput, bandwidth: float, mu: float, off: Array, error: Array
 ) -> SlidingResidual:
     """What drove the sliding variable along a run.
 
-    ``flat``: of the chain the law is made for; ``bandwidth``: lambda [rad/s]; ``mu``: of the plant;
-    ``states``, (samples, 2n): true ones; ``reference``, (samples, 2n + 3); ``error``, (samples,): of the load
+    ``flat``: of the chain the law is made for; ``bandwidth``: lambda [rad/s]; ``mu``: of the plant; ``off``,
+    (samples, 2n): of the flat output and its derivatives, by true states; ``error``, (samples,): of the load
     [rad].
     """
-    count = states.shape[1]
+    from scipy.signal import fftconvolve
+
+    count, interval = off.shape[1], float(law.scalars[INTERVAL])
     scale = bandwidth ** np.arange(count)
-    deviation = (states @ law.matrix.T - reference[:, :count]) / scale
+    deviation = off / scale
     step, push = _discrete(bandwidth, law.k_sigma / mu, interval, count)
     push = push / (mu * scale[-1])
     torque = (deviation[1:, -1] - deviation[:-1] @ step[-1]) / push[-1]
     output = flat.states[flat.size - 1] * scale
-    matched = _response(step, push, output, torque)
+    impulse = impulse_response(step, push, output, len(torque))
+    matched = np.append(0.0, fftconvolve(torque, impulse)[: len(torque)] if len(torque) else torque)
     fading = float(np.exp(-law.k_sigma * interval / mu))
     sliding = np.abs(_lagged(torque / law.k_sigma, fading))
     return SlidingResidual(
@@ -219,18 +214,13 @@ def _discrete(bandwidth: float, rate: float, interval: float, count: int) -> tup
     return held(system, np.eye(count)[-1], interval)
 
 
-def _response(step: Array, push: Array, output: Array, torque: Array) -> Array:
-    """Output under torques held from sample to sample, from rest; the impulse response doubles in length."""
-    from scipy.signal import fftconvolve
-
-    samples = len(torque)
+def impulse_response(step: Array, push: Array, output: Array, samples: int) -> Array:
+    """Output of :math:`x_{k+1} = Ax_k` from ``push`` on, shape (samples,); its rows double in number."""
     rows, power = output[None], step
     while len(rows) < samples:
         rows = np.concatenate((rows, rows @ power))
         power = power @ power
-    impulse = rows[:samples] @ push
-    found = fftconvolve(torque, impulse)[:samples] if samples else torque
-    return np.append(0.0, found)
+    return np.asarray(rows[:samples] @ push)
 
 
 def _lagged(signal: Array, fading: float) -> Array:
@@ -254,11 +244,8 @@ class IdealLoop:
 
     def response(self, samples: int) -> Array:
         """Load's angle after a torque of one sample, shape (samples,) [rad/(N m)]."""
-        found, state = np.zeros(samples), self.push
-        for k in range(1, samples):
-            found[k] = state[self.load]
-            state = self.matrix @ state
-        return found
+        row = np.eye(len(self.matrix))[self.load]
+        return np.append(0.0, impulse_response(self.matrix, self.push, row, max(samples - 1, 0)))[:samples]
 
 
 def ideal_loop(law: LawNumbers, chain: LumpedChain, interval: float) -> IdealLoop:

@@ -22,7 +22,7 @@ from cabledrive.control.numbers import (
     ObserverNumbers,
     new_controller_state,
 )
-from cabledrive.control.observer_kernels import correct, predict
+from cabledrive.control.observers import correct, predict
 from cabledrive.control.reference import MotionNumbers, ReferenceNumbers, ReferenceState
 from cabledrive.control.reference_kernels import reference_row
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
@@ -132,6 +132,19 @@ def start_target(start: Array, t: TargetState, readings: Array) -> None:
 
 
 @njit_part
+def take_in(t: Any, readings: Array, reference: Array) -> bool:
+    """Readings less the angles of the start, an encoder's first ones; whether the reference is finite."""
+    known = True
+    for i in range(reference.shape[1]):
+        known = known and isfinite(reference[0, i])
+    for j in range(readings.size):
+        if not isfinite(t.datum[j]) and isfinite(readings[j]):
+            t.datum[j] = readings[j]
+        t.readings[j] = readings[j] - t.datum[j]
+    return known
+
+
+@njit_part
 def target_step(
     observer: ObserverNumbers,
     law: LawNumbers,
@@ -145,13 +158,7 @@ def target_step(
     ``readings``, shape (m,): angles at the first shaft [rad]; ``reference``, shape (1, columns). A reading or
     a reference that is not finite holds the command; the filter goes on with it.
     """
-    known = True
-    for i in range(reference.shape[1]):
-        known = known and isfinite(reference[0, i])
-    for j in range(readings.size):
-        if not isfinite(t.datum[j]) and isfinite(readings[j]):
-            t.datum[j] = readings[j]
-        t.readings[j] = readings[j] - t.datum[j]
+    known = take_in(t, readings, reference)
     command, valid = 0.0, False
     if known:
         last = reference.shape[0] - 1  # the only row; a plain 0 would have all of the law compiled once more
@@ -210,13 +217,8 @@ def own_target_step(step: Any, filtered: bool) -> Callable[..., tuple[float, boo
         observer: Any, own_gains: Any, limit: float, t: Any, readings: Array, reference: Array
     ) -> tuple[float, bool]:
         """One sample: limited command [N m], and whether it was computed; else the last one is held."""
-        known = True
-        for i in range(reference.shape[1]):
-            known = known and isfinite(reference[0, i])
+        known = take_in(t, readings, reference)
         for j in range(readings.size):
-            if not isfinite(t.datum[j]) and isfinite(readings[j]):
-                t.datum[j] = readings[j]
-            t.readings[j] = readings[j] - t.datum[j]
             known = known and isfinite(t.readings[j])
         seen = observe(observer, t.controller, t.readings)
         torque, valid = 0.0, False

@@ -57,9 +57,7 @@ class Bounds:
         names = ("p2 [kg m^2]", "p3 [N m s/rad]", "p4 [N m]", "p5 [N m]")
         for name, value, low, high in zip(names, self.nominal, self.low, self.high, strict=True):
             if not low <= value <= high:
-                raise InputRefused(
-                    f"{name} = {value:.6g} lies outside {low:.6g} to {high:.6g}: widen the bounds"
-                )
+                raise InputRefused(f"{name} = {value:.6g} lies outside {low:.6g} to {high:.6g}: widen them")
 
     @property
     def spread(self) -> Array:
@@ -83,16 +81,7 @@ class DarcGains:
 
     bandwidth: float  # lambda of the sliding surface [rad/s]
     sliding_rate: float  # K_sigma / mu [rad/s]
-    damping_ratio: float = 1.0  # zeta_d of (6.35); default: 1, the source gives none
     adaptation_share: float = 1.0  # factor on the adaptation gain of (6.37); 0: estimates stay
-
-    def __post_init__(self) -> None:
-        for name in ("bandwidth", "sliding_rate", "damping_ratio"):
-            value = getattr(self, name)
-            if not isfinite(value) or value <= 0.0:
-                raise InputRefused(f"{name} = {value:.6g} must be finite and above 0: an unstable surface")
-        if not isfinite(self.adaptation_share) or self.adaptation_share < 0.0:
-            raise InputRefused(f"adaptation_share = {self.adaptation_share:.6g} must not be below 0: give 1")
 
 
 def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: float = 1.0) -> DarcGains:
@@ -112,7 +101,7 @@ def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: 
 
 
 def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: float) -> Array:
-    r"""Diagonal of :math:`\Gamma`, Eqs. (6.35)-(6.37).
+    r"""Diagonal of :math:`\Gamma`, Eqs. (6.35)-(6.37), with :math:`\zeta_d = 1`: the source gives none.
 
     .. math::
         \Gamma = \gamma W_p^2, \quad W_p = \mathrm{diag}(p_{max} - p_{min}), \quad
@@ -125,7 +114,7 @@ def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: floa
     largest = float(np.max(regressor**2 @ squares)) / mu
     if largest == 0.0:
         return np.zeros(4)
-    gamma = gains.sliding_rate**2 / (4.0 * gains.damping_ratio**2 * largest)
+    gamma = gains.sliding_rate**2 / (4.0 * largest)
     return gains.adaptation_share * gamma * squares
 
 
@@ -144,19 +133,16 @@ def darc_numbers(
     reference: Array,
     interval: float,
     *,
-    friction_by_reference: bool = False,
-    desired: bool = False,
-    rate_limit: Array | None = None,
+    by_reference: bool = False,
 ) -> LawNumbers:
     """Freeze a law of the chain; ``flat``: of the chain, without dampers for the published laws.
 
-    ``reference``, (samples, 2n + 3), sets the adaptation gain; ``friction_by_reference``: S = tanh(50 w_d)
-    instead of tanh(0.5 w) of the motor; ``desired``: adaptation by the regressor of the reference;
-    ``rate_limit``, (4,): largest rates of the estimates; default: none.
+    ``reference``, (samples, 2n + 3), sets the adaptation gain; ``by_reference``: adaptation by the regressor
+    of the reference, and S = tanh(50 w_d) instead of tanh(0.5 w) of the motor.
     """
     n2 = 2 * flat.size
     mu = bounds.nominal[0] * flat.leading
-    slope = REFERENCE_SLOPE if friction_by_reference else PRINTED_SLOPE
+    slope = REFERENCE_SLOPE if by_reference else PRINTED_SLOPE
     along = reference_regressor(reference, slope)
     rows = np.zeros((3, n2 + 1))
     rows[SURFACE, :n2] = surface(n2 - 1, gains.bandwidth)
@@ -166,8 +152,8 @@ def darc_numbers(
         kind=DARC,
         matrix=flat.from_states,
         rows=rows,
-        learning=learning_table(bounds.nominal, bounds.low, bounds.high, gain, rate_limit),
-        scalars=np.array([interval, mu * gains.sliding_rate, slope, friction_by_reference, desired, mu, 0.0]),
+        learning=learning_table(bounds.nominal, bounds.low, bounds.high, gain),
+        scalars=np.array([interval, mu * gains.sliding_rate, slope, by_reference, by_reference, mu, 0.0]),
     )
 
 

@@ -13,7 +13,6 @@ laid to a torque at the motor.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import exp, pi, sqrt
 
 import numpy as np
@@ -36,45 +35,33 @@ from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 FRICTION_SLOPE = 50.0
 
 
-def feedforward(chain: LumpedChain, flat: FlatOutput, reference: Array) -> Array:
-    """Motion of every inertia along the reference and the motor torque it takes, friction included.
-
-    ``flat``: with dampers: the damped inverse; without: the undamped one; of one inertia: the rigid one.
-    Returns shape (samples, 2n + 1): angles, speeds, torque [N m].
-    """
-    states, elastic = joint_motion(flat, reference)
-    speed, acceleration = reference[:, -2], reference[:, -1]
-    friction = chain.viscous[0] * speed + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
-    torque = chain.inertias[0] * acceleration + elastic + friction - chain.offsets[0]
-    return np.column_stack((states, torque))
-
-
 def feedforward_generator(
     chain: LumpedChain,
     flat: FlatOutput | None,
     interval: float,
     taps: Sequence[tuple[float, float]] = AT_ONCE,
 ) -> ReferenceNumbers:
-    """The generator of the rows of `feedforward`; without a flat output those of one rigid inertia."""
+    """The generator of the motion of every inertia and the motor torque that it takes, friction included.
+
+    ``flat``: with dampers: the damped inverse; without: the undamped one; none: one rigid inertia. Rows,
+    (2n + 1,): angles, speeds, torque [N m].
+    """
     n = chain.size
-    frictionless = replace(chain, coulomb=(0.0,) * n, offsets=(0.0,) * n)
     constant = np.zeros(2 * n + 1)
     constant[2 * n] = -chain.offsets[0]
     times: list[float] = []
     if flat is None:
-        table = rigid_feedforward(frictionless, np.eye(2 * n + 1))
+        angle, speed, acceleration = np.eye(2 * n + 1)[:3]
+        states, torque = np.array([angle] * n + [speed] * n).T, rigid_inertia(chain) * acceleration
     else:
-        table, times = feedforward(frictionless, flat, flat_map(flat)), flat.time_constants.tolist()
+        rows, times = flat_map(flat), flat.time_constants.tolist()
+        (states, elastic), speed = joint_motion(flat, rows), rows[:, -2]
+        torque = chain.inertias[0] * rows[:, -1] + elastic
+    table = np.column_stack((states, torque + chain.viscous[0] * speed))
     friction = [(chain.coulomb[0], FRICTION_SLOPE, 2 * n, n)] if chain.coulomb[0] > 0.0 else []
-    return reference_numbers(table.T, times, interval, taps=taps, constant=constant, friction=friction)
-
-
-def rigid_feedforward(chain: LumpedChain, wanted: Array) -> Array:
-    """As `feedforward`, of one rigid inertia; ``wanted``, shape (>= 3, samples): load angle, derivatives."""
-    angle, speed, acceleration = wanted[:3]
-    torque = rigid_inertia(chain) * acceleration + chain.viscous[0] * speed - chain.offsets[0]
-    torque = torque + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
-    return np.column_stack([angle] * chain.size + [speed] * chain.size + [torque])
+    return reference_numbers(table.T, times, interval, taps=taps, friction=friction)._replace(
+        constant=constant
+    )
 
 
 def rigid_inertia(chain: LumpedChain) -> float:

@@ -56,9 +56,9 @@ def start_estimates(law: LawNumbers) -> Array:
     return np.concatenate((nominal, np.diag(law.learning[GAIN]).ravel())) if law.kind == LEARNING else nominal
 
 
-def learning_table(nominal: Array, low: Array, high: Array, gain: Array, limit: Array | None = None) -> Array:
-    """What the adaptation needs of each estimate, shape (5, p); unless given, no rate is limited."""
-    return np.array([nominal, low, high, gain, np.full(len(nominal), np.inf) if limit is None else limit])
+def learning_table(nominal: Array, low: Array, high: Array, gain: Array) -> Array:
+    """What the adaptation needs of each estimate, shape (5, p), its rate without a limit."""
+    return np.array([nominal, low, high, gain, np.full(len(nominal), np.inf)])
 
 
 IDEAL, DIFFERENCE, KALMAN, BY_LOAD = 0, 1, 2, 3

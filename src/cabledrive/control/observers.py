@@ -1,24 +1,49 @@
-"""Observers of a lumped chain: the Kalman filter, and speeds by a filtered difference.
+r"""Observers of a chain, the Kalman filter and speeds by a filtered difference, and of a pair's flanks.
 
 States are angles, speeds, a torque on the motor that walks at random, and the offset of each encoder but the
 last, which walks very slowly. Friction and offset torque of the motor are taken off its torque as known.
+
+A filter does not know of a torque at the load. Its error is linear in it and depends neither on the law nor
+on the plant's motion, so that both are known along a reference beforehand; B. Friedland, IEEE Trans.
+Automatic Control 14, 359-367, 1969, separates the estimation of a bias in this way.
+
+Preload of two motors on one shaft against the backlash of their gears, and the observer of their flanks.
+
+Motor a presses on one flank of its gear, motor b on the opposite flank of its own. With
+:math:`\theta_m, \theta_d` half the sum and half the difference of their angles, half the backlash g, the
+stiffness k of each joint and the twist :math:`e = \theta_m - \theta_p` against the shaft,
+
+.. math:: \tau_a = k\,[e + \vartheta]_+, \qquad \tau_b = -k\,[\vartheta - e]_+, \qquad
+    \vartheta = \theta_d - g ,
+
+as long as neither has crossed its gap. With both closed the sum is a motor of twice the size without
+backlash, :math:`\tau_a + \tau_b = 2ke`, and the difference an oscillator of its own, which no motion of the
+shaft enters:
+
+.. math:: J\ddot\vartheta + (b + b_m)\dot\vartheta + k\vartheta = u_d + w, \qquad |w| \le c .
+
+So any law of position takes the sum, and the difference keeps the flanks closed: where
+:math:`k\vartheta > |ke|`, half the torque of the joint.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import exp, pi
+from math import exp, isfinite, pi, tanh
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
 from cabledrive.control.numbers import DIFFERENCE, IDEAL, KALMAN, ObserverNumbers
-from cabledrive.control.observer_kernels import gain_schedule
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 
-LONGEST_SCHEDULE = 20_000
+LONGEST_SCHEDULE, CUT_OFF = 20_000, 200.0  # samples, Hz
+SETTLED = 1e-7
+"""Change of the gains in a hundred samples, over the largest, at which the recursion ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,8 +74,7 @@ class Sampling:
 
 def kalman_filter(
     chain: LumpedChain,
-    encoders: Sequence[int],
-    counts: Sequence[float],
+    encoders: Sequence[tuple[int, float]],
     sampling: Sampling,
     *,
     chosen: Sequence[int],
@@ -59,9 +83,10 @@ def kalman_filter(
 ) -> ObserverNumbers:
     """Design the filter; refused where the encoders there are do not make the drive observable.
 
-    ``chain``: links between equal angles; ``encoders``: inertia that each reads; the last one is the datum of
-    all angles; ``chosen``: inertias of which the law takes angle and speed; ``settled``: only the gain on
-    which the recursion settles, for a filter that goes on from another's states.
+    ``chain``: links between equal angles; ``encoders``: inertia that each reads, and its count [rad]; the
+    last one is the datum of all angles; ``chosen``: inertias of which the law takes angle and speed;
+    ``settled``: only the gain on which the recursion settles, for a filter that goes on from another's
+    states.
     """
     if not encoders:
         raise InputRefused("encoders: 0 given, the filter needs at least 1: fit the load encoder")
@@ -79,11 +104,11 @@ def kalman_filter(
     density[2 * n + 1 :] = walks
     noise = gathered_noise(system, density, sampling.interval)
     output = np.zeros((len(encoders), size))
-    for j, inertia in enumerate(encoders):
+    for j, (inertia, _) in enumerate(encoders):
         output[j, inertia] = 1.0
         if j < len(walks):
             output[j, 2 * n + 1 + j] = 1.0
-    variance = np.array(counts, dtype=float) ** 2 / 12.0
+    variance = np.array([count for _, count in encoders]) ** 2 / 12.0
     if settled:
         gains = settled_gain(transition, noise, output, np.diag(variance))
     else:  # from rest: angles within the last encoder's count, offsets within both counts
@@ -92,8 +117,7 @@ def kalman_filter(
         diagonal[2 * n + 1 :] = variance[: len(walks)] + variance[-1]
         start = np.diag(diagonal)
         start[:n, :n] = variance[-1]
-        # One layout, one compiled version: matrix exponentials come in either order of rows and columns.
-        parts = [np.ascontiguousarray(p) for p in (transition, noise, output, np.diag(variance), start)]
+        parts = (transition, noise, output, np.diag(variance), start)
         gains = _recursion(output.shape, *(part.tobytes() for part in parts)).copy()
         if not np.all(np.isfinite(gains)):
             raise InputRefused(f"{len(encoders)} encoders do not show the whole drive: fit the load encoder")
@@ -151,12 +175,21 @@ def _recursion(shape: tuple[int, int], *parts: bytes) -> Array:
     """Gain of each sample, (samples, n, m), kept; from the output's shape and its matrices in binary."""
     m, n = shape
     shapes = ((n, n), (n, n), (m, n), (m, m), (n, n))
-    transition, noise, output, reading, start = (
-        np.frombuffer(part).reshape(of).copy() for part, of in zip(parts, shapes, strict=True)
-    )
-    gains = np.zeros((LONGEST_SCHEDULE, n, m))
-    used = gain_schedule(transition, noise, output, reading, start, gains)
-    return gains[: used + 1].copy()
+    return gain_schedule(*(np.frombuffer(part).reshape(of) for part, of in zip(parts, shapes, strict=True)))
+
+
+def gain_schedule(transition: Array, noise: Array, output: Array, reading: Array, start: Array) -> Array:
+    """Gain of each sample until it has settled, (samples, n, m), by the covariance in Joseph's form."""
+    covariance, gains, whole = start, np.zeros((LONGEST_SCHEDULE, *output.T.shape)), np.eye(len(start))
+    for k in range(LONGEST_SCHEDULE):
+        seen = output @ covariance
+        gain = gains[k] = np.linalg.solve(seen @ output.T + reading, seen).T
+        kept = whole - gain @ output
+        corrected = kept @ covariance @ kept.T + gain @ reading @ gain.T
+        covariance = transition @ corrected @ transition.T + noise
+        if k > 100 and np.abs(gain - gains[k - 100]).max() <= SETTLED * np.abs(gain).max():
+            return gains[: k + 1].copy()
+    return gains
 
 
 def settled_gain(transition: Array, noise: Array, output: Array, reading: Array) -> Array:
@@ -167,14 +200,14 @@ def settled_gain(transition: Array, noise: Array, output: Array, reading: Array)
 
 
 def filtered_difference(
-    encoders: Sequence[int], interval: float, *, chosen: Sequence[int], cut_off: float = 200.0
+    encoders: Sequence[int], interval: float, *, chosen: Sequence[int]
 ) -> ObserverNumbers:
     r"""Speeds by differences of successive readings through a first-order filter.
 
     .. math::
         \hat\omega_k = \hat\omega_{k-1} + (1 - e^{-2\pi f h})\,\big((y_k - y_{k-1})/h - \hat\omega_{k-1}\big)
 
-    ``encoders``: inertia that each reads, all of the ``chosen`` ones; ``cut_off``: f [Hz].
+    ``encoders``: inertia that each reads, all of the ``chosen`` ones; f is `CUT_OFF`.
     """
     places = list(encoders)
     missing = [inertia for inertia in chosen if inertia not in places]
@@ -182,7 +215,7 @@ def filtered_difference(
         raise InputRefused(f"inertia {missing[0] + 1} of the chain has no encoder: take the Kalman filter")
     numbers = [places.index(inertia) for inertia in chosen]
     m = len(places)
-    share = 1.0 - exp(-2.0 * pi * cut_off * interval)
+    share = 1.0 - exp(-2.0 * pi * CUT_OFF * interval)
     return _plain(DIFFERENCE, interval, [*numbers, *(m + i for i in numbers)], share)
 
 
@@ -202,3 +235,157 @@ def _plain(kind: int, interval: float, chosen: Sequence[int], share: float = 1.0
         gains=np.zeros((0, 0, 0)),
         scalars=np.array([interval, share, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
     )
+
+
+@njit_part
+def correct(
+    observer: ObserverNumbers, place: float, estimate: Array, readings: Array, states: Array, scratch: Array
+) -> None:
+    """Take in the readings of a sample; writes angles and speeds for the law into ``states``.
+
+    ``place``: in the table of gains, of which the last one stays: number of the sample, or place of the
+    announced load among the points of a schedule. A reading that is not a number leaves the law without
+    states: they become NaN. ``estimate`` is kept.
+    """
+    chosen, output, gains, scalars = observer.chosen, observer.output, observer.gains, observer.scalars
+    m = readings.size
+    for j in range(m):
+        if not isfinite(readings[j]):
+            for i in range(states.size):
+                states[i] = readings[j]
+            return
+    if observer.kind == 1:
+        for j in range(m):
+            if place > 0.0:
+                slope = (readings[j] - estimate[j]) / scalars[0]
+                estimate[m + j] += scalars[1] * (slope - estimate[m + j])
+            estimate[j] = readings[j]
+    else:
+        cell = min(int(place), gains.shape[0] - 1)
+        after, share = min(cell + 1, gains.shape[0] - 1), place - cell
+        for j in range(m):
+            predicted = 0.0
+            for i in range(estimate.size):
+                predicted += output[j, i] * estimate[i]
+            scratch[j] = readings[j] - predicted
+        for i in range(estimate.size):
+            for j in range(m):
+                gain = gains[cell, i, j]
+                if observer.kind == 3:
+                    gain = (1.0 - share) * gain + share * gains[after, i, j]
+                estimate[i] += gain * scratch[j]
+    for i in range(states.size):
+        states[i] = estimate[chosen[i]]
+
+
+@njit_part
+def predict(
+    observer: ObserverNumbers, place: float, estimate: Array, held: Array, commands: Array, fresh: Array
+) -> None:
+    """Carry the Kalman filter to the next sample: until the delay has passed the first of two commands acts.
+
+    ``place``: of an announced load among the points of a schedule; ``held[0]`` is the torque at the motor's
+    shaft as the current loop leaves it; it is carried along.
+    """
+    model, scalars, n = observer.model, observer.scalars, estimate.size
+    torque, before, after = held[0], commands[0], commands[1]
+    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[observer.places[0]])
+    cell = int(place)
+    share = place - cell
+    for i in range(n):
+        value = 0.0
+        for part in range(2 if share > 0.0 else 1):
+            row = (cell + part) * n + i
+            one = model[row, n] * torque + model[row, n + 1] * before
+            one += model[row, n + 2] * after + model[row, n + 3] * load
+            for j in range(n):
+                one += model[row, j] * estimate[j]
+            value += one * (share if part == 1 else 1.0 - share)
+        fresh[i] = value
+    for i in range(n):
+        estimate[i] = fresh[i]
+    held[0] = scalars[2] * torque + scalars[3] * before + scalars[4] * after
+
+
+def torque_push(chain: LumpedChain, states: int, interval: float) -> Array:
+    """What a unit of torque against the load does in a sample to a filter's states, shape (states,)."""
+    a, b = state_space(chain)
+    push = np.zeros(states)
+    push[: len(a)] = held(a, -b[:, -1], interval)[1]
+    return push
+
+
+def whitening(observer: ObserverNumbers, counts: Array) -> Array:
+    """Matrix, (m, m), that makes the settled filter's innovations white and of variance 1."""
+    left = np.eye(len(counts)) - observer.output @ observer.gains[-1]
+    spread = np.linalg.solve(left, np.diag(counts**2 / 12.0))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(0.5 * (spread + spread.T))))
+
+
+ESTIMATE, LAG, HELD, COMMANDS = 0, 3, 5, 7
+"""Places of the memory: observer (3), lags of the preload (2), torque loop (2), commands on their way."""
+
+
+class FlankLaw(NamedTuple):
+    """Observer of the difference and numbers of the law."""
+
+    observer: ObserverNumbers  # of twist, speed and disturbing torque of the difference
+    stiffness: float  # k of one joint [N m/rad]
+    play: float  # g, half the backlash [rad]
+    limit: float  # of one motor [N m]
+    preload: float  # least torque of a flank where nothing else is asked of it [N m]
+    margin: float  # by which the preload exceeds half the joint's torque [N m]
+    remaining: float  # part of each lag of the preload that remains after a sample
+    damper: float  # torque per speed of the difference [N m s/rad]
+    coulomb: float  # largest disturbing torque that is believed [N m]
+
+
+def first_memory(law: FlankLaw, late_samples: int) -> Array:
+    """Memory at rest with the preload on; ``late_samples``: whole samples of the delay."""
+    memory = np.full(COMMANDS + late_samples + 2, law.preload)
+    memory[ESTIMATE:LAG] = law.preload / law.stiffness, 0.0, 0.0
+    return memory
+
+
+@njit_in_place
+def closing_torques(stiffness: float, play: float, twist: float, pressed: float, found: Array) -> None:
+    """Write the torques of both flanks in the sense of the preload [N m]; below zero a gap is crossed."""
+    for i in range(2):
+        closed = pressed + twist if i == 0 else pressed - twist
+        found[i] = stiffness * (max(closed, 0.0) + min(closed + 2.0 * play, 0.0))
+
+
+@njit_in_place
+def preload_step(
+    law: FlankLaw, memory: Array, reading: float, twist: float, total: float, work: Array, flanks: Array
+) -> float:
+    """One sample: the torque of the difference, which motor a gets on top of half the total and b less.
+
+    ``memory``: moved on; ``reading``: ϑ by the encoders [rad], not a number: not read; ``twist``: e as the
+    filter of the position has it [rad]; ``total``: torque of both motors together [N m]; ``work``, shape
+    (>= 6,); ``flanks``, shape (2,): takes the torques observed.
+    """
+    observer, estimate = law.observer, memory[ESTIMATE:LAG]
+    if isfinite(reading):
+        work[0] = reading
+        correct(observer, 0.0, estimate, work[:1], work[1:3], work[3:4])
+    estimate[2] = min(max(estimate[2], -law.coulomb), law.coulomb)
+    closing_torques(law.stiffness, law.play, twist, estimate[0], flanks)
+    # What one motor can give beside the position's half is left for the preload: the position goes first.
+    room = max(law.limit - 0.5 * abs(total), 0.0)
+    wanted = min(max(law.preload, law.stiffness * abs(twist) + law.margin), room)
+    for i in range(2):
+        memory[LAG + i] = wanted + law.remaining * (memory[LAG + i] - wanted)
+        wanted = memory[LAG + i]
+    asked = wanted - estimate[2] - law.damper * estimate[1]
+    command = min(max(asked, -room), room)
+    last = memory.size - 1
+    for i in range(COMMANDS, last):
+        memory[i] = memory[i + 1]
+    memory[last] = command
+    # The model of the observer has both flanks closed; where one is open it is told what is missing.
+    missing = 0.5 * (flanks[0] + flanks[1]) - law.stiffness * estimate[0]
+    predict(observer, 0.0, estimate, memory[HELD:COMMANDS], memory[COMMANDS:], work)
+    for i in range(2):
+        estimate[i] -= observer.model[i, 6] * missing
+    return command

@@ -1,7 +1,7 @@
 """A controller of the user's own: the protocol that the rig runs, and its checks."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -108,51 +108,37 @@ def checked_controller(given: Any) -> OwnController:
             f"controller = {_shown(given)} is no name, no path of a controller.json and no controller: give "
             "an object with step(gains, state, measurement, reference), such as cabledrive.OwnController"
         )
-    name = getattr(given, "name", "own controller")
+    own: dict[str, Any] = {one.name: getattr(given, one.name, one.default) for one in fields(OwnController)}
+    name, time, shafts = own["name"], own["sample_time"], own["shafts"]
     if not isinstance(name, str) or not name.strip():
         raise InputRefused(f"controller.name = {name!r} is no name: give a text")
-    state = getattr(given, "initial_state", ())
     try:
-        start = np.array(state, dtype=np.float64)
+        start = np.array(own["initial_state"], dtype=np.float64)
     except (TypeError, ValueError):
         start = np.full(1, np.nan)
     if start.ndim != 1 or not np.all(np.isfinite(start)):
         raise InputRefused(
-            f'controller "{name}": initial_state = {_shown(state)} must be a list of finite numbers: give '
-            "() where the controller has no memory"
+            f'controller "{name}": initial_state = {_shown(own["initial_state"])} must be a list of finite '
+            "numbers: give () where the controller has no memory"
         )
-    time = getattr(given, "sample_time", None)
     if time is not None and not (isinstance(time, float | int) and 0.0 < time < float("inf")):
         raise InputRefused(f'controller "{name}": sample_time = {time!r} must be a time in s above 0')
-    shafts = getattr(given, "shafts", ())
     shafts = shafts if isinstance(shafts, tuple | list) else (shafts,)
     if list(shafts) != [shaft for shaft in SHAFTS if shaft in shafts]:
         raise InputRefused(
             f'controller "{name}": shafts = {_shown(shafts)} must name shafts from the motor to the load: '
             f"take some of {', '.join(SHAFTS)}, in this order"
         )
-    return OwnController(
-        step=given.step,
-        gains=getattr(given, "gains", 0.0),
-        initial_state=start,
-        name=name,
-        sample_time=time,
-        shafts=tuple(shafts),
-        measures=_one_of(name, "measures", getattr(given, "measures", "states"), MEASURES),
-        follows=_one_of(name, "follows", getattr(given, "follows", "inverse"), REFERENCES),
-    )
+    for key, known in (("measures", MEASURES), ("follows", REFERENCES)):
+        if not isinstance(own[key], str) or own[key] not in known:
+            words = ", ".join(f"{word} ({what})" for word, what in known.items())
+            raise InputRefused(f'controller "{name}": {key} = {_shown(own[key])} is not known: take {words}')
+    return OwnController(**own | {"initial_state": start, "shafts": tuple(shafts)})
 
 
 def _shown(value: Any) -> str:
     words = " ".join(repr(value).split())
     return words if len(words) <= 60 else f"{words[:57]}..."
-
-
-def _one_of(name: str, key: str, value: Any, known: dict[str, str]) -> str:
-    if not isinstance(value, str) or value not in known:
-        words = ", ".join(f"{word} ({meaning})" for word, meaning in known.items())
-        raise InputRefused(f'controller "{name}": {key} = {_shown(value)} is not known: take {words}')
-    return value
 
 
 def is_compiled(step: Any) -> bool:

@@ -1,4 +1,4 @@
-r"""The flat output of a lumped chain, and the reference as a law takes it.
+r"""The flat output of a chain, what a torque at its load asks for, and the reference as a law takes it.
 
 Of inertias :math:`J_1` (motor) to :math:`J_N` (load), joined by springs :math:`k_i` with dampers :math:`b_i`,
 :math:`D_i = 1 + (b_i/k_i)s`. From the load backwards, without a polynomial division:
@@ -9,15 +9,26 @@ Of inertias :math:`J_1` (motor) to :math:`J_N` (load), joined by springs :math:`
 
 Then :math:`\theta_i = D_1 \cdots D_{i-1} R_i z`, link 1 carries :math:`D_1 a_2 z`, and the motor needs
 :math:`J_1 s^2 R_1 z + D_1 a_2 z` besides its friction. Without dampers z is the load angle.
+
+A torque f against the last inertia asks for a twist of the last link, that for a motion of the inertia
+before, and so on to the motor. With :math:`\tau_N = f`, :math:`\delta_N = 0`, from the load backwards
+
+.. math:: \delta_i = \delta_{i+1} + \frac{\tau_{i+1}}{k_i D_i}, \qquad
+    \tau_i = \tau_{i+1} + J_i\ddot\delta_i + b_i\dot\delta_i
+
+:math:`\delta_i` is what each angle, :math:`\tau_1` what the torque of the motor has to add; derivatives of f
+up to the 2(N - 1)-th are known along the reference.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import exp
 from typing import NamedTuple
 
 import numpy as np
 
+from cabledrive.control.numbers import ObserverNumbers
+from cabledrive.control.observers import torque_push
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -115,7 +126,7 @@ class LoadRowNumbers(NamedTuple):
     """(states, states + 1): of the filter; the last column is what a torque of the load does between two
     samples."""
     seen: Array  # (m, states): readings from the filter's states
-    gains: Array  # (states, m): on which the filter settles
+    gains: Array  # (samples, states, m): of the filter, of which the last one stays
     chosen: Integers  # (2n,): states of the filter that the law takes
     white: Array  # (m, m): what makes innovations white
     scalars: Array  # (2,): sample time [s]; K of tanh(K w / largest w)
@@ -151,7 +162,7 @@ class LoadRowState(NamedTuple):
 
 _NONE, _NOWHERE = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
 NO_LOAD = LoadRowNumbers(
-    _NONE, np.zeros((0, 3)), _NOWHERE, _NONE, _NONE, _NONE, _NONE, _NOWHERE, _NONE, np.zeros(0)
+    _NONE, np.zeros((0, 3)), _NOWHERE, _NONE, _NONE, _NONE, np.zeros((0, 0, 0)), _NOWHERE, _NONE, np.zeros(0)
 )
 
 
@@ -170,6 +181,77 @@ def new_load_row_state(load: LoadRowNumbers) -> LoadRowState:
         innovation=np.zeros(len(load.white)),
         fresh=np.zeros(len(load.transition)),
     )
+
+
+TURN = 400.0
+"""Over the largest speed of the load: K of tanh(K w), before the sign is smoothed."""
+
+
+def sign_weights(rows: int, turning: float, interval: float) -> Array:
+    """Weights of the samples around, oldest first, in a smoothed sign and its derivatives, (rows, 2h + 1).
+
+    Of averages over boxes, and for each derivative a difference over one box. ``turning``: time from end to
+    end of all boxes [s]; an even number of equal boxes shifts by whole samples.
+    """
+    boxes = rows + 1 + (rows + 1) % 2
+    width = max(1, round(turning / (boxes * interval)))
+    mean, slope = np.full(width + 1, 1.0 / width), np.zeros(width + 1)
+    mean[[0, -1]] = 0.5 / width
+    slope[0], slope[-1] = -1.0 / (width * interval), 1.0 / (width * interval)
+    found = []
+    for row in range(rows):
+        weights = np.ones(1)
+        for box in range(boxes):
+            weights = np.convolve(weights, slope if box < row else mean)
+        found.append(weights)
+    return np.array(found)
+
+
+def load_row_numbers(
+    chain: LumpedChain, observer: ObserverNumbers, white: Array, turning: float, interval: float
+) -> LoadRowNumbers:
+    """Numbers of the generator; ``white``, (m, m): of innovations; ``turning``: of friction's sign [s]."""
+    rows = 2 * chain.size - 1
+    times, sources, output = carried_terms(chain)
+    states = observer.model.shape[0]
+    push = torque_push(chain, states, interval)
+    asked = np.vstack((output[:-1][observer.chosen], output[-1:]))
+    return LoadRowNumbers(
+        sign=sign_weights(rows, turning, interval),
+        lags=np.array([lag_coefficients(time, interval) for time in times]).reshape(-1, 3),
+        sources=np.array(sources, dtype=np.int64),
+        output=np.ascontiguousarray(asked),
+        transition=np.column_stack((observer.model[:, :states], push)),
+        seen=observer.output.copy(),
+        gains=observer.gains.copy(),
+        chosen=observer.chosen.copy(),
+        white=np.ascontiguousarray(white),
+        scalars=np.array([interval, TURN]),
+    )
+
+
+def carried_terms(chain: LumpedChain) -> tuple[list[float], list[int], Array]:
+    """What keeps the load still under a torque, as filters of the torque and one linear map.
+
+    Returns time constants [s] of the filters; the stage that each takes, 0 being the torque; the map, shape
+    (2n + 1, stages * (2n - 1)): angles, speeds, motor torque.
+    """
+    n, rows, stages = chain.size, 2 * chain.size - 1, 2 ** (chain.size - 1)
+    times: list[float] = []
+    sources: list[int] = []
+    found, (link, angle) = np.zeros((2 * n + 1, stages, rows)), np.zeros((2, stages, rows))
+    link[0, 0] = 1.0
+    for i in range(n - 2, -1, -1):
+        angle = angle.copy()
+        for stage in np.flatnonzero(link.any(axis=1)).tolist():
+            times.append(chain.damping[i] / chain.stiffness[i])
+            sources.append(stage)
+            angle[len(times)] += link[stage] / chain.stiffness[i]
+        speed, acceleration = (np.pad(angle, ((0, 0), (order, 0)))[:, :rows] for order in (1, 2))
+        found[i], found[n + i] = angle, speed
+        link = link + chain.inertias[i] * acceleration + chain.viscous[i] * speed
+    found[2 * n] = link
+    return times, sources, found.reshape(2 * n + 1, -1)
 
 
 AT_ONCE = ((0.0, 1.0),)
@@ -206,9 +288,9 @@ class MotionNumbers(NamedTuple):
 
 
 class ReferenceState(NamedTuple):
-    """What a generator keeps: whether it has begun, of each filter and derivative; and scratch, by stages."""
+    """What a generator keeps: rows made, what filters hold of each derivative; and scratch, by stages."""
 
-    begun: Integers
+    made: Integers
     memory: Array
     stages: Array
     load: LoadRowState
@@ -230,7 +312,6 @@ def reference_numbers(
     *,
     sources: Sequence[int] | None = None,
     taps: Sequence[tuple[float, float]] = AT_ONCE,
-    constant: Array | None = None,
     friction: Sequence[tuple[float, float, int, int]] = (),
 ) -> ReferenceNumbers:
     """Numbers of a generator; unless ``sources`` say else, each filter takes the one before it.
@@ -247,7 +328,7 @@ def reference_numbers(
         lags=np.array([lag_coefficients(float(time), interval) for time in times]).reshape(-1, 3),
         sources=np.array(sources, dtype=np.int64),
         output=np.ascontiguousarray(output),
-        constant=np.zeros(len(output)) if constant is None else constant,
+        constant=np.zeros(len(output)),
         friction=np.array([one[:2] for one in friction], dtype=float).reshape(-1, 2),
         places=np.array([one[2:] for one in friction], dtype=np.int64).reshape(-1, 2),
     )
@@ -256,9 +337,8 @@ def reference_numbers(
 def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
     """A generator at rest at angle zero."""
     width, lags = numbers.derivatives + 1, len(numbers.lags)
-    begun = np.zeros(1, dtype=np.int64)
     return ReferenceState(
-        begun=begun,
+        made=np.zeros(1, dtype=np.int64),
         memory=np.zeros((lags, width)),
         stages=np.zeros((lags + 1, width)),
         load=new_load_row_state(numbers.load),
@@ -276,32 +356,22 @@ def lagged(signal: Array, time: float, interval: float) -> Array:
     return lfilter([newest, last], [1.0, -fading], signal, axis=-1, zi=start)[0]
 
 
-def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array:
-    r"""Flat output, :math:`z_d = y_d/(D_1 \cdots D_{n-1})`, and its derivatives for a wanted load angle.
-
-    Each derivative is filtered by itself. ``reference``, (2n + 1, samples): wanted load angle at the first
-    shaft and its derivatives [rad/s^k]. Returns (samples, 2n + 3): z_d to its 2n-th derivative, motor speed
-    [rad/s], motor acceleration [rad/s^2].
-    """
-    z = reference
-    for time in flat.time_constants:
-        z = lagged(z, float(time), interval)
-    speed = flat.angles[0, :-1] @ z[1:]
-    return np.ascontiguousarray(np.column_stack((z.T, speed, flat.inertial @ z)))
-
-
 def flat_generator(flat: FlatOutput, interval: float) -> ReferenceNumbers:
-    """The generator of the rows of `flat_reference`."""
+    r"""The generator of the flat output and its derivatives for a wanted load angle.
+
+    Each derivative is filtered by itself, :math:`z_d = y_d/(D_1 \cdots D_{n-1})`. Rows, (2n + 3,): z_d to its
+    2n-th derivative, motor speed [rad/s], motor acceleration [rad/s^2].
+    """
     return reference_numbers(flat_map(flat).T, flat.time_constants.tolist(), interval)
 
 
 def flat_map(flat: FlatOutput) -> Array:
-    """The rows of `flat_reference` from each filtered derivative alone, shape (2n + 1, 2n + 3)."""
-    unfiltered = replace(flat, time_constants=np.zeros_like(flat.time_constants))
-    return flat_reference(unfiltered, np.eye(2 * flat.size + 1), 1.0)
+    """The rows of `flat_generator` from each filtered derivative alone, shape (2n + 1, 2n + 3)."""
+    speed = np.append(0.0, flat.angles[0, :-1])
+    return np.column_stack((np.eye(2 * flat.size + 1), speed, flat.inertial))
 
 
 def joint_motion(flat: FlatOutput, flat_rows: Array) -> tuple[Array, Array]:
-    """Angles, then speeds, along `flat_reference`, (samples, 2n), and the torque of the first link [N m]."""
+    """Angles, then speeds, of rows of `flat_generator`, (samples, 2n), and torque of the first link [N m]."""
     n2 = 2 * flat.size
     return flat_rows[:, :n2] @ flat.states.T, flat_rows[:, : n2 + 1] @ flat.elastic

@@ -19,6 +19,7 @@ from cabledrive.control.reference import (
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array, Integers
 
+LAST_SAMPLE = 1_000_000_000  # the count stays there: a target runs for years
 EDGE = 1e-9  # of a rise: the first instant of a motion, rounded, belongs to it
 
 
@@ -120,12 +121,12 @@ def unit_torques(
 
 @njit_in_place
 def step_ahead(
-    load: LoadRowNumbers, motion: MotionNumbers, begun: bool, g: LoadRowState, time: float
+    load: LoadRowNumbers, motion: MotionNumbers, number: int, g: LoadRowState, time: float
 ) -> None:
     """Torques at this sample and at the next one; at the start the window is filled first."""
     interval, last = load.scalars[0], g.window.size - 1
     half = last // 2
-    if begun:
+    if number > 0:
         for p in range(g.now.shape[0]):
             for k in range(g.now.shape[1]):
                 g.now[p, k] = g.next[p, k]
@@ -141,26 +142,20 @@ def step_ahead(
 
 @njit_in_place
 def load_columns(
-    load: LoadRowNumbers,
-    motion: MotionNumbers,
-    begun: bool,
-    g: LoadRowState,
-    time: float,
-    row: Array,
-    first: int,
+    load: LoadRowNumbers, motion: MotionNumbers, number: int, g: LoadRowState, time: float, row: Array
 ) -> None:
-    """Write, from ``first`` on, of each torque states less what the filter misses, torque, innovations."""
-    step_ahead(load, motion, begun, g, time)
+    """Write, last in the row, of each torque states less what the filter misses, torque, innovations."""
+    step_ahead(load, motion, number, g, time)
     states, readings = g.error.shape[1], load.white.shape[0]
-    n2, width = load.chosen.size, g.now.shape[1]
-    for p in range(g.now.shape[0]):
-        at = first + p * (n2 + 1 + readings)
+    n2, width, torques = load.chosen.size, g.now.shape[1], g.now.shape[0]
+    cell, block = min(number, load.gains.shape[0] - 1), n2 + 1 + readings
+    for p in range(torques):
+        at = row.size - (torques - p) * block
         for k in range(width):
             g.stages[0, k] = g.now[p, k]
-        filter_stages(load.lags, load.sources, begun, g.memory[p], g.stages)
+        filter_stages(load.lags, load.sources, number > 0, g.memory[p], g.stages)
         for c in range(n2 + 1):
             row[at + c] = mapped(0.0, load.output[c], g.stages)
-        # The filter's error, as `cabledrive.control.observer_kernels.filter_error` has it.
         for j in range(readings):
             seen = 0.0
             for i in range(states):
@@ -168,7 +163,7 @@ def load_columns(
             g.innovation[j] = seen
         for i in range(states):
             for j in range(readings):
-                g.error[p, i] -= load.gains[i, j] * g.innovation[j]
+                g.error[p, i] -= load.gains[cell, i, j] * g.innovation[j]
         for i in range(n2):
             row[at + i] -= g.error[p, load.chosen[i]]
         for j in range(readings):
@@ -198,17 +193,16 @@ def reference_row(
         add_motion(
             motion.coefficients, motion.scalars, time - numbers.taps[i, 0], numbers.taps[i, 1], stages[0]
         )
-    filter_stages(numbers.lags, numbers.sources, g.begun[0] != 0, g.memory, stages)
+    number = g.made[0]
+    filter_stages(numbers.lags, numbers.sources, number > 0, g.memory, stages)
     for c in range(numbers.output.shape[0]):
         row[c] = mapped(numbers.constant[c], numbers.output[c], stages)
     for i in range(numbers.friction.shape[0]):
         speed = row[numbers.places[i, 1]]
         row[numbers.places[i, 0]] += numbers.friction[i, 0] * tanh(numbers.friction[i, 1] * speed)
     if numbers.load.sign.shape[0] > 0:
-        load_columns(
-            numbers.load, motion, g.begun[0] != 0, g.load, time, row, numbers.output.shape[0]
-        )  # fmt: skip
-    g.begun[0] = 1
+        load_columns(numbers.load, motion, number, g.load, time, row)
+    g.made[0] = min(number + 1, LAST_SAMPLE)
 
 
 @njit_in_place

@@ -1,4 +1,6 @@
-r"""Least squares on filtered encoder readings: the load's own equation, and the sum of all momenta.
+r"""Learning from runs: least squares on filtered encoder readings, and a torque between repetitions.
+
+The load's own equation is
 
 .. math:: \ddot\theta_N = \beta(\theta_{N-1} - \theta_N) + \gamma(\dot\theta_{N-1} - \dot\theta_N)
     - \kappa\,\mathrm{sgn}\,\dot\theta_N - \nu\dot\theta_N + c,
@@ -17,15 +19,29 @@ In the sum of all momenta every joint's torque cancels,
 
 How the whole inertia J divides among the shafts is taken as believed. Slow samples, and 0.08 s after, are
 left out: near standstill the motor sticks or its law turns it to and fro.
+
+Between repetitions, with P from added torque to the load's error in the closed loop, :math:`P = U\Sigma V^T`,
+the torque is :math:`w = V_ra` in the first r directions and
+
+.. math:: a_{j+1} = \Pi\big(a_j - g\,\Sigma_r^{-1}U_r^Te_j\big), \qquad e_j = P_{true}V_ra_j + d
+
+with d what repeats and :math:`\Pi` the projection on a ball: a contraction by :math:`\gamma = \lVert I -
+g\,\Sigma_r^{-1}U_r^TP_{true}V_r\rVert_2` wherever that is below 1, so that the torque converges to one fixed
+point by :math:`\gamma` a repetition (Banach). That lies within the first correction over :math:`1 - \gamma`,
+the radius of the ball. r is the most directions with which :math:`\gamma` keeps a limit on every plant that
+is looked at, and rounding to counts another.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, pi
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import toeplitz
 
 from cabledrive.control.reference import lagged
+from cabledrive.identification.signals import zero_phase
 from cabledrive.parameters.arrays import Array
 
 REPLICATES, SMOOTHING_HZ = 20, 20.0
@@ -61,11 +77,7 @@ def least_squares(regressors: Array, target: Array, used: NDArray[np.bool_]) -> 
 
 def smoothed(readings: Array, interval: float) -> Array:
     """Readings through a second-order Butterworth filter forwards and backwards: no lag."""
-    from scipy.signal import butter, filtfilt
-
-    b, a = butter(2, SMOOTHING_HZ, fs=1.0 / interval)
-    padding = min(len(readings) - 1, round(0.1 / interval))
-    return np.asarray(filtfilt(b, a, readings, axis=0, padlen=padding))
+    return np.asarray(zero_phase(readings, interval, SMOOTHING_HZ, order=2))
 
 
 def rounding_replicates(
@@ -227,28 +239,25 @@ def estimate_motor(
     inertias: Array,
     interval: float,
     generator: np.random.Generator,
-    *,
-    spread: Array | None = None,
 ) -> Estimates:
     """Whole inertia, viscous and Coulomb friction and offset torque by the filtered sum of momenta, SI.
 
     ``readings``, (samples, n): encoder angle of every inertia [rad]; ``torque``, (samples,): from each sample
-    to the next, see `acting_torque` [N m]; ``inertias``, (n,): as believed; they divide the whole among the
-    shafts [kg m^2]; ``spread``, (n,): relative half widths within which they are believed; default: none;
-    ``generator``: for the errors.
+    to the next, see `acting_torque` [N m]; ``inertias``, (2, n): as believed, which divide the whole among
+    the shafts [kg m^2], and the relative half widths within which they are; ``generator``: for the errors.
     """
-    widths = np.zeros(len(inertias)) if spread is None else spread
+    believed, widths = inertias
 
     def solve(angles: Array, shares: Array) -> Array:
         return motor_coefficients(angles, torque, shares, interval)
 
-    values = solve(readings, inertias)
+    values = solve(readings, believed)
     if not np.all(np.isfinite(values)):
         return Estimates(values=np.full(4, np.nan), errors=np.full(4, np.inf))
 
     replicates = rounding_replicates(readings, counts, interval, generator)
-    errors = rounding_spread(np.array([solve(one, inertias) for one in replicates]))
-    bounds = inertias * (1.0 + np.diag(widths))
+    errors = rounding_spread(np.array([solve(one, believed) for one in replicates]))
+    bounds = believed * (1.0 + np.diag(widths))
     effects = np.array([solve(readings, one) - values for one in bounds])
     errors = with_bounded_errors(errors, effects, generator)
     return Estimates(values=values, errors=np.nan_to_num(errors, nan=np.inf))
@@ -288,3 +297,74 @@ def torque_at_samples(torque: Array) -> Array:
     """Torque at the samples [N m] as the mean of what acts before and after each."""
     before = np.concatenate((torque[:1], torque[:-1]))
     return 0.5 * (before + torque)
+
+
+GAIN = 0.7
+"""Share of the error that a repetition takes away in the nominal loop."""
+MOST_CONTRACTION = 0.8
+"""Of the worst plant that is looked at."""
+SIGMAS = 5.0
+"""Deviations of the command by rounding that keep its limit."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RepetitionLearning:
+    """What is learnt between repetitions, in directions of the torque."""
+
+    directions: Array  # (k, r): torque at the nodes of each direction, of length 1
+    correction: Array  # (r, k): from mean errors between the nodes [rad] to directions [N m]
+    contraction: float  # largest over the plants that were looked at
+
+    def radius(self, error: Array) -> float:
+        """Of the ball that holds the fixed point, by the first error, shape (k,) [rad]; [N m]."""
+        return float(np.linalg.norm(self.correction @ error)) / (1.0 - self.contraction)
+
+    def corrected(self, place: Array, error: Array, radius: float) -> Array:
+        """Directions after a repetition [N m]; ``place``, shape (r,); ``error``, shape (k,) [rad]."""
+        found = place - self.correction @ error
+        size = float(np.linalg.norm(found))
+        return found if size <= radius else found * (radius / size)
+
+
+def lifted(impulse: Array, nodes: int, width: int) -> Array:
+    """Mean errors between nodes from torques there, (nodes, nodes), by the load's impulse response."""
+    hat = 1.0 - np.abs(np.arange(1 - width, width)) / width
+    smooth = np.convolve(impulse, hat)[: nodes * width]
+    smooth = np.pad(smooth, (0, nodes * width - len(smooth)))
+    # A node's hat begins a width before it: the first mean holds its rising half alone.
+    column = smooth.reshape(nodes, width).mean(axis=1)
+    return np.asarray(toeplitz(column, np.zeros(nodes)))
+
+
+def repetition_learning(
+    nominal: Array, others: Sequence[Array], command: Array, noise: float, ripple: float
+) -> RepetitionLearning | None:
+    """The most directions that keep both limits, contraction on every plant; none: not one direction does.
+
+    ``nominal``, ``others``, ``command``, shape (k, k): from `lifted`, of errors and of the whole command;
+    ``noise``: standard deviation of a mean error by rounding [rad]; ``ripple``: most that five deviations of
+    the command by it may be [N m].
+    """
+    u, sizes, v = np.linalg.svd(nominal)
+    steps = [GAIN / sizes[:, None] * (u.T @ plant @ v.T) for plant in (nominal, *others)]
+
+    def contraction(r: int) -> float:
+        return max(float(np.linalg.norm(np.eye(r) - step[:r, :r], 2)) for step in steps)
+
+    made = np.sum((command @ v.T) ** 2, axis=0) * (GAIN * noise / np.maximum(sizes, 1e-300)) ** 2
+    by_rounding = SIGMAS * np.sqrt(np.cumsum(made) / len(sizes))
+    low, high = 0, int(np.count_nonzero(by_rounding <= ripple)) + 1
+    while high - low > 1:  # the norm of a leading block grows with its size
+        middle = (low + high) // 2
+        low, high = (middle, high) if contraction(middle) <= MOST_CONTRACTION else (low, middle)
+    if low == 0:
+        return None
+    return RepetitionLearning(
+        directions=v[:low].T, correction=GAIN / sizes[:low, None] * u[:, :low].T, contraction=contraction(low)
+    )
+
+
+def torque_along(nodes: Array, width: int, samples: int) -> Array:
+    """Torque of every sample, straight lines between nodes [N m], shape (samples,)."""
+    places = width * np.arange(len(nodes) + 1.0) - 1.0
+    return np.asarray(np.interp(np.arange(samples), places, np.append(0.0, nodes), right=0.0))

@@ -34,6 +34,7 @@ import numpy as np
 from numpy.polynomial import polynomial as poly
 from numpy.typing import NDArray
 
+from cabledrive.control.bound import impulse_response
 from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
@@ -301,11 +302,7 @@ def _impulse(above: Coefficients, below: Coefficients, time: Array) -> Array:
     matrix[-1] = -below[:-1] / lead
     row = np.zeros(order)
     row[: len(above)] = above / lead
-    step, state, found = expm(matrix * time[1]), np.eye(order)[-1], np.zeros(len(time))
-    for k in range(len(time)):
-        found[k] = row @ state
-        state = step @ state
-    return found
+    return impulse_response(expm(matrix * time[1]), np.eye(order)[-1], row, len(time))
 
 
 def place_bound(answers: PlaceAnswers, interval: float, largest: Array, noise: Array) -> Array:

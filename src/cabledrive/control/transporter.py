@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from math import exp, pi, sqrt
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
-from cabledrive.control.load_schedule import ScheduledLaw
-from cabledrive.control.observers import gathered_noise
+from cabledrive.control.linear_laws import lq_gain
+from cabledrive.control.load_schedule import ScheduledLaw, place_in
+from cabledrive.control.observers import gathered_noise, settled_gain
 from cabledrive.control.reference import lagged
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -70,10 +70,7 @@ def feedback_at(transition: Array, drive: Array, tuning: TransporterTuning) -> A
     weight[1, 1], weight[3, 3] = tuning.carriage**-2, tuning.payload**-2
     weight[BODIES : BODIES + 2, BODIES : BODIES + 2] = [[1.0, -1.0], [-1.0, 1.0]]
     weight[BODIES:, BODIES:] /= tuning.stretching**2
-    column = drive[:, None]
-    effort = np.array([[tuning.force**-2]])
-    cost = solve_discrete_are(transition, column, weight, effort)
-    return (np.linalg.solve(effort + column.T @ cost @ column, column.T @ cost @ transition))[0]
+    return lq_gain(transition, drive[:, None], weight, tuning.force**-2)[0]
 
 
 def correction_at(
@@ -97,10 +94,9 @@ def correction_at(
     reading = np.eye(len(reads)) * tuning.reading * count**2 / 12.0
     # in counts: the equation is solved with numbers of one size
     scaled = gathered_noise(system, density, interval) / count**2
-    spread = solve_discrete_are(transition.T, output.T, scaled, reading / count**2)
-    gain = spread @ output.T @ np.linalg.inv(output @ spread @ output.T + reading / count**2)
+    gain = settled_gain(transition, scaled, output, reading / count**2)
     correction = np.zeros((OBSERVED, len(ENCODERS)))
-    correction[:, [ENCODERS.index(body) for body in reads]] = gain
+    correction[:, [ENCODERS.index(body) for body in reads]] = gain[0]
     return correction
 
 
@@ -147,9 +143,7 @@ def frozen_poles(
     law: ScheduledLaw, transporter: Transporter, position: float, interval: float, wind_time: float = 2.0
 ) -> Array:
     """Poles per sample, (18,), of law and observer on a plant, of its own numbers, frozen at a place [m]."""
-    share = (position - law.grid[0]) / law.grid[1]
-    low = int(np.clip(share, 0, len(law.feedback) - 2))
-    share = float(np.clip(share - low, 0.0, 1.0))
+    low, share = place_in(law.grid[0], law.grid[1], len(law.feedback), position)
 
     def at(table: Array) -> Array:
         return table[low] + share * (table[low + 1] - table[low])

@@ -9,23 +9,24 @@ from typing import TYPE_CHECKING
 from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from cabledrive.identification.axis.answer import IdentifyOptions
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
-    from cabledrive.identification.one_log import IdentifyOptions, identify
+    from cabledrive.identification.one_log import identify
     from cabledrive.identification.printer import shaper
     from cabledrive.identification.response_models import choose_model
-    from cabledrive.identification.tension.load_cell import tensions_from_load_cell
+    from cabledrive.identification.tension.both import tensions_from_load_cell
 
 __getattr__ = on_demand(
     __name__,
     {
-        "IdentifyOptions": "one_log",
+        "IdentifyOptions": "axis.answer",
         "choose_model": "response_models",
         "identify": "one_log",
         "read_log": "logs.reading",
         "response": "log_response",
         "shaper": "printer",
-        "tensions_from_load_cell": "tension.load_cell",
+        "tensions_from_load_cell": "tension.both",
     },
 )
 

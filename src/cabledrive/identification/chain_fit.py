@@ -6,26 +6,29 @@ measured and simulated outputs least,
 .. math:: \min_p \sum_{\text{records}} \sum_k |y_k - h(x_k(p))|^2,
 
 by bounded nonlinear least squares with the exact sensitivities of the integration. Positive parameters are
-searched in the logarithm, and have the intervals of their logarithm,
+searched in the logarithm, and have its intervals, :math:`\hat p\,e^{\mp t s/\hat p}`, which never reach below
+zero; others are symmetric.
 
-.. math:: [\hat p\,e^{-t s/\hat p},\; \hat p\,e^{+t s/\hat p}],
-
-which never reach below zero; others are symmetric.
+A counter of pulses does not see the direction, its converter to a voltage lags, and shows nothing below a
+threshold: :math:`z = \max(0, y - z_0)`, :math:`T\dot y + y = |\omega|`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import exp
 from typing import Any
 
 import numpy as np
-from scipy import optimize, stats
+from numpy.typing import NDArray
+from scipy import optimize, signal, stats
 
-from cabledrive.identification.chain_model import ChainModel, Record
-from cabledrive.identification.estimates import Finding
-from cabledrive.identification.regression import factor, joined, solve, suited_segments
+from cabledrive.identification.estimates import Finding, factor, joined, solve, suited_segments
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.friction_integration import direction, integrate_chain
+from cabledrive.reduction.lumped_chain import LumpedChain
 
 MOST_EVALUATIONS, SCOUT_EVALUATIONS = 200, 12
 """Of a fit, and of a start that is only compared with others."""
@@ -42,17 +45,142 @@ ENOUGH = 1e-6
 ALIKE = 1e-3
 """Relative distance of residuals at which two fits count as one minimum."""
 STARTS = 12
-LOW_SHARE, HIGH_SHARE = 0.1, 0.9
-"""Shares of the total inertia that the motor may have at the start."""
-FASTEST = 0.2
-"""Highest resonance of a start, in samples."""
 NEAR = 0.01
 """Distance to a bound, in the logarithm or in the range, that counts as having reached it."""
 SIGNIFICANT, LARGE, LAGS = 1e-4, 0.1, 20
 """Chance of a correlation as large as that of the residual, if it were white; correlation that matters
 whatever the number of samples; lags that are looked at."""
-EXCITED = 0.99
-"""Share of the input's power below the frequency to which a log is said to excite."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Record:
+    """Input and outputs of one run."""
+
+    input: Array  # (samples,): in any unit, in which all parameters then are
+    output: Array  # (samples, channels)
+    interval: float  # [s]
+
+    def begun(self, samples: int) -> "Record":
+        """The first samples."""
+        return replace(self, input=self.input[:samples], output=self.output[:samples])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeParameter:
+    """One parameter of a chain."""
+
+    name: str
+    quantity: str  # of `cabledrive.reduction.friction_integration`, or "lag" or "threshold" of the sensors
+    number: int = 0  # of the inertia or link
+    # low, high: bounds; both positive but for offsets, whose search alone is not in the logarithm
+    low: float = 1e-9
+    high: float = 1e9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChainModel:
+    """A lumped chain with its free parameters, all others 0; the input drives its first inertia."""
+
+    inertias: int  # how many
+    free: tuple[FreeParameter, ...]
+    measured: tuple[int, ...]  # number of the inertia whose speed each output channel shows
+    rectified: bool = False  # whether all sensors show absolute values
+    delay: int = 0  # samples after which the input acts
+    # {"line", "step"}: input on straight lines between samples, or standing from sample to sample
+    hold: str = "step"
+    substeps: int = 4  # steps per sample
+
+    @property
+    def positive(self) -> NDArray[np.bool_]:
+        """Which parameters are searched in their logarithm, shape (p,)."""
+        return np.array([s.quantity != "offset" for s in self.free])
+
+    def outputs(self, values: Mapping[str, float], record: Record) -> Array:
+        """Outputs under the input of a record, shape (samples, channels)."""
+        return self._moved(values, record, sensitive=False)[0]
+
+    def compared(self, place: Array, record: Record) -> tuple[Array, Array]:
+        """Simulated less measured (rows,) at a place (p,) of the search, and its derivatives (rows, p)."""
+        outputs, slopes = self._moved(self.values_at(place), record, sensitive=True)
+        slopes = slopes * self.slopes(place)
+        return (outputs - record.output).ravel(), slopes.reshape(-1, len(self.free))
+
+    def search_bounds(self, start: Mapping[str, float]) -> list[Array]:
+        """Where the search begins, strictly within its bounds, and these, each (p,)."""
+        given, low, high = np.array([(start[s.name], s.low, s.high) for s in self.free]).T
+        share, margin = 1.0 + 1e-6 * self.positive, np.where(self.positive, 0.0, 1e-9 * (high - low))
+        begin = np.clip(given, low * share + margin, high / share - margin)
+        return [
+            np.where(self.positive, np.log(np.where(self.positive, r, 1.0)), r) for r in (begin, low, high)
+        ]
+
+    def values_at(self, place: Array) -> dict[str, float]:
+        """Parameters at a place (p,) of the search."""
+        values = np.where(self.positive, np.exp(place), place).tolist()
+        return {s.name: value for s, value in zip(self.free, values, strict=True)}
+
+    def slopes(self, place: Array) -> Array:
+        """Derivatives (p,) of the parameters by the place (p,) of the search."""
+        return np.where(self.positive, np.exp(place), 1.0)
+
+    def _moved(self, values: Mapping[str, float], record: Record, *, sensitive: bool) -> tuple[Array, Array]:
+        """Outputs (samples, channels) and, where asked, their derivatives (samples, channels, p)."""
+        n, step = self.inertias, record.interval / self.substeps
+        known = {(s.quantity, s.number): values[s.name] for s in self.free}
+
+        def filled(name: str, count: int = n) -> tuple[float, ...]:
+            return tuple(known.get((name, k), 0.0) for k in range(count))
+
+        chain = LumpedChain(
+            names=tuple(f"inertia {k}" for k in range(n)),
+            inertias=filled("inertia"),
+            viscous=filled("viscous"),
+            coulomb=filled("coulomb"),
+            offsets=filled("offset"),
+            stiffness=filled("stiffness", n - 1),
+            damping=filled("damping", n - 1),
+            ratios=((1.0, 1.0),) * (n - 1),
+        )
+        sensors, still = ("lag", "threshold"), np.zeros(9 * n - 2)
+        directions = [
+            still if s.quantity in sensors else direction(n, s.quantity, s.number) for s in self.free
+        ]
+        late = np.concatenate([np.zeros(self.delay), record.input[: record.input.size - self.delay]])
+        steps = (late.size - 1) * self.substeps + 1
+        acting = np.repeat(late, self.substeps)[:steps]
+        if self.hold == "line":
+            acting = np.interp(np.arange(steps) / self.substeps, np.arange(late.size), late)
+        run = integrate_chain(
+            chain,
+            acting,
+            step,
+            directions=np.column_stack(directions) if sensitive else None,
+            hold=self.hold,
+        )
+        output, slopes = run.speeds[:, self.measured], run.speed_sensitivities[:, self.measured].copy()
+        by = [s.quantity for s in self.free] if sensitive else []
+        if self.rectified:
+            slopes = slopes * np.sign(output)[:, :, None]
+            output = np.abs(output)
+        if (lag := known.get(("lag", 0), 0.0)) > 0.0:
+            output, slopes = _lagged(output, lag, step), _lagged(slopes, lag, step)
+            if "lag" in by:
+                slopes[:, :, by.index("lag")] += (_lagged(output, lag, step) - output) / lag
+        if (threshold := known.get(("threshold", 0), 0.0)) > 0.0:
+            if "threshold" in by:
+                slopes[:, :, by.index("threshold")] -= 1.0
+            above = output > threshold
+            output, slopes = np.where(above, output - threshold, 0.0), slopes * above[:, :, None]
+        return output[:: self.substeps], slopes[:: self.substeps]
+
+
+def _lagged(values: Array, lag: float, interval: float) -> Array:
+    """Values (samples, ...) behind a lag [s] of order 1, from rest; exact for straight lines at samples."""
+    ratio = interval / lag
+    pole = exp(-ratio)
+    late = 1.0 - (1.0 - pole) / ratio  # weight of the newer corner of each straight line
+    base = values[:1]
+    return np.asarray(base + signal.lfilter([late, 1.0 - pole - late], [1.0, -pole], values - base, axis=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,22 +204,20 @@ class ChainFit:
 
     def interval_of(self, name: str) -> tuple[float, float]:
         """95 % interval of one parameter."""
-        half = float(stats.t.ppf(0.975, max(1, self.freedom))) * self.errors[name]
-        value = self.values[name]
-        if not self.model.positive[self.model.names.index(name)]:
+        value, half = self.values[name], float(stats.t.ppf(0.975, max(1, self.freedom))) * self.errors[name]
+        if not self.model.positive[list(self.values).index(name)]:
             return value - half, value + half
         share = min(half / value, 700.0)
         return value * float(np.exp(-share)), value * float(np.exp(share))
 
     def at_bounds(self) -> dict[str, float]:
         """Parameters that the search left at a bound, with that bound."""
-        found: dict[str, float] = {}
-        for s, positive in zip(self.model.free, self.model.positive, strict=True):
-            for bound in (s.low, s.high):
-                reach = NEAR * bound if positive else NEAR * (s.high - s.low)
-                if abs(self.values[s.name] - bound) <= abs(reach):
-                    found[s.name] = bound
-        return found
+        return {
+            s.name: bound
+            for s, positive in zip(self.model.free, self.model.positive, strict=True)
+            for bound in (s.low, s.high)
+            if abs(self.values[s.name] - bound) <= NEAR * abs(bound if positive else s.high - s.low)
+        }
 
     def undetermined(self) -> list[str]:
         """Parameters whose standard error is above their value; offsets may be zero."""
@@ -99,15 +225,14 @@ class ChainFit:
         return [name for name in names if not self.errors[name] <= abs(self.values[name])]
 
     def doubts(self, records: Sequence[Record], first_lag: int = 1) -> list[Finding]:
-        """Findings "at-bound", "undetermined", "residual-not-white".
+        """Findings "at-bound", "undetermined", "residual-not-white" by the statistic of Ljung and Box.
 
-        ``first_lag``: from which on the residual must be white; what a sensor or a difference correlates lies
-        below it. Its correlation is judged by the portmanteau statistic of Ljung and Box.
+        ``first_lag``: from which on the residual must be white; a sensor or a difference correlates below it.
         """
-        found = []
-        for name, bound in self.at_bounds().items():
-            words = f"{name} ends at the bound {bound:.4g} of its search: no interval"
-            found.append(Finding("at-bound", words))
+        found = [
+            Finding("at-bound", f"{name} ends at the bound {bound:.4g} of its search: no interval")
+            for name, bound in self.at_bounds().items()
+        ]
         for name in self.undetermined():
             words = f"its standard error {self.errors[name]:.3g} is above its value {self.values[name]:.3g}"
             found.append(Finding("undetermined", f"{name} is not determined: {words}"))
@@ -124,8 +249,8 @@ class ChainFit:
         if chance < SIGNIFICANT and largest > LARGE:
             words = (
                 f"the residual is correlated with its past (up to {largest:.2f}): an effect that the model "
-                "lacks acts on the machine, and the intervals are valid only for the model as given"
             )
+            words += "lacks acts on the machine, and the intervals are valid only for the model as given"
             found.append(Finding("residual-not-white", words))
         return found
 
@@ -134,7 +259,7 @@ def _searched(
     records: Sequence[Record], model: ChainModel, start: Mapping[str, float], far: float, **ending: Any
 ) -> optimize.OptimizeResult:
     """Least squares from a start; ``far``: residual of parameters under which the motion diverges."""
-    place, *bounds = model.search_bounds(model.inside(start))
+    place, *bounds = model.search_bounds(start)
     known: dict[bytes, tuple[Array, Array]] = {}
 
     def compared(at: Array) -> tuple[Array, Array]:
@@ -161,21 +286,18 @@ def fit_output_error(
     records: Sequence[Record], model: ChainModel, start: Mapping[str, float], *, tolerance: float = 1e-8
 ) -> ChainFit:
     """Fit a chain to several records from a value for each parameter; `NotComputed` if it does not settle."""
-    size = _size([r.output.ravel() for r in records])
-    found = _searched(records, model, start, FAR * size, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
+    far = FAR * _size([r.output.ravel() for r in records])
+    found = _searched(records, model, start, far, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
     if found.status == 0:
-        raise NotComputed(
-            f"output error has not converged after {MOST_EVALUATIONS} evaluations: start nearer, or allow "
-            "more"
-        )
-    count, parts = max(12, SEGMENTS // len(records)), []
+        raise NotComputed(f"output error did not converge in {MOST_EVALUATIONS} evaluations: start nearer")
+    count, parts, values = max(12, SEGMENTS // len(records)), [], model.values_at(found.x)
     for record in records:
         residual, sensitivities = model.compared(found.x, record)
-        parts.append(factor(-sensitivities, residual, model.names, min(count, residual.size // 20)))
+        parts.append(factor(-sensitivities, residual, tuple(values), min(count, residual.size // 20)))
     fit, by_value = solve(suited_segments(joined(parts))), model.slopes(found.x)
     return ChainFit(
         model=model,
-        values=model.values_at(found.x),
+        values=values,
         covariance=fit.covariance * by_value[:, None] * by_value,
         freedom=fit.freedom,
         residual=float(np.sqrt(np.mean(found.fun**2))),
@@ -191,48 +313,32 @@ def fit_from_many_starts(
 ) -> tuple[ChainFit, int, int]:
     """Fit from every start what the first samples show, the best to more of them, the best of those to all.
 
-    ``models``: with the same parameters, as with another hold of the input; the best start is tried in each.
-    Returns the fit, and of the fits in the first model how many were made and how many ended in one minimum.
-    Raises `NotComputed` if no start leads anywhere.
+    ``models``: the same with other holds of the input, for the best start. Returns the fit, and how many fits
+    of the first model were made and ended in one minimum; `NotComputed` if no start leads anywhere.
     """
     short, middle = [r.begun(SCOUTED) for r in records], [r.begun(SETTLED) for r in records]
     quick = [replace(model, substeps=max(1, model.substeps // 2)) for model in models]
     scouts: list[tuple[float, dict[str, float]]] = []
     for k, start in enumerate(starts):
         say(f"two inertias: start {k + 1} of {len(starts)}")
-        try:
+        with suppress(InputRefused, NotComputed, ValueError):
             tried = _searched(short, quick[0], start, RUN_AWAY, max_nfev=SCOUT_EVALUATIONS)
-        except (InputRefused, NotComputed, ValueError):
-            continue
-        scouts.append((float(tried.cost), quick[0].values_at(tried.x)))
+            scouts.append((float(tried.cost), quick[0].values_at(tried.x)))
     scouts.sort(key=lambda entry: entry[0])
     fits: list[tuple[ChainFit, ChainModel]] = []
-    own: list[float] = []
     for model, coarse in zip(models, quick, strict=True):
         for _, start in scouts[: FULL if model is models[0] else 1]:
             say(f"two inertias: fit {len(fits) + 1} of the best starts")
             begin = fits[0][0].values if model is not models[0] and fits else start
-            try:
+            with suppress(NotComputed):
                 fits.append((fit_output_error(middle, coarse, begin), model))
-            except NotComputed:
-                continue
-            own += [fits[-1][0].residual] if model is models[0] else []
+    own = [fit.residual for fit, model in fits if model is models[0]]
     if not fits:
         raise NotComputed(f"none of {len(starts)} starts leads to a model that reproduces the log")
     best, model = min(fits, key=lambda entry: entry[0].residual)
     near = sum(residual < min(own) * (1.0 + ALIKE) for residual in own)
     say(f"two inertias: the best fit over all {sum(r.input.size for r in records)} rows")
     return fit_output_error(records, model, best.values, tolerance=ENOUGH), len(own), near
-
-
-def excited_to(records: Sequence[Record]) -> float:
-    """Frequency [Hz] below which nearly all power of the input lies, of the log that reaches highest."""
-    found = []
-    for record in records:
-        power = np.abs(np.fft.rfft(record.input - record.input.mean())) ** 2
-        place = int(np.searchsorted(np.cumsum(power), EXCITED * power.sum()))
-        found.append(place / (record.input.size * record.interval))
-    return max(found)
 
 
 def starts_for(
@@ -242,19 +348,19 @@ def starts_for(
     total, viscous, coulomb = _rigid(records, rectified)
     interval = records[0].interval
     duration = max(record.interval * record.input.size for record in records)
-    low, high = max(0.5, 10.0 / duration), FASTEST / interval
-    starts = []
+    low, high = max(0.5, 10.0 / duration), 0.2 / interval  # of the resonance [Hz]
+    starts, both = [], {"offset": 0.0, "sensor_lag": 2.0 * interval}
+    for side in ("motor", "load"):
+        both |= {f"viscous_friction_{side}": 0.5 * viscous, f"coulomb_friction_{side}": 0.5 * coulomb}
     for k in range(STARTS):
-        share = LOW_SHARE + (HIGH_SHARE - LOW_SHARE) * float(rng.uniform())
+        share = float(rng.uniform(0.1, 0.9))  # of the motor in the inertia
         # low frequencies first: stratified, so that no octave is left out
         omega = 2 * np.pi * low * (high / low) ** ((k + float(rng.uniform())) / STARTS)
         reduced = total * share * (1.0 - share)
-        start = {"inertia_motor": share * total, "inertia_load": (1.0 - share) * total}
-        start |= {"stiffness": reduced * omega**2, "damping": 0.06 * reduced * omega}
-        for side in ("motor", "load"):
-            start[f"viscous_friction_{side}"] = 0.5 * viscous
-            start[f"coulomb_friction_{side}"] = 0.5 * coulomb
-        starts.append(start | {"offset": 0.0, "sensor_lag": 2.0 * interval})
+        spring = {"stiffness": reduced * omega**2, "damping": 0.06 * reduced * omega}
+        starts.append(
+            {"inertia_motor": share * total, "inertia_load": (1.0 - share) * total, **spring, **both}
+        )
     middle = 2 * np.pi * np.sqrt(low * high)
     scale = {
         "inertia": total,

@@ -5,34 +5,25 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.logs.column_map import Column, ColumnMap, recognise
-from cabledrive.identification.logs.log import Log, Table
+from cabledrive.identification.logs.log import Column, ColumnMap, Log, Table, recognise
 from cabledrive.identification.logs.reading import open_log, open_table, read_log
-from cabledrive.identification.signals import FrequencyResponse, difference, response_by_segments, zero_phase
+from cabledrive.identification.signals import FrequencyResponse, difference, response_by_segments
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.units import to_si
 
 
-def compensated_torque(
-    torque: Array, speed: Array, coulomb: float, offset: float, slope: float = 0.0
-) -> Array:
-    r"""Torque (samples,) without Coulomb friction and offset, :math:`\tau - c_1 S(\dot\theta) + d_1`.
-
-    ``slope``: K of a smooth friction tanh(K w) [s/rad]; 0: its sign.
-    """
-    level = np.tanh(slope * speed) if slope > 0.0 else np.sign(speed)
-    return torque - coulomb * level + offset
+def compensated_torque(torque: Array, speed: Array, coulomb: float, offset: float) -> Array:
+    r"""Torque (samples,) without Coulomb friction and offset, :math:`\tau - c_1 S(\dot\theta) + d_1`."""
+    return torque - coulomb * np.sign(speed) + offset
 
 
-def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
-    """Speed (samples,) from a channel: as it is, or the difference of an angle or position, filtered [Hz]."""
+def speed_of(log: Log, channel: str) -> Array:
+    """Speed (samples,) from a channel: as it is, or the difference of an angle or position."""
     values, quantity = log.channel(channel), channel.rpartition("_")[2]
     if quantity not in ("angle", "position", "velocity"):
         raise InputRefused(f'{log.source}: "{channel}" is no angle, position or velocity: choose another')
-    if bandwidth is not None:
-        values = zero_phase(values, log.interval, bandwidth)
     return values if quantity == "velocity" else difference(values, log.interval)
 
 
@@ -127,14 +118,8 @@ def response(
     source, target = log.channel(input), speed_of(log, output) if differentiate else log.channel(output)
     if coulomb is not None:
         source = compensated_torque(source, speed_of(log, output), coulomb, offset)
-    return response_by_segments(
-        source,
-        target,
-        log.interval,
-        (segment, min(OVERLAP, 0.5 * segment) if overlap is None else overlap),
-        estimator=estimator,
-        robust=robust,
-    )
+    window = segment, min(OVERLAP, 0.5 * segment) if overlap is None else overlap
+    return response_by_segments(source, target, log.interval, window, estimator=estimator, robust=robust)
 
 
 LOW = 0.8
@@ -168,14 +153,9 @@ def coherence_words(found: FrequencyResponse, input_: Array, interval: float) ->
     return f"{words}\nwarning: {warning}", [warning]
 
 
-FREQUENCIES = {
-    "omega": "rad/s",
-    "w": "rad/s",
-    "frequency": "Hz",
-    "frequency_hz": "Hz",
-    "f": "Hz",
-    "freq": "Hz",
-}
+FREQUENCIES = dict.fromkeys(("omega", "w"), "rad/s") | dict.fromkeys(
+    ("frequency", "frequency_hz", "f", "freq"), "Hz"
+)
 MAGNITUDES = ("magnitude", "gain", "amplitude", "mag")
 PHASES = {"phase": "rad", "phase_deg": "deg"}
 SAME = 1e-6

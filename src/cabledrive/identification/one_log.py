@@ -1,28 +1,33 @@
 """The door of the room: from logs, however long, to parameters with intervals and a check."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from cabledrive.identification.axis.answer import Request, answer
+from cabledrive.identification.axis.answer import IdentifyOptions, answer
 from cabledrive.identification.axis.axis import AxisOptions, Rows, axis_of
 from cabledrive.identification.axis.check import NOT_MADE
 from cabledrive.identification.axis.equation import FILTERS, FRICTIONS, PRINTED_SLOPE, FrictionModel, settling
 from cabledrive.identification.axis.timing import TIMINGS
-from cabledrive.identification.estimates import Identification
-from cabledrive.identification.logs.column_map import ColumnMap, column_map
-from cabledrive.identification.logs.log import BLOCK_ROWS, DataReport, Log
+from cabledrive.identification.estimates import (
+    Factors,
+    Identification,
+    factor,
+    joined,
+    merged,
+    suited_segments,
+)
+from cabledrive.identification.logs.log import BLOCK_ROWS, DataReport, Log, column_map
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log, open_log, read_log
-from cabledrive.identification.regression import Factors, factor, joined, merged, suited_segments
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import LARGEST, SMALLEST, described, meaning, nearest
+from cabledrive.parameters.fields import LARGEST, SMALLEST, nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
 
 SEGMENTS_PER_BLOCK = 20
@@ -148,28 +153,6 @@ METHODS = ("auto", "inverse-dynamics", "output-error", "prediction-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check", "torque")
 
 
-@described
-@dataclass(frozen=True, slots=True, kw_only=True)
-class IdentifyOptions:
-    """What a configuration file may say."""
-
-    model: str = meaning(
-        'one of `MODELS`, or "two-inertia"; "rigid-axis" stands for "rigid-axis-coulomb"',
-        "rigid-axis-coulomb",
-    )
-    method: str = meaning("one of `METHODS`", "auto")
-    axis: AxisOptions = meaning("of the rigid axis", factory=AxisOptions)
-    columns: ColumnMap = meaning("which column is which channel", factory=ColumnMap)
-    check: bool = meaning(
-        "whether the model is tested against faults: by `cabledrive.identification.axis.lines` "
-        "where the torque is a sum of lines, else by `cabledrive.identification.axis.faults`",
-        True,
-    )
-    torque: str = meaning(
-        "when a logged torque acts: one of `TIMINGS`, see `cabledrive.identification.axis.timing`", "found"
-    )
-
-
 def load_options(path: str | Path) -> IdentifyOptions:
     """Read a TOML file with tables ``[identify]`` and ``[log]``."""
     return read_toml(path, "write TOML with tables [identify] and [log]", _options_of)
@@ -272,8 +255,7 @@ def identify(
     with threadpool_limits(limits=1, user_api="blas"):
         if options.model == TWO_INERTIA:
             return identify_two_inertia(read, progress=progress)
-        request = Request(axis=options.axis, method=method, check=options.check, torque=options.torque)
-        return answer(read, request)
+        return answer(read, replace(options, method=method))
 
 
 def _above_zero(table: Mapping[str, Any], key: str, unit: str) -> float | None:

@@ -194,9 +194,7 @@ def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list
         check = check_time(time, table.source, resample=True)
     rate = 1.0 / check.interval
     if rate < LOWEST_RATE:
-        raise InputRefused(
-            f"{table.source}: {rate:.4g} samples per second, below {LOWEST_RATE:g}: check the time"
-        )
+        raise InputRefused(f"{table.source}: sampled at {rate:.4g} Hz, below {LOWEST_RATE:g}: check the time")
     grid = check.grid
     length = window_length(rate)
     if grid.size <= length:

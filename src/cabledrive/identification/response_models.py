@@ -24,9 +24,8 @@ from math import log10, pi
 import numpy as np
 from scipy import optimize, stats
 
-from cabledrive.identification.estimates import Estimate
+from cabledrive.identification.estimates import FEWEST_SEGMENTS, Estimate, factor, solve
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import FEWEST_SEGMENTS, factor, solve
 from cabledrive.identification.signals import FrequencyResponse, response_by_segments
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
@@ -134,9 +133,7 @@ def fit_response(
     fixed = dict(fixed or {})
     names = tuple(name for name in PARAMETERS[model] if name not in fixed)
     if 2 * measured.frequency.size <= len(names) + 2:
-        raise InputRefused(
-            f"{measured.frequency.size} lines are too few for {len(names)} parameters: add some"
-        )
+        raise InputRefused(f"{measured.frequency.size} lines are few for {len(names)} parameters: add some")
     omega = 2 * np.pi * measured.frequency
 
     def response_at(logs: Array) -> Complex:

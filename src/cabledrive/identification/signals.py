@@ -76,9 +76,7 @@ def zero_phase(values: Array, interval: float, cutoff: float, order: int = 4) ->
     """Butterworth low-pass forwards and backwards, of (samples, ...); the cutoff [Hz] is that of one pass."""
     pad = min(values.shape[0] - 2, int(2.0 / (cutoff * interval)) + 12)
     if pad < 12:
-        raise InputRefused(
-            f"{values.shape[0]} samples are few for a filter of {cutoff:.4g} Hz: record longer"
-        )
+        raise InputRefused(f"{values.shape[0]} samples are few for a filter of {cutoff:.4g} Hz: record more")
     return signal.sosfiltfilt(butterworth(interval, cutoff, order), values, axis=0, padlen=pad)
 
 

@@ -12,13 +12,23 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.chain_fit import excited_to, fit_from_many_starts, starts_for
-from cabledrive.identification.chain_model import ChainModel, FreeParameter, Record
-from cabledrive.identification.estimates import Estimate, Finding, Identification
+from cabledrive.identification.chain_fit import (
+    ChainModel,
+    FreeParameter,
+    Record,
+    fit_from_many_starts,
+    starts_for,
+)
+from cabledrive.identification.estimates import (
+    Estimate,
+    Finding,
+    Identification,
+    readable,
+    unidentifiable_parameters,
+)
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import readable, unidentifiable_parameters
+from cabledrive.identification.rope_friction import without_slip
 from cabledrive.identification.signals import difference
-from cabledrive.identification.slip import without_slip
 from cabledrive.identification.two_sides import LOAD, SUM, Solution, TwoSides, load_equation, sum_equation
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -48,6 +58,9 @@ STILL = 0.05
 """Share of its usual speed below which the sign of a speed is not trusted."""
 GEAR = 1.3
 """Turns of the motor over those of the load from which a gear lies between: a spring makes them fewer."""
+EXCITED = 0.99
+"""Share of the input's power below the frequency to which a log is said to excite."""
+SEED = 0  # of the starts
 UNKNOWN = "not identifiable from the log"
 
 
@@ -92,20 +105,20 @@ class Channels:
 
 
 def identify_two_inertia(
-    logs: Sequence[Log], seed: int = 0, progress: Callable[[str], None] | None = None
+    logs: Sequence[Log], progress: Callable[[str], None] | None = None
 ) -> Identification:
     """Identify motor and load inertia, the spring between them, its damping and all frictions.
 
     ``logs``: of one machine, with the same channels: torque, force, voltage or current, and a velocity, angle
-    or position of the motor, the load ("load velocity") or both; ``seed``: of the starts; ``progress``:
-    called with a line for each fit of a simulation. A rectifying sensor has its ``sensor_lag`` beside
-    `NAMES`. No intervals where the model does not follow the log. Raises `InputRefused` if a channel is
-    missing or constant; `NotComputed` if no start leads to a model that moves like the log.
+    or position of the motor, the load ("load velocity") or both; ``progress``: called with a line for each
+    fit of a simulation. A rectifying sensor has its ``sensor_lag`` beside `NAMES`. No intervals where the
+    model does not follow the log. Raises `InputRefused` if a channel is missing or constant; `NotComputed` if
+    no start leads to a model that moves like the log.
     """
     channels = channels_of(logs)
     if len(channels.outputs) == 2 and not channels.rectified:
         return identify_by_equations(logs, channels)
-    return identify_by_simulation(logs, channels, seed, progress or (lambda words: None))
+    return identify_by_simulation(logs, channels, progress or (lambda words: None))
 
 
 def channels_of(logs: Sequence[Log]) -> Channels:
@@ -133,7 +146,7 @@ def channels_of(logs: Sequence[Log]) -> Channels:
 
 
 def identify_by_simulation(
-    logs: Sequence[Log], channels: Channels, seed: int, say: Callable[[str], None]
+    logs: Sequence[Log], channels: Channels, say: Callable[[str], None]
 ) -> Identification:
     """By output error from many starts."""
     records = []
@@ -144,7 +157,7 @@ def identify_by_simulation(
         ]
         output = np.column_stack(speeds)
         records.append(Record(input=log.channel(channels.input), output=output, interval=log.interval))
-    scale, starts = starts_for(records, channels.rectified, np.random.default_rng(seed))
+    scale, starts = starts_for(records, channels.rectified, np.random.default_rng(SEED))
     fit, made, agreeing = fit_from_many_starts(records, _models(channels, scale), starts, say)
     explained = []
     for record in records:
@@ -162,7 +175,7 @@ def identify_by_simulation(
         doubts.append(Finding("one-start-only", words))
     closed = {name for name in fit.undetermined() if name in NEEDED}
     if len(channels.outputs) == 1:
-        doubts += _beyond(fit.values, channels, excited_to(records), closed)
+        doubts += _beyond(fit.values, channels, _excited_to(records), closed)
     shown = set() if not follows else set(fit.values) - set(fit.at_bounds())
     parameters = {}
     for name, value in fit.values.items():
@@ -194,7 +207,7 @@ def identify_by_simulation(
             "full_fits": made,
             "agreeing_fits": agreeing,
             "explained_percent": explained,
-            "seed": seed,
+            "seed": SEED,
         },
         covariance=fit.covariance,
         freedom=fit.freedom,
@@ -202,6 +215,16 @@ def identify_by_simulation(
         notes=(f"the {readable(channels.input)} {how[fit.model.hold]}{late}", *channels.notes),
         check_reason="share explained, whiteness of the residual, bounds, several starts",
     )
+
+
+def _excited_to(records: Sequence[Record]) -> float:
+    """Frequency [Hz] below which nearly all power of the input lies, of the log that reaches highest."""
+    found = []
+    for record in records:
+        power = np.abs(np.fft.rfft(record.input - record.input.mean())) ** 2
+        place = int(np.searchsorted(np.cumsum(power), EXCITED * power.sum()))
+        found.append(place / (record.input.size * record.interval))
+    return max(found)
 
 
 def _beyond(values: dict[str, float], channels: Channels, excited: float, closed: set[str]) -> list[Finding]:
@@ -340,20 +363,17 @@ def _sides(log: Log, channels: Channels) -> TwoSides:
 
 def _parameters(torque: Solution, load: Solution | None) -> tuple[Array, Array, Array]:
     """Values and halves of intervals, each (9,), and covariance, the two equations erring independently."""
-    split, s = len(SUM), {name: k for k, name in enumerate(SUM)}
-    u = {name: split + k for k, name in enumerate(LOAD)}
+
+    def named(p: Any) -> Any:
+        """The parameters, as `NAMES`, from the coefficients `SUM` and `LOAD`."""
+        motor, inertia, viscous, coulomb, offset, _, beta, gamma, own_viscous, own_coulomb, _ = p
+        rubbed, rubs = inertia * own_viscous, inertia * own_coulomb
+        spring = inertia * beta, inertia * gamma
+        return np.array([motor, inertia, *spring, viscous - rubbed, rubbed, coulomb - rubs, rubs, offset])
+
+    split = len(SUM)
     p = np.concatenate([torque.fit.values, np.zeros(len(LOAD)) if load is None else load.fit.values])
-    inertia = p[s["load_inertia"]]
-    values, slopes = np.zeros(len(NAMES)), np.zeros((len(NAMES), p.size))
-    for k, name in ((0, "motor_inertia"), (1, "load_inertia"), (8, "offset")):
-        values[k], slopes[k, s[name]] = p[s[name]], 1.0
-    for k, name in ((2, "beta"), (3, "gamma"), (5, "viscous"), (7, "coulomb")):
-        values[k] = inertia * p[u[name]]
-        slopes[k, u[name]], slopes[k, s["load_inertia"]] = inertia, p[u[name]]
-    for k, name in ((4, "viscous"), (6, "coulomb")):
-        values[k] = p[s[name]] - values[k + 1]
-        slopes[k] = -slopes[k + 1]
-        slopes[k, s[name]] = 1.0
+    slopes = np.array([named(p + step).imag for step in 1e-200j * np.eye(p.size)]).T / 1e-200
     whole, beyond, student = np.zeros((p.size, p.size)), np.zeros(p.size), 0.0
     for one, place in ((torque, slice(split)), (load, slice(split, None))):
         if one is not None:
@@ -361,4 +381,4 @@ def _parameters(torque: Solution, load: Solution | None) -> tuple[Array, Array, 
             own = one.fit.half_width()[0] / float(np.sqrt(one.fit.covariance[0, 0]) or 1.0)
             student = max(student, own)
     covariance = slopes @ whole @ slopes.T
-    return values, student * np.sqrt(np.diag(covariance)) + np.abs(slopes) @ beyond, covariance
+    return named(p), student * np.sqrt(np.diag(covariance)) + np.abs(slopes) @ beyond, covariance

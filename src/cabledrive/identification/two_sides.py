@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, ndimage
 
-from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
+from cabledrive.identification.estimates import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.identification.signals import difference, noise_level, zero_phase
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array

@@ -93,16 +93,9 @@ def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
     assert made.bandwidth is not None
     nominal = float(made.law.learning[NOMINAL, 0])
     share = float(true_parameters(loop)[0]) / nominal if nominal > 0.0 else 1.0
-    residual = sliding_residual(
-        made.law,
-        made.flat,
-        made.bandwidth,
-        share * made.law.mu,
-        law_states(loop, log),
-        made.reference[: len(log)],
-        log[:, loop.chain.size - 1] - loop.target[: len(log)],
-        loop.rig.interval,
-    )
+    off = law_states(loop, log) @ made.law.matrix.T - made.reference[: len(log), : 2 * made.flat.size]
+    error = log[:, loop.chain.size - 1] - loop.target[: len(log)]
+    residual = sliding_residual(made.law, made.flat, made.bandwidth, share * made.law.mu, off, error)
     return BoundCheck(bound=bound, sources=residual.total, unmatched=residual.unmatched)
 
 
@@ -142,7 +135,6 @@ def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
         made.bandwidth,
         log[:, start : start + made.law.learning.shape[1]],
         delta,
-        loop.rig.interval,
         made.flat.time_constants,
         deviation,
     )

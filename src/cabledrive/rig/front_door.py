@@ -7,12 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.linear_laws import feedforward_generator
 from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_estimates
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.control.reference import reference_numbers
-from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
@@ -22,9 +20,9 @@ from cabledrive.reduction.two_motors import is_winched, winched_machine
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import Loop, check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table, inverse_of
+from cabledrive.rig.laws.baselines import FEEDFORWARDS, inverse_of
 from cabledrive.rig.laws.controller_file import ControllerFile, is_controller_path, read_controller
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers, place
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, place
 from cabledrive.rig.laws.load_learning import (
     INDIRECT,
     KINDS,
@@ -284,14 +282,14 @@ def own_law(given: Any, spec: DesignSpec) -> Controller:
         )
     gains, n, generator = {"measures": own.measures, "follows": own.follows}, chain.size, None
     if own.follows == "motion":
-        reference, generator = spec.wanted(2 * n).T, reference_numbers(np.eye(2 * n + 1))
+        generator = reference_numbers(np.eye(2 * n + 1))
+        reference = spec.rows(generator)
     else:
         gains["feedforward"] = FEEDFORWARDS[spec.feedforward]
-        places = [place(chain, shaft) for shaft in shafts]
+        places, whole = [place(chain, shaft) for shaft in shafts], inverse_of(spec, chain)
         kept = [*places, *(n + i for i in places), 2 * n]
-        reference = feedforward_table(spec, chain, spec.wanted(2 * n))[:, kept]
+        reference = spec.rows(whole)[:, kept]
         if "motor" in shafts or chain.coulomb[0] == 0.0:  # else friction needs a shaft that is left out
-            whole = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
             columns = [[kept.index(column) for column in one] for one in whole.places.tolist()]
             generator = whole._replace(
                 output=np.ascontiguousarray(whole.output[kept]),
@@ -337,9 +335,7 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
     rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
     gains = {"file": found.path} | hertz
     changed = replace(made, law=found.law, start=start_estimates(found.law), gains=gains, bandwidth=rate)
-    motion = motion_numbers(spec.drive, spec.motion)
-    table = reference_table(found.reference, motion, spec.interval, spec.samples)
-    made = replace(changed, reference=table, generator=found.reference)
+    made = replace(changed, reference=spec.rows(found.reference), generator=found.reference)
     if made.schedule is None:
         return made
     low, high = (float(end) for end in made.law.learning[[LOW, HIGH], 0])
@@ -350,7 +346,7 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
                 f"{high:.4g}: announce less, or design it anew with a wider payload_range"
             ).at(found.path)
     schedule = LoadSchedule(low=low, high=high, points=len(made.law.rows))
-    told = announced(spec.motion.payload, spec.interval, len(table))
+    told = announced(spec.motion.payload, spec.interval, len(made.reference))
     return told_otherwise(replace(made, schedule=schedule), told)
 
 

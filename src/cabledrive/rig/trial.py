@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.load_torque import RepetitionLearning, lifted, repetition_learning, torque_along
 from cabledrive.control.numbers import GAIN, HIGH, LEARNING, LINEAR, LOW
 from cabledrive.control.own_controller import checked_controller
+from cabledrive.control.regression import RepetitionLearning, lifted, repetition_learning, torque_along
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest

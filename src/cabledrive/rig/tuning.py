@@ -13,10 +13,10 @@ from math import inf
 
 import numpy as np
 
-from cabledrive.control.linear_laws import feedforward
+from cabledrive.control.linear_laws import feedforward_generator
 from cabledrive.control.numbers import KALMAN
 from cabledrive.control.observers import QUIET, KalmanTuning
-from cabledrive.control.reference import flat_output, flat_reference
+from cabledrive.control.reference import flat_output
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
 from cabledrive.rig.laws.baselines import BASELINES
@@ -165,10 +165,8 @@ def _filtered(made: Controller, tuning: KalmanTuning | None) -> Controller:
 @lru_cache(maxsize=16)
 def needed_torque(spec: DesignSpec) -> float:
     """Largest torque of the exact inverse along the motion, friction included [N m]."""
-    chain = spec.chain
-    flat = flat_output(chain)
-    reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
-    return float(np.abs(feedforward(chain, flat, reference)[:, -1]).max())
+    generator = feedforward_generator(spec.chain, flat_output(spec.chain), spec.interval)
+    return float(np.abs(spec.rows(generator)[:, -1]).max())
 
 
 def limit_words(spec: DesignSpec) -> str:

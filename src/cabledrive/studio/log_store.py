@@ -15,8 +15,7 @@ import anyio
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.logs.column_map import name_and_unit, recognise
-from cabledrive.identification.logs.log import Table
+from cabledrive.identification.logs.log import Table, name_and_unit, recognise
 from cabledrive.identification.logs.reading import FORMATS, open_table
 from cabledrive.parameters import InputRefused
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from cabledrive.identification.logs.column_map import ColumnMap, recognise, with_choices
+from cabledrive.identification.logs.log import ColumnMap, recognise, with_choices
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive

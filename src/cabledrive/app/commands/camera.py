@@ -37,8 +37,8 @@ def command(
     output: NewFile,
 ) -> Answer:
     """Follow a white marker through VIDEO, or a folder of pictures, and write a log that `identify` reads."""
-    from cabledrive.identification.camera.clip import open_clip
-    from cabledrive.identification.camera.marker import marker_log, scale_from, track_marker
+    from cabledrive.identification.camera_frames import open_clip
+    from cabledrive.identification.camera_marker import marker_log, scale_from, track_marker
     from cabledrive.rig.tracking import log_csv
 
     if scale is not None:

@@ -85,7 +85,8 @@ def command(
     """
     from dataclasses import replace
 
-    from cabledrive.identification.one_log import IdentifyOptions, identify, load_options
+    from cabledrive.identification.axis.answer import IdentifyOptions
+    from cabledrive.identification.one_log import identify, load_options
 
     if drive is None:
         refuse_given("spans", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")

@@ -58,8 +58,9 @@ def command(
     phase; repeats are averaged robustly. LOG may also be the file of a machine with routes: its response is
     computed, --input and --response are then coordinates such as "motor" and head.x.
     """
+    from cabledrive.identification.axis.answer import IdentifyOptions
     from cabledrive.identification.log_response import coherence_words, read_pair, response
-    from cabledrive.identification.one_log import IdentifyOptions, load_options
+    from cabledrive.identification.one_log import load_options
 
     if is_machine(log):
         refuse_not_of("drive", "is for logs: leave it out with a drive file")

@@ -28,8 +28,9 @@ from cabledrive.identification.axis.timing import (
     with_clock,
 )
 from cabledrive.identification.estimates import Finding, Identification
-from cabledrive.identification.logs.log import Log
+from cabledrive.identification.logs.log import ColumnMap, Log
 from cabledrive.parameters import NotComputed
+from cabledrive.parameters.fields import described, meaning
 
 CONTRADICTION, ALIKE = 5.0, 0.005
 """Joint standard errors from which two answers contradict each other, and share of the value within which
@@ -50,23 +51,35 @@ LOST = (
 )
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
-    """What is asked of the logs of one axis."""
+class IdentifyOptions:
+    """What a configuration file may say."""
 
-    axis: AxisOptions
-    method: str  # one of `cabledrive.identification.one_log.METHODS`
-    check: bool  # whether the model is tested
-    torque: str  # one of `cabledrive.identification.axis.timing.TIMINGS`
+    model: str = meaning(
+        'one of `MODELS`, or "two-inertia"; "rigid-axis" stands for "rigid-axis-coulomb"',
+        "rigid-axis-coulomb",
+    )
+    method: str = meaning("one of `METHODS`", "auto")
+    axis: AxisOptions = meaning("of the rigid axis", factory=AxisOptions)
+    columns: ColumnMap = meaning("which column is which channel", factory=ColumnMap)
+    check: bool = meaning(
+        "whether the model is tested against faults: by `cabledrive.identification.axis.lines` "
+        "where the torque is a sum of lines, else by `cabledrive.identification.axis.faults`",
+        True,
+    )
+    torque: str = meaning(
+        "when a logged torque acts: one of `TIMINGS`, see `cabledrive.identification.axis.timing`", "found"
+    )
 
 
-def answer(logs: Sequence[Log], request: Request) -> Identification:
+def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
     """Identify one axis from logs in memory; `NotComputed` if an asked method does not follow them."""
-    known, torque = request.torque != "found", channels_of(logs[0], request.axis)[0]
+    known, torque = options.torque != "found", channels_of(logs[0], options.axis)[0]
     findings: list[Finding] = []
     cleaned = [_without_outliers(log, torque, findings) for log in logs]
-    axis = axis_of(cleaned, replace(request.axis, lag=not known))
-    timing = given_timing(request.torque, axis.interval) if known else timing_of(axis)
+    axis = axis_of(cleaned, replace(options.axis, lag=not known))
+    timing = given_timing(options.torque, axis.interval) if known else timing_of(axis)
     drift = 0.0
     for _ in range(DRIFT_ROUNDS):
         rate = 0.0 if known or (timing.determined and timing.customary) else clock_drift(axis)
@@ -83,10 +96,10 @@ def answer(logs: Sequence[Log], request: Request) -> Identification:
         findings.append(Finding("clock-drift", words))
     plain = timing.moved(axis).regressed()
     found = replace(plain, findings=(*findings, *_doubts_of(axis), *plain.findings))
-    found = _by_methods(axis, found, request, timing)
-    auto = request.method == "auto"
-    if len(logs) > 1 and request.check and auto and request.axis.friction.kind == "coulomb":
-        each = [answer([log], replace(request, check=False)) for log in axis.logs]
+    found = _by_methods(axis, found, options, timing)
+    auto = options.method == "auto"
+    if len(logs) > 1 and options.check and auto and options.axis.friction.kind == "coulomb":
+        each = [answer([log], replace(options, check=False)) for log in axis.logs]
         found = _compared(found, [one for one in each if not one.refused])
     if REFUSING & set(found.codes):
         if auto and found.method["name"] == PREDICTION and plain.identifiable:
@@ -140,22 +153,24 @@ def _doubts_of(axis: Axis) -> list[Finding]:
     return found
 
 
-def _by_methods(axis: Axis, found: Identification, request: Request, timing: TorqueTiming) -> Identification:
+def _by_methods(
+    axis: Axis, found: Identification, options: IdentifyOptions, timing: TorqueTiming
+) -> Identification:
     """Every method that is possible; the one that answers, with the check of its model."""
-    method, kind = request.method, axis.options.friction.kind
+    method, kind = options.method, axis.options.friction.kind
     predicted, by_prediction, lost = _predicted(axis, found, method, timing)
     sound = predicted is not None or (found.identifiable and "negative" not in found.codes)
     timing = predicted.timing if predicted is not None else timing
     moved = timing.moved(axis)
     found = _timed(found, timing)
-    lost = lost and request.check
+    lost = lost and options.check
     if not sound or kind not in ("coulomb", "tanh"):
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
         found = found.saying(NOT_FOLLOWED, LOST) if lost else found
-        if request.check and kind == "coulomb":
+        if options.check and kind == "coulomb":
             return checked_by_innovations(moved, found)
-        why = f"not made: no check for friction {kind}" if request.check else "not requested"
+        why = f"not made: no check for friction {kind}" if options.check else "not requested"
         return replace(found, check_reason=why)
     lines = not moved.saturated and all(map(has_lines, moved.torques))
     if lines and predicted is not None:
@@ -182,7 +197,7 @@ def _by_methods(axis: Axis, found: Identification, request: Request, timing: Tor
         chosen = _contradicted(chosen, simulated, by_prediction)
     if lost and not alone:
         chosen = chosen.saying(NOT_FOLLOWED, LOST)
-    if not request.check:
+    if not options.check:
         return replace(chosen, check_reason="not requested")
     if NOT_FOLLOWED in chosen.codes:
         return replace(chosen, checked=True, check_reason="the model does not reproduce the log")

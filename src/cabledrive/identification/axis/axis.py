@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.axis.equation import LAG, AxisEquation, FrictionModel, settling
-from cabledrive.identification.estimates import Estimate, Finding, Identification, unit_of
-from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import (
+from cabledrive.identification.estimates import (
+    Estimate,
     Factors,
+    Finding,
     Fit,
+    Identification,
     factor,
     joined,
     only,
@@ -24,9 +25,11 @@ from cabledrive.identification.regression import (
     triangle,
     unidentifiable_parameters,
     unidentifiable_words,
+    unit_of,
     weak_parameters,
     weak_words,
 )
+from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import chosen_bandwidth
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -116,9 +119,7 @@ class Axis:
         keep &= np.arange(keep.size) % every == 0
         if keep.mean() * every < LEAST_KEPT or keep.sum() < 50:
             why = "the torque saturates or the log is short"
-            raise InputRefused(
-                f"{log.source}: {100 * keep.mean():.0f} % of it is of use ({why}): record again"
-            )
+            raise InputRefused(f"{log.source}: {100 * keep.mean():.0f} % is of use ({why}): record again")
         regressors = np.column_stack([column[keep] for column in columns.values()])
         return Rows(names=tuple(columns), regressors=regressors, left=left[keep], speed=speed[keep])
 

@@ -77,9 +77,7 @@ class AxisEquation:
     filter: str = "zero-phase"  # one of `FILTERS`
     friction: FrictionModel = field(default_factory=FrictionModel)
     quantum: float = 0.0  # step of the position [rad or m]; 0: none
-    kink: float = (
-        0.0  # friction over inertia [rad/s^2 or m/s^2], roughly: half the acceleration's jump at a turn
-    )
+    kink: float = 0.0  # friction over inertia [rad/s^2 or m/s^2]: half the acceleration's jump at a turn
     lag: bool = False  # whether the rate of the torque is the last column, see `axis.timing`
 
     def __post_init__(self) -> None:

@@ -40,11 +40,11 @@ from cabledrive.identification.axis.observer import (
     observed,
 )
 from cabledrive.identification.axis.simulated import Case, case_of, refined, weighed_cases
-from cabledrive.identification.estimates import Identification
-from cabledrive.identification.regression import (
+from cabledrive.identification.estimates import (
     MOST_SEGMENTS,
     Factors,
     Fit,
+    Identification,
     only,
     scores,
     solve,

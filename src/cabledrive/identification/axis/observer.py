@@ -22,7 +22,7 @@ from scipy.linalg import solve_discrete_lyapunov, solve_toeplitz
 from cabledrive.identification.axis.axis import BASE, Axis
 from cabledrive.identification.axis.equation import answers, observe, settling, shadow
 from cabledrive.identification.axis.timing import spectral_lines
-from cabledrive.identification.regression import (
+from cabledrive.identification.estimates import (
     FEWEST_SEGMENTS,
     MOST_SEGMENTS,
     Factors,

@@ -25,8 +25,7 @@ from cabledrive.identification.axis.observer import (
 )
 from cabledrive.identification.axis.simulated import unseen
 from cabledrive.identification.axis.timing import CONVENTIONS, FARTHEST, NEAR, SETTLED, TorqueTiming
-from cabledrive.identification.estimates import Identification
-from cabledrive.identification.regression import Fit, triangle
+from cabledrive.identification.estimates import Fit, Identification, triangle
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 

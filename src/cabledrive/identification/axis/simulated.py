@@ -29,9 +29,8 @@ from cabledrive.identification.axis.axis import BASE, Axis, stacked, values_of
 from cabledrive.identification.axis.equation import LAG, settling
 from cabledrive.identification.axis.observer import CORNER_DOUBT, between_samples
 from cabledrive.identification.axis.timing import spectral_lines
-from cabledrive.identification.estimates import Identification
+from cabledrive.identification.estimates import Factors, Fit, Identification, solve, suited_segments
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import Factors, Fit, solve, suited_segments
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from cabledrive.identification.axis.axis import Axis, Rows, factors_of, stacked
+from cabledrive.identification.estimates import solve, suited_segments
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import solve, suited_segments
 from cabledrive.identification.signals import difference
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
@@ -145,9 +145,7 @@ class TorqueTiming:
             return f"the torque acts {size:.3g} ms {when} than its time stamp: corrected"
         if self.law == "low-pass":
             hertz = 1.0 / (2.0 * np.pi * -self.shift)
-            return (
-                f"the torque channel lags as behind a low-pass of {hertz:.3g} Hz ({size:.3g} ms): corrected"
-            )
+            return f"the torque channel lags as by a low-pass of {hertz:.3g} Hz ({size:.3g} ms): corrected"
         if self.shift < 0.0:
             late = f"the torque channel is delayed against the motion by {-self.shift:.3g} s: corrected"
             return f"{late}; shift it in the log"

@@ -3,9 +3,9 @@
 import os
 import signal
 import sys
-import time
 import warnings
 from collections.abc import Callable
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -44,12 +44,9 @@ def require_readable(path: Path, read: Callable[[], object]) -> None:
     import resource
 
     seconds = SECONDS + path.stat().st_size / BYTES_PER_SECOND
-    sys.stdout.flush()
-    sys.stderr.flush()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of threads: the child calls one library and ends
-        child = os.fork()
-    if child == 0:  # reads, and never returns
+
+    def tried() -> None:
+        """Read, and never return."""
         try:
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
             resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 2))
@@ -64,21 +61,21 @@ def require_readable(path: Path, read: Callable[[], object]) -> None:
             os._exit(OUT_OF_MEMORY)
         finally:
             os._exit(0)
-    began, pause, done, status = time.monotonic(), 1e-4, 0, 0
+
+    child = get_context("fork").Process(target=tried)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of threads: the child calls one library and ends
+        child.start()
     try:
-        while not done and time.monotonic() - began < LONGEST_WAIT * seconds:
-            time.sleep(pause)
-            pause = min(2.0 * pause, 0.02)
-            done, status = os.waitpid(child, os.WNOHANG)
+        child.join(LONGEST_WAIT * seconds)
+        status = child.exitcode
     finally:
-        if not done:
-            os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
-    if done and os.WIFEXITED(status) and os.WEXITSTATUS(status) == OUT_OF_MEMORY:
+        child.kill()
+    if status == OUT_OF_MEMORY:
         raise too_large(path)
-    if not done or os.WIFSIGNALED(status):
-        endless = not done or os.WTERMSIG(status) == signal.SIGXCPU
-        what = "reading it does not end" if endless else f"its library ends by signal {os.WTERMSIG(status)}"
+    if status is None or status < 0:
+        endless = status is None or -status == signal.SIGXCPU
+        what = "reading it does not end" if endless else f"its library ends by signal {-(status or 0)}"
         raise InputRefused(f"{path.name}: is damaged ({what}): write it again")
 
 

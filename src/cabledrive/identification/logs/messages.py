@@ -1,6 +1,7 @@
 """Messages of topics as columns: MCAP files and ROS 2 bags."""
 
 import json
+import struct
 from array import array
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -10,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.log import (
+    LARGEST_IN_MEMORY,
     Reading,
     Table,
     require_fitting,
     sliced,
-    unpacked_mcap,
 )
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -130,6 +131,30 @@ def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
 def _topic(name: str, rows: dict[str, int]) -> str:
     """Topic of a column; topics may hold dots themselves."""
     return max((topic for topic in rows if name.startswith(f"{topic}.")), key=len)
+
+
+CHUNK = 6
+"""Opcode of a chunk of an MCAP file."""
+LZ4_RATIO = 255
+"""Bytes that one byte of LZ4 can unpack to."""
+
+
+def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
+    """Bytes of the chunks of an MCAP file unpacked, as heads state them and LZ4 allows, to a limit."""
+    total, end = 0, path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(8)
+        while total <= limit and len(head := file.read(9)) == 9:
+            code, size = struct.unpack("<BQ", head)
+            after = min(file.tell() + size, end)
+            if code == CHUNK and len(start := file.read(32)) == 32:
+                stated = struct.unpack("<QQQII", start)
+                scheme = file.read(min(stated[4], 16))
+                total += max(stated[2], size if scheme == b"" else 0)
+                if scheme == b"lz4" and stated[2] > LZ4_RATIO * size:
+                    return limit + 1
+            file.seek(after)
+    return total
 
 
 def open_mcap(path: Path, reading: Reading) -> Table:

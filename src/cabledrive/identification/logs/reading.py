@@ -11,25 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.logs.column_map import (
-    Column,
-    ColumnMap,
-    factor_to_si,
-    name_and_unit,
-    other_channel,
-    recognise,
-    recognised_columns,
-)
 from cabledrive.identification.logs.hierarchical import open_matlab, open_netcdf
 from cabledrive.identification.logs.log import (
     BLOCK_ROWS,
     LARGEST_UNPACKED,
     Blocks,
+    Column,
+    ColumnMap,
     Log,
     Reading,
     Table,
+    factor_to_si,
     floats_of,
     log_of,
+    name_and_unit,
+    other_channel,
+    recognise,
+    recognised_columns,
 )
 from cabledrive.identification.logs.messages import open_mcap, open_rosbag
 from cabledrive.identification.logs.text import open_delimited
@@ -78,20 +76,18 @@ def open_parquet(path: Path, reading: Reading) -> Table:
         if rows != meta.num_rows:
             raise InputRefused(f"{path.name}: is damaged ({rows} of {meta.num_rows} rows): write it again")
 
-    units = {name: unit for name, entry in heads.items() if (unit := _unit(entry))}
+    units = {}
+    for name, entry in heads.items():
+        own = entry.metadata or {}
+        stated = own.get(b"unit") or own.get(b"units")
+        if unit := stated.decode(errors="replace") if stated else name_and_unit(entry.name)[1]:
+            units[name] = unit
     return Table(source=path.name, names=tuple(heads), units=units, rows=meta.num_rows, read=read)
 
 
-def _unit(entry: Any) -> str:
-    stated = (entry.metadata or {}).get(b"unit") or (entry.metadata or {}).get(b"units")
-    return stated.decode(errors="replace") if stated else name_and_unit(entry.name)[1]
-
-
+TEXTS = (".csv", ".tsv", ".txt", ".dat")
 FORMATS: dict[str, Callable[[Path, Reading], Table]] = {
-    ".csv": open_delimited,
-    ".tsv": open_delimited,
-    ".txt": open_delimited,
-    ".dat": open_delimited,
+    **dict.fromkeys(TEXTS, open_delimited),
     ".parquet": open_parquet,
     ".mat": open_matlab,
     ".nc": open_netcdf,
@@ -99,7 +95,6 @@ FORMATS: dict[str, Callable[[Path, Reading], Table]] = {
     ".mcap": open_mcap,
     ".db3": open_rosbag,
 }
-TEXTS = (".csv", ".tsv", ".txt", ".dat")
 LONGEST_CAUSE = 110
 
 
@@ -146,9 +141,7 @@ def readable(source: str) -> Iterator[None]:
         ) from None
     except Exception as error:  # libraries raise many kinds for a damaged file
         cause = re.sub(r"\s+", " ", getattr(error, "strerror", None) or str(error) or type(error).__name__)
-        raise InputRefused(
-            f"{source}: is damaged or unreadable ({cause[:LONGEST_CAUSE]}): rewrite it"
-        ) from None
+        raise InputRefused(f"{source}: damaged or unreadable ({cause[:LONGEST_CAUSE]}): rewrite it") from None
 
 
 MOST_VALUES = 60_000_000

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.column_map import name_and_unit, recognise
-from cabledrive.identification.logs.log import Blocks, Reading, Table, floats_of
+from cabledrive.identification.logs.log import Blocks, Reading, Table, floats_of, name_and_unit, recognise
 from cabledrive.parameters import InputRefused
 
 SAMPLE_BYTES = 1 << 18
@@ -50,9 +49,7 @@ def first_lines(path: Path) -> tuple[str, list[str], int]:
 
 def too_long(source: str, number: int) -> InputRefused:
     """Refusal of a line, numbered from 1, that is longer than a row of a log can be."""
-    return InputRefused(
-        f"{source}: line {number} is longer than {LONGEST_LINE} bytes: write one row per line"
-    )
+    return InputRefused(f"{source}: line {number} is longer than {LONGEST_LINE} bytes: write one row a line")
 
 
 def line_blocks(path: Path, encoding: str, size: int | None = None) -> Iterator[tuple[int, bytes]]:

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from cabledrive.identification.logs.column_map import ColumnMap
-from cabledrive.identification.logs.log import Log, log_of
+from cabledrive.identification.logs.log import ColumnMap, Log, log_of
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.tension.families import ALIKE, Peaks, falling, peaks_of

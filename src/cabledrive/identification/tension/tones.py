@@ -11,6 +11,7 @@ p = 1 where its stretch is. Tones of one family share a factor on their frequenc
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,8 +115,7 @@ def fit_tones(values: Array, interval: float, start: Tones, power: int) -> Tones
     return _conclude(time, tones, state, power)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Projection:
+class _Projection(NamedTuple):
     basis: Array
     linear: Array
     residual: Array
@@ -129,16 +129,9 @@ def _projected(values: Array, time: Array, tones: Tones, power: int) -> _Project
     envelope, angle, _ = _angles(time, tones, power)
     columns = np.column_stack([envelope * np.cos(angle), envelope * np.sin(angle), np.ones(time.size)])
     directions, triangle = _factored(columns)
-    linear = np.linalg.lstsq(triangle, directions.T @ values, rcond=1e-10)[0]
+    linear = np.asarray(np.linalg.lstsq(triangle, directions.T @ values, rcond=1e-10)[0], dtype=float)
     residual = values - columns @ linear
-    return _Projection(
-        basis=columns,
-        linear=np.asarray(linear, dtype=float),
-        residual=residual,
-        squares=float(residual @ residual),
-        triangle=triangle,
-        directions=directions,
-    )
+    return _Projection(columns, linear, residual, float(residual @ residual), triangle, directions)
 
 
 def _factored(columns: Array) -> tuple[Array, Array]:

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.numbers import KALMAN, ObserverNumbers
-from cabledrive.control.observer_kernels import FlankLaw, first_memory
-from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
+from cabledrive.control.observers import FlankLaw, KalmanTuning, Sampling, first_memory, kalman_filter
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
@@ -186,10 +185,8 @@ def make_pair(
         holding=stiffness,
     )
     # Half the difference of two roundings has half the variance of one.
-    counts = [float(rig.counts[0]) / sqrt(2.0) if rig.counts[0] > 0.0 else 1e-9]
-    found = kalman_filter(
-        single, [0], counts, sampling, chosen=[0], tuning=KalmanTuning(offsets=()), settled=True
-    )
+    read = [(0, float(rig.counts[0]) / sqrt(2.0) if rig.counts[0] > 0.0 else 1e-9)]
+    found = kalman_filter(single, read, sampling, chosen=[0], tuning=KalmanTuning(offsets=()), settled=True)
     natural = sqrt(stiffness / inertia)
     law = FlankLaw(
         observer=found,

@@ -17,7 +17,7 @@ from cabledrive.control.controller_kernels import (
     target_step,
 )
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
-from cabledrive.control.observer_kernels import COMMANDS, FlankLaw, preload_step
+from cabledrive.control.observers import COMMANDS, FlankLaw, preload_step
 from cabledrive.control.reference import ReferenceNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array

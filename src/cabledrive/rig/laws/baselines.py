@@ -3,7 +3,7 @@
 One number tunes each, the bandwidth; `cabledrive.rig.tuning` tunes them all by one rule.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from math import exp, pi, sqrt
@@ -11,12 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.backstepping import PRINTED_HZ, backstepping_numbers, chain_generator, chain_reference
+from cabledrive.control.backstepping import PRINTED_HZ, backstepping_numbers, chain_generator
 from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.linear_laws import (
-    FRICTION_SLOPE,
-    feedforward,
     feedforward_generator,
     hinf_law,
     l1_law,
@@ -27,14 +25,12 @@ from cabledrive.control.linear_laws import (
     pid_law,
     reference_model_generator,
     reference_model_law,
-    rigid_feedforward,
     rigid_inertia,
 )
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observers import QUIET
-from cabledrive.control.reference import FlatOutput, flat_output, flat_reference, reference_numbers
+from cabledrive.control.reference import AT_ONCE, ReferenceNumbers, flat_output, reference_numbers
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, law_shafts, load_count, own_filter
 
@@ -49,37 +45,36 @@ FEEDFORWARDS = {
 }
 
 
-def feedforward_table(spec: DesignSpec, chain: LumpedChain, wanted: Array) -> Array:
-    """Angles, speeds and torque along a reference by the spec's feedforward, shape (samples, 2n + 1)."""
+def inverse_of(
+    spec: DesignSpec, chain: LumpedChain, taps: Sequence[tuple[float, float]] = AT_ONCE
+) -> ReferenceNumbers:
+    """The generator of a spec's feedforward along a chain: angles, speeds and torque."""
     if spec.feedforward not in FEEDFORWARDS:
         raise InputRefused(
             f"feedforward = {spec.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
         )
-    flat = inverse_of(spec, chain)
-    if flat is None:
-        return rigid_feedforward(chain, wanted)
-    return feedforward(chain, flat, flat_reference(flat, wanted, spec.interval))
-
-
-def inverse_of(spec: DesignSpec, chain: LumpedChain) -> FlatOutput | None:
-    """The flat output that a spec's feedforward inverts; none of one rigid inertia."""
-    return None if spec.feedforward == "rigid" else flat_output(chain, damped=spec.feedforward == "damped")
+    rigid, damped = spec.feedforward == "rigid", spec.feedforward == "damped"
+    flat = None if rigid else flat_output(chain, damped=damped)
+    return feedforward_generator(chain, flat, spec.interval, taps)
 
 
 def _made(
-    spec: DesignSpec, name: str, law: LawNumbers, gains: dict[str, Any], wanted: Array | None = None
+    spec: DesignSpec,
+    name: str,
+    law: LawNumbers,
+    gains: dict[str, Any],
+    taps: Sequence[tuple[float, float]] = AT_ONCE,
 ) -> Controller:
-    """A linear law with the spec's feedforward along what is ``wanted``, by default of the load."""
-    chain = spec.chain
-    wanted = spec.wanted(2 * chain.size) if wanted is None else wanted
+    """A linear law with the spec's feedforward; ``taps``: of an input shaper."""
+    generator = inverse_of(spec, spec.chain, taps)
     return Controller(
         name=name,
         law=law,
-        reference=np.ascontiguousarray(feedforward_table(spec, chain, wanted)),
+        reference=spec.rows(generator),
         shafts=spec.shafts,
         gains=gains | {"feedforward": FEEDFORWARDS[spec.feedforward]},
         model=spec.number,
-        generator=feedforward_generator(chain, inverse_of(spec, chain), spec.interval),
+        generator=generator,
     )
 
 
@@ -175,16 +170,11 @@ def shaper(spec: DesignSpec) -> Controller:
     ratio = -lowest.real / abs(lowest)
     overshoot = exp(-pi * ratio / sqrt(1.0 - ratio**2))
     late = round(pi / lowest.imag / spec.interval)
-    y = spec.wanted(2 * chain.size)
-    held = np.concatenate((np.zeros((len(y), late)), y[:, :-late]), axis=1)
-    held[0, :late] = y[0, 0]
     first = 1.0 / (1.0 + overshoot)
     taps = ((0.0, first), (late * spec.interval, overshoot * first))
     law = pd_law(chain, hertz, spec.interval)
     gains = {"bandwidth_hz": hertz, "shaper_hz": abs(lowest) / (2.0 * pi)}
-    made = _made(spec, "shaper", law, gains, (y + overshoot * held) / (1.0 + overshoot))
-    generator = feedforward_generator(chain, inverse_of(spec, chain), spec.interval, taps)
-    return replace(made, generator=generator)
+    return _made(spec, "shaper", law, gains, taps)
 
 
 BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
@@ -210,20 +200,19 @@ def backstepping(spec: DesignSpec, number: int = 3) -> Controller:
     hertz = hertz if spec.bandwidth is None else spec.bandwidth
     adaptation = adaptation if spec.adapt else 0.0
     law = backstepping_numbers(chain, hertz, adaptation, spec.interval)
-    gains = gain_names(law.matrix, law.rows[0])
-    whole = number == 4
-    reference = chain_reference(chain, spec.wanted(6), spec.interval) if whole else spec.wanted(4).T
+    gains, whole = gain_names(law.matrix, law.rows[0]), number == 4
+    generator = chain_generator(chain, spec.interval) if whole else reference_numbers(np.eye(5))
     return Controller(
         name="backstepping-6" if whole else "backstepping",
         law=law,
-        reference=np.ascontiguousarray(reference),
+        reference=spec.rows(generator),
         shafts=law_shafts(number, spec.feedback),
         start=law.learning[0],
         gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
         model=number,
         damped=whole,
         filter_model=own_filter(number, spec.feedback),
-        generator=chain_generator(chain, spec.interval) if whole else reference_numbers(np.eye(5)),
+        generator=generator,
     )
 
 
@@ -236,10 +225,8 @@ def reference_model(spec: DesignSpec) -> Controller:
     """Quadratic feedback whose closed loop is the reference model; the motor's four parameters adapt."""
     chain = spec.chain
     count, torque, settings = weights(spec)
-    flat = flat_output(chain)
-    motion = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
-    speed, acceleration = motion[:, -2], motion[:, -1]
-    functions = np.column_stack((acceleration, speed, np.tanh(FRICTION_SLOPE * speed), np.ones(len(speed))))
+    generator = reference_model_generator(chain, flat_output(chain), spec.interval)
+    reference = spec.rows(generator)
     bounds = printed_bounds(chain, flexible_joint=chain.size == 3)
     # The offset of a motor acts against its torque's sign in the model: it is subtracted.
     low, high = bounds.low - bounds.nominal, bounds.high - bounds.nominal
@@ -248,17 +235,17 @@ def reference_model(spec: DesignSpec) -> Controller:
         lq_law(chain, count, torque, spec.interval),
         low,
         high,
-        np.abs(functions).max(axis=0),
+        np.abs(reference[:, -4:]).max(axis=0),
         SLOWER * 2.0 * pi * rigid_bandwidth(chain, count, torque) * float(spec.adapt),
     )
     return Controller(
         name=NAME,
         law=law,
-        reference=np.ascontiguousarray(np.hstack((feedforward(chain, flat, motion), functions))),
+        reference=reference,
         shafts=spec.shafts,
         start=np.zeros(4),
         gains=settings
         | {"learns": ["inertia_motor", "viscous_friction", "coulomb_friction", "offset_torque"]},
         model=spec.number,
-        generator=reference_model_generator(chain, flat, spec.interval),
+        generator=generator,
     )

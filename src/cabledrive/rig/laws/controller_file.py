@@ -176,6 +176,8 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     columns = reference_columns(made.law, made.shafts, made.reference.shape[1], motion=along)
     # On which the filter settles; of one scheduled by the load those of all points.
     gains = loop.observer.gains if loop.observer.kind == BY_LOAD else loop.observer.gains[-1]
+    if generator is not None and generator.load.columns:
+        generator = generator._replace(load=generator.load._replace(gains=generator.load.gains[-1]))
     return {
         "about": ABOUT,
         "name": made.name,
@@ -308,7 +310,8 @@ def _reference(numbers: Mapping[str, Any]) -> ReferenceNumbers:
     load, seen = NO_LOAD, numbers["load"]
     if seen is not None:
         chosen = np.array(seen["chosen"], dtype=np.int64)
-        load = LoadRowNumbers(**_filters(seen, LoadRowNumbers._fields) | {"chosen": chosen})
+        numbers_of = _filters(seen, LoadRowNumbers._fields)
+        load = LoadRowNumbers(**numbers_of | {"chosen": chosen, "gains": numbers_of["gains"][None]})
     return ReferenceNumbers(**parts, load=load)
 
 

@@ -25,8 +25,8 @@ from cabledrive.control.reference import (
     ReferenceNumbers,
     flat_generator,
     flat_output,
-    flat_reference,
 )
+from cabledrive.control.reference_kernels import reference_table
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -114,11 +114,9 @@ def fit_observer(
     designs = [design] if schedule is None else [with_load(design, load) for load in schedule.loads]
     places, chosen = ([place(design, one) for one in names] for names in (fitted, shafts))
     settled = settled or schedule is not None
+    read = list(zip(places, fitted.values(), strict=True))
     filters = [
-        kalman_filter(
-            one, places, list(fitted.values()), sampling, chosen=chosen, tuning=tuning, settled=settled
-        )
-        for one in designs
+        kalman_filter(one, read, sampling, chosen=chosen, tuning=tuning, settled=settled) for one in designs
     ]
     return filters[0] if schedule is None else scheduled_filter(filters, schedule)
 
@@ -225,6 +223,12 @@ class DesignSpec:
         """A model, {1, 2, 3, 4}, of the drive under torque control, in angles of its first shaft."""
         return reflected(lumped_model(released(self.drive), number))[0]
 
+    def rows(self, generator: ReferenceNumbers) -> Array:
+        """What a law takes at each sample of the motion, shape (samples, columns)."""
+        return reference_table(
+            generator, motion_numbers(self.drive, self.motion), self.interval, self.samples
+        )
+
     def wanted(self, derivatives: int) -> Array:
         """Wanted load angle at the first shaft with derivatives, shape (derivatives + 1, samples)."""
         time = np.asarray(self.interval * np.arange(self.samples), dtype=np.float64)
@@ -252,13 +256,12 @@ def chain_law(
     """A law of a model, {1, 2, 3, 4}, of the chain; default: the drive's chain, the printed bounds."""
     chain = spec.model(number) if chain is None else chain
     flat = flat_output(chain, damped=damped)
-    reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
+    generator = flat_generator(flat, spec.interval)
+    reference = spec.rows(generator)
     bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number]) if bounds is None else bounds
     share = (DAMPED_SHARE if damped else 1.0) if spec.adapt else 0.0
     gains = darc_gains(number, spec.bandwidth, adaptation_share=share)
-    law = darc_numbers(
-        flat, gains, bounds, reference, spec.interval, friction_by_reference=damped, desired=damped
-    )
+    law = darc_numbers(flat, gains, bounds, reference, spec.interval, by_reference=damped)
     stated = {
         "bandwidth_hz": gains.bandwidth / (2.0 * pi),
         "sliding_rate_hz": gains.sliding_rate / (2.0 * pi),
@@ -281,7 +284,7 @@ def chain_law(
         bandwidth=gains.bandwidth,
         flat=flat,
         filter_model=own_filter(number, spec.feedback),
-        generator=flat_generator(flat, spec.interval),
+        generator=generator,
     )
 
 

@@ -1,25 +1,23 @@
 """Laws that go by the load: scheduled by one announced, learning its torque, identifying in the loop."""
 
 from dataclasses import replace
-from functools import lru_cache
 from math import isclose
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from cabledrive.control.darc import Bounds, printed_bounds
-from cabledrive.control.linear_laws import feedforward_generator, lq_law, lqi_law
+from cabledrive.control.linear_laws import lq_law, lqi_law
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_law, with_load
-from cabledrive.control.load_torque import carried, load_regressors, load_row_numbers
 from cabledrive.control.numbers import LEARNING, LawNumbers, ObserverNumbers, learning_table, start_estimates
-from cabledrive.control.observer_kernels import missed_by_filter, whitening
-from cabledrive.control.observers import KalmanTuning, kalman_filter
+from cabledrive.control.observers import KalmanTuning, kalman_filter, whitening
+from cabledrive.control.reference import load_row_numbers
 from cabledrive.control.regression import Estimates, acting_torque, estimate_load, estimate_motor
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
-from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
+from cabledrive.rig.laws.baselines import integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import (
     Controller,
     DesignSpec,
@@ -54,18 +52,12 @@ def scheduled(spec: DesignSpec) -> Controller:
         designs.append(lqi_law(loaded, count, torque, time, spec.interval))
     smooth = replace(chain, coulomb=(0.0,) * chain.size)  # friction is fed forward in the step
     # States and torque of the drive's own load, what another of its size adds, and a column of ones.
-    wanted = spec.wanted(2 * chain.size)
-    own, double = (feedforward_table(spec, with_load(smooth, load), wanted) for load in (1.0, 2.0))
-    table = np.ascontiguousarray(np.column_stack((own, double - own, np.ones(len(own)))))
-    table[:, -1] = announced(spec.motion.payload, spec.interval, len(table))
-    # The generator of the same columns; the load of a row that it makes is the drive's own.
-    first, second = (
-        feedforward_generator(one, inverse_of(spec, one), spec.interval)
-        for one in (smooth, with_load(smooth, 2.0))
-    )
+    first, second = (inverse_of(spec, one) for one in (smooth, with_load(smooth, 2.0)))
     output = np.vstack((first.output, second.output - first.output, np.zeros((1, first.output.shape[1]))))
     constant = np.concatenate((first.constant, second.constant - first.constant, [1.0]))
     generator = first._replace(output=np.ascontiguousarray(output), constant=constant)
+    table = spec.rows(generator)
+    table[:, -1] = announced(spec.motion.payload, spec.interval, len(table))
     return Controller(
         name=SCHEDULED,
         law=scheduled_law(designs, schedule, chain.coulomb[0]),
@@ -128,31 +120,22 @@ KINDS = {
 """The first for a load that stays, the second for one that changes while the machine runs."""
 
 
-class LoadTables(NamedTuple):
-    """What the law knows beforehand of a torque at the load, for each parameter."""
-
-    # (samples, p * (2n + 1 + m): states less what the filter misses, motor torque, innovations, of each
-    # parameter
-    blocks: Array
-    states: Array  # (p, samples, 2n): that the law takes and that go with a unit of each parameter
-    white: Array  # (m, m)
-    tuning: KalmanTuning
-    observer: ObserverNumbers  # the filter that they belong to
-
-
 def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | None = None) -> Controller:
     """Feedback about a reference with the load's friction and inertia, learnt from innovations."""
     kind, chain = KINDS[name], spec.chain
     turning = turning or TURNING * spec.motion.rise
-    tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name, turning)
+    observer, white, tuning = _own_filter(replace(spec, bandwidth=None, best=False, adapt=True), name)
     count, torque, settings = weights(spec)
     # What lasts at the load is learnt: an integral would add the unknown zero of the load's encoder.
     base = lq_law(chain, count, torque, spec.interval)
-    reference = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
-    generator = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
-    m = len(tables.white)
+    load = load_row_numbers(chain, observer, white, turning, spec.interval)
+    generator = inverse_of(spec, chain)._replace(load=load)
+    m, first = len(white), 2 * chain.size + 1
+    # a filter without a motion of its error misses nothing: what each parameter asks of the states alone
+    still = generator._replace(load=load._replace(transition=np.zeros_like(load.transition)))
+    asked = spec.rows(still)[:, first:].reshape(spec.samples, len(PARAMETERS), first + m)
     rows = np.zeros((1 + m, max(base.rows.shape[1], m)))
-    rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], tables.white
+    rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], white
     spread, low, high = believed(chain, kind.inertia_spread)
     share = spec.interval / m  # each sample brings m innovations
     law = LawNumbers(
@@ -167,16 +150,14 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
     return Controller(
         name=name,
         law=law,
-        reference=np.ascontiguousarray(np.hstack((reference, tables.blocks))),
+        reference=spec.rows(generator),
         shafts=spec.shafts,
         start=start_estimates(law),
-        tuning=tables.tuning,
+        tuning=tuning,
         gains=settings | {"learns": list(PARAMETERS), "upper_bounds": high.tolist()},
         model=spec.number,
-        generator=generator._replace(
-            load=load_row_numbers(chain, tables.observer, tables.white, turning, spec.interval)
-        ),
-        load_motion=LoadMotion(chain=chain, states=tables.states),
+        generator=generator,
+        load_motion=LoadMotion(chain=chain, states=asked[:, :, : first - 1].transpose(1, 0, 2)),
     )
 
 
@@ -191,9 +172,8 @@ def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, A
     )
 
 
-@lru_cache(maxsize=8)
-def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
-    """Tables of the law along a motion; ``turning``: time in which the sign of friction turns [s]."""
+def _own_filter(spec: DesignSpec, name: str) -> tuple[ObserverNumbers, Array, KalmanTuning]:
+    """The filter from whose innovations a law learns, what makes them white, (m, m), and its tuning."""
     kind, options, chain = KINDS[name], spec.options, spec.chain
     if options.ideal_sensors or options.observer != "kalman":
         raise InputRefused(
@@ -204,25 +184,9 @@ def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
     places, chosen = ([place(chain, one) for one in names] for names in (fitted, spec.shafts))
     used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
     counts = list(fitted.values())
-    observer = kalman_filter(chain, places, counts, spec.sampling, chosen=chosen, tuning=used)
-    white = whitening(observer, np.array(counts)) / kind.noise
-    torques = load_regressors(spec.wanted(2 * chain.size), turning, spec.interval)
-    blocks, states = load_blocks(chain, observer, white, torques, spec.interval)
-    return LoadTables(blocks=blocks, states=states, white=white, tuning=tuning, observer=observer)
-
-
-def load_blocks(
-    chain: LumpedChain, observer: ObserverNumbers, white: Array, torques: Array, interval: float
-) -> tuple[Array, Array]:
-    """Blocks and states of `LoadTables` from torques with derivatives, shape (p, 2n - 1, samples)."""
-    blocks, carrying = [], []
-    for torque in torques:
-        states, motor = carried(chain, torque, interval)
-        missed, innovations = missed_by_filter(observer, chain, torque[0], interval)
-        chosen = states[:, observer.chosen]
-        carrying.append(chosen)
-        blocks += [chosen - missed, motor[:, None], innovations @ white.T]
-    return np.hstack(blocks), np.array(carrying)
+    read = list(zip(places, counts, strict=True))
+    observer = kalman_filter(chain, read, spec.sampling, chosen=chosen, tuning=used)
+    return observer, whitening(observer, np.array(counts)) / kind.noise, tuning
 
 
 INDIRECT = "darc-indirect"
@@ -295,8 +259,8 @@ def learn(loop: Loop, spec: DesignSpec, early: Run, pause: int) -> Learnt:
         command[:, 0], interval, delay=control_delay(drive), current_rate=current_rate(drive)
     )
     load = estimate_load(readings[:, -2:], counts[-2:], interval, generator)
-    inertias, spread = np.array(chain.inertias), np.array(SPREADS[chain.size])
-    motor = estimate_motor(readings, torque, counts, inertias, interval, generator, spread=spread)
+    inertias = np.array([chain.inertias, SPREADS[chain.size]])
+    motor = estimate_motor(readings, torque, counts, inertias, interval, generator)
     return Learnt(load=load, motor=motor)
 
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import (
+from cabledrive.identification.estimates import (
     Factors,
     factor,
     joined,
@@ -20,8 +19,9 @@ from cabledrive.identification.regression import (
     unidentifiable_words,
     weak_words,
 )
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.rope_friction import Slip, without_slip
 from cabledrive.identification.signals import difference, zero_phase
-from cabledrive.identification.slip import Slip, without_slip
 from cabledrive.identification.two_sides import (
     SIGN_BANDS,
     Cogging,

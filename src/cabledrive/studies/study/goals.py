@@ -7,7 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from cabledrive.identification.logs.column_map import ColumnMap, column_map
+from cabledrive.identification.logs.log import ColumnMap, column_map
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest, written
 from cabledrive.parameters.toml_values import quantities_of, quantity_of, read_toml, table_of, whole_of

@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.one_log import IdentifyOptions, identify
+from cabledrive.identification.one_log import identify
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.setting import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import explained, identify_chain, whole_drive

@@ -18,8 +18,7 @@ import numpy as np
 from scipy import signal, stats
 
 from cabledrive.control.numbers import ObserverNumbers
-from cabledrive.control.observer_kernels import correct, predict
-from cabledrive.control.observers import KalmanTuning, Sampling, kalman_filter
+from cabledrive.control.observers import KalmanTuning, Sampling, correct, kalman_filter, predict
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import zero_phase
 from cabledrive.mechanics.compiled import njit_in_place
@@ -150,10 +149,10 @@ def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) 
         counts.append((float(log.report.quantum.get(name) or 0.0) or 2.0 * np.pi / (number or 1e5)) * gear)
     chain, h = plant_chain(drive, highest_model(drive)), log.interval
     torque = log.channel("torque")
+    places = [place(chain, CHANNELS[name]) for name in channels]
     probe = kalman_filter(
         chain,
-        [place(chain, CHANNELS[name]) for name in channels],
-        counts,
+        list(zip(places, counts, strict=True)),
         Sampling(interval=h),
         chosen=range(chain.size),
         tuning=TUNING,

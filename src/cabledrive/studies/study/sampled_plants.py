@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.control.darc import Bounds
-from cabledrive.identification.estimates import Identification
-from cabledrive.identification.regression import Fit
+from cabledrive.identification.estimates import Fit, Identification
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT

@@ -15,8 +15,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from cabledrive.identification.logs.column_map import ColumnMap
-from cabledrive.identification.logs.log import Log
+from cabledrive.identification.logs.log import ColumnMap, Log
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
 from cabledrive.parameters import Drive, InputRefused

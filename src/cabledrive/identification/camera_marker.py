@@ -5,7 +5,7 @@ from math import hypot
 
 import numpy as np
 
-from cabledrive.identification.camera.clip import STANDS_OUT, Clip, Levels, levels_of, spots_of, uncovered
+from cabledrive.identification.camera_frames import STANDS_OUT, Clip, Levels, levels_of, spots_of, uncovered
 from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Integers

@@ -1,4 +1,4 @@
-r"""Friction at wraps told from friction at bearings, and inertias from the differences of rigs.
+r"""Rope on pulleys and guides: friction at wraps told from friction at bearings, and a rope that slips.
 
 A rope that slides over a guide loses tension in proportion to it, a bearing does not. With a pretension T per
 log, the motor's torque while the rope slides one way is
@@ -11,21 +11,35 @@ effect, such as half a sample of a torque that is held, and :math:`\varepsilon` 
 elastic cable on the inertia. Around reversals, where the rope has not begun to slide everywhere, samples are
 left out. What is left between two reversals is a stroke; errors are those of strokes taken as independent,
 and what the terms in :math:`\delta, \varepsilon` change is added to them as an error of the model.
+
+In a log of both sides at the first shaft the load pulls with :math:`F = J_2\ddot\theta_2`. What has slipped,
+s, adds to the twist :math:`\theta_1 - \theta_2`: a rope that leaves a pulley under another tension than it
+came creeps, :math:`\dot s = \kappa F|\dot\theta_1|`; where the wrap holds no more it slides under the largest
+pull, :math:`\dot s = \dot\theta_1 - \dot\theta_2`. The twist is solved for its elastic part, the friction of
+the load and one of the two; a slip is believed where much of the twist that is left without it is gone.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from math import hypot
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
-from cabledrive.identification.estimates import Estimate, Identification
+from cabledrive.identification.estimates import (
+    Estimate,
+    Fit,
+    by_label,
+    factor,
+    joined,
+    only,
+    solve,
+    suited_segments,
+)
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import Fit, by_label, only, solve
 from cabledrive.identification.signals import difference, zero_phase
+from cabledrive.identification.two_sides import TwoSides
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 
@@ -59,9 +73,7 @@ class FrictionSplit:
 def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSplit:
     """Friction of bearings and of wraps from logs at given pretensions [N]."""
     if len(tensions) != len(logs) or any(not 0.0 < tension < np.inf for tension in tensions):
-        raise InputRefused(
-            f"--tension: {len(tensions)} given for {len(logs)} logs: give a positive one for each"
-        )
+        raise InputRefused(f"--tension: {len(tensions)} given for {len(logs)} logs: give a positive one each")
     rows = [_rows(log) for log in logs]
     levels = np.array(sorted(set(map(float, tensions))))
     free = _fit(rows, [levels == tension for tension in tensions])
@@ -162,25 +174,109 @@ def _findings(free: Fit, levels: Array, constant: Estimate, slope: Estimate) -> 
     return found
 
 
-def inertias_of_the_rigs(
-    motor: Identification, with_drive_pulley: Identification, with_load_pulley: Identification
-) -> dict[str, Estimate]:
-    """Inertias of motor, drive pulley and load pulley, as in Table 4.2, from rigs with more and more on.
+BAND = 15.0
+"""Of the filter [Hz]: what slips, slips slowly."""
+EXPLAINS, SURE = 0.6, 8.0
+"""Share of the twist's power that a slip may leave, and its least size over its error."""
+AT_THE_LIMIT = (0.5, 0.6, 0.7, 0.8, 0.9)
+"""Shares of the largest pull from which a wrap that holds no more is looked for."""
+WHOLE = 0.2
+"""How far from one the share of what slides under the largest pull may be."""
+LIMIT_ERROR = 0.04
+"""Standard error of the limit, relative: 24 machines with limits from 0.4 to 0.9 of the largest pull."""
+ROUNDS, KNOWN = 4, 0.05
+"""Of the pull; and largest error of its elastic part, relative, with which that is taken for it."""
+ELASTIC = ("pull", "rate", "viscous", "coulomb")
+BESIDE = (*ELASTIC, "angle")
+"""Creep under the friction of the load, or another gear than the sheet's, is a share of its angle."""
 
-    "J1", "J11", "J12", "J2", intervals propagated from those of the rigs, which are independent.
-    """
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slip:
+    """What a rope does on its pulley, and what has slipped."""
+
+    creep: float  # per pull over the load's inertia [s^2/rad]; 0 where it slides
+    limit: float  # pull over the load's inertia under which it slides [rad/s^2]; infinite where it creeps
+    error: float  # standard error of the one that is found, in its unit
+    paths: tuple[Array, ...]  # of each log, shape (samples,) [rad]
+    left: float  # share of the twist's power that is left
+
+    def words(self, inertia: float) -> str:
+        """What the rope does; ``inertia``: of the load at the first shaft [kg m^2]."""
+        if self.creep > 0.0:
+            return f"the rope creeps on its pulley by {100.0 * self.creep / inertia:.3g} % of the way per N m"
+        return f"the rope slides on its pulley above {self.limit * inertia:.3g} N m"
+
+
+def without_slip(sides: Sequence[TwoSides]) -> tuple[list[TwoSides], Slip | None]:
+    """The sides with what has slipped in them, and what the rope does; as they are where it holds."""
+    if any(one.rates or not one.twisted for one in sides):
+        return list(sides), None
+    motions = [_motion(one) for one in sides]
+    sure = [slip for share in AT_THE_LIMIT if (slip := _sliding(motions, share)) is not None]
+    pulls = [m["pull"] for m in motions]
+    for _ in range(ROUNDS):  # less what damper and friction take of the pull, once that is known
+        paths = [
+            np.cumsum(p * np.abs(m["near"])) * m["interval"] for p, m in zip(pulls, motions, strict=True)
+        ]
+        fit, value, error, left = _twist(motions, paths)
+        if value > SURE * error and left < EXPLAINS:
+            pairs, share = zip(paths, motions, strict=True), float(fit.values[-2])
+            moved = tuple(value * path + share * m["angle"] for path, m in pairs)
+            sure.append(Slip(creep=value, limit=np.inf, error=error, paths=moved, left=left))
+        sizes = np.array([np.sqrt(np.mean([np.mean(m[name] ** 2) for m in motions])) for name in ELASTIC])
+        errors = np.sqrt(np.diag(fit.covariance))[: len(sizes)] * sizes
+        if not np.linalg.norm(errors) < KNOWN * fit.values[0] * sizes[0]:
+            break
+        shares = dict(zip(ELASTIC, fit.values / fit.values[0], strict=False))
+        pulls = [np.sum([share * m[name] for name, share in shares.items()], axis=0) for m in motions]
+    if not sure:
+        return list(sides), None
+    best = min(sure, key=lambda one: one.left)
+    return [replace(one, slipped=path) for one, path in zip(sides, best.paths, strict=True)], best
+
+
+def _motion(one: TwoSides) -> dict[str, Array]:
+    """The elastic parts of the twist, the twist and the first pulley's speed below the band, (samples,)."""
+    h, near = one.interval, one.motor if one.pulley is None else one.pulley
+    band = min(BAND, 0.1 / h)
+    first, load = (zero_phase(values, h, band) for values in (near, one.load))
+    turned, speed = difference(load, h), difference(first, h)
     return {
-        "J1": with_drive_pulley.parameters["inertia"],
-        "J11": motor.parameters["inertia"],
-        "J12": difference_of(with_drive_pulley, motor),
-        "J2": difference_of(with_load_pulley, motor),
+        "pull": difference(turned, h),
+        "rate": speed - turned,
+        "viscous": turned,
+        "coulomb": zero_phase(np.sign(one.quick(one.load, band)), h, band),
+        "angle": load,
+        "twist": first - load,
+        "near": speed,
+        "interval": np.array(h),
     }
 
 
-def difference_of(larger: Identification, smaller: Identification, name: str = "inertia") -> Estimate:
-    """Difference of one parameter of two independent identifications, with Welch's degrees of freedom."""
-    a, b = larger.parameters[name], smaller.parameters[name]
-    error = hypot(a.standard_error, b.standard_error)
-    parts = a.standard_error**4 / larger.freedom + b.standard_error**4 / smaller.freedom
-    half = float(stats.t.ppf(0.975, error**4 / parts)) * error if parts > 0 else float("inf")
-    return Estimate.of(a.value - b.value, a.unit, error, half)
+def _sliding(motions: Sequence[Mapping[str, Array]], share: float) -> Slip | None:
+    """A rope that slides, as a whole, under pulls above a share of the largest one; None: it does not."""
+    most = max(float(np.quantile(np.abs(m["pull"]), 0.999)) for m in motions)
+    slides = [(np.abs(m["pull"]) > share * most) & (m["rate"] * m["pull"] > 0.0) for m in motions]
+    steps = [np.where(own, m["rate"], 0.0) for own, m in zip(slides, motions, strict=True)]
+    paths = tuple(np.cumsum(step) * m["interval"] for step, m in zip(steps, motions, strict=True))
+    _, value, error, left = _twist(motions, paths)
+    if not (value > SURE * error and left < EXPLAINS and abs(value - 1.0) < WHOLE):
+        return None
+    weights, pulls = np.abs(np.concatenate(steps)), np.abs(np.concatenate([m["pull"] for m in motions]))
+    limit = float(np.average(pulls, weights=weights)) if weights.any() else np.inf
+    return Slip(creep=0.0, limit=limit, error=LIMIT_ERROR * limit, paths=paths, left=left)
+
+
+def _twist(motions: Sequence[Mapping[str, Array]], paths: Sequence[Array]) -> tuple[Fit, float, float, float]:
+    """The twist by its parts, a slip's path the last; its factor, the error of that, what share is left."""
+    parts = []
+    for m, path in zip(motions, paths, strict=True):
+        rows = np.column_stack([*(m[name] for name in BESIDE), path, m["twist"]])
+        step, edge = (max(1, int(time / (BAND * float(m["interval"])))) for time in (0.02, 2.0))
+        rows = rows[edge:-edge:step] - rows[edge:-edge:step].mean(axis=0)
+        parts.append(factor(rows[:, :-1], rows[:, -1], (*BESIDE, "slip"), 60))
+    whole = joined(parts)
+    fit, plain = (solve(suited_segments(one)) for one in (whole, only(whole, BESIDE)))
+    left = (fit.residual / plain.residual) ** 2 if plain.residual > 0.0 else 1.0
+    return fit, float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1])), left
