@@ -87,29 +87,24 @@ def sampled_chain(
     bounds = printed_bounds(chain, flexible_joint="drive" in chain.names[1:])
     inertia, viscous, coulomb, offset = bounds.low + generator.random(4) * bounds.spread
 
-    def about(value: float, spread: float) -> float:
-        return value * (1.0 + spread * generator.uniform(-1.0, 1.0))
-
-    inertias, stiffness, damping = [inertia], [], []
-    for i in range(1, chain.size):
-        last = i == chain.size - 1 and "load" in chain.names
-        inertias.append(about(chain.inertias[i], spreads.load_inertia if last else spreads.drive_inertia))
-        stiffness.append(
-            about(chain.stiffness[i - 1], spreads.cable_stiffness if last else spreads.joint_stiffness)
-        )
-        damping.append(about(chain.damping[i - 1], spreads.cable_damping if last else spreads.joint_damping))
+    widths = [(spreads.drive_inertia, spreads.joint_stiffness, spreads.joint_damping)] * (chain.size - 1)
+    if widths and "load" in chain.names:
+        widths[-1] = spreads.load_inertia, spreads.cable_stiffness, spreads.cable_damping
+    moved = 1.0 + np.reshape(widths, (-1, 3)) * generator.uniform(-1.0, 1.0, (len(widths), 3))
+    links = moved.T * [chain.inertias[1:], chain.stiffness, chain.damping]
+    inertias, stiffness, damping = (tuple(values) for values in links.tolist())
     friction = chain.coulomb[1:]
     if spreads.load_coulomb > 0.0 and chain.size > 1:
         drawn = spreads.load_coulomb * chain.coulomb[0] * generator.random()
         friction = (*friction[:-1], friction[-1] + drawn)
     return replace(
         chain,
-        inertias=tuple(inertias),
+        inertias=(inertia, *inertias),
         viscous=(viscous, *chain.viscous[1:]),
         coulomb=(coulomb, *friction),
         offsets=(offset, *chain.offsets[1:]),
-        stiffness=tuple(stiffness),
-        damping=tuple(damping),
+        stiffness=stiffness,
+        damping=damping,
     )
 
 
