@@ -241,7 +241,9 @@ def _errors(loop: Loop, done: Run) -> dict[str, Any]:
     }
 
 
-def scored(tuned: TunedLaw, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: range) -> Draws:
+def scored(
+    tuned: TunedLaw, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: Sequence[int]
+) -> Draws:
     """Run a law on plants, the same for every law."""
     plants = disturbed_loops(tuned.loop, disturbances, seed, draws)
     if tuned.name != INDIRECT:

@@ -29,7 +29,7 @@ from cabledrive.rig.plant_samples import (
 from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion, check_run, torque_limit
 from cabledrive.rig.trial import COMPARED, LEARNS, check_motion, checked_names, goal_of, offered, scored
-from cabledrive.rig.tuning import LEAST_DISK, LawSetting, TunedLaw, law_as_tuned, ripple_limit, setting_of
+from cabledrive.rig.tuning import LEAST_DISK, LawSetting, law_as_tuned, ripple_limit, setting_of
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
 
@@ -193,15 +193,15 @@ def compare(
     spec = DesignSpec(drive, motion, options=COMPARED)
     allowed = goal_of(drive) if goal is None else goal * DEGREE
     cache = StageCache(folder=None if folder is None else Path(folder), note=note or (lambda line: None))
-    about = replace(drive, name="", title="", source=""), motion, asked
+    plain = replace(spec, drive=replace(drive, name="", title="", source=""))
     with nullcontext() if folder is None else one_process(Path(folder)):
-        found = list(_laws(names, about, draws, seed, cache))
+        found = list(_laws(names, (plain, asked), draws, seed, cache))
     laws = tuple(sorted(found, key=lambda law: law.rank(allowed)))
     return Comparison(summary=_summary(spec, laws, asked, draws, seed, allowed), laws=laws)
 
 
 def _laws(
-    names: Sequence[str], asked: tuple[Drive, Motion, Disturbances], draws: int, seed: int, cache: StageCache
+    names: Sequence[str], about: tuple[DesignSpec, Disturbances], draws: int, seed: int, cache: StageCache
 ) -> Iterator[ComparedLaw]:
     """Every law tuned and run: tunings and blocks of runs, each kept when it is done."""
     begun, finished = time.monotonic(), 0.0
@@ -214,36 +214,18 @@ def _laws(
 
     for name in names:
         cache.note(f"{name}: tuning")
-        tuning, scores = cache.staged(f"tuning-{name}", tuning_of, name, *asked), None
+        tuning, scores = cache.staged(f"tuning-{name}", setting_of, name, *about), None
         if tuning.bandwidth is None:
             progress(f"{name}: {tuning.reason}", 1.0)
         else:
-            law, blocks = Made(tuned_again, (replace(tuning, seconds=0.0), *asked[:2])), []
+            law = Made(law_as_tuned, (name, tuning.bandwidth, tuning.filter, about[0]))
+            blocks = list[Draws]()
             for first in range(0, draws, BLOCK):
                 last, stage = min(first + BLOCK, draws), f"runs-{name}-{first:05d}"
-                blocks.append(cache.staged(stage, runs_of, law, *asked, seed, (first, last)))
+                blocks.append(cache.staged(stage, scored, law, *about, seed, tuple(range(first, last))))
                 progress(f"{name}: {last} of {draws} plants", (last - first) / draws)
             scores = reduce(Draws.joined, blocks)
-        yield ComparedLaw(tuning=tuning, scores=scores, learns=asked[1].pulses > 1 and name in LEARNS)
-
-
-def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbances) -> LawSetting:
-    """A law tuned within the limits, or why it cannot be."""
-    return setting_of(name, DesignSpec(drive, motion, options=COMPARED), disturbances)
-
-
-def tuned_again(record: LawSetting, drive: Drive, motion: Motion) -> TunedLaw:
-    """The law of a tuning that was kept."""
-    assert record.bandwidth is not None
-    spec = DesignSpec(drive, motion, options=COMPARED)
-    return law_as_tuned(record.controller, record.bandwidth, record.filter, spec)
-
-
-def runs_of(
-    law: TunedLaw, drive: Drive, motion: Motion, asked: Disturbances, seed: int, block: tuple[int, int]
-) -> Draws:
-    """A tuned law on the plants of a block of draws, its first and the one after its last."""
-    return scored(law, DesignSpec(drive, motion, options=COMPARED), asked, seed, range(*block))
+        yield ComparedLaw(tuning=tuning, scores=scores, learns=about[0].motion.pulses > 1 and name in LEARNS)
 
 
 def _summary(
