@@ -30,7 +30,7 @@ from cabledrive.rig.plant_samples import (
 )
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, within
-from cabledrive.rig.tuning import TunedLaw, law_as_tuned, law_at, limit_words, ripple_limit, tuned
+from cabledrive.rig.tuning import TunedLaw, law_as_tuned, law_at, limit_words, ripple_limit, setting_of
 from cabledrive.trajectories import move_limits, peak_demand
 
 
@@ -303,15 +303,12 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Draws | None]
     for name in offered(spec.drive, disturbances):
         if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
             continue
-        try:
-            one = tuned(name, spec, disturbances)
-            law = law_as_tuned(name, one.bandwidth, one.filter, spec)
-            scores = scored(law, spec, disturbances, 0, range(BEST_DRAWS)) if one.accepted else None
-        except (NotComputed, InputRefused):
-            scores = None
-        reached.append((name, scores))
-        if scores is not None:
+        setting, scores = setting_of(name, spec, disturbances), None
+        if setting.bandwidth is not None:
+            law = law_as_tuned(name, setting.bandwidth, setting.filter, spec)
+            scores = scored(law, spec, disturbances, 0, range(BEST_DRAWS))
             found.append((scores.rank(goal, learns=several and name in LEARNS), law))
+        reached.append((name, scores))
     if not found:
         raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")
     return min(found, key=lambda pair: pair[0])[1], tuple(reached)
