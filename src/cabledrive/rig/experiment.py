@@ -28,7 +28,7 @@ from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
@@ -82,8 +82,7 @@ class Excitation:
     trials: int = 10  # draws of "idinput"
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise InputRefused(f'excitation "{self.kind}" is unknown{nearest(self.kind, KINDS)}')
+        require_known(self.kind, KINDS, f'excitation "{self.kind}" is unknown')
         if not 0.0 < self.duration <= 3600.0:
             raise InputRefused(
                 f"duration = {self.duration:.4g} s must lie above 0 and below 3600 s: shorten it"
@@ -151,8 +150,7 @@ def excitation_of(table: Mapping[str, Any]) -> Excitation:
     keys = [field.name for field in fields(Excitation)]
     found: dict[str, Any] = {}
     for key, value in table.items():
-        if key not in keys:
-            raise InputRefused(f"{key}: unknown key{nearest(key, keys)}")
+        require_known(key, keys, f"{key}: unknown key")
         if key in units:
             found[key] = quantity_of(key, value, units[key])
         elif key in lists:

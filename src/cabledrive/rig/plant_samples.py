@@ -14,7 +14,7 @@ import numpy as np
 from cabledrive.control.darc import printed_bounds
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.toml_values import quantity_of, read_toml
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_kernels import SUMMARY, ChainPlant
@@ -255,8 +255,7 @@ def disturbances_of(content: Mapping[str, Any]) -> Disturbances:
     found: dict[str, Range] = {}
     units = {one.name: one.metadata["unit"] for one in fields(Disturbances)}
     for key, value in content.items():
-        if key not in units:
-            raise InputRefused(f"{key}: unknown key{nearest(key, units)}")
+        require_known(key, units, f"{key}: unknown key")
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise InputRefused(f"{key}: {len(ends)} values are no range: write [smallest, largest]")

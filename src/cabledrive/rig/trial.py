@@ -12,7 +12,6 @@ from cabledrive.control.own_controller import checked_controller
 from cabledrive.control.regression import RepetitionLearning, lifted, repetition_learning, torque_along
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
@@ -268,14 +267,10 @@ def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
     return (*steppers, *fixed, *changing, learning)
 
 
-def checked_names(names: Sequence[str]) -> tuple[str, ...]:
+def checked_names(names: Sequence[str], drive: Drive) -> tuple[str, ...]:
     """Names of laws, each once."""
     for place, name in enumerate(names):
-        if name not in CONTROLLERS:
-            raise InputRefused(
-                f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
-            )
-        if name in names[:place]:
+        if known_name(name, drive) in names[:place]:
             raise InputRefused(f"controller {name} is given twice: name each once")
     if not names:
         raise InputRefused("controllers: none are named: name at least one, such as lqi,darc-4-damped")

@@ -13,7 +13,7 @@ import numpy as np
 from cabledrive.control.tension_position import TensionGains
 from cabledrive.parameters import InputRefused, Sensors
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import posed
 from cabledrive.reduction.two_motors import TwoMotorMachine
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
@@ -148,10 +148,7 @@ def way_of(machine: TwoMotorMachine, moves: Mapping[str, float]) -> Array:
         before = machine.numbers.anchor[:, axis].mean() <= float(centre[:, axis].mean())
         moves = {machine.names[0]: size if before else -size}
     for name, value in moves.items():
-        if name not in machine.names:
-            raise InputRefused(
-                f'move = "{name[:60]}" is no coordinate of the body{nearest(name[:60], list(machine.names))}'
-            )
+        require_known(name[:60], machine.names, f'move = "{name[:60]}" is no coordinate of the body')
         if not np.isfinite(value):
             raise InputRefused(f"move {name} = {value} m must be finite: give a distance")
     return np.array([moves.get(name, 0.0) for name in machine.names])

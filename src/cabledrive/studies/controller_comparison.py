@@ -174,7 +174,7 @@ def compare(
         asked = load_disturbances(asked)
     if every_law and controllers is None:
         controllers = tuple(CONTROLLERS)
-    names = offered(drive, asked) if controllers is None else checked_names(controllers)
+    names = offered(drive, asked) if controllers is None else checked_names(controllers, drive)
     if asked.changes_load:
         (low, high), (least, most) = asked.announced, motion.payload_range
         motion = replace(motion, payload_range=(min(low, least), max(high, most)))

@@ -15,7 +15,7 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.excitation import Order
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_map import Listed, Vary, listed_below, points_of
 
@@ -84,8 +84,7 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
     """How fast every coordinate moves where one moves with unit speed and nothing is strained."""
     network = network_of(drive, motor="free")
     names = network.motion.names
-    if coordinate not in names:
-        raise InputRefused(f'"{coordinate[:60]}" is no coordinate{nearest(coordinate[:60], names)}')
+    require_known(coordinate[:60], names, f'"{coordinate[:60]}" is no coordinate')
     stiffness, own = network.static_stiffness, names.index(coordinate)
     others = [i for i in range(len(names)) if i != own]
     rest = -np.linalg.pinv(stiffness[np.ix_(others, others)], rcond=1e-9) @ stiffness[others, own]
@@ -104,8 +103,7 @@ def frequency_per_speed(drive: Drive | RoutedDrive, order: Order, coordinate: st
         raise InputRefused('orders of excitation need a machine of kind "route", whose parts have names')
     found = rates(drive, coordinate)
     part = order.pulley or order.coordinate or ""
-    if part not in found:
-        raise InputRefused(f'order {order.name}: "{part[:60]}" is no coordinate{nearest(part[:60], found)}')
+    require_known(part[:60], found, f'order {order.name}: "{part[:60]}" is no coordinate')
     turns = order.number / (2 * np.pi) if order.pulley is not None else 1.0 / order.length
     rate = abs(found[part]) * turns
     if rate < 1e-9:

@@ -10,7 +10,7 @@ import numpy as np
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import key_of, nearest
+from cabledrive.parameters.fields import key_of, require_known
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.parameters.route.strain_free import POSE
@@ -89,9 +89,7 @@ def _located(drive: Drive | RoutedDrive, key: str) -> tuple[Steps, Field[Any], A
             steps.append(number)
             part = part[number]
         known = {key_of(field): field for field in fields(part)} if is_dataclass(part) else {}
-        if left[0] not in known:
-            place = key.removesuffix(".".join(left))
-            raise InputRefused(f'unknown key "{key}"{nearest(left[0], known, place)}')
+        require_known(left[0], known, f'unknown key "{key}"', key.removesuffix(".".join(left)))
         field = known[left.pop(0)]
         steps.append(field.name)
         part = getattr(part, field.name)

@@ -9,7 +9,7 @@ from typing import Any
 
 from cabledrive.identification.logs.log import ColumnMap, column_map
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import described, meaning, nearest, written
+from cabledrive.parameters.fields import described, meaning, nearest, require_known, written
 from cabledrive.parameters.toml_values import quantities_of, quantity_of, read_toml, table_of, whole_of
 from cabledrive.parameters.units import to_si
 from cabledrive.rig.setting import DEGREE, Motion
@@ -174,8 +174,7 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
     known = (*QUANTITIES, *COUNTS, "load_inertia")
     found: dict[str, Any] = {}
     for key, value in flat.items():
-        if key not in known:
-            raise InputRefused(f"{key}: unknown key{nearest(key, known)}")
+        require_known(key, known, f"{key}: unknown key")
         if key in QUANTITIES:
             unit, name = QUANTITIES[key], key
             if key == "error" and isinstance(value, str):  # of a carriage it is a length, such as "0.5 mm"
@@ -190,8 +189,8 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
         else:
             found[key] = whole_of(key, value, least=0 if key in ("seed", "cable_draws") else 1)
     for key, value in content.items():
-        if isinstance(value, Mapping) and key not in (*TABLES, *plain_tables):
-            raise InputRefused(f"{key}: unknown table{nearest(key, (*TABLES, *plain_tables))}")
+        if isinstance(value, Mapping):
+            require_known(key, (*TABLES, *plain_tables), f"{key}: unknown table")
     open_values = dict(plain_tables["uncertainty"])
     if "backlash" in open_values:
         found["backlash"] = quantity_of("uncertainty.backlash", open_values.pop("backlash"), "rad")
