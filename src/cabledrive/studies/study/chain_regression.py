@@ -92,28 +92,25 @@ def identify_joint(
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
     behind = found["near_inertia"][0] * (1.0 - values_of(drive)["motor_share"])
     rubbed = {name: found.get(name, (0.0,))[0] for name in LOAD_FRICTIONS}
-    values = []
+    fits = []
     for band in (JOINT_BAND, 0.6 * JOINT_BAND, 1.5 * JOINT_BAND):
         parts = [_twist_rows(log, behind, found["load_inertia"][0], rubbed, gear, band) for log in logs]
-        fit = solve(suited_segments(joined(parts)))
-        values.append((fit.values, fit.half_width()))
-    compliance = np.array([v[0] for v, _ in values])
-    half = values[0][1][0] + np.max(np.abs(compliance - compliance[0]))
-    if compliance[0] <= 0.0 or half > 0.3 * compliance[0]:
+        fits.append(solve(suited_segments(joined(parts))))
+    values, own = np.array([fit.values for fit in fits]), fits[0].half_width()
+    compliance, *_, side = values[0].tolist()
+    halves = (own + np.abs(values - values[0]).max(axis=0)).tolist()  # with what the filter moves
+    if compliance <= 0.0 or halves[0] > 0.3 * compliance:
         return {}
-    free = np.array([2.0 * v[3] for v, _ in values])
-    half_free = 2.0 * float(values[0][1][3]) + float(np.max(np.abs(free - free[0])))
-    stiffness = 1.0 / float(compliance[0])
-    relative = float(half / compliance[0])
-    result = {"joint_stiffness": around("joint_stiffness", stiffness, stiffness * relative)}
-    play = around("backlash", float(free[0]), half_free)
+    stiffness = 1.0 / compliance
+    result = {"joint_stiffness": around("joint_stiffness", stiffness, stiffness * (halves[0] / compliance))}
+    play = around("backlash", 2.0 * side, 2.0 * halves[3])
     sensors = drive.sensors
     numbers = [] if sensors is None else [sensors.motor_encoder, sensors.drive_encoder]
     # A tenth of the coarser count beside the joint is as good as none.
     fine = max((0.2 * np.pi / number for number in numbers if number), default=0.0)
     result["backlash"] = (0.0, 0.0, 0.0) if play[2] < fine else play
-    dampings = np.array([-v[1] for v, _ in values]) * stiffness**2
-    rub = float(values[0][1][1] * stiffness**2 + np.max(np.abs(dampings - dampings[0])))
+    dampings = -values[:, 1] * stiffness**2
+    rub = float(own[1] * stiffness**2 + np.max(np.abs(dampings - dampings[0])))
     if dampings[0] > 0.0 and rub < 0.5 * dampings[0]:
         result["joint_damping"] = around("joint_damping", float(dampings[0]), rub)
     return result
