@@ -7,7 +7,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.modal.motion import HeldMotion
+from cabledrive.modal.motion import HeldMode
 from cabledrive.parameters.route import posed
 from command import answer
 from network_samples import as_route, without_gravity
@@ -130,9 +130,9 @@ def test_strain_energy_is_kinetic_energy():
     """What springs, turning bodies and spans store in a mode is what moves in it, row by row."""
     for name in ("printer", "serpentine", "finger"):
         for mode in cd.modes(route(name), below=3000.0 / (2 * np.pi)).modes:
-            if not isinstance(mode._motion, HeldMotion):
-                own = mode._motion.solved
-                strain, kinetic = mode._motion.cut.energies(own.omega, own.placed, own.shapes)
+            if not isinstance(mode, HeldMode):
+                own = mode.solved
+                strain, kinetic = mode.cut.energies(own.omega, own.placed, own.shapes)
                 assert kinetic.sum() == pytest.approx(2.0 * own.omega**2, rel=1e-9)
                 assert strain.sum() == pytest.approx(2.0 * own.omega**2, rel=1e-9)
 

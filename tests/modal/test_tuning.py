@@ -65,7 +65,7 @@ def test_waves_add_up_to_the_mode(name):
     drive = cd.load_drive(name)
     pulley = pulley_mode(drive)
     for mode in (pulley.mode, *(section_modes(chain, 3)[2] for chain in transverse_chains(drive))):
-        for wave in mode._motion.slope_waves():
+        for wave in mode.slope_waves():
             s = wave.start + wave.length * np.array([0.3, 0.30001])
             slope = np.diff(mode.shape(wave.span, s)[0])[0] / np.diff(s)[0]
             exact = wave.slope_at(wave.start + 0.300005 * wave.length).real

@@ -63,9 +63,9 @@ def test_integrals_over_waves_equal_quadrature(name):
     """Eqs. (A.6)-(A.8) on drives whose waves are cut by carriages."""
     drive = cd.load_drive(name)
     mode = pulley_mode(drive)
-    along = mode.mode._motion.slope_waves(mode.shape)
+    along = mode.mode.slope_waves(mode.shape)
     for chain in transverse_chains(drive):
-        across = section_modes(chain, 2)[1]._motion.slope_waves()
+        across = section_modes(chain, 2)[1].slope_waves()
         by_sum = np.zeros(3)
         edges = sorted({w.start for w in (*along, *across)} | {w.start + w.length for w in (*along, *across)})
         nodes, weights = np.polynomial.legendre.leggauss(40)

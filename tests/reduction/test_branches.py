@@ -45,7 +45,7 @@ def followed(c, start_force, kind="one", **options):
     scale = np.append(np.tile(np.abs(state), 2), start_force)
     residual, slope = problem(c)
     options = {"limits": (0.0, 5 * start_force), "step": 0.05, "scale": scale} | options
-    return follow_branch(residual, slope, real(state), start_force, **options)
+    return follow_branch(residual, slope, np.append(real(state), start_force), **options)
 
 
 def random_settings(rng, cubic=True):
@@ -86,7 +86,7 @@ def test_jacobian_is_the_derivative_of_the_rates():
 def test_continuation_finds_the_fold_of_the_closed_form(kind, measured):
     c = settings(2.0, 2.0, 5.0, 6.0, 1e-3)
     force, squared = fold(c, kind)
-    branch = followed(c, 1.5 * force, kind, upwards=False)
+    branch = followed(c, 1.5 * force, kind, step=-0.05)
     folds = [point for point in branch.special if point.kind == "fold"]
     measured(f"fold, {kind}: force within {abs(folds[0].parameter / force - 1.0):.1e} of the closed form")
     assert folds[0].parameter == pytest.approx(force, rel=1e-10)
@@ -104,7 +104,7 @@ def test_fold_lies_well_below_the_threshold():
 def test_continuation_finds_the_hopf_point_of_the_closed_form(measured):
     c = settings(0.83, 4.12, 2.83, -4.86, 1e-3, cubic=False)
     force = hopf_torque_force(c)
-    branch = followed(c, 1.6 * force, upwards=False)
+    branch = followed(c, 1.6 * force, step=-0.05)
     hopf = [point for point in branch.special if point.kind == "hopf"]
     measured(f"Hopf point: force within {abs(hopf[0].parameter / force - 1.0):.1e} of the closed form")
     assert hopf[0].parameter == pytest.approx(force, rel=1e-10)
@@ -136,7 +136,7 @@ def test_a_continuation_that_cannot_go_on_keeps_what_it_found():
         return np.array([x[0] - np.sqrt(np.maximum(1.0 - p, 0.0)) if p <= 1.0 else np.nan])
 
     branch = follow_branch(
-        residual, lambda x, p: np.eye(1), np.ones(1), 0.0, limits=(0.0, 2.0), step=0.1, scale=np.ones(2)
+        residual, lambda x, p: np.eye(1), np.array([1.0, 0.0]), limits=(0.0, 2.0), step=0.1, scale=np.ones(2)
     )
     assert not branch.complete
     assert "cannot go on" in branch.ended

@@ -11,6 +11,7 @@ from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import NAMES, integrate_steps
 from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of
+from cabledrive.simulation.start import Scheme
 
 SEGMENTS, STEPS, EVERY = 7, 36, 6
 LOOP = load_drive("dissertation-2")
@@ -65,7 +66,10 @@ def setting(case):
     slack, steep = options.pop("slack", False), options.pop("steep", False)
     mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
     step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
-    plan = plan_of(mesh, law, step=step, stop_when_slack=False, probes=(("upper", 0.123),), **options)
+    damping = options.get("transverse_damping", 0.0), options.get("axial_damping", 0.0)
+    smooth = {"friction": "smoothed", "smoothing_speed": 0.1} if "smoothing_speed" in options else {}
+    marks = (("upper", 0.123),), options.get("forces", ())
+    plan = plan_of(mesh, law, step, damping, Scheme(slack="record", **smooth), marks)
     rng = np.random.default_rng(11)
     size = np.array([[6e-3 if slack else 2e-4], [2e-3], [2e-3]]) * (60.0 if steep else 1.0)
     x = size * rng.uniform(-1.0, 1.0, (3, mesh.nodes)) * mesh.spacing.min() * 7.0

@@ -1,4 +1,4 @@
-"""The compiled integrators, `cabledrive.simulation.kernels` and `energy_step`, equal their readable twins.
+"""The compiled integrators, `cabledrive.simulation.kernels`, equal their readable twins.
 
 What it calls is tested with it: `cabledrive.simulation.segment_laws`, `cabledrive.simulation.node_motion`,
 `cabledrive.simulation.observe`, all compiled by `cabledrive.mechanics.compiled`; and the node-centred scheme,
@@ -26,12 +26,13 @@ from cabledrive.simulation.plan import (
     PRETENSION,
     RIGIDITY,
     copy_state,
+    moved_by,
     new_state,
     new_workspace,
     plan_of,
-    rubbing,
 )
 from cabledrive.simulation.segment_laws import segment_tensions
+from cabledrive.simulation.start import Scheme
 from cabledrive.simulation.taut import rows_of, step_taut
 from oracles.readable_chain import energy_conserving
 from oracles.readable_chain import node_centred as readable_node_centred
@@ -173,19 +174,16 @@ def test_shafts_stick_and_slip_as_the_readable_ones(seed, smooth):
     coulomb = rng.uniform(0.0, 1.0, 3) * rng.integers(0, 2, 3)
     turns = rng.integers(0, 4, 3) > 0
     old, right = rng.uniform(-1.0, 1.0, 3) * turns, rng.uniform(-1.5, 1.5, 3)
-    inverse, free, rubs = np.zeros((3, 3)), np.ix_(turns, turns), np.flatnonzero(coulomb * turns)
-    inverse[free] = np.linalg.inv(matrix[free])
+    rubs = np.flatnonzero(coulomb * turns)
+    made = moved_by(matrix, np.zeros((3, 3)), 1.0 * turns, 1.0, np.eye(3)[rubs], coulomb[rubs])
     plan = setting("motor")[0]._replace(
-        inverse=inverse,
-        moves=1.0 * turns,
-        loss=matrix,
-        **rubbing(inverse, np.eye(3)[rubs], coulomb[rubs]),
+        **made | {"loss": matrix},
         smooth=np.full(rubs.size, smooth),
         wrap=np.full((rubs.size, 2), -1),
     )
     work = new_workspace(plan)
     work.force[:] = right
-    shafts(plan, old, inverse, plan.rub_mobility, plan.rub_own, work)
+    shafts(plan, old, plan.inverse, plan.rub_mobility, plan.rub_own, work)
     new, friction = solve_shafts_reference(plan, matrix, right, old)
     np.testing.assert_allclose(work.new, new, atol=1e-13)
     np.testing.assert_allclose(work.friction, friction[rubs], atol=1e-12)
@@ -210,7 +208,7 @@ def taut_setting(kind, *, planar, speed):
     drive, forces = DRIVES[kind]
     mesh, law = mesh_of(drive, TAUT_SEGMENTS), cable_law(drive.cable)
     step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
-    plan = plan_of(mesh, law, step=step, transverse_damping=20.0, stop_when_slack=False, forces=forces)
+    plan = plan_of(mesh, law, step, (20.0, 0.0), Scheme(slack="record"), ((), forces))
     x, x_t = np.zeros((3, mesh.nodes)), np.zeros((3, mesh.nodes))
     rng = np.random.default_rng(3)
     x[1 if not planar else 2 :, mesh.sways] = 1e-4 * rng.uniform(-1.0, 1.0, (2 - planar, mesh.sways.sum()))

@@ -56,19 +56,9 @@ class Chain:
             raise ValueError(f"{joints} joints need {segments} segments, {given} given")
 
     @property
-    def uniform(self) -> bool:
-        """Whether all segments are of one cable and there is at most one pendant."""
-        return len(self.pendants) < 2 and np.ndim(self.rigidity) == 0 and np.ndim(self.density) == 0
-
-    @property
     def pendant(self) -> Pendant | None:
         """The pendant of a chain that has no second one."""
         return self.pendants[0] if self.pendants else None
-
-    @property
-    def wave_speed(self) -> float:
-        """Wave speed in unstretched metres per second, sqrt(R / rho0); of a chain of one cable."""
-        return sqrt(self.rigidity / self.density)
 
     @property
     def impedance(self) -> float:
@@ -176,11 +166,10 @@ def _check(chain: Chain) -> None:
         ("joint", "mass", "kg", chain.masses, True),
         ("joint", "grounds", "N/m", chain.ground_springs, True),
     ]
-    for number, pendant in enumerate(chain.pendants):
-        place = f"pendant {number}"
-        quantities.append((place, "stiffness", "N/m", pendant.stiffness, False))
-        quantities.append((place, "mass", "kg", pendant.mass, False))
-        quantities.append((place, "ground", "N/m", pendant.ground, True))
+    of_pendants = (("stiffness", "N/m", False), ("mass", "kg", False), ("ground", "N/m", True))
+    for number, own in enumerate(chain.pendants):
+        for name, unit, zero in of_pendants:
+            quantities.append((f"pendant {number}", name, unit, getattr(own, name), zero))
     for place, name, unit, values, zero in quantities:
         array = np.asarray(values, dtype=float)
         parts = chain.masses.size if place == "joint" else chain.lengths.size

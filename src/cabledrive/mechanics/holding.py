@@ -174,31 +174,16 @@ _DENSE = 400  # masses up to which the matrix is solved as a dense one
 def lumped_cable_mode(drive: Drive) -> float | None:
     r"""Lowest frequency of pulleys and carriages on a cable without mass, the motor joint taken as rigid.
 
-    Without carriages and holding stiffness it is
-
-    .. math:: \omega^2 = N k\,\Big(\frac{r_1^2}{J_1} + \frac{r_2^2}{J_2}\Big)
-
-    with N spans of stiffness k, that of ``[lumped]`` where given, else EA/L. Else it is the lowest eigenvalue
-    above the rigid motion of the masses on springs k L / l between neighbours; the rotor's holding stiffness
-    is one to the ground.
+    The lowest eigenvalue above the rigid motion of the masses on springs k L / l between neighbours; k of a
+    span is that of ``[lumped]`` where given, else EA/L; the rotor's holding stiffness is one to the ground.
 
     Returns angular frequency [rad/s]; None if nothing can move.
     """
-    motor = drive.motor.inertia if drive.motor else 0.0
-    first, second = drive.pulley
-    if drive.carriage or motor_condition(drive) == HOLDING:
-        return _lowest_of_masses(drive, (first.inertia + motor) / first.radius**2)
-    inertias = ((first, first.inertia + motor), (second, second.inertia))
-    inverse_mass = sum(pulley.radius**2 / inertia for pulley, inertia in inertias if not pulley.fixed)
-    stiffness = len(drive.spans) * span_stiffness(drive)
-    return sqrt(stiffness * inverse_mass) if inverse_mass > 0.0 else None
-
-
-def _lowest_of_masses(drive: Drive, driven: float) -> float | None:
-    """Lowest elastic mode of the masses on a cable without mass; ``driven``: of the drive pulley's rim."""
     from scipy.sparse import csc_array, diags_array
     from scipy.sparse.linalg import eigsh
 
+    driven = drive.drive_pulley.rim_mass
+    driven += drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
     pulleys = zip(drive.pulley, (driven, drive.load_pulley.rim_mass), strict=True)
     masses = [np.inf if pulley.fixed else mass for pulley, mass in pulleys]
     ends: list[tuple[int, int]] = []

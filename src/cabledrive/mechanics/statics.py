@@ -38,16 +38,22 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
     if hold not in ("none", "drive", "both"):
         raise InputRefused(f'hold = "{hold}" is not one of its values: write "none", "drive" or "both"')
     rigid_load = mesh.shafts[1].fixed or hold == "both"
-    free = _free_displacements(mesh, rigid_load)
-    spring, scale = rotor_stiffness(mesh) if hold == "none" else 0.0, _force_scale(mesh, law)
+    free = np.zeros((3, mesh.nodes), dtype=bool)  # v stays zero; angles are counted from the drive rim
+    free[0], free[2], free[0, 0] = True, mesh.sways, False
+    if mesh.closed:
+        free[:, -1] = False
+    if rigid_load:
+        free[0, mesh.segments] = False
+    balance = _Balance(mesh, law, free)
+    spring, scale = rotor_stiffness(mesh) if hold == "none" else 0.0, balance.scale
     slope = spring + (len(mesh.spans) * law.stiffness / float(mesh.position[0, -1]) if rigid_load else 0.0)
     rim, total = 0.0, 0
     before: tuple[float, float] | None = None
     # Secants on the rim's displacement: where the load pulley turns, all goes along and the first is exact.
     for _ in range(MOST_ITERATIONS):
-        displacement, iterations = _newton(mesh, law, free, _following(mesh, rim, rigid_load))
+        displacement, iterations = balance.solve(_following(mesh, rim, rigid_load))
         total += iterations
-        left = _residual(mesh, law, displacement, np.ones_like(free))
+        left = balance.on_all(displacement)
         over = float(left[0, 0]) - spring * rim
         if spring == 0.0 or abs(over) <= 1e-9 * scale:
             break
@@ -95,107 +101,89 @@ def _following(mesh: Mesh, rim: float, rigid_load: bool) -> Array:
     return start
 
 
-def _free_displacements(mesh: Mesh, rigid_load: bool) -> NDArray[np.bool_]:
-    """Which displacements are unknown: v stays zero, and the drive rim is where angles are counted from."""
-    free = np.zeros((3, mesh.nodes), dtype=bool)
-    free[0] = True
-    free[2] = mesh.sways
-    free[0, 0] = False
-    if mesh.closed:
-        free[:, -1] = False
-    if rigid_load:
-        free[0, mesh.segments] = False
-    return free
+class _Balance:
+    """Forces on the free displacements of a mesh, and Newton's steps to where none is left over."""
 
+    def __init__(self, mesh: Mesh, law: CableLaw, free: NDArray[np.bool_]) -> None:
+        self.mesh, self.law, self.free = mesh, law, free
+        weight = float(np.sum(np.abs(mesh.weight_u)) + np.sum(np.abs(mesh.weight_w)))
+        self.scale = max(law.pretension, weight)
+        self.tolerance = max(1e-13 * self.scale, 64 * np.finfo(float).eps * law.stiffness)
 
-def _residual(mesh: Mesh, law: CableLaw, displacement: Array, free: NDArray[np.bool_]) -> Array:
-    """Forces left out of balance on the free displacements."""
-    force = cable_forces(mesh, law, displacement)
-    force[0] += mesh.weight_u
-    force[2] += mesh.weight_w
-    return np.where(free, force, 0.0)
+    def on_all(self, displacement: Array) -> Array:
+        """Forces on every node along u, v, w, (3, nodes) [N]."""
+        force = cable_forces(self.mesh, self.law, displacement)
+        force[0] += self.mesh.weight_u
+        force[2] += self.mesh.weight_w
+        return force
 
+    def left(self, displacement: Array, free: NDArray[np.bool_]) -> Array:
+        """Forces left out of balance on free displacements, (3, nodes) [N]."""
+        return np.where(free, self.on_all(displacement), 0.0)
 
-def _tolerance(mesh: Mesh, law: CableLaw) -> float:
-    return max(1e-13 * _force_scale(mesh, law), 64 * np.finfo(float).eps * law.stiffness)
-
-
-def _force_scale(mesh: Mesh, law: CableLaw) -> float:
-    weight = float(np.sum(np.abs(mesh.weight_u)) + np.sum(np.abs(mesh.weight_w)))
-    return max(law.pretension, weight)
-
-
-def _newton(mesh: Mesh, law: CableLaw, free: NDArray[np.bool_], displacement: Array) -> tuple[Array, int]:
-    """Newton's method; a step is halved until it lowers the sum of squares of the forces left over."""
-    for iteration in range(MOST_ITERATIONS):
-        left = _residual(mesh, law, displacement, free)
-        if np.max(np.abs(left)) <= _tolerance(mesh, law):
-            return displacement, iteration
-        step = _newton_step(mesh, law, displacement, left, free)
-        displacement = _line_search(mesh, law, displacement, step, free)
-    raise NotComputed(
-        f"no equilibrium within {MOST_ITERATIONS} Newton steps: {np.max(np.abs(left)):.3g} N out of balance; "
-        "raise cable.pretension or use more segments"
-    )
-
-
-def _line_search(mesh: Mesh, law: CableLaw, start: Array, step: Array, free: NDArray[np.bool_]) -> Array:
-    merit = np.sum(_residual(mesh, law, start, free) ** 2)
-    share = 1.0
-    while share > SHORTEST_STEP:
-        trial = _with_level_tension(mesh, law, start + share * step, free)
-        if np.sum(_residual(mesh, law, trial, free) ** 2) <= (1.0 - 1e-4 * share) * merit:
-            return trial
-        share /= 2.0
-    raise NotComputed(
-        f"no equilibrium: {np.sqrt(merit):.3g} N out of balance and no step lowers it; "
-        "raise cable.pretension or use more segments"
-    )
-
-
-def _with_level_tension(mesh: Mesh, law: CableLaw, displacement: Array, free: NDArray[np.bool_]) -> Array:
-    """Let u follow a change of w: a straight step in both would stretch the stiff cable to second order."""
-    along = free.copy()
-    along[1:] = False
-    for _ in range(5):
-        left = _residual(mesh, law, displacement, along)
-        if np.max(np.abs(left)) <= _tolerance(mesh, law):
-            break
-        displacement = displacement + _newton_step(mesh, law, displacement, left, along)
-    return displacement
-
-
-def _newton_step(
-    mesh: Mesh, law: CableLaw, displacement: Array, left: Array, free: NDArray[np.bool_]
-) -> Array:
-    """Solve tangent stiffness x step = forces left over, a banded system with u, w of node after node."""
-    from scipy.linalg import solve_banded
-
-    planes = np.array([0, 2])
-    tangent = law.stiffness_matrix(*gradients(mesh, displacement))[:, planes[:, None], planes]
-    blocks = tangent / mesh.spacing[:, None, None]
-    diagonal = np.zeros((mesh.nodes, 2, 2))
-    diagonal[:-1] += blocks
-    diagonal[1:] += blocks
-    known = ~free[planes].T
-    band = np.zeros((7, 2 * mesh.nodes))
-    for row in range(2):
-        for column in range(2):
-            keep = ~(known[:, row] | known[:, column])
-            band[3 + row - column, column::2] = np.where(keep, diagonal[:, row, column], 0.0)
-            after = ~(known[:-1, row] | known[1:, column])
-            band[1 + row - column, 2 + column :: 2] = np.where(after, -blocks[:, row, column], 0.0)
-            before = ~(known[1:, row] | known[:-1, column])
-            band[5 + row - column, column:-2:2] = np.where(before, -blocks[:, row, column], 0.0)
-    band[3][known.ravel()] = law.stiffness
-    try:
-        solution = solve_banded((3, 3), band, left[planes].T.ravel())
-    except np.linalg.LinAlgError:  # a slack piece resists nothing
+    def solve(self, displacement: Array) -> tuple[Array, int]:
+        """Newton's method; a step is halved until it lowers the sum of squares of the forces left over."""
+        for iteration in range(MOST_ITERATIONS):
+            left = self.left(displacement, self.free)
+            if np.max(np.abs(left)) <= self.tolerance:
+                return displacement, iteration
+            step, share, merit = self.step(displacement, left, self.free), 1.0, np.sum(left**2)
+            while share > SHORTEST_STEP:
+                trial = self.with_level_tension(displacement + share * step)
+                if np.sum(self.left(trial, self.free) ** 2) <= (1.0 - 1e-4 * share) * merit:
+                    break
+                share /= 2.0
+            else:
+                raise NotComputed(
+                    f"no equilibrium: {np.sqrt(merit):.3g} N out of balance and no step lowers it; "
+                    "raise cable.pretension or use more segments"
+                )
+            displacement = trial
         raise NotComputed(
-            "no equilibrium: a piece of the cable hangs slack; raise cable.pretension"
-        ) from None
-    step = np.zeros_like(displacement)
-    step[planes] = solution.reshape(-1, 2).T
-    if mesh.closed:
-        step[:, -1] = step[:, 0]
-    return step
+            f"no equilibrium within {MOST_ITERATIONS} Newton steps: {np.max(np.abs(left)):.3g} N out of "
+            "balance; raise cable.pretension or use more segments"
+        )
+
+    def with_level_tension(self, displacement: Array) -> Array:
+        """Let u follow a change of w: a straight step would stretch the stiff cable to second order."""
+        along = self.free.copy()
+        along[1:] = False
+        for _ in range(5):
+            left = self.left(displacement, along)
+            if np.max(np.abs(left)) <= self.tolerance:
+                break
+            displacement = displacement + self.step(displacement, left, along)
+        return displacement
+
+    def step(self, displacement: Array, left: Array, free: NDArray[np.bool_]) -> Array:
+        """Tangent stiffness x step = forces left over, a banded system with u, w of node after node."""
+        from scipy.linalg import solve_banded
+
+        mesh, law, planes = self.mesh, self.law, np.array([0, 2])
+        tangent = law.stiffness_matrix(*gradients(mesh, displacement))[:, planes[:, None], planes]
+        blocks = tangent / mesh.spacing[:, None, None]
+        diagonal = np.zeros((mesh.nodes, 2, 2))
+        diagonal[:-1] += blocks
+        diagonal[1:] += blocks
+        known = ~free[planes].T
+        band = np.zeros((7, 2 * mesh.nodes))
+        for row in range(2):
+            for column in range(2):
+                keep = ~(known[:, row] | known[:, column])
+                band[3 + row - column, column::2] = np.where(keep, diagonal[:, row, column], 0.0)
+                after = ~(known[:-1, row] | known[1:, column])
+                band[1 + row - column, 2 + column :: 2] = np.where(after, -blocks[:, row, column], 0.0)
+                before = ~(known[1:, row] | known[:-1, column])
+                band[5 + row - column, column:-2:2] = np.where(before, -blocks[:, row, column], 0.0)
+        band[3][known.ravel()] = law.stiffness
+        try:
+            solution = solve_banded((3, 3), band, left[planes].T.ravel())
+        except np.linalg.LinAlgError:  # a slack piece resists nothing
+            raise NotComputed(
+                "no equilibrium: a piece of the cable hangs slack; raise cable.pretension"
+            ) from None
+        step = np.zeros_like(displacement)
+        step[planes] = solution.reshape(-1, 2).T
+        if mesh.closed:
+            step[:, -1] = step[:, 0]
+        return step

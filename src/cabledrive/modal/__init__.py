@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from cabledrive.modal.mode import Certificate, Mode, Modes
+from cabledrive.modal.mode import Certificate, Modes
+from cabledrive.modal.motion import Mode
 from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequencies
 from cabledrive.parameters.on_demand import on_demand
 

@@ -4,7 +4,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.modal.mode import BOTH, LONGITUDINAL, SAME, TRANSVERSE, Mode, Modes
+from cabledrive.modal.mode import BOTH, LONGITUDINAL, SAME, TRANSVERSE, Modes
+from cabledrive.modal.motion import Mode
 from cabledrive.modal.ranges import INCOMPLETE
 
 _WORTH_NAMING = 0.01

@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Wave
-from cabledrive.modal.mode import BOTH, LONGITUDINAL, STRING, TRANSVERSE, Mode
+from cabledrive.modal.mode import BOTH, LONGITUDINAL, STRING, TRANSVERSE
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.rows import Array
 from cabledrive.modal.shapes import Place, Shape, SlopeWave, Values
@@ -20,8 +20,20 @@ ALONE = 0.99
 _AT_REST = 1e-6
 
 
-class Motion(Shape):
-    """Shapes of a mode in the terms of the machine."""
+class Mode(Shape):
+    """One natural frequency, with as many shapes as its multiplicity.
+
+    Attributes
+    ----------
+    frequency : float
+        Natural frequency [Hz].
+    multiplicity : int
+        Number of independent shapes at this frequency.
+    clamped : bool
+        Of a machine with routes: a wave of one rope between ends that rest.
+    proven : bool
+        Whether counts just below and just above prove that it exists, with this multiplicity.
+    """
 
     @cached_property
     def kind(self) -> str:
@@ -48,9 +60,24 @@ class Motion(Shape):
         return span, way, (min(own[0] for _, _, own in taking), max(own[1] for _, _, own in taking))
 
     @property
-    def way(self) -> str:
-        """Direction of its kind."""
-        return self.where[1] if self.kind == TRANSVERSE else ALONG
+    def span(self) -> str | None:
+        """Of a transverse mode the span that vibrates, "both" where sag couples "upper" and "lower"."""
+        return self.where[0] if self.kind == TRANSVERSE else None
+
+    @property
+    def plane(self) -> str | None:
+        """Of a transverse mode "v" (horizontal) or "w" (the plane of the loop)."""
+        return PLANES[self.where[1]] if self.kind == TRANSVERSE else None
+
+    @property
+    def section(self) -> tuple[float, float] | None:
+        """Of a transverse mode of one span: unstretched ends of its section, from where that starts [m]."""
+        return self.where[2] if self.kind == TRANSVERSE else None
+
+    @property
+    def model(self) -> str | None:
+        """Of a transverse mode what the cable is taken for: `STRING`, `HEAVY_STRING`, `SAGGING`, `BEAM`."""
+        return self.taken_for(self.where[0], self.where[1]) if self.kind == TRANSVERSE else None
 
     @cached_property
     def strain_by_span(self) -> dict[tuple[str, str], float]:
@@ -59,6 +86,12 @@ class Motion(Shape):
         for (span, way, _), share in self.places.items():
             found[span, way] = found.get((span, way), 0.0) + share
         return found
+
+    @property
+    def strain_shares(self) -> dict[str, float]:
+        """Of a machine with routes: share of the strain energy by span and direction, "belt 1, along"."""
+        found = self.strain_by_span.items() if self.network.by_span else ()
+        return {f"{span}, {way}": share for (span, way), share in found if share > 0.0}
 
     @cached_property
     def joints(self) -> dict[str, Values]:
@@ -97,8 +130,9 @@ class Motion(Shape):
             found[joint] = found.get(joint, 0.0) + share
         return found
 
-    def family(self, kind: str) -> str:
-        """What mainly moves in a mode of a kind.
+    @cached_property
+    def family(self) -> str:
+        """What mainly moves.
 
         Of a machine with routes the coordinate with most of the kinetic energy, or "string". Else
         "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse mode,
@@ -106,7 +140,7 @@ class Motion(Shape):
         of both rims, "pulleys out of phase", "pulleys in phase", "pulleys at rest", "drive pulley turning" or
         "load pulley turning" (the other at rest), or "pulleys independent" (a multiple mode that has both).
         """
-        shares = self.kinetic_shares
+        shares, kind = self.kinetic_shares, self.kind
         if self.network.by_span:
             parts = {name: share for name, share in shares.items() if name != "cable"}
             if kind == TRANSVERSE and shares["cable"] >= 0.5:
@@ -134,11 +168,40 @@ class Motion(Shape):
         return "pulleys in phase" if product > 0 else "pulleys out of phase"
 
     def shape(self, span: str, positions: Array) -> Values:
-        """Displacement along a span in the direction of the mode's kind, see `displacement`."""
-        return self.displacement(span, self.way, positions)
+        """Displacement along a span, from the exact waves: Eqs. (3.11), (3.18), (3.24), (3.28).
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}
+        positions : array_like, shape (p,)
+            Unstretched positions from the pulley where the span starts [m].
+
+        Returns
+        -------
+        ndarray, shape (multiplicity, p)
+            Displacements of unit modal mass [kg^-1/2]; zero where this mode does not reach.
+        """
+        way = self.where[1] if self.kind == TRANSVERSE else ALONG
+        return self.displacement(span, way, np.asarray(positions, dtype=float))
 
     def slopes_at(self, joint: str) -> tuple[Array, Array]:
-        """Slope along the cable just before and just after a joint of a loop, a line or a chain."""
+        """Slope of the displacement just before and just after a joint, along the span's direction.
+
+        Parameters
+        ----------
+        joint : str
+            A name among `joints`, but the motor's: "carriage 0".
+
+        Returns
+        -------
+        before, after : ndarray, shape (multiplicity,)
+            Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
+
+        Raises
+        ------
+        InputRefused
+            Of a machine with routes, and of a transverse mode.
+        """
         if self.network.by_span:
             refuse_route(f"the slope at {joint}")
         if self.kind == TRANSVERSE:
@@ -148,12 +211,14 @@ class Motion(Shape):
         return self.slopes(joint)
 
 
-class HeldMotion(Motion):
+class HeldMode(Mode):
     """A harmonic of ropes between ends that rest; ``waves``: with how many ropes have it."""
 
-    def __init__(self, network: ModalNetwork, waves: tuple[tuple[Wave, int], ...], number: int) -> None:
-        self.network, self.waves, self.number, self.clamped = network, waves, number, True
-        self.multiplicity = sum(times for _, times in waves)
+    def __init__(
+        self, network: ModalNetwork, waves: tuple[tuple[Wave, int], ...], number: int, frequency: float
+    ) -> None:
+        self.network, self.waves, self.number, self.frequency = network, waves, number, frequency
+        self.multiplicity, self.clamped, self.proven = sum(n for _, n in waves), network.by_span, True
         self.tags = [wave.tag for wave, _ in waves]
         self.mass = sum(wave.z * wave.time for wave, _ in waves)
         self.coordinates = {}
@@ -168,7 +233,7 @@ class HeldMotion(Motion):
             found[key] = found.get(key, 0.0) + times / self.multiplicity
         return found, {}, {"cable": 1.0}
 
-    def model(self, span: str, way: str) -> str:
+    def taken_for(self, span: str, way: str) -> str:
         """A string."""
         return STRING
 
@@ -198,21 +263,3 @@ class HeldMotion(Motion):
     def slopes(self, coordinate: str) -> tuple[Array, Array]:
         """Refused: no joint takes part."""
         raise InputRefused(f"slopes at {coordinate}: no joint takes part in this mode")
-
-
-def mode_of(motion: Motion, frequency: float, enclosure: float | None) -> Mode:
-    """A mode in the terms of the machine; ``frequency`` [Hz]; ``enclosure``: None where it is not proven."""
-    across = motion.kind == TRANSVERSE
-    span, way, section = motion.where if across else (None, "", None)
-    return Mode(
-        frequency=frequency,
-        kind=motion.kind,
-        multiplicity=motion.multiplicity,
-        span=span,
-        plane=PLANES[way] if across else None,
-        section=section,
-        model=motion.model(span or BOTH, way) if across else None,
-        clamped=motion.clamped and motion.network.by_span,
-        proven=enclosure is not None,
-        _motion=motion,
-    )

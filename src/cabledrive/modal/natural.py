@@ -11,9 +11,10 @@ from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.mechanics.holding import held_joints, motor_condition
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.warnings import warnings_of_rest
-from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Mode, Modes
-from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive
-from cabledrive.modal.ranges import INCOMPLETE, route_limit, route_range_warnings, slack_line
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
+from cabledrive.modal.motion import Mode
+from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive, slack_line
+from cabledrive.modal.ranges import INCOMPLETE, route_limit, route_range_warnings
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of

@@ -4,7 +4,7 @@ A loop or line about its state of rest, a machine with routes, and a chain that 
 constructors of it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil, inf, pi, sqrt
@@ -26,7 +26,6 @@ from cabledrive.mechanics.rest import RestingSection, RestingStretch, rest_state
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
-from cabledrive.modal.ranges import slack_line
 from cabledrive.modal.rows import MASS, SPRING, Array
 from cabledrive.parameters import Cable, Drive, InputRefused, NotComputed
 
@@ -251,12 +250,12 @@ def _parts_of_piece(
         return [along, *(Wave(near[i], far[i], rho * length / time, time, (number, way)) for i, way in both)]
     stretch, section = rest
     tension = stretch.tension_at(stretch.start + np.linspace(0.0, length, 9))
-    time, force = sqrt(rho) * stretch.travel_time, _Force(stretch)
+    time, (hold, direction) = sqrt(rho) * stretch.travel_time, _force_of(stretch)
 
     def string(i: int, way: str) -> Wave | Rope:
         if np.ptp(tension) <= EVEN * tension.min():
             return Wave(near[i], far[i], rho * length / time, time, (number, way))
-        return Rope((near[i],), (far[i],), length, force.hold, rho, ((number, way),))
+        return Rope((near[i],), (far[i],), length, hold, rho, ((number, way),))
 
     edge = straight_above(section, rho)
     if not edge:
@@ -265,10 +264,10 @@ def _parts_of_piece(
         tuple(near[:2]),
         tuple(far[:2]),
         length,
-        force.hold,
+        hold,
         rho,
         ((number, ALONG), (number, ACROSS)),
-        direction=force.direction,
+        direction=direction,
         pull=ea,
         straight=(_curved(along, stretch), string(1, ACROSS)),
         edge=edge,
@@ -288,22 +287,19 @@ def _curved(along: Wave, stretch: RestingStretch) -> Wave:
     return replace(along, start=start, end=end, ring=abs(float(turned)) / along.time)
 
 
-class _Force:
-    """The force in a stretch at rest, by the unstretched distance from its start."""
+def _force_of(stretch: RestingStretch) -> tuple[Callable[[Array], Array], Callable[[Array], Any]]:
+    """R = T/(1 + T/EA) [N], and cosine and sine of the direction, by the distance from its start."""
 
-    def __init__(self, stretch: RestingStretch) -> None:
-        self.stretch = stretch
+    def hold(x: Array) -> Array:
+        tension = stretch.tension_at(stretch.start + np.ravel(x)).reshape(np.shape(x))
+        return np.asarray(tension / (1.0 + tension / stretch.axial_rigidity))
 
-    def hold(self, x: Array) -> Array:
-        """R = T/(1 + T/EA) [N]."""
-        tension = self.stretch.tension_at(self.stretch.start + np.ravel(x)).reshape(np.shape(x))
-        return np.asarray(tension / (1.0 + tension / self.stretch.axial_rigidity))
-
-    def direction(self, x: Array) -> tuple[Array, Array]:
-        """Cosine and sine of the rope against the line of the pulleys."""
-        along, across = self.stretch.force_at(self.stretch.start + np.ravel(x)).reshape(2, *np.shape(x))
+    def direction(x: Array) -> tuple[Array, Array]:
+        along, across = stretch.force_at(stretch.start + np.ravel(x)).reshape(2, *np.shape(x))
         tension = np.hypot(along, across)
         return along / tension, across / tension
+
+    return hold, direction
 
 
 def sag_parameter(section: RestingSection) -> float:
@@ -342,3 +338,11 @@ def check_torque(at_torque: float) -> None:
     """Refuse a torque that is no number."""
     if not np.isfinite(at_torque):
         raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
+
+
+def slack_line(section: RestingSection) -> str:
+    """That a section of a loop or line hangs slack."""
+    return (
+        f"the {section.span} span hangs slack at rest between {section.start:.4g} m and {section.end:.4g} m, "
+        f"lowest tension {section.lowest_tension:.4g} N: raise cable.pretension"
+    )

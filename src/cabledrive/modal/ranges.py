@@ -15,8 +15,8 @@ from cabledrive.mechanics.network.hanging import hanging_elements, irvine_parame
 from cabledrive.mechanics.network.motion import ACROSS, ALONG
 from cabledrive.mechanics.network.pieces import Element, Hanging, wrap_at
 from cabledrive.mechanics.network.statics import unheld_words
-from cabledrive.mechanics.rest import RestingSection
-from cabledrive.modal.mode import TRANSVERSE, Mode
+from cabledrive.modal.mode import TRANSVERSE
+from cabledrive.modal.motion import Mode
 from cabledrive.parameters.arrays import Array
 
 INCOMPLETE = "the count gives more modes than could be found and proven"
@@ -177,14 +177,6 @@ def _hung(network: Network, hanging: bool) -> tuple[dict[int, Element], list[int
     elements = hanging_elements(network) if hanging else {}
     hung = {network.pieces[piece].span for piece in elements}
     return elements, [span for span in range(len(network.drive.free_spans)) if span not in hung]
-
-
-def slack_line(section: RestingSection) -> str:
-    """That a section of a loop or line hangs slack."""
-    return (
-        f"the {section.span} span hangs slack at rest between {section.start:.4g} m and {section.end:.4g} m, "
-        f"lowest tension {section.lowest_tension:.4g} N: raise cable.pretension"
-    )
 
 
 def range_limit(network: Network, listed: Sequence[Mode], straight: Collection[int]) -> str | None:

@@ -56,8 +56,9 @@ class Shape:
 
     def __init__(self, network: ModalNetwork, cut: Cut, solved: Solved) -> None:
         self.network, self.cut, self.solved = network, cut, solved
-        self.multiplicity = solved.multiplicity
-        self.clamped = not cut.own.size  # one rope between ends at rest
+        self.multiplicity, self.frequency = solved.multiplicity, solved.omega / (2.0 * pi)
+        self.clamped = network.by_span and not cut.own.size  # one rope between ends at rest
+        self.proven = solved.enclosure is not None
 
     @cached_property
     def tags(self) -> list[Tag]:
@@ -65,7 +66,7 @@ class Shape:
         parts: list[Wave | Rope] = [*self.cut.own.waves, *self.cut.own.ropes]
         return [tag for part in parts for tag in part.tags]
 
-    def model(self, span: str, way: str) -> str:
+    def taken_for(self, span: str, way: str) -> str:
         """What the rope of a span is taken for in one direction."""
         for rope in self.cut.own.ropes:
             number, own = rope.tags[-1]

@@ -9,8 +9,8 @@ import numpy as np
 
 from cabledrive.modal.component import Component
 from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
-from cabledrive.modal.mode import LONGITUDINAL, SAME, TRANSVERSE, Mode, multiplets
-from cabledrive.modal.motion import HeldMotion, Motion, mode_of
+from cabledrive.modal.mode import LONGITUDINAL, SAME, TRANSVERSE, multiplets
+from cabledrive.modal.motion import HeldMode, Mode
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.search import ENCLOSURE
 
@@ -184,16 +184,14 @@ class Spectrum:
             last = found[-1] if found else None
             # the same harmonic of equal ropes along
             if (
-                last is not None
+                isinstance(last, HeldMode)
+                and isinstance(mode, HeldMode)
                 and last.kind == mode.kind == LONGITUDINAL
-                and isinstance(last._motion, HeldMotion)
-                and isinstance(mode._motion, HeldMotion)
-                and last._motion.number == mode._motion.number
+                and last.number == mode.number
                 and mode.frequency <= last.frequency * (1.0 + ONE_WAVE)
             ):
-                waves = last._motion.waves + mode._motion.waves
-                both = HeldMotion(last._motion.network, waves, last._motion.number)
-                found[-1] = mode_of(both, last.frequency, ENCLOSURE)
+                waves = last.waves + mode.waves
+                found[-1] = HeldMode(last.network, waves, last.number, last.frequency)
             else:
                 found.append(mode)
         return found
@@ -212,8 +210,7 @@ class Spectrum:
             wave = part.own.waves[0]
             first = int(low * wave.time_at(low) / pi) if low > 0.0 else 0
             for number in range(first + 1, int(top * wave.time_at(top) / pi) + 1):
-                motion = HeldMotion(part.network, ((wave, part.times),), number)
-                yield mode_of(motion, wave.held(number) / (2.0 * pi), ENCLOSURE)
+                yield HeldMode(part.network, ((wave, part.times),), number, wave.held(number) / (2.0 * pi))
             return
         for cut, solved in part.own.modes(low, top):
             if solved.enclosure:
@@ -221,7 +218,7 @@ class Spectrum:
             if part.times > 1:
                 shapes = np.repeat(solved.shapes, part.times, axis=1)
                 solved = solved._replace(shapes=shapes, multiplicity=part.times * solved.multiplicity)
-            yield mode_of(Motion(part.network, cut, solved), solved.omega / (2 * pi), solved.enclosure)
+            yield Mode(part.network, cut, solved)
 
 
 def _parts(network: ModalNetwork) -> list[_Part]:

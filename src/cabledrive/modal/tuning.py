@@ -22,7 +22,8 @@ from cabledrive.mechanics.chain import LabelledChain
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
 from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.modal.elements import ACROSS
-from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
+from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import network_of_chain, network_of_drive
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -83,7 +84,7 @@ def pulley_mode(drive: Drive) -> PulleyMode:
         found = spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0]
         for mode in found[seen:]:
             rims = [mode.joints[name] for name in (DRIVE_PULLEY, LOAD_PULLEY) if name in mode.joints]
-            turning = np.asarray(np.sqrt(mode._motion.mass * np.sum(np.square(rims), axis=0)))
+            turning = np.asarray(np.sqrt(mode.mass * np.sum(np.square(rims), axis=0)))
             if np.max(turning) > TURNING:
                 return PulleyMode(omega=2 * pi * mode.frequency, mode=mode, shape=int(np.argmax(turning)))
         seen, wanted = len(found), 2 * wanted

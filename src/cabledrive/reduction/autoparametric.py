@@ -104,9 +104,7 @@ def autoparametric_model(
     tensions = span_tensions(drive, load_torque)
     pulley = pulley_mode(drive)
     moved, factor = scaled_rims(pulley)
-    along = [
-        replace(wave, slope=factor * wave.slope) for wave in pulley.mode._motion.slope_waves(pulley.shape)
-    ]
+    along = [replace(wave, slope=factor * wave.slope) for wave in pulley.mode.slope_waves(pulley.shape)]
     mass = factor**2
     strings, slack = _strings(drive, load_torque, along) if at_rest else (transverse_chains(drive), None)
     sections = [nearest_section(chain, pulley.omega, number) for chain in strings]

@@ -11,8 +11,7 @@ and on a span without masses the integral of Eq. (A.10) is
           \Big[1 + \frac{k^2}{k^2 - (2n\pi/L)^2}\Big].
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +28,7 @@ PLACES, SHARES = np.polynomial.legendre.leggauss(16)
 MOST_STEPS = 60
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PulleyModes:
+class PulleyModes(NamedTuple):
     """Pulley mode of each loop; every array is of shape (n,)."""
 
     omega: Array  # W [rad/s]
@@ -40,8 +38,7 @@ class PulleyModes:
     mass: Array  # M [kg]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TautSpans:
+class TautSpans(NamedTuple):
     """Both spans of each loop under their tension; every array is of shape (n,)."""
 
     pretension: Array  # T0, to which the coupling belongs [N]
@@ -67,21 +64,17 @@ def pulley_modes(loops: LoopBatch, omega: Array) -> PulleyModes:
     scale = u2 - u1
     larger = np.where(np.abs(u2) > np.abs(u1), u2, u1)
     scale = np.where(np.abs(scale) < ALONE * np.abs(larger), larger, scale)
-    mean = np.zeros_like(phase)  # of the squared displacement on a span between its rims
-    for place, share in zip((PLACES + 1.0) / 2.0, SHARES / 2.0, strict=True):
-        shape = u1 * np.sin(phase * (1.0 - place)) + u2 * np.sin(phase * place)
-        mean += share * (shape / np.sin(phase)) ** 2
-    cable = mean * loops.length
+    # of the squared displacement on a span between its rims
+    far, near = (np.sin(np.outer(0.5 * (1.0 + way * PLACES), phase)) for way in (1.0, -1.0))
+    cable = 0.5 * SHARES @ ((u1 * near + u2 * far) / np.sin(phase)) ** 2 * loops.length
     moved = first * u1**2 + second * u2**2 + pendant * motor**2 + 2.0 * loops.density * cable
-    return PulleyModes(
-        omega=omega, drive=u1 / scale, load=u2 / scale, motor=motor / scale, mass=moved / scale**2
-    )
+    return PulleyModes(omega, u1 / scale, u2 / scale, motor / scale, moved / scale**2)
 
 
 def straight_spans(loops: LoopBatch, pretension: Array) -> TautSpans:
     """Spans of straight loops under a pretension, shape (n,) [N]."""
     force = pretension / (1.0 + pretension / loops.rigidity)
-    return TautSpans(pretension=pretension, force=force, lowest=pretension)
+    return TautSpans(pretension, force, pretension)
 
 
 def spans_at_rest(loops: LoopBatch) -> TautSpans:
@@ -109,7 +102,7 @@ def spans_at_rest(loops: LoopBatch) -> TautSpans:
             break
     slowness = weights @ np.sqrt(1.0 / np.hypot(along, across) + 1.0 / loops.rigidity)
     along = np.where(settled, along, np.nan)
-    return TautSpans(pretension=loops.pretension, force=slowness**-2, lowest=along)
+    return TautSpans(loops.pretension, slowness**-2, along)
 
 
 def many_models(loops: LoopBatch, modes: PulleyModes, spans: TautSpans) -> AutoparametricModel:

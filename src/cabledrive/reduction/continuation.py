@@ -18,6 +18,7 @@ from cabledrive.parameters.arrays import Array
 
 Function = Callable[[Array, float], Array]
 
+MOST_POINTS = 1500
 _NEWTON_STEPS = 25
 _CONVERGED = 1e-13
 _SMALLEST = 1e-7
@@ -38,7 +39,6 @@ class Branch:
 
     states: Array  # (points, n)
     parameters: Array  # (points,)
-    growth: Array  # (points,): largest real part of the eigenvalues; negative: stable
     special: tuple[SpecialPoint, ...]
     ended: str  # why it ends: "limit", "points", "closed", or "cannot go on" with where
 
@@ -51,34 +51,30 @@ class Branch:
 def follow_branch(
     residual: Function,
     jacobian: Function,
-    state: Array,
-    parameter: float,
+    start: Array,
     *,
     limits: tuple[float, float],
     step: float,
     scale: Array,
-    upwards: bool = True,
-    most: int = 2000,
 ) -> Branch:
     """Follow a branch of steady states from a point near it, Eq. (A.29).
 
-    ``residual``, ``jacobian``: F(x, p), shape (n,), and its derivative by x, shape (n, n); ``state``, shape
-    (n,): near a steady state at the parameter; ``limits``: of the parameter; ``step``: largest step, in
-    scaled arclength; ``scale``, shape (n + 1,): typical sizes of the state and the parameter; ``upwards``:
-    whether the parameter grows at first; ``most``: largest number of points.
+    ``residual``, ``jacobian``: F(x, p), shape (n,), and its derivative by x, shape (n, n); ``start``, shape
+    (n + 1,): near a steady state, the parameter last; ``limits``: of the parameter; ``step``: largest step,
+    in scaled arclength, below 0 where the parameter falls at first; ``scale``, shape (n + 1,): typical sizes.
     Returns what was found, also where it cannot go on.
     """
-    curve = _Curve(residual, jacobian, np.asarray(scale, dtype=float))
-    across = np.append(np.zeros(len(state)), 1.0)
-    point = curve.correct(np.append(state, parameter) / curve.scale, across, 0.0)
+    curve, upwards, step = _Curve(residual, jacobian, np.asarray(scale, dtype=float)), step > 0.0, abs(step)
+    across = np.append(np.zeros(len(start) - 1), 1.0)
+    point = curve.correct(start / curve.scale, across, 0.0)
     if point is None:
-        return _branch(
-            curve, [], [], f"cannot go on: no steady state near the start, parameter {parameter:.6g}"
-        )
+        none = np.zeros((0, len(start)))
+        ended = f"cannot go on: no steady state near the start, parameter {start[-1]:.6g}"
+        return Branch(states=none[:, :-1], parameters=none[:, -1], special=(), ended=ended)
     tangent = curve.tangent(point, None)
     tangent = tangent if (tangent[-1] > 0) == upwards else -tangent
     points, special, length, ended = [point], [], step, "points"
-    while len(points) < most:
+    while len(points) < MOST_POINTS:
         new = curve.correct(point, tangent, length)
         if new is None or (turned := curve.tangent(new, tangent)) @ tangent < 0.9:
             length *= 0.5
@@ -96,19 +92,8 @@ def follow_branch(
         if len(points) > 10 and np.linalg.norm(point - points[0]) < 0.5 * length:
             ended = "closed"
             break
-    return _branch(curve, points, special, ended)
-
-
-def _branch(curve: "_Curve", points: list[Array], special: list[SpecialPoint], ended: str) -> Branch:
-    scaled = np.array(points).reshape(-1, curve.scale.size) * curve.scale
-    growth = [float(np.max(curve.eigenvalues(point).real)) for point in points]
-    return Branch(
-        states=scaled[:, :-1],
-        parameters=scaled[:, -1],
-        growth=np.array(growth),
-        special=tuple(special),
-        ended=ended,
-    )
+    scaled = np.array(points) * curve.scale
+    return Branch(states=scaled[:, :-1], parameters=scaled[:, -1], special=tuple(special), ended=ended)
 
 
 class _Curve:

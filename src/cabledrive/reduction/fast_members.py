@@ -15,9 +15,15 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.version import __version__
-from cabledrive.reduction.fast_simulation import SPANS, FastScheme, check_band, grid_of, start_amplitudes
+from cabledrive.reduction.fast_simulation import (
+    SPANS,
+    FastScheme,
+    check_band,
+    grid_of,
+    start_amplitudes,
+    why_not,
+)
 from cabledrive.reduction.uniform_tension import (
-    STEEPEST,
     UniformTensionModel,
     coefficients,
     integrate,
@@ -122,7 +128,7 @@ def fast_ensemble(
             torque = torque + (motor.offset_torque if motor else 0.0)
             state = rest.copy(), rest.copy(), start, np.zeros_like(start)
             one = integrate(model, numbers[key], state, torque, stride)
-            least[:, i], stopped[i] = one.peaks[:, 0], _reason(model, one.peaks)
+            least[:, i], stopped[i] = one.peaks[:, 0], why_not(model, one.peaks) or ""
             if not stopped[i]:
                 motion[:2, i] = (one.along[:, 0] @ arms).T
                 motion[2:, i] = (one.across[:, 0, 0] @ middle).T
@@ -175,19 +181,6 @@ def _waves(
     for wave in waves.values():
         check_band(lowest, wave, step)
     return waves
-
-
-def _reason(model: UniformTensionModel, peak: Array) -> str:
-    """Why the model does not hold for a member; empty where it does."""
-    if not np.all(np.isfinite(peak)):
-        return "diverged: lower the torque or the plucks"
-    for span, tension in zip(SPANS, peak[:, 0], strict=True):
-        if tension < 0.0:
-            return f"the {span} span goes slack"
-    slope = float(model.wave_numbers[0] * peak[:, 1].max())
-    if slope <= STEEPEST:
-        return ""
-    return f"slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
 
 
 def _labelled(

@@ -39,40 +39,35 @@ def _rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array)
     """
     q, p = recorded.along[:, 0], recorded.along[:, 1]
     a, b = recorded.across[:, 0], recorded.across[:, 1]
-    rows = np.zeros((q.shape[0], WIDTH + 6))
-    shafts = np.column_stack((model.rims / model.radii, model.torque_shape))
-    for column, shape in zip(SHAFTS, shafts.T, strict=True):
-        rows[:, COLUMN[f"{column}_angle"]] = q @ shape
-        rows[:, COLUMN[f"{column}_speed"]] = p @ shape
     stretched = np.einsum("npjm,m->nj", a**2, 0.25 * model.wave_numbers**2 * model.span)
     tension = (
         q @ (model.stiffness / model.span * model.stretch) + model.axial_rigidity / model.span * stretched
     )
-    swing = 0.5 * model.transverse_mass * np.einsum("npjm->nj", b**2)
     string = 0.5 * model.transverse_mass * np.einsum("npjm,m->nj", a**2, model.transverse**2)
-    carried = 0.5 * model.transverse_mass * model.carrier * stretched**2 * 4.0 / model.span
+    carried = 0.25 * model.transverse_mass * model.carrier * stretched**2 * 4.0 / model.span
     pumping = np.einsum("nk,kjm,npjm->nj", q, model.coupling, a**2)
-    strain = string + 0.5 * carried + pumping + 0.25 * ((q * model.natural) ** 2).sum(axis=1)[:, None]
-    for j, span in enumerate(SPANS):
-        rows[:, COLUMN[f"mean_tension_{span}"]] = model.pretension + tension[:, j]
-        rows[:, COLUMN[f"least_tension_{span}"]] = model.pretension + tension[:, j]
-        rows[:, COLUMN[f"transverse_energy_{span}"]] = swing[:, j]
-        rows[:, COLUMN[f"strain_energy_{span}"]] = strain[:, j]
-        rows[:, COLUMN[f"axial_energy_{span}"]] = 0.25 * (p**2).sum(axis=1)
-        middle = np.sin(0.5 * pi * np.arange(1, model.transverse.size + 1))
-        for plane in range(a.shape[1]):
-            rows[:, WIDTH + 3 * j + (2 - plane)] = a[:, plane, j] @ middle
-    rows[:, COLUMN["weight_energy"]] = -model.transverse_mass * np.einsum(
-        "njm,jm->n", a[:, 0], model.gravity_load
-    )
-    rows[:, COLUMN["torque"]] = torque
-    rows[:, COLUMN["torque_work"]] = recorded.tallies[:, 0]
-    rows[:, COLUMN["transverse_loss"]] = recorded.tallies[:, 1]
-    rows[:, COLUMN["viscous_loss"]] = recorded.tallies[:, 2]
-    kept = [f"{name}_energy_{span}" for name in ("axial", "transverse", "strain") for span in SPANS]
-    kept += ["weight_energy", "transverse_loss", "viscous_loss"]
-    work = rows[:, COLUMN["torque_work"]]
-    rows[:, COLUMN["balance"]] = rows[:, [COLUMN[name] for name in kept]].sum(axis=1) - work
+    strain = 0.25 * ((q * model.natural) ** 2).sum(axis=1)[:, None]
+    weight = -model.transverse_mass * np.einsum("njm,jm->n", a[:, 0], model.gravity_load)
+    of_spans = {
+        "mean_tension": model.pretension + tension,
+        "least_tension": model.pretension + tension,
+        "axial_energy": np.tile(0.25 * (p**2).sum(axis=1)[:, None], 2),
+        "transverse_energy": 0.5 * model.transverse_mass * np.einsum("npjm->nj", b**2),
+        "strain_energy": string + carried + pumping + strain,
+    }
+    of_shafts = np.column_stack((model.rims / model.radii, model.torque_shape))
+    found = {f"{name}_{span}": own[:, j] for name, own in of_spans.items() for j, span in enumerate(SPANS)}
+    found |= {f"{name}_angle": q @ shape for name, shape in zip(SHAFTS, of_shafts.T, strict=True)}
+    found |= {f"{name}_speed": p @ shape for name, shape in zip(SHAFTS, of_shafts.T, strict=True)}
+    tallies = ("torque_work", "transverse_loss", "viscous_loss")
+    found |= {"weight_energy": weight, "torque": torque} | dict(zip(tallies, recorded.tallies.T, strict=True))
+    held = [own for name, own in found.items() if "_energy" in name or name in tallies[1:]]
+    found["balance"] = np.sum(held, axis=0) - found["torque_work"]
+    rows = np.zeros((len(q), WIDTH + 6))
+    rows[:, [COLUMN[name] for name in found]] = np.column_stack(list(found.values()))
+    middle = np.sin(0.5 * pi * np.arange(1, model.transverse.size + 1))
+    for plane, j in np.ndindex(a.shape[1:3]):
+        rows[:, WIDTH + 3 * j + (2 - plane)] = a[:, plane, j] @ middle
     return rows
 
 
@@ -97,13 +92,9 @@ def _result(
     at_rest = -0.5 * model.transverse_mass * np.sum((model.gravity_load / model.transverse) ** 2)
     handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
     # least and largest of the records, which are as dense as the step unless a rate was asked for
-    extremes = {}
-    for shaft in SHAFTS:
-        angle = rows[:, COLUMN[f"{shaft}_angle"]]
-        extremes[f"{shaft}_angle_min"], extremes[f"{shaft}_angle_max"] = (
-            float(angle.min()),
-            float(angle.max()),
-        )
+    angles = {shaft: rows[:, COLUMN[f"{shaft}_angle"]] for shaft in SHAFTS}
+    extremes = {f"{shaft}_angle_min": float(angle.min()) for shaft, angle in angles.items()}
+    extremes |= {f"{shaft}_angle_max": float(angle.max()) for shaft, angle in angles.items()}
     for j, span in enumerate(SPANS):
         for plane, column in (("v", 1), ("w", 2)):
             extremes[f"{span}_{plane}_peak"] = float(np.max(np.abs(rows[:, WIDTH + 3 * j + column])))
@@ -146,22 +137,29 @@ def _limits(
     model: UniformTensionModel, recorded: IntegratedMotion, rows: Array, times: Array, diverged: bool
 ) -> tuple[tuple[SlackEvent, ...], str | None]:
     """Slack and steepness, over all steps."""
-    slope = float(model.wave_numbers[0] * recorded.peaks[:, 1].max())
-    for j, span in enumerate(SPANS):
-        if recorded.peaks[j, 0] < 0.0:
-            tension = rows[:, COLUMN[f"mean_tension_{span}"]]
-            first = int(np.argmax(tension < 0.0)) if np.any(tension < 0.0) else int(np.argmin(tension))
-            when, least = float(times[first]), float(tension[first])
-            line = f"the {span} span goes slack at t = {when:.6g} s"
-            event = SlackEvent(time=when, span=span, position=0.0, tension=least)
-            return (event,), f"{line}: lower the torque or use --model exact"
+    why, remedy = why_not(model, recorded.peaks), "lower the torque or use --model exact"
+    if why and "slack" in why:
+        span = SPANS[int(np.argmax(recorded.peaks[:, 0] < 0.0))]
+        tension = rows[:, COLUMN[f"mean_tension_{span}"]]
+        first = int(np.argmax(tension < 0.0)) if np.any(tension < 0.0) else int(np.argmin(tension))
+        event = SlackEvent(time=float(times[first]), span=span, position=0.0, tension=float(tension[first]))
+        return (event,), f"{why} at t = {times[first]:.6g} s: {remedy}"
     if diverged:
-        line = f"the displacement exceeds the span after t = {times[-1]:.6g} s"
-        return (), f"{line}: lower the torque or use --model exact"
-    if slope > STEEPEST:
-        line = f"the cable reaches a slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
-        return (), f"{line}: use --model exact"
-    return (), None
+        return (), f"the displacement exceeds the span after t = {times[-1]:.6g} s: {remedy}"
+    return (), why and f"{why}: use --model exact"
+
+
+def why_not(model: UniformTensionModel, peaks: Array) -> str | None:
+    """Why the model does not hold where `IntegratedMotion.peaks` were reached; None where it does."""
+    for span, tension in zip(SPANS, peaks[:, 0], strict=True):
+        if tension < 0.0:
+            return f"the {span} span goes slack"
+    if not np.all(np.isfinite(peaks)):
+        return "diverged: lower the torque or the plucks"
+    slope = float(model.wave_numbers[0] * peaks[:, 1].max())
+    if slope <= STEEPEST:
+        return None
+    return f"the cable reaches a slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
 
 
 HIDDEN_SHARE = 1e-3

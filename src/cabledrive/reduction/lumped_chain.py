@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.mechanics.holding import span_stiffness
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.fields import described, meaning
@@ -199,15 +200,10 @@ def rim_spring(drive: Drive) -> tuple[float, float]:
     ``[lumped]``, where given: what was measured; else EA / L and the cable's own axial damping.
     """
     cable, radius = drive.cable, drive.drive_pulley.radius
-    stiffness = cable.axial_rigidity / drive.span_length
     damping = cable.axial_damping / drive.span_length
-    if drive.lumped is not None:
-        if drive.lumped.cable_stiffness is not None:
-            stiffness = drive.lumped.cable_stiffness
-        if drive.lumped.cable_damping is not None:
-            damping = drive.lumped.cable_damping / radius
-    spans = len(drive.spans)
-    return spans * stiffness, spans * damping
+    if drive.lumped is not None and drive.lumped.cable_damping is not None:
+        damping = drive.lumped.cable_damping / radius
+    return len(drive.spans) * span_stiffness(drive), len(drive.spans) * damping
 
 
 def highest_model(drive: Drive) -> int:
@@ -251,17 +247,14 @@ def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
     else:
         ratio = pulley.radius / load.radius
         rows[list(rows)[-1]] += np.array([*_shaft(load), 0.0]) * np.array([ratio**2, ratio**2, ratio, 0.0])
-    inertias, viscous, coulomb, offsets = np.array(list(rows.values())).T.tolist()
-    stiffness, damping, ratios = zip(*links, strict=True) if links else ((), (), ())
+    keys = ("inertias", "viscous", "coulomb", "offsets")
+    of_shafts: dict[str, Any] = dict(
+        zip(keys, map(tuple, np.array(list(rows.values())).T.tolist()), strict=True)
+    )
     return LumpedChain(
         names=tuple(rows),
-        inertias=tuple(inertias),
-        viscous=tuple(viscous),
-        coulomb=tuple(coulomb),
-        offsets=tuple(offsets),
-        stiffness=stiffness,
-        damping=damping,
-        ratios=ratios,
+        **of_shafts,
+        **dict(zip(("stiffness", "damping", "ratios"), zip(*links, strict=True), strict=False)),
         holding=(motor.holding_stiffness or 0.0) if motor is not None else 0.0,
     )
 

@@ -228,32 +228,25 @@ def _motor_turn(network: Network, motors: dict[str, float]) -> Array:
 
 def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Motor:
     """All motors of an axis as one; each takes the same torque, so the weakest one limits it."""
-    first, count = motors[0], len(motors)
-
-    def least(name: str) -> float | None:
-        given = [getattr(motor, name) for motor in motors if getattr(motor, name) is not None]
-        return min(given) if given else None
-
-    def total(name: str) -> float:
-        return float(sum(getattr(motor, name) or 0.0 for motor in motors))
-
-    limit, volts = least("torque_limit"), least("torque_per_volt")
-    machine = chain.network.drive
-    named = zip((machine.pulley[number].name for number in machine.driven), motors, strict=True)
+    first, machine = motors[0], chain.network.drive
+    own = {
+        name: [getattr(motor, name) for motor in motors if getattr(motor, name) is not None]
+        for name in Motor.__dataclass_fields__
+    }
+    least: dict[str, Any] = {name: min(values) if values else None for name, values in own.items()}
+    total = {name: float(sum(values)) for name, values in own.items()}
+    shared = ("torque_limit", "torque_per_volt")
+    signs = [chain.motors[machine.pulley[number].name] for number in machine.driven]
     return Motor(
         inertia=inertia,
-        viscous_friction=total("viscous_friction"),
-        coulomb_friction=total("coulomb_friction"),
-        offset_torque=float(sum(chain.motors[name] * m.offset_torque for name, m in named)),
+        offset_torque=float(sum(sign * m.offset_torque for sign, m in zip(signs, motors, strict=True))),
         joint_stiffness=float(chain.stiffness[0]) if first.joint_stiffness is not None else None,
-        joint_damping=total("joint_damping"),
-        torque_limit=None if limit is None else count * limit,
-        torque_per_volt=None if volts is None else count * volts,
-        speed_limit=least("speed_limit"),
         gear_ratio=first.gear_ratio,
-        holding_stiffness=total("holding_stiffness") or None,
-        backlash=max(motor.backlash for motor in motors),
-        current_bandwidth=least("current_bandwidth"),
+        holding_stiffness=total["holding_stiffness"] or None,
+        backlash=max(own["backlash"]),
+        **{name: total[name] for name in ("viscous_friction", "coulomb_friction", "joint_damping")},
+        **{name: least[name] and len(motors) * least[name] for name in shared},
+        **{name: least[name] for name in ("speed_limit", "current_bandwidth")},
     )
 
 

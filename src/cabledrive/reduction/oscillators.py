@@ -12,9 +12,9 @@ Frequencies and decays are exact at any step; the coupling is of second order.
 
 # mypy: allow-untyped-defs
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -96,15 +96,14 @@ def oscillator_ensemble(
         wide[name] = np.ascontiguousarray(np.broadcast_to(own, (*own.shape[:-1], start.shape[1])))
     state = np.concatenate((np.zeros((1, *start.shape[1:])), start))
     top = np.zeros_like(state)
-    _on_threads(integrate_oscillators, (c._replace(**wide), steps, state, top), threads)
-    return Largest(top[0], top[1:], state)
-
-
-def _on_threads(kernel: Callable[..., None], given: tuple[Any, ...], threads: int) -> None:
-    """Run a kernel on parts of the lanes, those of its last argument."""
-    edges = np.linspace(0, given[-1].shape[1], max(1, threads) + 1).astype(int)
+    given, edges = (
+        c._replace(**wide),
+        np.linspace(0, start.shape[1], max(1, threads) + 1).astype(int).tolist(),
+    )
     with ThreadPoolExecutor(max(1, threads)) as pool:
-        list(pool.map(lambda a, b: kernel(*given, a, b), edges[:-1].tolist(), edges[1:].tolist()))
+        part = partial(integrate_oscillators, given, steps, state, top)
+        list(pool.map(part, edges[:-1], edges[1:]))
+    return Largest(top[0], top[1:], state)
 
 
 @njit

@@ -5,11 +5,14 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.mechanics.holding import released
+from cabledrive.mechanics.holding import LOAD_PULLEY, released
+from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network.assembly import rotor_turn
+from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive, as_machine
 from cabledrive.reduction.lumped_chain import (
     highest_model,
     lumped_model,
@@ -42,11 +45,7 @@ def with_measured_stiffness(drive: Drive) -> Drive:
 
 
 def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") -> Complex:
-    r"""Response from motor torque to an angle of the linear distributed drive, friction viscous.
-
-    A span of length L between rims is, with :math:`\kappa = \omega\sqrt{\mu/(EA + i\omega\eta)}`,
-    :math:`Z = \sqrt{\mu(EA + i\omega\eta)}`, a link :math:`\omega Z/\sin\kappa L` and at each end a ground
-    :math:`-\omega Z\tan(\kappa L/2)`.
+    """Response from motor torque to an angle of the linear distributed drive, friction viscous.
 
     ``drive``: without carriages; stiffness and damping of its cable as the models have them; ``omega``, shape
     (m,) [rad/s], not zero; ``angle_of``, {"load", "motor"}: the motor's is the drive pulley's where there is
@@ -55,29 +54,10 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     """
     if isinstance(drive, AxisDrive):
         return response_of_axis(drive, omega, angle_of=angle_of)
-    machine, spans = with_measured_stiffness(drive), len(drive.spans)
-    cable, length = machine.cable, machine.span_length
-    s = 1j * omega
-    rigidity = cable.axial_rigidity + s * cable.axial_damping
-    impedance = np.sqrt(cable.mass_per_length * rigidity)
-    turns = omega * np.sqrt(cable.mass_per_length / rigidity) * length
-    link = spans * omega * impedance / np.sin(turns)
-    ground = -spans * omega * impedance * np.tan(0.5 * turns)
-    first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
-    r1, r2 = first.radius, second.radius
-    load = s**2 * second.inertia + s * second.viscous_friction + r2**2 * (link + ground)
-    pulley = s**2 * first.inertia + s * first.viscous_friction + r1**2 * (link + ground)
-    cross = r1 * r2 * link
-    seen = pulley - cross**2 / load
-    through = np.ones_like(s) if angle_of == "motor" else cross / load
-    if motor is None:
-        return through / seen
-    own = s**2 * motor.inertia + s * motor.viscous_friction + (motor.holding_stiffness or 0.0)
-    if motor.joint_stiffness is None:
-        return through / (seen + own)
-    joint = motor.joint_stiffness + s * motor.joint_damping
-    both = (own + joint) * (seen + joint) - joint**2
-    return (seen + joint if angle_of == "motor" else through * joint) / both
+    level = replace(drive.layout, gravity=0.0)
+    network = network_of(as_machine(replace(with_measured_stiffness(drive), layout=level)))
+    turn, load = rotor_turn(network.motion, 0), network.motion.unit(LOAD_PULLEY)
+    return network_response(network, omega, turn, (turn if angle_of == "motor" else load)[None])[:, 0]
 
 
 def model_response(drive: Drive, model: int, omega: Array) -> Complex:

@@ -99,7 +99,7 @@ def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int 
         kept = max(wanted, sum(2 * pi * mode.frequency < top for mode in solved))
         for mode in solved[: min(kept, MOST_MODES)]:
             for shape in range(mode.multiplicity):
-                strain = _strain(drive, state, mode._motion.slope_waves(shape))
+                strain = _strain(drive, state, mode.slope_waves(shape))
                 rows.append((2 * pi * mode.frequency, rims_of(mode, shape), strain))
     rows.sort(key=lambda row: row[0])
     natural, moved, strains = (np.array(own) for own in zip(*rows[: MOST_MODES + 1], strict=True))
@@ -267,7 +267,8 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         at = np.unique(places[1:-1])
         probes[r, : part.omega.size, : at.size] = part.shapes[:, at]
     table = np.concatenate([model.square[None], model.coupling]).transpose(1, 3, 0, 2)
-    own = {name: getattr(model, name) for name in _OF_THE_MODEL}
+    shared = [name for name in SaggingNumbers._fields if hasattr(model, name)]
+    own = {name: getattr(model, name) for name in shared} | {"natural": natural}
     return SaggingNumbers(
         **own,
         stiff=exact_spring(model.natural, h),
@@ -277,7 +278,6 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         impulse_rate=np.maximum(np.einsum("sk,sk->s", model.friction_shape, solved), 1e-300),
         solved=np.ascontiguousarray(solved),
         counts=model.count,
-        natural=natural,
         spring=exact_spring(natural, h),
         table=table.reshape(rows, most, -1),
         raised=2.0 * model.carried,
@@ -285,12 +285,6 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         rest=np.ascontiguousarray(state.tension[watched]),
         watched=np.ascontiguousarray(model.rigidity * model.strain[:, watched]),
     )
-
-
-_OF_THE_MODEL = (
-    *("torque_shape", "friction", "friction_shape", "followers", "rim_force"),
-    *("mass", "loss", "direct", "bend", "carried"),
-)
 
 
 def integrate(

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -166,10 +166,7 @@ def _shapes(drive: Drive, state: StaticState, part: FreeStretch, numbers: Sequen
     mass = 1.0 / largest**2
     moved = np.einsum("mi,ij,mj->m", shapes[:, 1:-1], cable, shapes[:, 1:-1])
     return TransverseShapes(
-        span=part.span,
-        ends=part.ends,
-        segments=here,
-        travel_time=part.travel_time,
+        **{field.name: getattr(part, field.name) for field in fields(FreeStretch)},
         numbers=tuple(int(number) + 1 for number in chosen),
         omega=np.sqrt(squared[chosen]),
         mass=mass,

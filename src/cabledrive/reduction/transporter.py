@@ -153,15 +153,11 @@ def frozen_state_space(transporter: Transporter, position: float) -> tuple[Array
 
 def frozen_frequencies(transporter: Transporter, position: float) -> Array:
     """Undamped frequencies at a position [m] [rad/s]: swing, carriage on the cable, load pulley."""
-    return _frequencies(transporter, position, first=0)[1:]
+    return held_frequencies(transporter, position, first=0)[1:]
 
 
-def held_frequencies(transporter: Transporter, position: float) -> Array:
-    """Those with the motor held."""
-    return _frequencies(transporter, position, first=1)
-
-
-def _frequencies(transporter: Transporter, position: float, *, first: int) -> Array:
+def held_frequencies(transporter: Transporter, position: float, *, first: int = 1) -> Array:
+    """Those with the motor held; of the bodies from ``first`` on."""
     root = 1.0 / np.sqrt(transporter.masses[first:])
     stiffness = stiffness_and_damping(transporter, position)[0][first:, first:]
     squares = np.linalg.eigvalsh(root[:, None] * stiffness * root)

@@ -118,7 +118,7 @@ def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> 
     found = section_modes(chain, number or enough)
     near = min(found, key=lambda mode: abs(2 * pi * mode.frequency - 0.5 * pulley))
     chosen = found[number - 1] if number else near
-    pieces = chosen._motion.slope_waves()
+    pieces = chosen.slope_waves()
     largest = max(wave.largest_displacement for wave in pieces)
     label = TransverseMode(
         span=chain.stretches[0].span,

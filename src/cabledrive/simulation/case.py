@@ -190,17 +190,9 @@ def case_of(
         checked_signal(force.signal, f"force on carriage {force.carriage}", duration, grid.step)
         for force in forces
     )
-    plan = plan_of(
-        mesh,
-        law,
-        step=grid.step,
-        transverse_damping=drive.cable.transverse_damping,
-        axial_damping=drive.cable.axial_damping,
-        smoothing_speed=scheme.smoothing_speed if scheme.friction == "smoothed" else 0.0,
-        stop_when_slack=scheme.slack == "stop",
-        probes=_checked_probes(mesh, recording),
-        forces=tuple(_place(drive, mesh, force) for force in forces),
-    )
+    marks = _checked_probes(mesh, recording), [_place(drive, mesh, force) for force in forces]
+    damping = drive.cable.transverse_damping, drive.cable.axial_damping
+    plan = plan_of(mesh, law, grid.step, damping, scheme, marks)
     check_method(scheme.method, plan)
     x, rotor = place_at_start(mesh, law, start)
     x_t = velocity_at_start(mesh, start)

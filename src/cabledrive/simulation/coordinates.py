@@ -24,18 +24,22 @@ from cabledrive.simulation.segment_laws import add_pulls
 MOST_SWEEPS = 200
 
 
+@njit_strict
+@for_kernels
+def dot(a: Array, b: Array) -> float:
+    """Sum of the products of two rows, in their order."""
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
 @njit_inner
 def gather(plan: Plan, q: Array, torque: Array, work: Workspace) -> None:
     """Forces on the coordinates: springs, weights, motors and the ends of all pieces."""
-    force, n = work.force, q.size
-    for i in range(n):
-        total = plan.rest[i]
-        for k in range(n):
-            total -= plan.stiffness[i, k] * q[k]
-        force[i] = total
-    for m in range(torque.size):
-        for i in range(n):
-            force[i] += plan.motor[m, i] * torque[m]
+    force = work.force
+    for i in range(q.size):
+        force[i] = plan.rest[i] - dot(plan.stiffness[i], q) + dot(plan.motor[:, i], torque)
     add_pulls(plan, work, force)
 
 
@@ -45,15 +49,9 @@ def turn(plan: Plan, q_t: Array, inverse: Array, mobility: Array, own: Array, wo
     """New speeds of the coordinates from the forces, Eq. (N.9); what sticks stands still."""
     right, new, n = work.right, work.new, q_t.size
     for i in range(n):
-        total = work.force[i]
-        for k in range(n):
-            total -= plan.loss[i, k] * q_t[k]
-        right[i] = total
+        right[i] = work.force[i] - dot(plan.loss[i], q_t)
     for i in range(n):  # added to the old speeds: with M times them rounding would grow step by step
-        total = q_t[i]
-        for k in range(n):
-            total += inverse[i, k] * right[k]
-        new[i] = total
+        new[i] = q_t[i] + dot(inverse[i], right)
     rub(plan, q_t, mobility, own, work)
     for k in range(plan.bound.size):
         if plan.stick[k] >= 0 and plan.smooth[k] == 0.0 and abs(work.friction[k]) < work.bound[k]:
@@ -76,10 +74,7 @@ def rub(plan: Any, q_t: Array, mobility: Array, own: Array, work: Any) -> None:
     for _ in range(MOST_SWEEPS if count > 0 else 0):
         change, size = 0.0, 0.0
         for k in range(count):
-            speed, slow, old = 0.0, 0.0, work.friction[k]
-            for i in range(n):
-                speed += plan.rub[k, i] * new[i]
-                slow += plan.rub[k, i] * q_t[i]
+            speed, slow, old = dot(plan.rub[k], new), dot(plan.rub[k], q_t), work.friction[k]
             if own[k] == 0.0:
                 if speed != 0.0:
                     work.friction[k] = work.bound[k] if speed > 0.0 else -work.bound[k]
@@ -157,21 +152,16 @@ def place_ends(plan: Plan, q: Array, q_t: Array, x: Array, x_t: Array) -> None:
             node = plan.nodes[piece, side]
             for axis in range(3):
                 row = 6 * piece + 3 * side + axis
-                place, speed = 0.0, 0.0
-                for entry in range(plan.row_start[row], plan.row_start[row + 1]):
-                    place += plan.row_value[entry] * q[plan.row_column[entry]]
-                    speed += plan.row_value[entry] * q_t[plan.row_column[entry]]
-                x[axis, node] = place
-                x_t[axis, node] = speed
+                x[axis, node], x_t[axis, node] = end_moved(plan, row, q), end_moved(plan, row, q_t)
 
 
 @njit_inner
-def end_speed(plan: Plan, piece: int, side: int, q_t: Array) -> float:
-    """Speed of an end of a piece along it."""
-    row, speed = 6 * piece + 3 * side, 0.0
+def end_moved(plan: Plan, row: int, q: Array) -> float:
+    """Motion of an end of a piece along one of its directions, `Plan`'s row, by that of the coordinates."""
+    moved = 0.0
     for entry in range(plan.row_start[row], plan.row_start[row + 1]):
-        speed += plan.row_value[entry] * q_t[plan.row_column[entry]]
-    return speed
+        moved += plan.row_value[entry] * q[plan.row_column[entry]]
+    return moved
 
 
 @njit_inner
@@ -182,23 +172,14 @@ def advance(plan: Plan, state: State, torque: Array, work: Workspace) -> None:
     for i in range(n):
         right[i] = 0.5 * (q_t[i] + new[i])
     for i in range(n):
-        for m in range(torque.size):
-            worked += plan.motor[m, i] * torque[m] * right[i]
-        lost, twisted = 0.0, 0.0
-        for k in range(n):
-            lost += plan.damping[0, i, k] * right[k]
-            twisted += plan.damping[1, i, k] * right[k]
-        viscous += lost * right[i]
-        joint += twisted * right[i]
-        for k in range(plan.bound.size):
-            coulomb += work.friction[k] * plan.rub[k, i] * right[i]
+        worked += dot(plan.motor[:, i], torque) * right[i]
+        viscous += dot(plan.damping[0, i], right) * right[i]
+        joint += dot(plan.damping[1, i], right) * right[i]
+        coulomb += dot(work.friction, plan.rub[:, i]) * right[i]
     add_to(state.tallies, int(TORQUE_WORK), plan.step * worked)
-    if viscous != 0.0:
-        add_to(state.tallies, int(VISCOUS_LOSS), plan.step * viscous)
-    if joint != 0.0:
-        add_to(state.tallies, int(JOINT_LOSS), plan.step * joint)
-    if coulomb != 0.0:
-        add_to(state.tallies, int(COULOMB_LOSS), plan.step * coulomb)
+    add_to(state.tallies, int(VISCOUS_LOSS), plan.step * viscous)
+    add_to(state.tallies, int(JOINT_LOSS), plan.step * joint)
+    add_to(state.tallies, int(COULOMB_LOSS), plan.step * coulomb)
     for i in range(n):
         q_t[i] = new[i]
         q[i] += plan.step * new[i]

@@ -12,7 +12,7 @@ from cabledrive.simulation.channels import (
     FORCE_WORK,
     TRANSVERSE_LOSS,
 )
-from cabledrive.simulation.coordinates import end_speed, gather, invert, turn
+from cabledrive.simulation.coordinates import end_moved, gather, invert, turn
 from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import end_pulls
@@ -157,8 +157,8 @@ def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Works
     turn(plan, q_t, work.inverse, work.mobility, work.own, work)
     loss = 0.0
     for piece in range(plan.nodes.shape[0]):
-        start = end_speed(plan, piece, 0, q_t) + end_speed(plan, piece, 0, work.new)
-        end = end_speed(plan, piece, 1, q_t) + end_speed(plan, piece, 1, work.new)
+        start = end_moved(plan, 6 * piece, q_t) + end_moved(plan, 6 * piece, work.new)
+        end = end_moved(plan, 6 * piece + 3, q_t) + end_moved(plan, 6 * piece + 3, work.new)
         for i in range(plan.nodes[piece, 0], plan.nodes[piece, 1]):
             q[0, i] += 0.5 * q[1, i] * start
             q[0, i] += 0.5 * q[2, i] * end
@@ -196,14 +196,9 @@ def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
         q[3, i] = own
     for i in range(last - 1, first - 1, -1):
         link = 0.0
-        for axis in range(3):
-            if i < last - 1:
-                link -= (
-                    0.5
-                    * plan.node[at.KICK_U if axis == 0 else at.KICK_T, i + 1]
-                    * d[axis, i]
-                    * d[axis, i + 1]
-                )
+        for axis in range(3 if i < last - 1 else 0):
+            kick = plan.node[at.KICK_U if axis == 0 else at.KICK_T]
+            link -= 0.5 * kick[i + 1] * d[axis, i] * d[axis, i + 1]
         for k in range(3):
             q[k, i] -= link * q[k, min(i + 1, last - 1)]
             q[k, i] /= q[3, i]
@@ -239,8 +234,8 @@ def end_damping(plan: Plan, q_t: Array, u_t: Array, tallies: Array, work: Worksp
         first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
         if plan.segment[at.COMPLIANCE, first] == 0.0:
             continue
-        start = 0.5 * (end_speed(plan, piece, 0, q_t) + end_speed(plan, piece, 0, work.new))
-        end = 0.5 * (end_speed(plan, piece, 1, q_t) + end_speed(plan, piece, 1, work.new))
+        start = 0.5 * (end_moved(plan, 6 * piece, q_t) + end_moved(plan, 6 * piece, work.new))
+        end = 0.5 * (end_moved(plan, 6 * piece + 3, q_t) + end_moved(plan, 6 * piece + 3, work.new))
         gain, power = 0.0 if last == first + 1 else plan.node[at.KICK_U, first + 1], 0.0
         for i in range(first, last):
             q[i] += plan.damper[1, i] * start + plan.damper[2, i] * end

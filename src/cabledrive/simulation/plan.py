@@ -9,6 +9,7 @@ so that the pass works with the differences of displacements of a segment's ends
 Few arrays with many rows: each array costs a kernel time to compile.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -25,6 +26,7 @@ from cabledrive.mechanics.cable_laws import (
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.arrays import Integers
 from cabledrive.simulation.channels import TALLIES
+from cabledrive.simulation.start import Scheme
 
 # s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
 LARGEST_Z = 0.02
@@ -205,21 +207,17 @@ class Workspace(NamedTuple):
 def plan_of(
     mesh: Mesh,
     law: CableLaw,
-    *,
     step: float,
-    transverse_damping: float = 0.0,
-    axial_damping: float = 0.0,
-    smoothing_speed: float = 0.0,
-    stop_when_slack: bool = True,
-    probes: tuple[tuple[str, float], ...] = (),
-    forces: tuple[tuple[int, int], ...] = (),
+    damping: tuple[float, float],
+    scheme: Scheme,
+    marks: tuple[Sequence[tuple[str, float]], Sequence[tuple[int, int]]] = ((), ()),
 ) -> Plan:
     """Numbers of one run of a loop or a line; its coordinates are the rims of both pulleys and of the motor.
 
-    ``step`` [s]; ``transverse_damping``: Gamma [1/s]; ``axial_damping``: b_kv [N s]; ``smoothing_speed`` of
-    Coulomb friction [rad/s], 0: stick-slip; ``probes``: span and distance from its start, behind the
-    midpoints; ``forces``: node and axis of each.
+    ``step`` [s]; ``damping``: transverse, Gamma [1/s], and axial, b_kv [N s]; ``scheme``: friction and what
+    slack means; ``marks``: span of each probe and distance from its start, node and axis of each force.
     """
+    (transverse_damping, axial_damping), (probes, forces) = damping, marks
     damper = axial_damping * (1.0 + law.pretension / law.axial_rigidity)
     stops = np.unique([*mesh.carriage_node, *(node for node, _ in forces)]).astype(np.int64)
     runs = runs_of(mesh, stops)
@@ -232,16 +230,16 @@ def plan_of(
     return Plan(
         law=kernel_number(law),
         tension_only=law.tension_only,
-        stop_when_slack=stop_when_slack,
+        stop_when_slack=scheme.slack == "stop",
         step=step,
         axial=TRUE_DIRECTIONS if damper else UNDAMPED,
         uniform=mesh.uniform and axial_damping == 0.0 and not forces,
         nodes=np.array([(span * n, (span + 1) * n) for span in range(spans)], dtype=np.int64),
-        piece=np.array([(law.pretension, law.axial_rigidity, law.slack_strain, 1.0)] * spans),
+        piece=np.array([(*law_numbers(law), 1.0)] * spans),
         segment=np.array([h, 1.0 / h, h / damper if damper else 0.0 * h]),
         node=_nodes(mesh, step, transverse_damping),
         **rows_of_ends(ends),
-        **_shafts(mesh, step, smoothing_speed),
+        **_shafts(mesh, step, scheme.smoothing_speed if scheme.friction == "smoothed" else 0.0),
         damper=np.zeros((3, 0)),
         probe=_probes(mesh, (*midpoints, *probes)),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
@@ -260,11 +258,19 @@ def rows_of_ends(ends: Array) -> dict[str, Any]:
     return {"row_start": start, "row_column": column, "row_value": rows[rows != 0.0]}
 
 
-def rubbing(inverse: Array, rub: Array, bound: Array) -> dict[str, Any]:
-    """What rubs: rows, shape (k, n), Coulomb friction (k,), and what it does to the speeds over a step."""
+def moved_by(mass: Array, loss: Array, moves: Array, step: float, rub: Array, bound: Array) -> dict[str, Any]:
+    """What forces and friction do to coordinates over a step [s]; fields of a `Plan` as they are there."""
+    matrix, free = mass / step + 0.5 * loss, np.ix_(moves > 0.0, moves > 0.0)
+    inverse = np.zeros_like(matrix)
+    inverse[free] = np.linalg.inv(matrix[free])
     mobility = np.ascontiguousarray(inverse @ rub.T)
     alone = np.count_nonzero(rub, axis=1) == 1
     return {
+        "mass": mass,
+        "loss": loss,
+        "moves": moves,
+        "matrix": matrix,
+        "inverse": inverse,
         "rub": rub,
         "rub_mobility": mobility,
         "rub_own": np.einsum("kn,nk->k", rub, mobility),
@@ -277,6 +283,11 @@ def kernel_number(law: CableLaw) -> int:
     """Number of a law in the kernels; a subclass of a law they know is not that law."""
     kind = type(taut_law(law))
     return KERNEL_LAWS.index(kind) if kind in KERNEL_LAWS else OWN
+
+
+def law_numbers(law: CableLaw) -> tuple[float, float, float]:
+    """What a plan says of the law of a piece: pretension [N], EA [N], strain at which it is slack."""
+    return law.pretension, law.axial_rigidity, law.slack_strain
 
 
 def law_of(plan: Plan) -> CableLaw:
@@ -313,23 +324,15 @@ def _shafts(mesh: Mesh, step: float, smoothing_speed: float) -> dict[str, Any]:
     joint = np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]]) / radius**2
     stiffness, loss = (mesh.joint.stiffness, mesh.joint.damping) if mesh.joint else (0.0, 0.0)
     damping = np.array([np.diag(numbers[1]), loss * joint])
-    matrix, free = mass / step + 0.5 * damping.sum(axis=0), np.ix_(turns, turns)
-    inverse = np.zeros((3, 3))
-    inverse[free] = np.linalg.inv(matrix[free])
     rubs = np.flatnonzero(numbers[2] * turns)
     rest, motor = np.zeros(3), np.zeros((1, 3))
     rest[:2], motor[0, 2 if mesh.joint else 0] = mesh.weight_u[list(mesh.rims)], 1.0 / radius
     return {
-        "mass": mass,
+        **moved_by(mass, damping.sum(axis=0), 1.0 * turns, step, np.eye(3)[rubs], numbers[2, rubs]),
         "stiffness": stiffness * joint + np.diag(numbers[3]),
         "damping": damping,
-        "moves": 1.0 * turns,
-        "matrix": matrix,
-        "inverse": inverse,
-        "loss": damping.sum(axis=0),
         "rest": rest,
         "motor": motor,
-        **rubbing(inverse, np.eye(3)[rubs], numbers[2, rubs]),
         "smooth": smoothing_speed * arm[rubs],
         "wrap": np.full((rubs.size, 2), -1, dtype=np.int64),
     }
@@ -369,20 +372,8 @@ def new_workspace(plan: Plan) -> Workspace:
     segments, tallies = (3, nodes - 1), (2, TALLIES)
     shapes: tuple[tuple[int, ...], ...] = ((2, 3, nodes), (2, n), tallies, segments, segments)
     shapes += ((3, nodes), (3, nodes), (3, nodes), segments, (6, nodes - 1), (pieces, 2, 3))
-    shapes += (
-        (n,),
-        (2, n),
-        (n,),
-        (n,),
-        (k,),
-        (k,),
-        (n, n),
-        (n, n),
-        (n, k),
-        (k,),
-        tallies,
-        (3, 3, plan.stop.size),
-    )
+    shapes += ((n,), (2, n), (n,), (n,), (k,), (k,), (n, n), (n, n), (n, k), (k,), tallies)
+    shapes += ((3, 3, plan.stop.size),)
     return Workspace(*(np.zeros(shape) for shape in shapes))
 
 

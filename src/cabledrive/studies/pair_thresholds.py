@@ -188,7 +188,7 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
         for row, mode, way in zip(found, modes, ways, strict=True):
             for number, (name, piece) in enumerate(zip(names, network.pieces, strict=True)):
                 place = piece.start + 0.5 * (x + 1.0) * piece.length
-                values = mode._motion.displacement(name, way, place)[0].real
+                values = mode.displacement(name, way, place)[0].real
                 row[number] = 2.0 * slope @ values / piece.length
         return found
 
@@ -244,7 +244,7 @@ def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
 
 def turns_of(network: Network, mode: Mode) -> Array:
     """Turn of each motor in a mode of unit modal mass, shape (motors,) [rad/sqrt(kg)]; 0 below round-off."""
-    joints, driven = mode._motion.joints, driven_of(network.drive)
+    joints, driven = mode.joints, driven_of(network.drive)
     if not joints:
         return np.zeros(len(driven))
     largest, found = max(float(np.abs(value[0])) for value in joints.values()), []
@@ -261,7 +261,7 @@ def longitudinal_losses(waves: Waves) -> Array:
     drive, (length, _, ropes) = waves.network.drive, of_pieces(waves.network)
     damping = ropes * length * [piece.rope.axial_damping for piece in waves.network.pieces]
     strained = waves.slopes[0] ** 2 @ waves.weights @ damping
-    return strained + [_rubbed(drive, mode._motion.joints) for mode in waves.along]
+    return strained + [_rubbed(drive, mode.joints) for mode in waves.along]
 
 
 def _rubbed(drive: RoutedDrive, joints: Any) -> float:

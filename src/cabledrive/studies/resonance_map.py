@@ -5,7 +5,7 @@ Under a steady load one span alone still has the closed form; both together are 
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -226,7 +226,7 @@ def until_rest(way: Branch) -> Branch:
         if np.min(np.abs(complex_state(point.state)[1:])) > PRESENT * np.max(least)
         and np.argmin(np.linalg.norm(way.states - point.state, axis=1)) < last
     )
-    parts = {name: getattr(way, name)[:last] for name in ("states", "parameters", "growth")}
+    parts = {name: getattr(way, name)[:last] for name in ("states", "parameters")}
     return replace(way, **parts, special=special, ended=REST)
 
 
@@ -361,10 +361,10 @@ def _branch(c: AveragedCoefficients, state: Complex, per_torque: float) -> Stead
     def _slope(x: Array, f: float) -> Array:
         return jacobian(part._replace(force=np.array(f + 0j)), complex_state(x))
 
-    how: dict[str, Any] = {"limits": (1e-3 * force, 3 * force), "step": STEP, "scale": scale, "most": 1500}
+    start, limits = np.append(real_state(state[kept]), force), (1e-3 * force, 3 * force)
     down, up = (
-        until_rest(follow_branch(_residual, _slope, real_state(state[kept]), force, upwards=upwards, **how))
-        for upwards in (False, True)
+        until_rest(follow_branch(_residual, _slope, start, limits=limits, step=step, scale=scale))
+        for step in (-STEP, STEP)
     )
     states = np.concatenate((down.states[::-1], up.states[1:]))
     forces = np.concatenate((down.parameters[::-1], up.parameters[1:]))

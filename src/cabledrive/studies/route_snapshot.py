@@ -152,7 +152,7 @@ def _shapes(network: Network, across: Sequence[Mode]) -> Array:
     for column, mode in enumerate(across):
         way = WAYS[mode.plane or "w"]
         for number, span in enumerate(spans):
-            values = mode._motion.displacement(span.name, way, ends * span.length)[0].real
+            values = mode.displacement(span.name, way, ends * span.length)[0].real
             chord = values[0] + (values[-1] - values[0]) * ends
             found[int(mode.plane != "w"), number, :, column] = (values - chord)[1:-1]
     return found.reshape(2 * len(spans) * POINTS.size, len(across))
@@ -164,7 +164,7 @@ def _along_shapes(network: Network, along: Sequence[Mode]) -> Array:
     columns = [
         np.concatenate(
             [
-                mode._motion.displacement(span.name, ALONG, ends * span.length)[0].real
+                mode.displacement(span.name, ALONG, ends * span.length)[0].real
                 for span in network.drive.free_spans
             ]
         )

@@ -6,7 +6,7 @@ Of odd order :math:`2n + 1`, with n derivatives zero at both ends, it is the one
 
 from dataclasses import dataclass
 from functools import cache
-from math import comb, factorial, inf, isfinite
+from math import comb, factorial, inf, isfinite, sqrt
 
 import numpy as np
 
@@ -128,9 +128,6 @@ def derivative_jump(order: int) -> float:
     return float(factorial(2 * n + 1) // factorial(n))
 
 
-_SEARCH_STEPS = 200
-
-
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoveLimits:
@@ -242,10 +239,10 @@ def shortest_rise(limits: MoveLimits, angle: float, order: int = 9) -> tuple[flo
     NotComputed
         If no move, however slow, keeps within the limits.
     """
-    bounds = {name: getattr(limits, name) for name in ("speed", "acceleration", "torque", "slack_torque")}
+    bounds = limits.speed, limits.acceleration, limits.torque, limits.slack_torque
     if not isfinite(angle) or angle == 0.0:
         raise InputRefused(f"angle = {angle:.9g} rad must be finite and not 0: give the move's angle")
-    if all(bound == inf for bound in bounds.values()):
+    if min(bounds) == inf:
         raise InputRefused(
             "no limit of speed, acceleration or torque is known: give one, or a motor that has one"
         )
@@ -255,19 +252,14 @@ def shortest_rise(limits: MoveLimits, angle: float, order: int = 9) -> tuple[flo
             f"{limits.coulomb_friction:.4g} N m: no move is possible"
         )
 
-    def excess(rise: float) -> float:
-        demand = peak_demand(limits, angle, rise, order)
-        return max(demand[name] / bound for name, bound in bounds.items())
-
-    fast, slow = 1e-6, 1.0
-    while excess(slow) > 1.0:
-        fast, slow = slow, 2.0 * slow
-    while excess(fast) <= 1.0:
-        fast *= 0.5
-    for _ in range(_SEARCH_STEPS):
-        middle = 0.5 * (fast + slow)
-        if middle in (fast, slow):
-            break
-        fast, slow = (middle, slow) if excess(middle) > 1.0 else (fast, middle)
-    demand = peak_demand(limits, angle, slow, order)
-    return slow, max(bounds, key=lambda name: demand[name] / bounds[name])
+    way, bend = (peak_factor(order, k) * abs(angle) for k in (1, 2))
+    drag, push = limits.viscous_friction * limits.ratio * way, limits.inertia * limits.ratio * bend
+    left = limits.torque - limits.coulomb_friction
+    rises = {
+        "speed": way / limits.speed,
+        "acceleration": sqrt(bend / limits.acceleration),
+        "torque": 0.0 if left == inf else (drag + sqrt(drag**2 + 4.0 * left * push)) / (2.0 * left),
+        "slack_torque": sqrt(limits.load_inertia * limits.ratio * bend / limits.slack_torque),
+    }
+    binding = max(rises, key=lambda name: rises[name])
+    return rises[binding], binding

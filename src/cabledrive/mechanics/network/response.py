@@ -15,6 +15,9 @@ from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
 
+TOGETHER = 1_000_000
+"""Entries of rows that are held at a time."""
+
 
 def network_response(
     network: Network,
@@ -30,53 +33,49 @@ def network_response(
     (k, n): rows; ``loss_factor``: in place of all damping of the file, of every stiffness.
     Returns shape (p, k). Raises `NotComputed` where a frequency is one of an undamped mode.
     """
+    # K (1 + i eta) - w^2 M is (1 + i eta) times the undamped one at w / sqrt(1 + i eta)
+    scale = 1.0 if loss_factor is None else 1.0 + 1j * loss_factor
     found = np.empty((omega.size, output.shape[0]), dtype=np.complex128)
-    for number, w in enumerate(omega):
-        if loss_factor is None:
-            stiffness = dynamic_stiffness(network, complex(w), damped=True)
-        else:  # K (1 + i eta) - w^2 M is (1 + i eta) times the undamped one at w / sqrt(1 + i eta)
-            scale = 1.0 + 1j * loss_factor
-            stiffness = scale * dynamic_stiffness(network, w / np.sqrt(scale), damped=False)
+    together = max(1, TOGETHER // max(1, network.start.size))
+    for first in range(0, omega.size, together):
+        here = slice(first, first + together)
+        stiffness = scale * dynamic_stiffness(
+            network, omega[here] / np.sqrt(scale), damped=loss_factor is None
+        )
         try:
-            found[number] = output @ np.linalg.solve(stiffness, force.astype(np.complex128))
+            found[here] = np.linalg.solve(stiffness, force.astype(np.complex128)[:, None])[..., 0] @ output.T
         except np.linalg.LinAlgError:
+            w = omega[here][np.argmin(np.abs(np.linalg.det(stiffness)))]
             raise NotComputed(
                 f"{w / (2 * np.pi):.9g} Hz is a natural frequency without damping: give the machine damping"
             ) from None
     return found
 
 
-def dynamic_stiffness(network: Network, omega: complex, *, damped: bool) -> Complex:
-    """Force per motion of the coordinates, shape (n, n)."""
-    impedance, time = _waves(network, omega, damped=damped)
-    alpha, phase = omega * time, np.exp(1j * omega * network.lag)
-    stretch = phase[:, None] * network.start - network.end
+def dynamic_stiffness(network: Network, omega: Complex | complex, *, damped: bool) -> Complex:
+    """Force per motion of the coordinates at frequencies, shape (...,) [rad/s]; shape (..., n, n)."""
+    w = np.asarray(omega, dtype=np.complex128)[..., None]
+    impedance, time = network.impedance, network.time
+    if damped:  # of a rope that runs without damping
+        along = np.arange(time.size) % 3 == 0
+        ropes = [network.pieces[link // 3].rope for link in range(time.size)]
+        loss = np.array([rope.axial_damping / rope.axial_rigidity for rope in ropes])
+        lost, drag = np.sqrt(1.0 + 1j * w * loss), [rope.transverse_damping for rope in ropes]
+        root = np.where(
+            network.lag != 0.0, 1.0, np.where(along, 1.0 / lost, np.sqrt(1.0 - 1j * np.array(drag) / w))
+        )
+        impedance, time = impedance * np.where(along, 1.0 / root, root), time * root
+    alpha, phase = w * time, np.exp(1j * w * network.lag)[..., None]
+    stretch = phase * network.start - network.end
     # Where ropes run, the transpose conjugate of a row has the phase turned back, not the frequency's part.
-    back = network.start / phase[:, None] - network.end
-    link = network.ropes * impedance / np.sin(alpha)
-    edge = -network.ropes * impedance * np.tan(0.5 * alpha)
-    total: NDArray[Any] = (back.T * link) @ stretch
-    total = total + (network.start.T * edge) @ network.start + (network.end.T * edge) @ network.end
-    total = omega * total + network.springs.matrix + network.geometric - omega**2 * network.masses.matrix
-    if damped:
-        total = total + 1j * omega * network.dampers.matrix
-    return np.asarray(total)
-
-
-def _waves(network: Network, omega: complex, *, damped: bool) -> tuple[Complex, Complex]:
-    """Impedance of one rope and travel time of each link; those of a rope that runs without damping."""
-    impedance, time = network.impedance.astype(np.complex128), network.time.astype(np.complex128)
-    if not damped:
-        return impedance, time
-    for link in np.flatnonzero(network.lag == 0.0):
-        rope = network.pieces[link // 3].rope
-        if link % 3 == 0:
-            root = np.sqrt(1.0 + 1j * omega * rope.axial_damping / rope.axial_rigidity)
-            impedance[link], time[link] = impedance[link] * root, time[link] / root
-        else:
-            root = np.sqrt(1.0 - 1j * rope.transverse_damping / omega)
-            impedance[link], time[link] = impedance[link] * root, time[link] * root
-    return impedance, time
+    back = network.start / phase - network.end
+    link = (network.ropes * impedance / np.sin(alpha))[..., None]
+    edge = (-network.ropes * impedance * np.tan(0.5 * alpha))[..., None]
+    total: NDArray[Any] = (back * link).swapaxes(-1, -2) @ stretch
+    total = total + network.start.T @ (edge * network.start) + network.end.T @ (edge * network.end)
+    w = w[..., None]
+    total = w * total + network.springs.matrix + network.geometric - w**2 * network.masses.matrix
+    return np.asarray(total + 1j * w * network.dampers.matrix * damped)
 
 
 def machine_response(

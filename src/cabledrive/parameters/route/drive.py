@@ -228,9 +228,9 @@ def _place(drive: RoutedDrive, step: str, where: str) -> Place:
             f'{where}: path step "{step[:60]}" is no {kind}{nearest(name[:60], names + other)}'
         )
     number = names.index(name)
-    part = parts[number]
-    if isinstance(part, Anchor):
-        return Place(name=name, pulley=None, anchor=number, sense=0, centre=part.at, radius=0.0)
+    if not sense:
+        return Place(name=name, pulley=None, anchor=number, sense=0, centre=parts[number].at, radius=0.0)
+    part = drive.pulley[number]
     return Place(
         name=name,
         pulley=number,

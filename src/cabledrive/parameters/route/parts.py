@@ -89,30 +89,6 @@ class Body:
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoutedPulley:
-    """A pulley, idler or drum that stands somewhere, on the frame or on a body."""
-
-    name: str = words("name by which it is called", "")
-    at: tuple[float, float] = pair("m", "centre")
-    on: str = words("body that carries it; absent: the frame", "")
-    radius: float = quantity("m", "positive", "radius at the cable's centre line")
-    inertia: float = quantity("kg m^2", "nonnegative", "moment of inertia about the axis", 0.0)
-    mass: float = quantity("kg", "nonnegative", "mass, carried by its body", 0.0)
-    viscous_friction: float = quantity("N m s/rad", "nonnegative", "viscous friction b", 0.0)
-    coulomb_friction: float = quantity("N m", "nonnegative", "Coulomb friction c", 0.0)
-    fixed: bool = choice((False, True), "a sliding guide that does not turn", False)
-    capstan_friction: float | None = quantity(
-        "1", "positive", "friction coefficient of cable on pulley", None
-    )
-    turns: int = quantity("count", "nonnegative", "full turns of the cable beyond the angle of wrap", 0)
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-        check_name(self.name)
-
-
-@described
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Anchor:
     """A point of a body or the frame where a cable ends or is clamped."""
 
@@ -123,6 +99,24 @@ class Anchor:
     def __post_init__(self) -> None:
         check_fields(self)
         check_name(self.name)
+
+
+@described
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoutedPulley(Anchor):
+    """A pulley, idler or drum that stands somewhere, on the frame or on a body."""
+
+    at: tuple[float, float] = pair("m", "centre")
+    radius: float = quantity("m", "positive", "radius at the cable's centre line")
+    inertia: float = quantity("kg m^2", "nonnegative", "moment of inertia about the axis", 0.0)
+    mass: float = quantity("kg", "nonnegative", "mass, carried by its body", 0.0)
+    viscous_friction: float = quantity("N m s/rad", "nonnegative", "viscous friction b", 0.0)
+    coulomb_friction: float = quantity("N m", "nonnegative", "Coulomb friction c", 0.0)
+    fixed: bool = choice((False, True), "a sliding guide that does not turn", False)
+    capstan_friction: float | None = quantity(
+        "1", "positive", "friction coefficient of cable on pulley", None
+    )
+    turns: int = quantity("count", "nonnegative", "full turns of the cable beyond the angle of wrap", 0)
 
 
 @described

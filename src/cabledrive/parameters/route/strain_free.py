@@ -148,12 +148,7 @@ def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
         moves along; the message has the strain.
     """
     asked = posed(drive, pose)
-    # length that unit turns of the pulleys feed into each span [m/rad], shape (spans, pulleys)
-    passed_on = np.zeros((len(drive.free_spans), len(drive.pulley)))
-    for row, span in zip(passed_on, drive.free_spans, strict=True):
-        for place, sign in ((span.start, 1.0), (span.end, -1.0)):
-            if place.pulley is not None and not drive.pulley[place.pulley].fixed:
-                row[place.pulley] += sign * place.sense * place.radius
+    passed_on = _passed_on(drive)
     strains = _strains(drive, _left_over(drive, asked, passed_on))
     if strains.max(initial=0.0) <= TOLERANCE:
         return asked
@@ -245,16 +240,35 @@ def _rope_lengths(drive: RoutedDrive) -> Array:
     return whole
 
 
+def _passed_on(drive: RoutedDrive) -> Array:
+    """Length that unit turns of the pulleys feed into each span, shape (spans, pulleys) [m/rad]."""
+    found = np.zeros((len(drive.free_spans), len(drive.pulley)))
+    for row, span in zip(found, drive.free_spans, strict=True):
+        for place, sign in ((span.start, 1.0), (span.end, -1.0)):
+            if place.pulley is not None and not drive.pulley[place.pulley].fixed:
+                row[place.pulley] += sign * place.sense * place.radius
+    return found
+
+
+def turns_between(drive: RoutedDrive, other: RoutedDrive) -> Array:
+    """Turns of the pulleys that pass on what the spans gain in another pose, shape (pulleys,) [rad]."""
+    return np.asarray(np.linalg.lstsq(_passed_on(drive), _gains(drive, other), rcond=1e-9)[0])
+
+
 def _left_over(drive: RoutedDrive, other: RoutedDrive, passed_on: Array) -> Array:
     """What turns of the pulleys cannot pass on of the lengths that the spans gain [m], shape (spans,)."""
-    gains = np.array(
+    gains = _gains(drive, other)
+    return np.asarray(gains - passed_on @ np.linalg.lstsq(passed_on, gains, rcond=1e-9)[0])
+
+
+def _gains(drive: RoutedDrive, other: RoutedDrive) -> Array:
+    """Length that each span gains between the cuts of its pulleys [m], shape (spans,)."""
+    return np.array(
         [
             new.length - old.length + _arc(old, new, start=True) + _arc(old, new, start=False)
             for old, new in zip(drive.free_spans, other.free_spans, strict=True)
         ]
     )
-    turns, _, _, _ = np.linalg.lstsq(passed_on, gains, rcond=1e-9)
-    return gains - passed_on @ turns
 
 
 def _arc(old: FreeSpan, new: FreeSpan, *, start: bool) -> float:

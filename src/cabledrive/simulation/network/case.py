@@ -26,9 +26,9 @@ from cabledrive.simulation.channels import (
 )
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan
-from cabledrive.simulation.network.result import NetworkResult
 from cabledrive.simulation.plan import new_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
+from cabledrive.simulation.result import NetworkResult
 from cabledrive.simulation.signals import Function, Signal, checked_signal
 from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, profile_of
 

@@ -21,7 +21,7 @@ from cabledrive.mechanics.network.span_table import follows
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.plan import Plan, kernel_number, rows_of_ends, rubbing
+from cabledrive.simulation.plan import Plan, kernel_number, law_numbers, moved_by, rows_of_ends
 
 
 class Wrap(NamedTuple):
@@ -192,11 +192,8 @@ def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array, 
     """
     from scipy.linalg import solveh_banded
 
-    table, segment, node = (
-        np.zeros((3, mesh.size - 1)),
-        np.zeros((3, mesh.size - 1)),
-        np.zeros((9, mesh.size)),
-    )
+    table, segment = np.zeros((2, 3, mesh.size - 1))
+    node = np.zeros((9, mesh.size))
     table[0] = 1.0
     matrix = np.zeros_like(mesh.mass)
     for k, (first, last) in enumerate(mesh.nodes):
@@ -231,43 +228,30 @@ def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array, 
 def network_plan(mesh: NetworkMesh, laws: list[CableLaw], *, step: float, stop_when_slack: bool) -> Plan:
     """Numbers of one run; ``laws``: of each piece; ``step``: time step [s]."""
     damper, dampers, segment, node = axial_dampers(mesh, step)
-    damping = mesh.damping + dampers
-    matrix = mesh.mass / step + 0.5 * damping
-    inverse = np.linalg.inv(matrix).astype(np.float64)
     rub, bound, wrap, rest = rubbing_of(mesh.network, mesh.wraps, mesh.tension)
     middle = mesh.nodes.sum(axis=1) / 2.0
     probe = np.stack([middle // 1.0, middle % 1.0], axis=1)
-    if (law := kernel_number(laws[0])) == at.OWN:
+    if (number := kernel_number(laws[0])) == at.OWN:
         raise InputRefused(
             'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
         )
     return Plan(
-        law=law,
+        law=number,
         tension_only=laws[0].tension_only,
         stop_when_slack=stop_when_slack,
         step=step,
         axial=at.ALONG_PIECES if mesh.axial_damping.any() else at.UNDAMPED,
         uniform=False,
         nodes=mesh.nodes,
-        piece=np.array(
-            [
-                (law.pretension, law.axial_rigidity, law.slack_strain, ropes)
-                for law, ropes in zip(laws, mesh.ropes, strict=True)
-            ]
-        ),
+        piece=np.array([(*law_numbers(law), ropes) for law, ropes in zip(laws, mesh.ropes, strict=True)]),
         segment=segment,
         node=node,
         **rows_of_ends(mesh.ends),
-        mass=mesh.mass,
+        **moved_by(mesh.mass, mesh.damping + dampers, np.ones(len(rest)), step, rub, bound),
         stiffness=mesh.stiffness,
         damping=np.stack([mesh.damping, np.zeros_like(mesh.damping)]),
-        moves=np.ones(len(matrix)),
-        matrix=matrix,
-        inverse=inverse,
-        loss=damping,
         rest=rest,
         motor=mesh.motor,
-        **rubbing(inverse, rub, bound),
         smooth=np.zeros(bound.size),
         wrap=wrap,
         damper=damper,

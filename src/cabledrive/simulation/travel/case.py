@@ -13,10 +13,11 @@ from cabledrive.mechanics.network import Network, network_of
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.parameters.route.strain_free import turns_between
 from cabledrive.simulation.network.case import common_of_routes, left_out
-from cabledrive.simulation.network.result import NetworkResult
 from cabledrive.simulation.plan import SLACK
 from cabledrive.simulation.prepared import Outcome, PreparedRun
+from cabledrive.simulation.result import NetworkResult
 from cabledrive.simulation.travel.plan import (
     DENSITY,
     NO_SPAN,
@@ -32,7 +33,6 @@ from cabledrive.simulation.travel.plan import (
 from cabledrive.trajectories import smooth_rise
 
 POSES = 25
-_SMALL = 1e-7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,15 +40,20 @@ class Way:
     """Poses over the part of a move that is done, from 0 to 1."""
 
     part: Array  # (poses,)
-    places: Array  # (poses, n): coordinates from the pose of the file, without strain beyond that at rest
+    turned: Array  # (poses, pulleys): from the pose of the file, without strain beyond that at rest [rad]
     shortest: Array  # (spans,): least free length of each span [m]
     networks: list[Network]  # the machine at a few poses, first and last among them
 
-    def turns(self, part: Array, coordinate: int) -> Array:
-        """Turn of a rotor where parts of the move are done, shape (p,) [rad]."""
+    def turns(self, part: Array, pulley: int) -> Array:
+        """Turn of a pulley where parts of the move are done, shape (p,) [rad]."""
         from scipy.interpolate import CubicSpline  # here, for asking for help does not need it
 
-        return np.asarray(CubicSpline(self.part, self.places[:, coordinate])(part), dtype=np.float64)
+        return np.asarray(CubicSpline(self.part, self.turned[:, pulley])(part), dtype=np.float64)
+
+
+def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
+    """Pulleys of the motors; the first of the file where there is none."""
+    return drive.driven or tuple(range(len(drive.pulley)))[:1]
 
 
 def way_of(drive: RoutedDrive, moves: Mapping[str, float]) -> Way:
@@ -56,61 +61,27 @@ def way_of(drive: RoutedDrive, moves: Mapping[str, float]) -> Way:
 
     Raises `InputRefused` if the machine cannot be in one of them, or moves do not go together.
     """
-    network = network_of(drive, motor="free")
-    names = network.motion.names
-    slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
+    slides = [(body, move) for body in drive.body for move in body.moves if move != "turn"]
+    at = {f"{body.name}.{move}": body.at["xy".index(move)] for body, move in slides}
     for name, distance in moves.items():
-        if name not in slides:
-            raise InputRefused(f'move: "{name[:60]}" slides no body{nearest(name[:60], slides)}')
+        if name not in at:
+            raise InputRefused(f'move: "{name[:60]}" slides no body{nearest(name[:60], at)}')
         if not np.isfinite(distance):
             raise InputRefused(f"move {name} = {distance} m must be finite: give a distance")
     if not any(moves.values()):
         raise InputRefused("move: no body moves: give a distance, such as car.y=10m")
-    places, networks = [np.zeros(len(names))], [network]
     part = np.linspace(0.0, 1.0, POSES)
-    for step in np.diff(part):  # second order: rates at the middle of each step
-        half = places[-1] + 0.5 * step * _rates(networks[-1], moves, slides)
-        middle = _posed(drive, half, names, slides)
-        places.append(places[-1] + step * _rates(middle, moves, slides))
-        networks.append(_posed(drive, places[-1], names, slides))
-    lengths = np.array([[span.length for span in one.drive.free_spans] for one in networks])
-    return Way(
-        part=part, places=np.array(places), shortest=lengths.min(axis=0), networks=networks[:: POSES // 4]
-    )
-
-
-def _posed(drive: RoutedDrive, place: Array, names: tuple[str, ...], slides: list[str]) -> Network:
-    """The machine with its bodies at a place."""
-    at = {f"{body.name}.{axis}": body.at["xy".index(axis)] for body in drive.body for axis in "xy"}
-    pose = {name: at[name] + float(place[names.index(name)]) for name in slides}
     try:
-        return network_of(moved(drive, pose), motor="free")
+        poses = [moved(drive, {name: at[name] + one * way for name, way in moves.items()}) for one in part]
+        networks = [network_of(pose, motor="free") for pose in poses[:: POSES // 4]]
     except InputRefused as refusal:
         raise InputRefused(f"move: {refusal}") from None
-
-
-def _rates(network: Network, moves: Mapping[str, float], slides: list[str]) -> Array:
-    """Rates of all coordinates where bodies move and neither a rope nor a spring is strained."""
-    names = network.motion.names
-    strained = np.vstack([-network.stretch, network.springs.rows])
-    _, sizes, rows = np.linalg.svd(strained)
-    rank = int(np.sum(sizes > _SMALL * sizes[0]))
-    free = rows[rank:].T  # motions that strain nothing, shape (n, m)
-    wanted: list[tuple[Array, float]] = []
-    for name in (*moves, *(name for name in slides if name not in moves)):
-        row, value = free[names.index(name)], moves.get(name, 0.0)
-        known = np.array([other for other, _ in wanted]).reshape(-1, free.shape[1])
-        share, *_ = np.linalg.lstsq(known.T, row, rcond=None) if len(known) else (np.zeros(0),)
-        if np.linalg.norm(row - known.T @ share) > _SMALL:
-            wanted.append((row, value))
-        elif name in moves and abs(share @ np.array([v for _, v in wanted]) - value) > _SMALL * abs(value):
-            raise InputRefused(
-                f"move: {name} cannot go {value:.6g} m without straining a rope or a spring: leave it out, "
-                "as it follows the others, or give the distance that they leave it"
-            )
-    matrix, values = np.array([row for row, _ in wanted]), np.array([value for _, value in wanted])
-    share, *_ = np.linalg.lstsq(matrix, values, rcond=None)
-    return np.asarray(free @ share)
+    return Way(
+        part=part,
+        turned=np.array([turns_between(drive, pose) for pose in poses]),
+        shortest=np.array([[span.length for span in pose.free_spans] for pose in poses]).min(axis=0),
+        networks=networks,
+    )
 
 
 ORDER = 9
@@ -192,7 +163,8 @@ class TravelCase(PreparedRun):
         time = np.arange(first, first + steps + 1, dtype=np.float64) * self.grid.step
         # The state lies half a step behind its speeds: turns at the times of the steps, speeds between them.
         part = smooth_rise(np.minimum(time / self.move.rise, 1.0), ORDER)[0]
-        turns = np.stack([self.way.turns(part, int(rotor)) for rotor in self.plan.rotor], axis=1)
+        driven = driven_of(self.network.drive)
+        turns = np.stack([self.way.turns(part, pulley) for pulley in driven], axis=1)
         return (np.asarray(np.diff(turns, axis=0) / self.grid.step),)
 
     def result(self, outcome: Outcome) -> NetworkResult:

@@ -2,8 +2,8 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_inner
-from cabledrive.simulation.coordinates import invert, rub
-from cabledrive.simulation.observe import add_to
+from cabledrive.simulation.coordinates import dot, invert, rub
+from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.plan import TravelPlan, TravelState, TravelWorkspace
 
@@ -16,10 +16,7 @@ def pull_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> i
         first, last = plan.cells[s], plan.cells[s + 1]
         cell = state.length[s] / (last - first)
         for side in range(2):
-            speed = 0.0
-            for k in range(state.q.size):
-                speed += work.rows[s, side, k] * state.q_t[k]
-            work.speed[s, side] = speed
+            work.speed[s, side] = dot(work.rows[s, side], state.q_t)
         place = 0.0
         for j in range(last - first + 1):
             beyond = state.x[first + j] if first + j < last else work.free[s]
@@ -98,11 +95,7 @@ def kick_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
                 moved = left * (own - before) + right * (behind - own)
                 before = own
                 work.trial[i] = work.rate[i] - 0.5 * moved * n / state.length[s]
-        before, behind = 0.0, 0.0
-        for k in range(state.q.size):
-            mean = 0.5 * (state.q_t[k] + work.new[k])
-            before += work.rows[s, 0, k] * mean
-            behind += work.rows[s, 1, k] * mean
+        before, behind = dot(work.rows[s, 0], work.right), dot(work.rows[s, 1], work.right)
         for j in range(n + 1):
             own = behind
             if j < n:
@@ -120,9 +113,7 @@ def kick_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
 def fill_inverse(plan: TravelPlan, wound: Array, work: TravelWorkspace) -> None:
     """M with the rope on drums, M / step + C / 2, its inverse but for prescribed rotors, mobilities."""
     n, mass, matrix = plan.mass.shape[0], work.matrix[0], work.matrix[1]
-    for i in range(n):
-        for k in range(n):
-            mass[i, k] = plan.mass[i, k]
+    copy_rows(plan.mass, mass)
     for s in range(plan.rim.shape[0]):
         for side in range(2):
             if plan.beyond[s, side] == at.DRUM:
@@ -141,9 +132,8 @@ def gather_ends(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> 
     """Forces on the coordinates: springs, weights, the ropes' tensions, and the rope that runs over rims."""
     n = state.q.size
     for i in range(n):
-        work.force[i], work.carried[i], work.fallen[i] = plan.rest[i], 0.0, 0.0
-        for k in range(n):
-            work.force[i] -= plan.stiffness[i, k] * state.q[k]
+        work.force[i] = plan.rest[i] - dot(plan.stiffness[i], state.q)
+        work.carried[i], work.fallen[i] = 0.0, 0.0
     for s in range(plan.rim.shape[0]):
         lines, density = plan.piece[s, at.ROPES], plan.piece[s, at.DENSITY]
         across = plan.gravity[1] * work.along[s, 0] - plan.gravity[0] * work.along[s, 1]
@@ -151,9 +141,8 @@ def gather_ends(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> 
         for side in range(2):
             sign = 1.0 if side == 0 else -1.0
             cell = state.x_t[plan.cells[s] if side == 0 else plan.cells[s + 1] - 1]
-            running, turning = lines * density * state.flow[s, side] / plan.step, 0.0
-            for k in range(n):
-                turning += plan.turn[s, side, k] * state.q_t[k]
+            running = lines * density * state.flow[s, side] / plan.step
+            turning = dot(plan.turn[s, side], state.q_t)
             # Rope joins the rim with the speed of its cell, and leaves it with that of the rim.
             pull = sign * lines * work.pull[s, side, 0]
             pull += sign * 0.5 * running * (work.speed[s, side] - cell)
@@ -177,48 +166,28 @@ def turn_coordinates(plan: TravelPlan, state: TravelState, work: TravelWorkspace
     for m in range(given.size if not plan.prescribed else 0):
         work.force[plan.rotor[m]] += given[m]
     for i in range(n):
-        total = work.force[i]
-        for k in range(n):
-            total += (2.0 * work.matrix[0, i, k] / plan.step - matrix[i, k]) * old[k]
-        work.right[i] = total
+        work.force[i] += 2.0 * dot(work.matrix[0, i], old) / plan.step - dot(matrix[i], old)
+        work.right[i] = work.force[i]
+        for m in range(given.size if plan.prescribed else 0):
+            work.right[i] -= matrix[i, plan.rotor[m]] * given[m]
     for i in range(n):
-        total = 0.0
-        for k in range(n):
-            right = work.right[k]
-            for m in range(given.size if plan.prescribed else 0):
-                right -= matrix[k, plan.rotor[m]] * given[m]
-            total += plan.inverse[i, k] * right
-        new[i] = total
+        new[i] = dot(plan.inverse[i], work.right)
     for m in range(given.size if plan.prescribed else 0):
         new[plan.rotor[m]] = given[m]
     rub(plan, state.q_t, plan.rub_mobility, plan.rub_own, work)
     for m in range(given.size):
         own, torque = plan.rotor[m], given[m]
         if plan.prescribed:
-            torque = -work.right[own]
-            for k in range(n):
-                torque += matrix[own, k] * new[k]
-            for k in range(plan.bound.size):
-                torque += plan.rub[k, own] * work.friction[k]
+            torque = dot(matrix[own], new) + dot(plan.rub[:, own], work.friction) - work.force[own]
         work.torque[m] = torque
         add_to(state.tallies, int(at.TORQUE_WORK), 0.5 * plan.step * torque * (old[own] + new[own]))
-    _count(plan, state, work)
-
-
-@njit_inner
-def _count(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
-    """Losses and works of the coordinates over the step."""
-    viscous, coulomb, turned, fallen = 0.0, 0.0, 0.0, 0.0
-    for i in range(state.q.size):
-        mean, lost = 0.5 * (state.q_t[i] + work.new[i]), 0.0
-        for k in range(state.q.size):
-            lost += plan.damping[i, k] * 0.5 * (state.q_t[k] + work.new[k])
-        viscous += lost * mean
-        for k in range(plan.bound.size):
-            coulomb += work.friction[k] * plan.rub[k, i] * mean
-        turned += work.carried[i] * mean
-        fallen += work.fallen[i] * mean
+    viscous, coulomb = 0.0, 0.0
+    for i in range(n):
+        work.right[i] = 0.5 * (old[i] + new[i])
+    for i in range(n):
+        viscous += dot(plan.damping[i], work.right) * work.right[i]
+        coulomb += dot(work.friction, plan.rub[:, i]) * work.right[i]
     add_to(state.tallies, int(at.VISCOUS_LOSS), plan.step * viscous)
     add_to(state.tallies, int(at.COULOMB_LOSS), plan.step * coulomb)
-    add_to(state.tallies, int(at.WOUND_ENERGY), -plan.step * turned)
-    add_to(state.tallies, int(at.WEIGHT_WORK), plan.step * fallen)
+    add_to(state.tallies, int(at.WOUND_ENERGY), -plan.step * dot(work.carried, work.right))
+    add_to(state.tallies, int(at.WEIGHT_WORK), plan.step * dot(work.fallen, work.right))

@@ -15,6 +15,7 @@ from math import atan2, log, sqrt
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place, njit_inner
+from cabledrive.simulation.coordinates import dot
 from cabledrive.simulation.observe import add_to
 from cabledrive.simulation.plan import DONE, NOT_FINITE, SLACK
 from cabledrive.simulation.travel import plan as at
@@ -43,9 +44,7 @@ def note_places(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
     for i in range(n):
         row[i] = state.q[i]
         work.kept[SPEED, i] = state.q_t[i]
-        springs -= plan.rest[i] * state.q[i]
-        for k in range(n):
-            springs += 0.5 * plan.stiffness[i, k] * state.q[i] * state.q[k]
+        springs += (0.5 * dot(plan.stiffness[i], state.q) - plan.rest[i]) * state.q[i]
     for s in range(spans):
         first, last = plan.cells[s] + s, plan.cells[s + 1] + s
         work.kept[LENGTH, s] = state.length[s]
@@ -80,8 +79,7 @@ def note_speeds(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
             ropes += 0.5 * mass * work.kept[ROPE_SPEED, i] * state.x_t[i]
     for i in range(n):
         row[n + i] = 0.5 * (work.kept[SPEED, i] + state.q_t[i])
-        for k in range(n):
-            bodies += 0.5 * work.matrix[0, i, k] * work.kept[SPEED, i] * state.q_t[k]
+        bodies += 0.5 * dot(work.matrix[0, i], state.q_t) * work.kept[SPEED, i]
     for m in range(motors):
         row[2 * n + m] = work.torque[m]
     row[energies], row[energies + 1] = ropes, bodies
@@ -101,11 +99,9 @@ def lay_spans(plan: TravelPlan, q: Array, work: TravelWorkspace) -> int:
     As Eq. (N.1).
     """
     for s in range(plan.rim.shape[0]):
-        dx = plan.centre[s, 1, 0] - plan.centre[s, 0, 0]
-        dy = plan.centre[s, 1, 1] - plan.centre[s, 0, 1]
-        for k in range(q.size):
-            dx += (plan.frame[s, 1, 0, k] - plan.frame[s, 0, 0, k]) * q[k]
-            dy += (plan.frame[s, 1, 1, k] - plan.frame[s, 0, 1, k]) * q[k]
+        centre, frame = plan.centre[s], plan.frame[s]
+        dx = centre[1, 0] - centre[0, 0] + dot(frame[1, 0], q) - dot(frame[0, 0], q)
+        dy = centre[1, 1] - centre[0, 1] + dot(frame[1, 1], q) - dot(frame[0, 1], q)
         offset = plan.rim[s, 1] - plan.rim[s, 0]
         squared = dx * dx + dy * dy
         if not squared > offset * offset:
@@ -163,17 +159,12 @@ def move_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> N
         ax, ay, bx, by = work.before[s, 0], work.before[s, 1], work.along[s, 0], work.along[s, 1]
         turned = atan2(ax * by - ay * bx, ax * bx + ay * by)
         advance = plan.rim[s, 0] * turned  # of the point of contact along the span
-        runs_in, runs_out = 0.0, 0.0
-        for k in range(state.q.size):
-            fx, fy = plan.frame[s, 0, 0, k], plan.frame[s, 0, 1, k]
-            advance += 0.5 * ((ax + bx) * fx + (ay + by) * fy) * plan.step * state.q_t[k]
-            runs_in += plan.turn[s, 0, k] * plan.step * state.q_t[k]
-            runs_out += plan.turn[s, 1, k] * plan.step * state.q_t[k]
+        frame_x, frame_y = dot(plan.frame[s, 0, 0], state.q_t), dot(plan.frame[s, 0, 1], state.q_t)
+        advance += 0.5 * plan.step * ((ax + bx) * frame_x + (ay + by) * frame_y)
+        runs_in = plan.step * dot(plan.turn[s, 0], state.q_t)
+        runs_out = plan.step * dot(plan.turn[s, 1], state.q_t)
         for side in range(2):  # speeds of the rims at the middle of the step, for the energy they carry
-            speed = 0.0
-            for k in range(state.q.size):
-                speed += work.rows[s, side, k] * state.q_t[k]
-            work.speed[s, side] = speed
+            work.speed[s, side] = dot(work.rows[s, side], state.q_t)
         state.flow[s, 0], state.flow[s, 1] = 0.0, 0.0
         if plan.rim[s, 0] != 0.0:
             state.flow[s, 0] = pass_end(plan, state, work, s, 0, runs_in - plan.rim[s, 0] * turned)

@@ -18,7 +18,7 @@ from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Recording, Scheme
 from cabledrive.simulation.travel import plan as at
-from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
+from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, driven_of, way_of
 from cabledrive.simulation.travel.plan import TravelPlan, largest_travel_step
 
 SEGMENTS = 16
@@ -27,6 +27,7 @@ SHORTEST = 0.5
 ROOM = 0.95
 """The same relative to the way of a planned move, as ropes stretch."""
 _BALANCED = 1e-6
+NO_TURN = 1e-9
 
 
 def travel_case(
@@ -45,11 +46,11 @@ def travel_case(
     _check(drive, scheme, recording, start, move)
     network = network_of(drive, motor="free")
     way = None if move is None else way_of(drive, move.moves)
-    motors = drive.driven or tuple(range(len(drive.pulley)))[:1]
+    motors = driven_of(drive)
     rotors = np.array(
         [int(np.argmax(rotor_turn(network.motion, number))) for number in motors], dtype=np.int64
     )
-    if way is not None and not np.any(way.places[:, rotors]):
+    if way is not None and not np.any(np.abs(way.turned[:, motors]) > NO_TURN):
         raise InputRefused("move: it turns no motor: name a body that the motors move")
     mass = network.masses.values @ network.masses.rows**2
     for name, own in zip(network.motion.names, mass, strict=True):
@@ -248,7 +249,7 @@ def _at_rest(network: Network, plan: TravelPlan, counts: Integers) -> tuple[Arra
 def _held(network: Network, plan: TravelPlan, force: Array) -> tuple[Array, Array]:
     """Weights, loads and preloads of the coordinates, and torques of the motors that hold the machine."""
     motion, rest, holding = network.motion, -force, np.zeros(plan.rotor.size)
-    driven = network.drive.driven or tuple(range(len(network.drive.pulley)))[:1]
+    driven = driven_of(network.drive)
     for m, (number, rotor) in enumerate(zip(driven, plan.rotor, strict=True)):
         shaft = int(np.argmax(motion.angle(number)))
         holding[m] = -force[shaft]
