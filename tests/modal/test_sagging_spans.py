@@ -105,7 +105,7 @@ def worst_of_machines(seeds):
         truth = hanging_machine.extrapolated(*divided(drive), elements=40, count=own.size)
         error = float(np.max(np.abs(own / truth - 1.0)))
         elements = hanging_elements(network_of(drive))
-        worst = max(worst, error / max(slope_error(one) for one in elements.values()))
+        worst = max(worst, error / max(slope_error(one.hanging, one.tension) for one in elements.values()))
         certified = max(certified, error if found.certified else 0.0)
         other = straight_modes(drive, below=2.0 * own[-1]).modes
         other = np.array([mode.frequency for mode in other if mode.plane != "v"][:6])

@@ -222,7 +222,7 @@ def _parts(motion: Motion) -> dict[str, Parts]:
     found = {}
     for kind, parts in (("masses", masses), ("springs", springs), ("dampers", dampers), ("rubs", rubs)):
         kept = [part for part in parts if part[0] > 0.0 and part[1].any()]
-        rows = np.array([row for _, row, _ in kept]).reshape(-1, len(motion.names))
+        rows = np.array([row for _, row, _ in kept]).reshape(len(kept), len(motion.names))
         found[kind] = Parts(np.array([value for value, _, _ in kept]), rows, tuple(name for *_, name in kept))
     return found
 
