@@ -109,7 +109,7 @@ def coordinates(drive: Drive) -> RoutedDrive:
 
 def drawn_loop(sheet: Sheet, drive: Drive, *, tensions: bool = False) -> DrawnMachine:
     """Draw all but the spans of a loop or a line, which sag to the scale of their length."""
-    (width, height), place, shown = draw_route(sheet, replace(coordinates(drive), carriage=()), WIDE)
+    (width, height), place, shown = draw_route(sheet, coordinates(drive), WIDE, carriages=False)
     shares, spans, deepest = np.linspace(0.0, 1.0, POINTS), [], 0.0
     for name, drawn in zip(drive.spans, shown.free_spans, strict=True):
         first, last = (np.array(place(end)) for end in drawn.contacts)

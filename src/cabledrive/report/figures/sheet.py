@@ -68,17 +68,6 @@ class Sheet:
             f'text-anchor: {anchor}; fill: var(--{colour})">{escape(text)}</text>'
         )
 
-    def arrow(self, start: Point, end: Point, *, colour: str = "ink", width: float = 1.2) -> None:
-        """A straight arrow. ``colour``: name of a colour of the page; ``width``: of the line [px]."""
-        dx, dy = end[0] - start[0], end[1] - start[1]
-        length = max((dx**2 + dy**2) ** 0.5, 1e-9)
-        dx, dy = dx / length, dy / length
-        back = (end[0] - 7 * dx, end[1] - 7 * dy)
-        left, right = ((back[0] - side * 3.2 * dy, back[1] + side * 3.2 * dx) for side in (1, -1))
-        self.line(start, back, colour=colour, width=width)
-        head = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in (end, left, right)) + " Z"
-        self.path(head, colour=colour, width=0.6, fill=colour)
-
     def svg(self, size: Point) -> Markup:
         """The sheet as part of a page. ``size``: width and height [px]. Returns an ``svg`` element."""
         width, height = size
@@ -104,8 +93,10 @@ _Box = tuple[float, float, float, float]
 Placer = Callable[[Metres], Point]
 
 
-def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, Placer, RoutedDrive]:
-    """Draw all but the free spans on a sheet of a width [px].
+def draw_route(
+    sheet: Sheet, drive: RoutedDrive, width: float, *, carriages: bool = True
+) -> tuple[Point, Placer, RoutedDrive]:
+    """Draw all but the free spans on a sheet of a width [px]; without carriages names leave room for them.
 
     Returns its size, the map of places, and the machine as it is drawn, whose spans are those of the machine.
     """
@@ -135,13 +126,17 @@ def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, P
             words.append(_Words(name, centre, radius + 4.0, "ink" if driven else "quiet"))
     for anchor in drive.anchor:
         sheet.circle(place(anchor.at), 3.0, fill="ink")
+    boxes: list[_Box] = []
     for (span, along), carriage in zip(real.carriage_places, real.carriage, strict=True):
         share = along / real.free_spans[span].length
         first, last = drive.free_spans[span].contacts
         at = place((first[0] + share * (last[0] - first[0]), first[1] + share * (last[1] - first[1])))
-        sheet.box(at if carriage.guided else (at[0], at[1] + 9.0), (14.0, 12.0), colour="green")
+        x, y = at if carriage.guided else (at[0], at[1] + 9.0)
+        boxes.append((x - 7.0, y - 6.0, x + 7.0, y + 6.0))
+        if carriages:
+            sheet.box((x, y), (14.0, 12.0), colour="green")
     spans = [(place(first), place(last)) for first, last in (span.contacts for span in drive.free_spans)]
-    _write(sheet, words, spans, size)
+    _write(sheet, words, spans, boxes, size)
     return size, place, drive
 
 
@@ -154,9 +149,11 @@ class _Words(NamedTuple):
     colour: str
 
 
-def _write(sheet: Sheet, words: list[_Words], spans: list[tuple[Point, Point]], size: Point) -> None:
+def _write(
+    sheet: Sheet, words: list[_Words], spans: list[tuple[Point, Point]], boxes: list[_Box], size: Point
+) -> None:
     """Write names where they cover no other name, part or span, or the least of them."""
-    parts = [(w.at[0] - w.gap, w.at[1] - w.gap, w.at[0] + w.gap, w.at[1] + w.gap) for w in words]
+    parts = boxes + [(w.at[0] - w.gap, w.at[1] - w.gap, w.at[0] + w.gap, w.at[1] + w.gap) for w in words]
     taken: list[_Box] = []
     for own in words:
         wide = text_width(own.text)
