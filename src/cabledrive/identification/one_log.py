@@ -27,7 +27,7 @@ from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import LARGEST, SMALLEST, nearest
+from cabledrive.parameters.fields import LARGEST, SMALLEST, require_known
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
 
 SEGMENTS_PER_BLOCK = 20
@@ -160,12 +160,10 @@ def load_options(path: str | Path) -> IdentifyOptions:
 
 def _options_of(content: dict[str, Any]) -> IdentifyOptions:
     for key in content:
-        if key not in ("identify", "log"):
-            raise InputRefused(f"{key}: unknown table{nearest(key, ('identify', 'log'))}")
+        require_known(key, ("identify", "log"), f"{key}: unknown table")
     table = table_of("identify", content.get("identify", {}))
     for key in table:
-        if key not in KEYS:
-            raise InputRefused(f"identify.{key}: unknown key{nearest(key, KEYS)}")
+        require_known(key, KEYS, f"identify.{key}: unknown key")
     friction = FrictionModel(
         slope=_above_zero(table, "slope", "s/rad") or PRINTED_SLOPE,
         fading=_above_zero(table, "fading", "rad/s") or 0.0,
@@ -188,8 +186,7 @@ def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
     name = "rigid-axis-coulomb" if name == "rigid-axis" else name
     if name == TWO_INERTIA:
         return replace(options, model=name)
-    if name not in MODELS:
-        raise InputRefused(f'model "{name}" is unknown{nearest(name, (*MODELS, TWO_INERTIA))}')
+    require_known(name, (*MODELS, TWO_INERTIA), f'model "{name}" is unknown')
     friction = replace(options.axis.friction, kind=name.removeprefix("rigid-axis-"))
     if friction.kind == "stribeck" and friction.fading <= 0.0:
         raise InputRefused("model rigid-axis-stribeck needs identify.fading, the speed of its excess")
@@ -234,8 +231,7 @@ def identify(
     """
     options = with_model(options or IdentifyOptions(), model)
     method = options.method if method is None else method
-    if method not in METHODS:
-        raise InputRefused(f'method "{method}" is unknown{nearest(method, METHODS)}')
+    require_known(method, METHODS, f'method "{method}" is unknown')
     if options.model == TWO_INERTIA and method != "auto":
         raise InputRefused("the channels decide the method of model two-inertia: leave --method out")
     single = isinstance(logs, (str, Path, Log))
@@ -273,6 +269,5 @@ def _above_zero(table: Mapping[str, Any], key: str, unit: str) -> float | None:
 def _word(table: Mapping[str, Any], key: str, default: str, known: Sequence[str]) -> str:
     """One of a few words."""
     word = text_of(f"identify.{key}", table.get(key, default))
-    if word not in known:
-        raise InputRefused(f'identify.{key} = "{word}" is unknown{nearest(word, known)}')
+    require_known(word, known, f'identify.{key} = "{word}" is unknown')
     return word

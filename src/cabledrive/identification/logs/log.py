@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import nearest, require_known
 from cabledrive.parameters.toml_values import flag_of, quantity_of, table_of, whole_of
 from cabledrive.parameters.units import to_si
 
@@ -67,8 +67,7 @@ class Log:
 
     def channel(self, name: str) -> Array:
         """One channel, shape (samples,); refused if the log has none of that name."""
-        if name not in self.channels:
-            raise InputRefused(f'{self.source}: no channel "{name}"{nearest(name, self.channels)}')
+        require_known(name, self.channels, f'{self.source}: no channel "{name}"')
         return self.channels[name]
 
     def having(self, channel: str, values: Array) -> "Log":
@@ -141,8 +140,7 @@ class Table:
 
     def require(self, name: str) -> str:
         """A column's name; refused, with the nearest, if it is not there."""
-        if name not in self.names:
-            raise InputRefused(f'{self.source}: no column "{name}"{nearest(name, self.names)}')
+        require_known(name, self.names, f'{self.source}: no column "{name}"')
         return name
 
 
@@ -293,8 +291,7 @@ class ColumnMap:
 def column_map(table: Mapping[str, Any]) -> ColumnMap:
     """Read how a log is to be read from a table of TOML."""
     for key in table:
-        if key not in KEYS:
-            raise InputRefused(f"log.{key}: unknown key{nearest(key, KEYS)}")
+        require_known(key, KEYS, f"log.{key}: unknown key")
     columns = table_of("log.columns", table.get("columns", {}))
     found: dict[str, Any] = {"columns": {name: _column(name, entry) for name, entry in columns.items()}}
     for key, unit in (("sample_rate", "Hz"), ("start", "s"), ("end", "s")):
