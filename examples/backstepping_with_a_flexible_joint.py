@@ -9,7 +9,7 @@ import numpy as np
 import cabledrive as cd
 from cabledrive.control.backstepping import stability_margin
 from cabledrive.rig import Motion, track
-from cabledrive.rig.laws.baselines import backstepping_6
+from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controllers import DesignSpec
 
 drive, pulse = cd.load_drive("dissertation-3"), Motion(order=9)
@@ -19,7 +19,7 @@ for law in ("backstepping", "backstepping-6"):
     peaks[law] = run.summary["peak_error_deg"]
     print(f"{law:15s} {run.summary['gains']['bandwidth_hz']:5.1f} Hz  peak error {peaks[law]:.3f} deg")
 
-made = backstepping_6(DesignSpec(drive, pulse))
+made = backstepping(DesignSpec(drive, pulse), number=4)
 k = 1000  # 0.2 s into the pulse
 states = np.concatenate((run.angles[k], run.speeds[k]))
 margin = stability_margin(made.law, run.estimates[k], states, made.reference[k])

@@ -29,9 +29,8 @@ from cabledrive.identification.printer_spectrum import read_printer_spectrum
 from cabledrive.identification.spectrum_peaks import spectrum_peaks
 from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.parameters.drive_file import packaged_text
-from cabledrive.rig.experiment import load_excitation
+from cabledrive.rig.experiment import check_excitation, load_excitation
 from cabledrive.rig.plant_samples import load_disturbances
-from cabledrive.rig.setting import check_excitation
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.study import load_goals
 from drive_mutations import FILES
