@@ -14,7 +14,7 @@ from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.frequency_curves import varied_together
-from cabledrive.studies.mode_map import map_modes
+from cabledrive.studies.mode_map import Grid, map_modes
 from cabledrive.studies.route_snapshot import Snapshot, tracked
 from oracles.route_fem import frequencies_of_route
 
@@ -97,7 +97,7 @@ def drawn_lift(seed):
 def test_no_mode_of_finite_elements_lies_near_the_order_at_a_clear_speed(seed, measured):
     """Places between those of the map; finite elements of the file, a mode at each within the margin."""
     lift = drawn_lift(seed)
-    found = excitation(lift, {"car.y": np.linspace(5.0, 35.0, 7)}, [SHEAVE], ("car.y", 0.02, 0.8))
+    found = excitation(Grid(lift, {"car.y": np.linspace(5.0, 35.0, 7)}), [SHEAVE], ("car.y", 0.02, 0.8))
     rate = found.orders["sheave"]
     modes = []
     for place in (7.3, 18.1, 33.4):
@@ -120,7 +120,7 @@ def test_no_mode_of_finite_elements_lies_near_the_order_at_a_clear_speed(seed, m
 
 def test_zones_name_ropes_and_places_and_reach_as_far_as_the_order():
     lift = cd.load_drive("lift-2-to-1")
-    found = excitation(lift, {"car.y": np.linspace(5.0, 35.0, 7)}, [SHEAVE], ("car.y", 0.2, 1.0))
+    found = excitation(Grid(lift, {"car.y": np.linspace(5.0, 35.0, 7)}), [SHEAVE], ("car.y", 0.2, 1.0))
     assert found.covered >= found.orders["sheave"] * 1.0 * 1.05
     assert found.clear == (pytest.approx((0.2, 0.2902), abs=1e-4),), "not 0.742 to 1 m/s"
     named = {zone.mode.partition(",")[0] for zone in found.zones}
@@ -129,7 +129,7 @@ def test_zones_name_ropes_and_places_and_reach_as_far_as_the_order():
     heavy = [zone.weight for zone in found.zones]
     assert heavy == sorted(heavy, reverse=True)
     poles = Order(name="poles", pulley="traction sheave", number=6.0)
-    sixth = excitation(lift, {"car.y": [10.0, 20.0]}, [SHEAVE, poles], ("car.y", 0.2, 0.6))
+    sixth = excitation(Grid(lift, {"car.y": [10.0, 20.0]}), [SHEAVE, poles], ("car.y", 0.2, 0.6))
     assert max(z.weight for z in sixth.zones if z.order == "poles") <= 1.0 / 6.0
     assert sixth.clear == ()
 

@@ -17,7 +17,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.excitation import Order
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.mode_map import Listed, Vary, listed_below, points_of
+from cabledrive.studies.mode_map import Grid, Listed, listed_below, points_of
 
 MARGIN = 0.05
 _STRAINED = 1e-2
@@ -112,15 +112,7 @@ def frequency_per_speed(drive: Drive | RoutedDrive, order: Order, coordinate: st
 
 
 def excitation(
-    drive: Drive | RoutedDrive,
-    vary: Vary,
-    orders: Sequence[Order],
-    speed: tuple[str, float, float],
-    *,
-    margin: float = MARGIN,
-    motor: str | None = None,
-    hold: Sequence[str] = (),
-    workers: int = 1,
+    grid: Grid, orders: Sequence[Order], speed: tuple[str, float, float], *, margin: float = MARGIN
 ) -> Campbell:
     """Speeds at which orders of excitation come near a mode; ``speed``: a coordinate and its range.
 
@@ -134,9 +126,9 @@ def excitation(
     names = [order.name for order in orders]
     if not names or len(set(names)) < len(names):
         raise InputRefused("orders: name at least one, each with a name of its own")
-    rates_of = {order.name: frequency_per_speed(drive, order, coordinate) for order in orders}
+    rates_of = {order.name: frequency_per_speed(grid.drive, order, coordinate) for order in orders}
     covered = max(rates_of.values()) * high / (1.0 - margin)
-    axes, points = listed_below(drive, vary, covered, motor=motor, hold=hold, workers=workers)
+    axes, points = listed_below(grid, covered)
     places = points_of(axes)[0]
     branches = tuple(_branches(points))
     met = (

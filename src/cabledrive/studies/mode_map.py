@@ -32,6 +32,16 @@ FEW = 64
 """Points below which a second process would cost more than it saves."""
 
 
+class Grid(NamedTuple):
+    """A machine at every point of a grid, how its motor and bodies are held, and processes that share it."""
+
+    drive: Drive | RoutedDrive
+    vary: Vary
+    motor: str | None = None
+    hold: Sequence[str] = ()
+    workers: int = 1
+
+
 class Axis(NamedTuple):
     """Keys that move together along one dimension of a map."""
 
@@ -82,11 +92,11 @@ def map_modes(
     InputRefused
         If a key names no quantity of this drive, or no point of the map is a machine.
     """
-    axes = _checked(drive, vary, count)
-    held = condition(drive, motor) if isinstance(drive, RoutedDrive) else motor_condition(drive, motor)
-    jobs = [(drive, setting, count, held, tuple(hold)) for setting in _settings(axes)]
+    if not 0 < count <= MOST_MODES:
+        raise InputRefused(f"count = {count} must lie between 1 and {MOST_MODES}: list fewer at a time")
+    axes, held, solved = _over(Grid(drive, vary, motor, hold, workers), count, _point)
     points = []
-    for number, point in enumerate(_solved(jobs, workers, _point)):
+    for number, point in enumerate(solved):
         points.append(point)
         if progress is not None:
             progress(number + 1)
@@ -113,20 +123,10 @@ class Listed(NamedTuple):
     reason: str
 
 
-def listed_below(
-    drive: Drive | RoutedDrive,
-    vary: Vary,
-    below: float,
-    *,
-    motor: str | None = None,
-    hold: Sequence[str] = (),
-    workers: int = 1,
-) -> tuple[list[Axis], list[Listed]]:
+def listed_below(grid: Grid, below: float) -> tuple[list[Axis], list[Listed]]:
     """Every distinct mode below a frequency [Hz] at each point of a grid, in the order of `points_of`."""
-    axes = _checked(drive, vary, 1)
-    held = condition(drive, motor) if isinstance(drive, RoutedDrive) else motor_condition(drive, motor)
-    jobs = [(drive, setting, below, held, tuple(hold)) for setting in _settings(axes)]
-    points = list(_solved(jobs, workers, _below))
+    axes, _, solved = _over(grid, below, _below)
+    points = list(solved)
     if all(point.reason for point in points):
         raise InputRefused(f"no point of the map is a machine: {points[0].reason}")
     return axes, points
@@ -169,11 +169,9 @@ def _settings(axes: Sequence[Axis]) -> list[dict[str, float]]:
     ]
 
 
-def _checked(drive: Drive | RoutedDrive, vary: Vary, count: int) -> list[Axis]:
+def _checked(drive: Drive | RoutedDrive, vary: Vary) -> list[Axis]:
     if not vary:
         raise InputRefused("vary: no key is given: name at least one, with its values")
-    if not 0 < count <= MOST_MODES:
-        raise InputRefused(f"count = {count} must lie between 1 and {MOST_MODES}: list fewer at a time")
     axes = []
     for keys, values in vary.items():
         names = (keys,) if isinstance(keys, str) else tuple(keys)
@@ -190,6 +188,17 @@ def _checked(drive: Drive | RoutedDrive, vary: Vary, count: int) -> list[Axis]:
     if points > MOST_POINTS:
         raise InputRefused(f"the map has {points} points, at most {MOST_POINTS} are computed: take fewer")
     return axes
+
+
+def _over(grid: Grid, most: float, solve: Callable[[Any], Any]) -> tuple[list[Axis], str, Iterable[Any]]:
+    """Axes of a grid, how the motor is held, and its points; ``most``: modes, or frequency [Hz]."""
+    drive, axes = grid.drive, _checked(grid.drive, grid.vary)
+    if isinstance(drive, RoutedDrive):
+        held = condition(drive, grid.motor)
+    else:
+        held = motor_condition(drive, grid.motor)
+    jobs = [(drive, setting, most, held, tuple(grid.hold)) for setting in _settings(axes)]
+    return axes, held, _solved(jobs, grid.workers, solve)
 
 
 def _solved(jobs: list[tuple[Any, ...]], workers: int, solve: Callable[[Any], Any]) -> Iterable[Any]:

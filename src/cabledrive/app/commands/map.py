@@ -75,7 +75,7 @@ def command(
     from cabledrive.app.map_answer import map_answer, vary_of
     from cabledrive.parameters.excitation import order_of, speed_range
     from cabledrive.studies.excitation_orders import excitation
-    from cabledrive.studies.mode_map import map_modes
+    from cabledrive.studies.mode_map import Grid, map_modes
 
     if bool(orders) != (speed is not None):
         refuse_given("orders", "speed", why="needs both --order and --speed: add the other, or leave it out")
@@ -89,9 +89,7 @@ def command(
     excited = None
     if asked:
         reach = stated.range if speed is None and stated is not None else speed_range(speed or "")
-        excited = excitation(
-            drive, vary, asked, reach, margin=margin, motor=motor, hold=hold, workers=workers
-        )
+        excited = excitation(Grid(drive, vary, motor, hold, workers), asked, reach, margin=margin)
     data, text = map_answer(drive, found, excited)
     for file, content in ((output, _netcdf), (plot, _drawn), (page, _page)):
         if file is not None:
