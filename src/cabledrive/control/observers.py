@@ -180,14 +180,14 @@ def _recursion(shape: tuple[int, int], *parts: bytes) -> Array:
 
 def gain_schedule(transition: Array, noise: Array, output: Array, reading: Array, start: Array) -> Array:
     """Gain of each sample until it has settled, (samples, n, m), by the covariance in Joseph's form."""
-    covariance, gains, whole = start, np.zeros((LONGEST_SCHEDULE, *output.T.shape)), np.eye(len(start))
+    covariance, gains = start, np.zeros((LONGEST_SCHEDULE, *output.T.shape))
     for k in range(LONGEST_SCHEDULE):
         seen = output @ covariance
         gain = gains[k] = np.linalg.solve(seen @ output.T + reading, seen).T
-        kept = whole - gain @ output
-        corrected = kept @ covariance @ kept.T + gain @ reading @ gain.T
-        covariance = transition @ corrected @ transition.T + noise
-        if k > 100 and np.abs(gain - gains[k - 100]).max() <= SETTLED * np.abs(gain).max():
+        carried = transition @ gain
+        kept = transition - carried @ output
+        covariance = kept @ covariance @ kept.T + carried @ reading @ carried.T + noise
+        if k > 100 and k % 10 == 0 and np.abs(gain - gains[k - 100]).max() <= SETTLED * np.abs(gain).max():
             return gains[: k + 1].copy()
     return gains
 
