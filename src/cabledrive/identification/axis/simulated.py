@@ -274,10 +274,16 @@ def with_own_error(axis: Axis, found: Identification) -> Identification:
     """Inverse dynamics with its own errors in its intervals; as it was, and said, where they are unknown."""
     angles, values = [], values_of(found)
     for log in axis.logs:
-        driven = between_samples(log.channel(axis.torque))
-        speed, _ = integrate_rigid_axis(values, driven, log.interval, start=axis.start(log), slope=axis.slope)
-        farthest = FARTHEST * np.ptp(log.channel(axis.position))
-        stays = np.abs(speed).max() * log.interval < farthest  # before sums of it overflow
+        driven, farthest = (
+            between_samples(log.channel(axis.torque)),
+            FARTHEST * np.ptp(log.channel(axis.position)),
+        )
+        try:
+            start = axis.start(log)
+            speed, _ = integrate_rigid_axis(values, driven, log.interval, start=start, slope=axis.slope)
+            stays = np.abs(speed).max() * log.interval < farthest  # before sums of it overflow
+        except NotComputed:
+            stays = False
         if stays:
             angles.append(rounded_angles(speed, log.interval, log.report.quantum.get(axis.position, 0.0)))
         if not (stays and np.abs(angles[-1]).max() < farthest):
