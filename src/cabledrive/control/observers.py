@@ -34,10 +34,11 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
+from scipy.linalg.lapack import dposv
 
 from cabledrive.control.numbers import DIFFERENCE, IDEAL, KALMAN, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 
@@ -183,7 +184,10 @@ def gain_schedule(transition: Array, noise: Array, output: Array, reading: Array
     covariance, gains = start, np.zeros((LONGEST_SCHEDULE, *output.T.shape))
     for k in range(LONGEST_SCHEDULE):
         seen = output @ covariance
-        gain = gains[k] = np.linalg.solve(seen @ output.T + reading, seen).T
+        _, solved, failed = dposv(seen @ output.T + reading, seen)
+        if failed:
+            raise NotComputed("the gains of the filter: errors of the readings are not positive definite")
+        gain = gains[k] = solved.T
         carried = transition @ gain
         kept = transition - carried @ output
         covariance = kept @ covariance @ kept.T + carried @ reading @ carried.T + noise

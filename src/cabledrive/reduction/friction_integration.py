@@ -114,20 +114,26 @@ def chain_numbers(
 
 
 def integrate_rigid_axis(
-    values: Array, torque: Array, interval: float, *, start: float = 0.0, slope: float = 0.0
+    values: Array,
+    torque: Array,
+    interval: float,
+    *,
+    start: float = 0.0,
+    slope: float = 0.0,
+    varied: bool = False,
 ) -> tuple[Array, Array]:
     """Move one rigid axis, a chain of one.
 
     ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset; ``torque``, shape (samples,)
     [N m], on straight lines between samples; ``interval`` [s]; ``start``: speed at the first sample [rad/s];
-    ``slope``: K of c tanh(K w) [s/rad]; 0: set-valued friction.
+    ``slope``: K of c tanh(K w) [s/rad]; 0: set-valued friction; ``varied``: whether to find sensitivities.
     Returns ``speeds``, shape (samples,) [rad/s]; ``sensitivities``, shape (samples, 5): by the four
-    parameters and the speed at the start.
+    parameters and the speed at the start; else (samples, 0).
     Raises `NotComputed` if the motion leaves the finite numbers.
     """
     body = np.array([*values, 1.0, 0.0, 1.0, slope], dtype=float)[:, None]
     states = _states(
-        ChainNumbers(body, _NO_LINKS, _OF_AN_AXIS),
+        ChainNumbers(body, _NO_LINKS, _OF_AN_AXIS if varied else _STILL),
         torque,
         (float(interval), 1, 1.0),
         np.array([0.0, start]),
@@ -137,5 +143,5 @@ def integrate_rigid_axis(
     return states[:, 1, 0], states[:, 1, 1:]
 
 
-_NO_LINKS = np.zeros((5, 0))
+_NO_LINKS, _STILL = np.zeros((5, 0)), np.zeros((7, 0))
 _OF_AN_AXIS = np.stack([direction(1, name) for name in (*QUANTITIES[:4], "speed")], axis=1)

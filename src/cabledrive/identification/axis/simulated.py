@@ -112,14 +112,18 @@ class Case:
         inner = rows[self.inner]
         return inner if self.weights is None else whitened(inner, self.weights)
 
-    def moved(self, values: Array, torque: Array, start: float) -> tuple[Array, Array]:
-        """Speed of the model under a torque, and its sensitivities."""
-        return integrate_rigid_axis(values, torque, self.interval, start=start, slope=self.slope)
+    def moved(
+        self, values: Array, torque: Array, start: float, *, varied: bool = False
+    ) -> tuple[Array, Array]:
+        """Speed of the model under a torque, and its sensitivities where they are asked for."""
+        return integrate_rigid_axis(
+            values, torque, self.interval, start=start, slope=self.slope, varied=varied
+        )
 
     def residual(self, values: Array, start: float) -> tuple[Array, Array]:
         """Filtered, weighted difference of speeds, and sensitivities alike: of `BASE`, the start, the lag."""
         moved, _ = self.moved(values, self.torque, start)
-        before, along = self.moved(values, self.lines, start)
+        before, along = self.moved(values, self.lines, start, varied=True)
         if np.abs(along[self.inner, 4]).max() < FORGOTTEN:
             along[:, 4] = 0.0
         columns = [moved, along]
