@@ -76,12 +76,18 @@ def plainly(path: Path, folder: Path) -> Path:
     """A copy of a file that imports what it takes from ``cd``, the whole package, from where that is."""
     text = path.read_text(encoding="utf-8")
     used = set(re.findall(r"\bcd\.(\w+)", text))
-    tree = ast.parse((HERE / "src" / "cabledrive" / "__init__.py").read_text(encoding="utf-8"))
-    found = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
-    lines = [f"from {one.module} import {own.name}" for one in found for own in one.names if own.name in used]
+    lines = [f"from {module} import {name}" for module, name in names_of_package() if name in used]
     copy = folder / path.name
     copy.write_text(text.replace("import cabledrive as cd", "\n".join(lines)), encoding="utf-8")
     return copy
+
+
+@cache
+def names_of_package() -> list[tuple[str, str]]:
+    """Module and name of all that ``cd`` holds."""
+    tree = ast.parse((HERE / "src" / "cabledrive" / "__init__.py").read_text(encoding="utf-8"))
+    found = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
+    return [(str(one.module), own.name) for one in found for own in one.names]
 
 
 def helpers_of(path: Path) -> set[Path]:

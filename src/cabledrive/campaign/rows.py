@@ -45,12 +45,8 @@ def row_seeds(seed: int, first: int, last: int) -> NDArray[np.uint64]:
     return np.asarray((z ^ (z >> np.uint64(31))) >> np.uint64(11))
 
 
-EMPTY: dict[str, tuple[Any, Any]] = {
-    NUMBER: (np.float64, np.nan),
-    FLAG: (np.int8, UNKNOWN),
-    TEXT: (object, ""),
-}
-"""Type of an output by its kind, and its value before it is known."""
+STORED: dict[str, tuple[Any, Any]] = {NUMBER: (np.float64, np.nan), FLAG: (np.int8, UNKNOWN), TEXT: (str, "")}
+"""Type of a variable by its kind, and what stands where nothing is known."""
 
 
 def compute_rows(spec: CampaignSpec, first: int, last: int) -> Chunk:
@@ -70,8 +66,10 @@ def compute_rows(spec: CampaignSpec, first: int, last: int) -> Chunk:
         row = {key: column[i] for key, column in values.items()}
         given, chunk["code"][i], chunk["reason"][i] = _one(spec, row, int(chunk["seed"][i]))
         chunk["time"][i] = time.perf_counter() - began
-        for name in given.keys() & outputs.keys():
-            outputs[name][i] = _stored(given[name], outputs[name].dtype)
+        for output in spec.computation.outputs:
+            value = given.get(output.name)
+            if value is not None:
+                outputs[output.name][i] = value
     return chunk
 
 
@@ -79,8 +77,8 @@ def _begun(spec: CampaignSpec, first: int, last: int) -> tuple[Chunk, Chunk, Chu
     """Values of the keys and outputs by name, and the chunk that holds them, before anything is computed."""
     count, values, outputs = last - first, spec.values(first, last), {}
     for output in spec.computation.outputs:
-        dtype, fill = EMPTY[output.kind]
-        outputs[output.name] = np.full((count, *output.shape), fill, dtype=dtype)
+        dtype, fill = STORED[output.kind]
+        outputs[output.name] = np.full((count, *output.shape), fill, dtype=object if dtype is str else dtype)
     about = {
         "code": np.full(count, DONE, dtype=np.int8),
         "reason": np.full(count, "", dtype=object),
@@ -100,12 +98,6 @@ def lost_row(spec: CampaignSpec, row: int, why: str) -> Chunk:
 def joined(chunks: Sequence[Chunk]) -> Chunk:
     """Rows of several chunks as one."""
     return {name: np.concatenate([one[name] for one in chunks]) for name in chunks[0]}
-
-
-def _stored(value: Any, dtype: Any) -> Any:
-    """A value as its array takes it: an unknown flag is `UNKNOWN`, an unknown number NaN."""
-    fill = {"O": "", "i": UNKNOWN, "f": np.nan}
-    return fill[dtype.kind] if value is None else value
 
 
 def _one(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> tuple[Mapping[str, Any], int, str]:

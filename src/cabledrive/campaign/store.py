@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Output
-from cabledrive.campaign.rows import NOT_YET, UNKNOWN, Chunk, counts
+from cabledrive.campaign.rows import NOT_YET, STORED, UNKNOWN, Chunk, counts
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.files import sync_folder, umask
@@ -69,8 +69,6 @@ FORMAT = 1
 CAMPAIGN = "cabledrive_campaign"
 EXTRA = "campaigns need an extra: pip install 'cabledrive[campaign]'"
 STATUS = "code"
-STORED: dict[str, tuple[Any, Any]] = {NUMBER: ("f8", np.nan), FLAG: ("i1", UNKNOWN), TEXT: (str, "")}
-"""Type of a variable by its kind, and what stands where nothing is known."""
 
 
 def zarr_at_hand() -> Any:
@@ -128,42 +126,51 @@ def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
         }
     )
 
-    first = spec.values(0, 1)
-    keys = [
-        Output(
-            name=key,
-            unit=unit,
-            meaning=key,
-            kind=NUMBER if unit else FLAG if first[key].dtype == bool else TEXT,
-        )
-        for key, unit in spec.units.items()
-    ]
     meanings = "0 done, 1 defect, 2 refused, 3 not completed, -1 not yet computed"
-    about = (
-        ("i1", NOT_YET, Output(name=STATUS, unit="", meaning=f"status of the row: {meanings}", kind=TEXT)),
-        (str, "", Output(name="reason", unit="", meaning="why the row is not done, in one line", kind=TEXT)),
-        ("u8", 0, Output(name="seed", unit="", meaning="seed of the row's random numbers", kind=TEXT)),
-        ("f8", np.nan, Output(name="time", unit="s", meaning="time that the row took")),
-    )
-    variables = [(*STORED[one.kind], one) for one in (*keys, *spec.computation.outputs)]
-    for dtype, fill, one in (*variables, *about):
-        attributes: dict[str, Any] = {"long_name": one.meaning}
-        if one.kind == NUMBER:
-            attributes["units"] = "1" if one.unit == "count" else one.unit
-        elif one.kind == FLAG:
-            attributes |= {"flag_meanings": "unknown no yes", "flag_values": [UNKNOWN, 0, 1]}
+    variables: list[tuple[Output, dict[str, Any]]] = [
+        *((key, _attributes(key) | {"varied": 1}) for key in _keys(spec)),
+        *((output, _attributes(output)) for output in spec.computation.outputs),
+    ]
+    arrays = [(one.name, one.shape, one.dims, *STORED[one.kind], words) for one, words in variables]
+    arrays += [
+        (STATUS, (), (), np.int8, NOT_YET, {"long_name": f"status of the row: {meanings}"}),
+        ("reason", (), (), str, "", {"long_name": "why the row is not done, in one line"}),
+        ("seed", (), (), np.uint64, 0, {"long_name": "seed of the row's random numbers"}),
+        ("time", (), (), np.float64, np.nan, {"long_name": "time that the row took", "units": "s"}),
+    ]
+    for name, shape, dims, dtype, fill, words in arrays:
         group.create_array(
-            one.name,
-            shape=(rows, *one.shape),
-            chunks=(min(chunk, rows), *one.shape),
+            name,
+            shape=(rows, *shape),
+            chunks=(min(chunk, rows), *shape),
             dtype=dtype,
             fill_value=fill,
-            dimension_names=("row", *one.dims),
-            attributes=attributes | ({"varied": 1} if one in keys else {}),
+            dimension_names=("row", *dims),
+            attributes=words,
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the consolidated copy of the metadata is an extension of Zarr 3
         zarr.consolidate_metadata(str(folder))
+
+
+def _keys(spec: CampaignSpec) -> list[Output]:
+    """The keys that are varied, described as outputs are."""
+    first = spec.values(0, 1)
+    kinds = {
+        key: NUMBER if unit else FLAG if first[key].dtype == bool else TEXT
+        for key, unit in spec.units.items()
+    }
+    return [Output(name=key, unit=spec.units[key], meaning=key, kind=kind) for key, kind in kinds.items()]
+
+
+def _attributes(one: Output) -> dict[str, Any]:
+    """Name, and unit or meanings of the values, as the conventions of climate and forecast data have them."""
+    found: dict[str, Any] = {"long_name": one.meaning}
+    if one.kind == NUMBER:
+        found["units"] = "1" if one.unit == "count" else one.unit
+    elif one.kind == FLAG:
+        found |= {"flag_meanings": "unknown no yes", "flag_values": [UNKNOWN, 0, 1]}
+    return found
 
 
 def environment() -> dict[str, str]:

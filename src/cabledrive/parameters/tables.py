@@ -305,8 +305,8 @@ def _placed(value: Any, shaft: float | None) -> Any:
     if not isinstance(value, str) or KEY not in value:
         return value
     if ":" in value:
-        return ":".join(f"{part!r} m" if isinstance(part := _placed(end, shaft), float) else part
-                        for end in value.split(":"))  # fmt: skip
+        ends = (_placed(end, shaft) for end in value.split(":"))
+        return ":".join(f"{end!r} m" if isinstance(end, float) else end for end in ends)
     match = _TERM.fullmatch(value)
     if match is None:
         raise InputRefused(f'"{value[:60]}" is no place: write shaft, shaft - 2 m or 0.5 shaft + 1 m')

@@ -72,8 +72,8 @@ def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | No
     best, blocks = axis.recommended, list[Block]()
     if axis.refused is None:
         headline = f"{best.type} at {best.frequency:.1f} Hz"
-        blocks.append(Paragraph(text=Markup("Lines for the configuration of the printer:<br>{}").format(
-            Markup("<pre>{}</pre>").format(axis.configuration))))  # fmt: skip
+        lines = Markup("Lines for the configuration of the printer:<br><pre>{}</pre>")
+        blocks.append(Paragraph(text=lines.format(axis.configuration)))
     else:
         headline = f"No shaper is recommended: {axis.refused}"
     blocks += [Note(text=str(finding), tone="warning") for finding in axis.findings]

@@ -105,8 +105,8 @@ def _beyond_bounds(loop: Loop) -> list[str]:
     if made.law.kind != DARC or loop.own_plant is not None:
         return found
     if foreign(loop, actual) and loop.chain.names != plant_chain(actual, made.model).names:
-        return [f"the law of Model {made.model} has other inertias than the {loop.named}: its bounds of the "
-                "parameters cannot be checked"]  # fmt: skip
+        inertias = f"the law of Model {made.model} has other inertias than the {loop.named}"
+        return [f"{inertias}: its bounds of the parameters cannot be checked"]
     truth, learning = true_parameters(loop), made.law.learning
     slack = 1e-9 * np.maximum(np.abs(learning[LOW]), np.abs(learning[HIGH]))
     outside = (truth < learning[LOW] - slack) | (truth > learning[HIGH] + slack)

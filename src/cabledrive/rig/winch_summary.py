@@ -100,8 +100,10 @@ def summarize(
         "reshaped_fraction": float(reshaped.mean()) if len(record) else None,
         "gust": design.gust,
         "motion": {
-            "way": {name: float(setup.table[:, j].max() + setup.table[:, j].min())
-                    for j, name in enumerate(machine.names)},
+            "way": {
+                name: float(setup.table[:, j].max() + setup.table[:, j].min())
+                for j, name in enumerate(machine.names)
+            },
             "rise": move.duration,
             "pulses": len(setup.trajectory.moves) // 2,
             "order": setup.trajectory.order,
@@ -110,7 +112,7 @@ def summarize(
         "sample_rate": 1.0 / gains.interval,
         "internal_step": gains.interval / done.substeps,
         "seed": seed,
-    }  # fmt: skip
+    }
     places = setup.table[:: max(1, len(setup.table) // PLACES), :m]
     damping = least_damping(machine.numbers, gains, places, done.substeps)
     summary["least_damping"] = damping

@@ -259,7 +259,7 @@ def _stages(motion: PreparedMotion, detuned: float) -> list[tuple[SaggingNumbers
     for piece, (start, end) in enumerate(itertools.pairwise(edges)):
         knot, share = piece // PARTS, (piece % PARTS + 0.5) / PARTS
         one, other = numbers[knot]._asdict(), numbers[knot + 1]._asdict()
-        mixed = {name: (1.0 - share) * value + share * other[name]
-                 for name, value in one.items() if name not in ("counts", "followers")}  # fmt: skip
+        changing = one.keys() - {"counts", "followers"}
+        mixed = {name: (1.0 - share) * one[name] + share * other[name] for name in changing}
         stages.append((numbers[knot]._replace(**mixed), motion.torque[start:end]))
     return stages
