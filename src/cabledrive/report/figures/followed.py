@@ -144,8 +144,8 @@ def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Mod
         for place, row in enumerate(rows):
             _draw_row(axes, place, row[1], named=row is widest)
         values = [value for _, pair in rows for value in pair]
-        room = (max(values) / min(values)) ** 0.2  # for what stands beside the outermost marks
-        axes.set_xlim(min(values) / max(room, 3.4), max(values) * max(room**0.7, 2.6))
+        room = (max(values) / min(values)) ** 0.25  # for what stands beside the outermost marks
+        axes.set_xlim(min(values) / max(room, 3.4), max(values) * max(room**0.56, 2.6))
         log_axis(axes, "x", 560.0)
         axes.set_xlabel("frequency [Hz]")
         axes.set_ylim(len(rows) - 0.4, -0.9)
