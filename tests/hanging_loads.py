@@ -44,7 +44,7 @@ def scaled_transporter(drive):
 def drawn(plant, generator):
     """A random plant about another."""
     moved = {n: getattr(plant, n) * (1.0 + s * generator.uniform(-1.0, 1.0)) for n, s in SPREADS.items()}
-    return replace(plant, **moved, offset=float(generator.uniform(-0.3, 0.3)))
+    return plant._replace(**moved, offset=float(generator.uniform(-0.3, 0.3)))
 
 
 def residual_motion(drive, law, *, runs=8, seed=0, among=False, gust=0.0):
@@ -63,7 +63,7 @@ def along_the_way(drive, law, *, positions=41, rigidity=1.0):
     """Largest real part of a pole [1/s] and frequencies [Hz] of the frozen plant at places along the way."""
     move, interval = CarriageMove(), sample_interval(drive)
     design = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
-    plant = replace(design, axial_rigidity=rigidity * design.axial_rigidity)
+    plant = design._replace(axial_rigidity=rigidity * design.axial_rigidity)
     places = np.linspace(design.start - MARGIN, design.start + move.distance + MARGIN, positions)
     made = made_law(drive, design, law, move)
     largest = [np.abs(frozen_poles(made, plant, float(x), interval)).max() for x in places]

@@ -12,9 +12,8 @@ from cabledrive.report.study.verdict import verdict_chapter
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.carriage import (
+    CarriageCase,
     carriage_model,
-    case_of,
-    loop_at,
     missing_for_carriage,
 )
 from cabledrive.studies.study.check_stage import _rounded_up, goals_for
@@ -89,7 +88,7 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
     assert quick.verdict.reasons[0].startswith("speed")
     assert quick.controller is None
     slower = goals_for(BELT, replace(ASKED, duration=quick.demand.shortest))
-    speed = np.abs(case_of(BELT, slower).reference[:, 4]).max() / BELT.drive_pulley.radius
+    speed = np.abs(CarriageCase(BELT, slower).reference[:, 4]).max() / BELT.drive_pulley.radius
     assert speed <= BELT.motor.speed_limit
     assert speed > 0.99 * BELT.motor.speed_limit, f"observed {speed:.2f} rad/s"
 
@@ -160,8 +159,8 @@ def test_what_is_proposed_is_rounded_to_two_digits_and_lies_on_the_free_span():
     assert [_rounded_up(value) for value in (0.15, 0.151, 3.1)] == [0.15, 0.2, 4.0]
     left = 0.98 * BELT.span_length - BELT.carriage[0].position
     assert 0.45 * left < goals_for(BELT, replace(ASKED, travel=None)).travel <= 0.5 * left
-    case = case_of(BELT, goals_for(BELT, ASKED))
-    assert loop_at(case, 5.0).law.grid[0] == pytest.approx(case.ends[0] - 0.02 * BELT.span_length)
+    case = CarriageCase(BELT, goals_for(BELT, ASKED))
+    assert case.loop(5.0).law.grid[0] == pytest.approx(case.ends[0] - 0.02 * BELT.span_length)
 
 
 # --- What a study says of the error of a carriage holds on plants that it never drew

@@ -5,7 +5,7 @@ Displacements are those of the cable at each body: :math:`q_1 = r\theta_1`, the 
 :math:`EA/x`, :math:`EA/(L - x)` and :math:`EA/L`, so that modes change along the way.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,7 @@ SWING_RATIO = 0.005
 """Damping ratio of the swing where none is known."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Transporter:
+class Transporter(NamedTuple):
     """A loop with a carriage on its upper span, and a mass on a line below the carriage."""
 
     span_length: float  # L [m]

@@ -18,21 +18,6 @@ from cabledrive.rig.setting import sample_interval, torque_limit
 from cabledrive.trajectories import Move, Trajectory
 
 
-class TransporterPlant(NamedTuple):
-    """Numbers of the plant; displacements from the start, forces at the rim.
-
-    ``lengths``: span, carriage's start, both unstretched [m]; line [m]. ``cable``: EA [N], prestrain, damping
-    time [s]. ``masses``: drive pulley with motor, carriage, load pulley, payload [kg]. ``friction``: motor's
-    viscous [N s/m], Coulomb and constant force [N], rail [N s/m], swing [1/s]. ``gravity`` [m/s^2].
-    """
-
-    lengths: Array
-    cable: Array
-    masses: Array
-    friction: Array
-    gravity: float
-
-
 class CarriageLoop(NamedTuple):
     """Everything of a run but the plant."""
 
@@ -45,22 +30,21 @@ class CarriageLoop(NamedTuple):
 
 
 @njit
-def strand_tensions(plant: TransporterPlant, x: Array, tensions: Array) -> None:
+def strand_tensions(plant: Transporter, x: Array, tensions: Array) -> None:
     """Tension of the three strands, none of which can push, Eq. (T.2); x: 4 coordinates, 4 rates."""
-    span, start = plant.lengths[0], plant.lengths[1]
-    rigidity, prestrain, time = plant.cable[0], plant.cable[1], plant.cable[2]
-    grown = 1.0 + prestrain
+    span, start, time = plant.span_length, plant.start, plant.damping_time
+    grown = 1.0 + plant.pretension / plant.axial_rigidity
     natural = (start + x[0] / grown, span - start - x[2] / grown, span + (x[2] - x[0]) / grown)
     actual = (start * grown + x[1], (span - start) * grown - x[1], span * grown)
     rate = (x[5] - x[4], x[6] - x[5], x[4] - x[6])
     for i in range(3):
         strain = actual[i] / natural[i] - 1.0 + time * rate[i] / natural[i]
-        tensions[i] = max(rigidity * strain, 0.0)
+        tensions[i] = max(plant.axial_rigidity * strain, 0.0)
 
 
 @njit
 def transporter_rates(
-    plant: TransporterPlant, x: Array, push: tuple[float, float], stuck: bool, tensions: Array, out: Array
+    plant: Transporter, x: Array, push: tuple[float, float], stuck: bool, tensions: Array, out: Array
 ) -> float:
     """Rates of the states, Eq. (T.10); returns the force on the motor without its Coulomb friction.
 
@@ -68,37 +52,38 @@ def transporter_rates(
     its prestrain: it gives T (1 + e / 2) / (1 + prestrain), the derivative of the energy by what is fed, so
     that none is lost.
     """
-    cable, masses, friction = plant.cable, plant.masses, plant.friction
     strand_tensions(plant, x, tensions)
+    rigidity = plant.axial_rigidity
+    grown = 1.0 + plant.pretension / rigidity
     first, second, third = tensions[0], tensions[1], tensions[2]
-    first *= (1.0 + 0.5 * first / cable[0]) / (1.0 + cable[1])
-    second *= (1.0 + 0.5 * second / cable[0]) / (1.0 + cable[1])
-    third *= (1.0 + 0.5 * third / cable[0]) / (1.0 + cable[1])
-    motor = push[0] + friction[2] + first - third - friction[0] * x[4]
+    first *= (1.0 + 0.5 * first / rigidity) / grown
+    second *= (1.0 + 0.5 * second / rigidity) / grown
+    third *= (1.0 + 0.5 * third / rigidity) / grown
+    motor = push[0] + plant.offset + first - third - plant.viscous * x[4]
     for i in range(4):
         out[i] = x[4 + i]
-    slip = np.sign(x[4] if x[4] != 0.0 or abs(motor) <= friction[1] else motor)
-    out[4] = 0.0 if stuck else (motor - slip * friction[1]) / masses[0]
-    line, payload, wind = plant.lengths[2], masses[3], push[1]
+    slip = np.sign(x[4] if x[4] != 0.0 or abs(motor) <= plant.coulomb else motor)
+    out[4] = 0.0 if stuck else (motor - slip * plant.coulomb) / plant.drive_mass
+    line, payload, wind = plant.line_length, plant.payload_mass, push[1]
     s, c, turn = sin(x[3]), cos(x[3]), x[7]
-    back = plant.gravity * s + friction[4] * line * turn
-    pull = tensions[1] - tensions[0] - friction[3] * x[5] + wind * (1.0 - c * c)
+    back = plant.gravity * s + plant.swing_damping * plant.gravity / line * line * turn
+    pull = tensions[1] - tensions[0] - plant.rail_friction * x[5] + wind * (1.0 - c * c)
     pull += payload * (line * turn * turn * s + c * back)
-    out[5] = pull / (masses[1] + payload * (1.0 - c * c))
-    out[6] = (third - second) / masses[2]
+    out[5] = pull / (plant.carriage_mass + payload * (1.0 - c * c))
+    out[6] = (third - second) / plant.load_mass
     out[7] = (wind * c / payload - back - c * out[5]) / line
     return motor
 
 
 @njit
 def transporter_advance(
-    plant: TransporterPlant, x: Array, push: tuple[float, float], step: float, tensions: Array, work: Array
+    plant: Transporter, x: Array, push: tuple[float, float], step: float, tensions: Array, work: Array
 ) -> None:
     """One internal step of fourth order; a motor that turns in it stops at its end and may stick."""
     stuck = x[4] == 0.0
     if stuck:
         motor = transporter_rates(plant, x, push, True, tensions, work[0])
-        stuck = abs(motor) <= plant.friction[1]
+        stuck = abs(motor) <= plant.coulomb
     before = x[4]
     weights = (0.0, 0.5, 0.5, 1.0)
     for stage in range(4):
@@ -112,14 +97,14 @@ def transporter_advance(
 
 
 @njit
-def run_transporter(loop: CarriageLoop, plant: TransporterPlant, phases: Array, x: Array, log: Array) -> int:
+def run_transporter(loop: CarriageLoop, plant: Transporter, phases: Array, x: Array, log: Array) -> int:
     """Run all samples, rows as `run_carriage` has them; returns the sample at which the run ended."""
-    reference, count, lengths = loop.reference, loop.one_count, plant.lengths
+    reference, count = loop.reference, loop.one_count
     estimate, fresh = np.zeros(loop.law.transition.shape[1]), np.zeros(loop.law.transition.shape[1])
     readings, tensions, work = np.zeros(2), np.zeros(3), np.zeros((5, 8))
     for k in range(reference.shape[0]):
-        place = lengths[1] + x[1]
-        if not 0.0 < place < lengths[0]:
+        place = plant.start + x[1]
+        if not 0.0 < place < plant.span_length:
             return k
         for j in range(2):
             readings[j] = count * np.rint(x[2 * j] / count + phases[j]) if count > 0.0 else x[2 * j]
@@ -127,7 +112,7 @@ def run_transporter(loop: CarriageLoop, plant: TransporterPlant, phases: Array, 
         strand_tensions(plant, x, tensions)
         for i in range(8):
             log[k, i] = x[i]
-        log[k, 8] = x[1] + lengths[2] * sin(x[3])
+        log[k, 8] = x[1] + plant.line_length * sin(x[3])
         for i in range(3):
             log[k, 9 + i] = tensions[i]
         log[k, 12] = force
@@ -146,26 +131,13 @@ CARRIAGE, PAYLOAD, TENSIONS, FORCE, ESTIMATE = 1, 8, 9, 12, 13
 """Columns of a log; eight states come first, three tensions stand from `TENSIONS` on."""
 
 
-def plant_of(t: Transporter) -> TransporterPlant:
-    """The transporter as the compiled run takes it."""
-    return TransporterPlant(
-        lengths=np.array([t.span_length, t.start, t.line_length]),
-        cable=np.array([t.axial_rigidity, t.pretension / t.axial_rigidity, t.damping_time]),
-        masses=t.masses,
-        friction=np.array(
-            [t.viscous, t.coulomb, t.offset, t.rail_friction, t.swing_damping * t.gravity / t.line_length]
-        ),
-        gravity=t.gravity,
-    )
-
-
 def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array:
     """Run a plant under the law; ``phases``, shape (2,) [counts]; returns the log, shape (samples, 23).
 
     It is shorter where a strand went slack or the carriage left its span.
     """
     log = np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
-    return log[: run_transporter(loop, plant_of(plant), phases, np.zeros(8), log)]
+    return log[: run_transporter(loop, plant, phases, np.zeros(8), log)]
 
 
 MARGIN = 0.05

@@ -18,20 +18,11 @@ from numpy.linalg import LinAlgError
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
+from cabledrive.rig.carriage import run_carriage
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.margins import closed_loop, response, sampled_controller, sampled_plant
 from cabledrive.rig.tracking import summarize
-from cabledrive.studies.study.carriage import (
-    CarriageCase,
-    carriage_values,
-    case_of,
-    errors,
-    growth,
-    loop_at,
-    torque_of,
-    transporter_with,
-    whole_run,
-)
+from cabledrive.studies.study.carriage import CarriageCase
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.sampled_plants import LoadCase, with_values
@@ -220,7 +211,7 @@ def design_carriage_law(
     drive: Drive, goals: Goals, quantities: Mapping[str, Quantity], left_out: float
 ) -> CarriageController:
     """The scheduled law with the smallest estimated error; ``left_out``: what the model leaves out [m]."""
-    case = case_of(drive, goals)
+    case = CarriageCase(drive, goals)
     lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
     every = [share * lowest for share in SHARES]
     if case.hanging:
@@ -258,27 +249,27 @@ def evaluate_carriage(
     """What one bandwidth costs: ``shares``: what each number adds [m]; ``hertz``, ``left_out`` [Hz], [m]."""
     empty = CarriageCandidate(bandwidth=hertz)
     try:
-        ideal, real = (loop_at(case, hertz, ideal=kind) for kind in (True, False))
+        ideal, real = (case.loop(hertz, ideal=kind) for kind in (True, False))
     except LinAlgError as failure:
         return replace(empty, refused=f"no feedback or observer exists: {failure}"), {}
-    best, cable = carriage_values(case.drive, case.goals), quantities["cable_stiffness"]
+    cable = quantities["cable_stiffness"]
     tried = {"the cable at its best value": cable.value}
     tried |= dict(zip(("the cable at its softest", "the cable at its stiffest"), cable.outer, strict=True))
-    plants = {
-        words: transporter_with(case.drive, best | {"cable_stiffness": stiff})
-        for words, stiff in tried.items()
-    }
-    rate, place, bound = max((*growth(case, real, plant), words) for words, plant in plants.items())
+    rate, place, bound = max(
+        (*case.growth(real, case.plant({"cable_stiffness": stiff})), words) for words, stiff in tried.items()
+    )
     empty = replace(empty, growth=rate)
     if rate >= 0.0:
         return replace(empty, refused=f"unstable at {place:.3g} m, {bound}"), {}
-    clean, seen = whole_run(case, ideal, {}, CENTRED), whole_run(case, real, {}, OFF)
+    clean, seen = (
+        run_carriage(*given) for given in ((ideal, case.design, CENTRED), (real, case.design, OFF))
+    )
     if min(len(clean), len(seen)) < len(case.reference):
         return replace(empty, refused="a strand goes slack, or the carriage leaves its span"), {}
 
     def error(values: Mapping[str, float]) -> Array | None:
-        log = whole_run(case, ideal, values, CENTRED) if values else clean
-        return errors(case, log) if len(log) == len(case.reference) else None
+        log = run_carriage(ideal, case.plant(values), CENTRED) if values else clean
+        return case.errors(log) if len(log) == len(case.reference) else None
 
     found = moved_within(quantities, quantities, error)
     if found is None:
@@ -287,11 +278,11 @@ def evaluate_carriage(
     largest = {name: np.abs(both).max(axis=0) for name, both in found.items()}
     # At every sample by squares: the numbers are drawn independently of one another.
     moved = np.sqrt(
-        np.sum([np.zeros_like(errors(case, clean)), *(one**2 for one in largest.values())], axis=0)
+        np.sum([np.zeros_like(case.errors(clean)), *(one**2 for one in largest.values())], axis=0)
     )
-    nominal = np.abs(errors(case, clean))
-    sensors = float(np.abs(errors(case, seen) - errors(case, clean)).max())
-    torque, saturated = torque_of(case, seen)
+    nominal = np.abs(case.errors(clean))
+    sensors = float(np.abs(case.errors(seen) - case.errors(clean)).max())
+    torque, saturated = case.torque(seen)
     return replace(
         empty,
         nominal=float(nominal.max()),

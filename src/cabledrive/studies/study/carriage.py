@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import ceil, pi
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control.transporter import (
     ENCODERS,
@@ -27,7 +27,7 @@ from cabledrive.reduction.transporter import (
     strand_stiffness,
     transporter_of,
 )
-from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, force_limit, run_carriage
+from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, force_limit
 from cabledrive.rig.setting import DEGREE, current_rate, sample_interval
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, with_load
@@ -122,7 +122,7 @@ def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
 
 def cable_frequency(transporter: Transporter, position: float) -> float:
     """Frequency of the carriage on the cable, without what hangs below it [Hz]; ``position`` [m]."""
-    bare = replace(transporter, payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
+    bare = transporter._replace(payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
     return float(frozen_frequencies(bare, position)[1]) / (2.0 * pi)
 
 
@@ -164,8 +164,7 @@ def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
         rail_friction=values["rail_friction"],
     )
     damping = 2.0 * (SWING_RATIO if hanging else GRAIN_RATIO) * (base.line_length / gravity) ** 0.5
-    return replace(
-        base,
+    return base._replace(
         axial_rigidity=values["cable_stiffness"] * drive.span_length,
         damping_time=values["cable_damping"] / r / values["cable_stiffness"],
         drive_mass=values["near_inertia"] / r**2,
@@ -186,117 +185,88 @@ STILL = 1e-9
 """Speed below which the carriage is to stand, over the largest."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarriageCase:
-    """What every run of a carriage shares."""
+    """A carriage along its motion, the feedforward made once: what all its runs share."""
 
-    drive: Drive
-    design: Transporter  # with the best values
-    goals: Goals
-    hanging: bool  # whether a mass hangs below the carriage
-    # (samples,): motion profile of the hanging mass, or of the carriage where nothing hangs [m]
-    wanted: Array
-    standing: NDArray[np.bool_]  # (samples,): when a move is over and the next has not begun
-    reference: Array  # (samples, 10)
-    # interval, count, limit: sample time [s], count at the rim [m], largest force at the rim [N]
-    interval: float
-    count: float
-    limit: float
-    reads: tuple[int, ...]  # pulleys with an encoder
-    substeps: int
-
-    ends: tuple[float, float]  # of the way, from the drive pulley [m]
-
-    @property
-    def places(self) -> Array:
-        """Where poles are looked at, shape (9,) [m]."""
-        return np.asarray(np.linspace(*self.ends, LOOKED_AT), dtype=np.float64)
+    def __init__(self, drive: Drive, goals: Goals) -> None:
+        assert goals.travel is not None
+        assert goals.duration is not None
+        self.drive, self.values = drive, carriage_values(drive, goals)
+        self.design, self.interval = transporter_with(drive, self.values), sample_interval(drive)
+        self.hanging = goals.hanging_mass is not None
+        way = pulse(goals.travel, goals.duration, goals.dwell, pulses=goals.pulses, order=goals.order)
+        time = np.asarray(self.interval * np.arange(round(way.duration / self.interval)), dtype=np.float64)
+        y, sensors, (first, second) = way(time, 6), drive.sensors, drive.pulley
+        assert sensors is not None
+        # (samples,): motion profile of the hanging mass, or of the carriage where nothing hangs [m]
+        self.wanted: Array = y[0]
+        # (samples,): when a move is over and the next has not begun
+        self.standing = (np.abs(y[1]) <= STILL * np.abs(y[1]).max()) & (time >= goals.duration)
+        self.reference = flat_motion(self.design, y, self.interval)  # (samples, 10)
+        # at the rim: a count [m], the largest force [N]
+        self.count = 2.0 * pi * first.radius / (sensors.drive_encoder or sensors.motor_encoder or np.inf)
+        other = 2.0 * pi * second.radius / (sensors.load_encoder or np.inf)
+        self.reads = ENCODERS if abs(other / self.count - 1.0) < 1e-9 else ENCODERS[:1]  # both, of one count
+        limit = np.inf if goals.torque is None else goals.torque / self.design.radius
+        self.limit = min(force_limit(drive), limit)
+        self.ends = (self.design.start, self.design.start + goals.travel)  # of the way [m]
+        fastest = 1.2 * max(float(frozen_frequencies(self.design, x).max()) for x in self.ends)
+        self.substeps = max(LEAST_SUBSTEPS, ceil(fastest * self.interval / FINE))
+        self.places: Array = np.linspace(*self.ends, LOOKED_AT)  # where poles are looked at [m]
 
     @property
     def cable_frequencies(self) -> Array:
         """Of the carriage on the cable at those places, shape (9,) [Hz]."""
         return np.array([cable_frequency(self.design, float(x)) for x in self.places])
 
+    @property
+    def left_out(self) -> float:
+        """Largest windup of the joint along the motion, and the whole of its backlash, at the rim [m]."""
+        motor, r, windup = self.drive.motor, self.design.radius, 0.0
+        assert motor is not None
+        if motor.joint_stiffness is not None:
+            windup = float(np.abs(self.reference[:, 8]).max()) * r**2 / motor.joint_stiffness
+        return windup + motor.backlash * r
 
-def case_of(drive: Drive, goals: Goals) -> CarriageCase:
-    """The motion and its feedforward, made once."""
-    assert goals.travel is not None
-    assert goals.duration is not None
-    design, interval = transporter_with(drive, carriage_values(drive, goals)), sample_interval(drive)
-    way = pulse(goals.travel, goals.duration, goals.dwell, pulses=goals.pulses, order=goals.order)
-    time = np.asarray(interval * np.arange(round(way.duration / interval)), dtype=np.float64)
-    y, sensors, (first, second) = way(time, 6), drive.sensors, drive.pulley
-    assert sensors is not None
-    count = 2.0 * pi * first.radius / (sensors.drive_encoder or sensors.motor_encoder or np.inf)
-    other = 2.0 * pi * second.radius / (sensors.load_encoder or np.inf)
-    reads = ENCODERS if abs(other / count - 1.0) < 1e-9 else ENCODERS[:1]  # both, of one count
-    limit = min(force_limit(drive), np.inf if goals.torque is None else goals.torque / design.radius)
-    ends = (design.start, design.start + goals.travel)
-    fastest = 1.2 * max(float(frozen_frequencies(design, x).max()) for x in ends)
-    return CarriageCase(
-        drive=drive,
-        design=design,
-        goals=goals,
-        ends=ends,
-        hanging=goals.hanging_mass is not None,
-        wanted=y[0],
-        standing=(np.abs(y[1]) <= STILL * np.abs(y[1]).max()) & (time >= goals.duration),
-        reference=flat_motion(design, y, interval),
-        interval=interval,
-        count=count,
-        limit=limit,
-        reads=reads,
-        substeps=max(LEAST_SUBSTEPS, ceil(fastest * interval / FINE)),
-    )
+    def loop(self, hertz: float, *, ideal: bool = False) -> CarriageLoop:
+        """The scheduled law of a bandwidth, ready to run; ``hertz`` [Hz]."""
+        same: dict[str, Any] = {"interval": self.interval, "count": self.count}
+        beyond = MARGIN * self.design.span_length
+        law = scheduled_law(
+            self.design,
+            **same,
+            limit=self.limit,
+            positions=np.linspace(self.ends[0] - beyond, self.ends[1] + beyond, POSITIONS),
+            tuning=tuning_for(self.design, 2.0 * pi * hertz, **same, hanging=self.hanging),
+            reads=self.reads,
+        )
+        still, count = np.zeros(len(self.reference)), 0.0 if ideal else self.count
+        return CarriageLoop(law, self.reference, still, self.interval, self.substeps, count)
 
+    def plant(self, values: Mapping[str, float]) -> Transporter:
+        """The machine with other values."""
+        return transporter_with(self.drive, self.values | dict(values))
 
-def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> CarriageLoop:
-    """The scheduled law of a bandwidth, ready to run; ``hertz`` [Hz]."""
-    tuning = tuning_for(
-        case.design, 2.0 * pi * hertz, interval=case.interval, count=case.count, hanging=case.hanging
-    )
-    beyond = MARGIN * case.design.span_length
-    law = scheduled_law(
-        case.design,
-        interval=case.interval,
-        count=case.count,
-        limit=case.limit,
-        positions=np.linspace(case.ends[0] - beyond, case.ends[1] + beyond, POSITIONS),
-        tuning=tuning,
-        reads=case.reads,
-    )
-    still, count = np.zeros(len(case.reference)), 0.0 if ideal else case.count
-    return CarriageLoop(law, case.reference, still, case.interval, case.substeps, count)
+    def growth(self, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:
+        """Largest real part of a pole of law, observer and frozen plant on the way [1/s], and where [m]."""
+        radius = [
+            float(np.abs(frozen_poles(loop.law, plant, float(x), self.interval, WIND_TIME)).max())
+            for x in self.places
+        ]
+        worst = int(np.argmax(radius))
+        return float(np.log(radius[worst])) / self.interval, float(self.places[worst])
 
+    def errors(self, log: Array) -> Array:
+        """Error of the carriage, and of a mass below it, along a log: shape (1 or 2, samples) [m]."""
+        n = len(log)
+        if not self.hanging:
+            return np.asarray(log[:, CARRIAGE] - self.wanted[:n], dtype=np.float64)[None]
+        return np.array([log[:, CARRIAGE] - self.reference[:n, CARRIAGE], log[:, PAYLOAD] - self.wanted[:n]])
 
-def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:
-    """Largest real part of a pole of law, observer and frozen plant along the way [1/s], and where [m]."""
-    radius = [
-        float(np.abs(frozen_poles(loop.law, plant, float(x), case.interval, WIND_TIME)).max())
-        for x in case.places
-    ]
-    worst = int(np.argmax(radius))
-    return float(np.log(radius[worst])) / case.interval, float(case.places[worst])
-
-
-def errors(case: CarriageCase, log: Array) -> Array:
-    """Error of the carriage, and of a mass below it, along a log: shape (1 or 2, samples) [m]."""
-    n = len(log)
-    if not case.hanging:
-        return np.asarray(log[:, CARRIAGE] - case.wanted[:n], dtype=np.float64)[None]
-    return np.array([log[:, CARRIAGE] - case.reference[:n, CARRIAGE], log[:, PAYLOAD] - case.wanted[:n]])
-
-
-def whole_run(case: CarriageCase, loop: CarriageLoop, values: Mapping[str, float], phases: Array) -> Array:
-    """One run on a plant with other values, rows as `run_carriage` has; ``phases``, shape (2,) [counts]."""
-    given = carriage_values(case.drive, case.goals) | dict(values)
-    return run_carriage(loop, transporter_with(case.drive, given), phases)
-
-
-def torque_of(case: CarriageCase, log: Array) -> tuple[float, float]:
-    """Largest torque of a run [N m], and the share of the samples at the limit."""
-    force = np.abs(log[:, FORCE])
-    return float(force.max()) * case.design.radius, float(np.mean(force >= (1.0 - 1e-9) * case.limit))
+    def torque(self, log: Array) -> tuple[float, float]:
+        """Largest torque of a run [N m], and the share of the samples at the limit."""
+        force = np.abs(log[:, FORCE])
+        return float(force.max()) * self.design.radius, float(np.mean(force >= (1.0 - 1e-9) * self.limit))
 
 
 LONGEST, HALVINGS = 64.0, 12
@@ -320,7 +290,7 @@ class CarriageModel:
 
 def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
     """Hold the model's frequency against the certified one along the way."""
-    case, machine = case_of(drive, goals), with_measured_stiffness(drive)
+    case, machine = CarriageCase(drive, goals), with_measured_stiffness(drive)
     places = tuple(np.linspace(*case.ends, 3).tolist())
 
     def certified(position: float) -> float:
@@ -335,17 +305,7 @@ def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
             f"the carriage model has a massless cable, and its frequency is {100 * off:.2g} % from the "
             f"distributed cable's; {100 * RIGHT:g} % are allowed: a model with the cable's mass is needed"
         )
-    left_out = left_out_of(case)
-    return CarriageModel(positions=places, lumped=lumped, exact=exact, left_out=left_out, reason=reason)
-
-
-def left_out_of(case: CarriageCase) -> float:
-    """Largest windup of the joint along the motion, and the whole of its backlash, at the rim [m]."""
-    motor, r, windup = case.drive.motor, case.design.radius, 0.0
-    assert motor is not None
-    if motor.joint_stiffness is not None:
-        windup = float(np.abs(case.reference[:, 8]).max()) * r**2 / motor.joint_stiffness
-    return windup + motor.backlash * r
+    return CarriageModel(positions=places, lumped=lumped, exact=exact, left_out=case.left_out, reason=reason)
 
 
 def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
@@ -370,7 +330,7 @@ def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
 
 
 def _demands(drive: Drive, goals: Goals) -> tuple[Demand, ...]:
-    case = case_of(drive, goals)
+    case = CarriageCase(drive, goals)
     assert drive.motor is not None
     row, r = case.reference, case.design.radius
     limit, speed = case.limit * r, drive.motor.speed_limit

@@ -25,7 +25,7 @@ from cabledrive.rig.setting import check_record
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, no_laws, try_laws
 from cabledrive.studies.study.bandwidth_cost import CarriageController
-from cabledrive.studies.study.carriage import case_of, loop_at
+from cabledrive.studies.study.carriage import CarriageCase
 from cabledrive.studies.study.check_stage import CheckResult, check, goals_for
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
@@ -309,7 +309,7 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
         return None
     if isinstance(control, CarriageController):  # tables over the carriage's place; forces at the rim
         assert control.bandwidth is not None
-        machine = case_of(result.known, result.goals)
+        machine = CarriageCase(result.known, result.goals)
         limit = machine.limit * machine.design.radius
         return {
             "about": "See cabledrive.control.transporter.ScheduledLaw and scheduled_kernels beside it",
@@ -320,7 +320,7 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
             "count": machine.count,
             "encoders": ["drive", "load"] if control.both else ["drive"],
             "torque_limit": limit if np.isfinite(limit) else None,
-            "law": plain_numbers(loop_at(machine, control.bandwidth).law._asdict()),
+            "law": plain_numbers(machine.loop(control.bandwidth).law._asdict()),
             "stated_bound": None,
             "study": said,
         }

@@ -16,7 +16,7 @@ from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.rig.carriage import FORCE, TENSIONS
+from cabledrive.rig.carriage import FORCE, TENSIONS, run_carriage
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.load_learning import KINDS
@@ -34,16 +34,11 @@ from cabledrive.studies.study.bandwidth_cost import (
     evaluate,
 )
 from cabledrive.studies.study.carriage import (
+    CarriageCase,
     CarriageModel,
     carriage_demand,
     carriage_model,
-    case_of,
-    errors,
     know_carriage,
-    left_out_of,
-    loop_at,
-    torque_of,
-    whole_run,
 )
 from cabledrive.studies.study.check_stage import demand_of
 from cabledrive.studies.study.goals import Goals
@@ -338,15 +333,15 @@ class CarriageRuns:
     encoders = 2
 
     def __init__(self, drive: Drive, goals: Goals, bandwidth: float) -> None:
-        self.case = case_of(drive, goals)
-        self.loop, self.left_out = loop_at(self.case, bandwidth), left_out_of(self.case)
+        self.case = CarriageCase(drive, goals)
+        self.loop, self.left_out = self.case.loop(bandwidth), self.case.left_out
 
     def run(self, values: Mapping[str, float], phases: Array) -> Score:
         """Errors of the carriage and of the mass below it, whichever is larger."""
         case = self.case
-        log = whole_run(case, self.loop, values, phases)
-        off, standing = np.abs(errors(case, log)).max(axis=0), case.standing[: len(log)]
-        torque, saturated = torque_of(case, log)
+        log = run_carriage(self.loop, case.plant(values), phases)
+        off, standing = np.abs(case.errors(log)).max(axis=0), case.standing[: len(log)]
+        torque, saturated = case.torque(log)
         tension = float(log[:, TENSIONS : TENSIONS + 3].min())
         rest = float(off[standing].max()) if standing.any() else 0.0
         lasted = len(log) == len(case.reference)
@@ -361,8 +356,8 @@ class CarriageRuns:
     def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
         """Motion and error of the carriage, or of the mass below it where that errs more."""
         case = self.case
-        log = whole_run(case, self.loop, values, phases)
-        both = errors(case, log)
+        log = run_carriage(self.loop, case.plant(values), phases)
+        both = case.errors(log)
         return {
             "time": case.interval * np.arange(len(log), dtype=np.float64),
             "reference": case.wanted[: len(log)],
