@@ -72,7 +72,7 @@ def test_a_thousand_guided_carriages_hold_a_thousand_sections():
 
 @pytest.mark.parametrize("seed", range(10))
 def test_contrasts_of_a_million_million_are_certified_or_say_they_are_not(seed, measured):
-    """Far beyond the claim: what is listed as proven agrees with forty digits, what is not says so."""
+    """Far beyond the claim: forty digits lie where the certificate encloses them, or the mode is not proven."""
     loop = machine(np.random.default_rng(seed), contrast=1e12)
     modes = cd.modes(loop, count=10)
     roots = exact_roots(loop, 12)
@@ -84,7 +84,8 @@ def test_contrasts_of_a_million_million_are_certified_or_say_they_are_not(seed, 
     measured(f"{len(proven)} of {len(off)} modes proven, relative error {max(proven, default=0.0):.1e}")
     assert modes.certified == all(mode.proven for mode in modes.modes)
     for mode, error in off.items():
-        assert error < 3e-12 or not mode.proven, f"relative error {error:.1e} at {mode.frequency} Hz"
+        allowed = 3.0 * modes.certificate.enclosure
+        assert error < allowed or not mode.proven, f"relative error {error:.1e} at {mode.frequency} Hz"
 
 
 def test_any_drive_that_can_be_written_down_is_certified_or_says_why_not(measured):

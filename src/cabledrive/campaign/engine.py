@@ -211,7 +211,7 @@ def _row_alone(spec: CampaignSpec, row: int) -> Chunk:
             try:
                 chunk: Chunk = process.submit(compute_rows, spec, row, row + 1).result()
             except BrokenExecutor:
-                worker.join()
+                process.shutdown()  # reads how it ended; whoever asks at the same time may find nothing
                 why = _how(worker.exitcode)
             else:
                 return chunk

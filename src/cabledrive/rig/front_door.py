@@ -322,9 +322,8 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
     spec = replace(spec, feedback=found.feedback, best=False)
     if found.reference is None:
         raise InputRefused("has no generator of its reference: run the study again").at(found.path)
-    given = replace(
-        spec, bandwidth=found.bandwidth
-    )  # the packaged law of that name, for what a run says of it
+    # the packaged law of that name, for what a run says of it
+    given = replace(spec, bandwidth=found.bandwidth)
     if found.name.endswith("-damped"):  # without the trial runs that chose its gains
         made = chain_law(given, int(found.name.split("-")[1]), damped=True)
     elif found.name in KINDS:

@@ -11,7 +11,6 @@ from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
-from cabledrive.studies.pair_thresholds import driven_of
 from cabledrive.studies.planned_motion import PlannedMotion
 
 HOLDS, EXCEEDED, UNKNOWN = "holds", "exceeded", "unknown"
@@ -275,7 +274,7 @@ def _pulley(
     worst, have = float(needed.max()), pulley.capstan_friction
     when = int(needed.argmax())
     # A belt's teeth are on the side on which a driven pulley of its route lies.
-    driven = [place for place in drive.places[span.route] if place.pulley in driven_of(drive)]
+    driven = [place for place in drive.places[span.route] if place.pulley in drive.turned]
     meets = not driven or span.end.sense in {place.sense for place in driven}
     if rope.tooth_pitch is not None and meets:
         when = int(effective.argmax())
@@ -308,7 +307,7 @@ def _pulley(
 
 def _motors(drive: RoutedDrive, found: MotionTensions) -> tuple[MotorMargin, ...]:
     rows, torques = [], found.torque + found.holding
-    for m, (number, torque) in enumerate(zip(driven_of(drive), torques.T, strict=True)):
+    for m, (number, torque) in enumerate(zip(drive.turned, torques.T, strict=True)):
         motor = drive.motor[m] if drive.motor else None
         rows.append(
             MotorMargin(

@@ -21,11 +21,11 @@ import numpy as np
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import Network, rotor_turn
+from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, moved
-from cabledrive.studies.pair_thresholds import driven_of, refuse_running
+from cabledrive.studies.pair_thresholds import refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, summed, torques_of
 
@@ -94,7 +94,6 @@ def _driven_way(
     drive: RoutedDrive, network: Network, free: Array, motion: PlannedMotion
 ) -> tuple[Array, Array]:
     """Where the torque takes the coordinates of the machine from rest, without friction, and their rates."""
-    turns = np.array([rotor_turn(network.motion, number) for number in driven_of(drive)])
     mass = free.T @ network.static_mass @ free
     held = np.linalg.solve(mass, free.T @ network.static_stiffness @ free)
     if np.abs(held).max(initial=0.0) * motion.time[-1] ** 2 > _HELD:
@@ -102,8 +101,8 @@ def _driven_way(
             "motion: weights or directions of ropes hold the machine against its torque: give the places of "
             "its bodies as columns"
         )
-    push = np.column_stack(torques_of(drive, motion)) @ turns @ free
-    speed = summed(motion.time, np.linalg.solve(mass, push.T).T)
+    push = np.column_stack(torques_of(drive, motion)) @ turns_by_torque(network) @ free
+    speed = summed(motion.time, np.asarray(np.linalg.solve(mass, push.T).T))
     return summed(motion.time, speed) @ free.T, speed @ free.T
 
 
@@ -181,7 +180,7 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
         np.asarray(sum(share[:, p].reshape(-1, *[1] * (x.ndim - 1)) * x for p, x in enumerate(parts)))
         for parts in zip(*found, strict=True)
     )
-    turns = np.array([rotor_turn(networks[0].motion, number) for number in driven_of(drive)])
+    turns = turns_by_torque(networks[0])
     return MotionTensions(
         networks=tuple(networks),
         given=given,
@@ -228,7 +227,7 @@ def _in_pose(
     ``along``: time, rates, accelerations, and the torque of the file, None where it gives places.
     """
     (time, rate, acceleration, told), (shapes, masses, losses) = along, modes
-    turns = np.array([rotor_turn(network.motion, number) for number in driven_of(network.drive)])
+    turns = turns_by_torque(network)
     rubbed = _friction(network, rate) if told is None else np.zeros_like(rate)
     inertia = acceleration @ network.static_mass
     torque = _torque(turns, free, inertia - rubbed) if told is None else told
@@ -281,8 +280,8 @@ def _torque(turns: Array, free: Array, need: Array) -> Array:
 def _holding(network: Network) -> Array:
     """Torque of each motor that holds the machine at rest, shape (motors,) [N m]."""
     drive, statics = network.drive, network.statics
-    found = np.zeros(len(driven_of(drive)))
-    for m, number in enumerate(driven_of(drive)):
+    found = np.zeros(len(drive.turned))
+    for m, number in enumerate(drive.turned):
         for index, span in enumerate(drive.free_spans):
             ropes = drive.route[span.route].ropes
             for place, sign, tension in (

@@ -237,14 +237,9 @@ def refuse_running(drive: RoutedDrive, what: str) -> None:
             )
 
 
-def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
-    """Pulleys with a motor; without one the first pulley takes the torque."""
-    return drive.driven or (0,)
-
-
 def turns_of(network: Network, mode: Mode) -> Array:
     """Turn of each motor in a mode of unit modal mass, shape (motors,) [rad/sqrt(kg)]; 0 below round-off."""
-    joints, driven = mode.joints, driven_of(network.drive)
+    joints, driven = mode.joints, network.drive.turned
     if not joints:
         return np.zeros(len(driven))
     largest, found = max(float(np.abs(value[0])) for value in joints.values()), []

@@ -9,7 +9,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import rotor_turn
+from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import InputRefused, NotComputed
@@ -18,7 +18,6 @@ from cabledrive.parameters.route import RoutedDrive, posed
 from cabledrive.studies.pair_thresholds import (
     ONE_TO_TWO,
     SUM,
-    driven_of,
     lost_square,
     near_pairs,
     refuse_running,
@@ -191,16 +190,16 @@ def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Ar
 
     _, shapes = eigh(network.static_stiffness, network.static_mass)
     rows = torques_of(drive, motion)
-    turns = np.array([rotor_turn(network.motion, number) for number in driven_of(drive)])
     free = shapes[:, :rigid]
-    way = summed(motion.time, summed(motion.time, np.array(rows).T @ turns @ free)) @ free.T
+    push = np.array(rows).T @ turns_by_torque(network) @ free
+    way = summed(motion.time, summed(motion.time, push)) @ free.T
     keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
     return {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
 
 
 def torques_of(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
     """Torque of each motor over the motion's time [N m]."""
-    others = [drive.pulley[number].name for number in driven_of(drive)[1:]]
+    others = [drive.pulley[number].name for number in drive.turned[1:]]
     return [motion.torque, *(motion.torques.get(name, np.zeros(motion.time.size)) for name in others)]
 
 

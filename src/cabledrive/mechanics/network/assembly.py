@@ -252,3 +252,10 @@ def rotor_turn(motion: Motion, pulley: int) -> Array:
     if f"rotor of {motion.drive.pulley[pulley].name}" not in motion.names:
         return relative_turn(motion, pulley)
     return motion.rotor(pulley) - motion.mount(pulley)
+
+
+def turns_by_torque(network: Network) -> Array:
+    """Turns of the rotors of `RoutedDrive.turned`, shape (rotors, n)."""
+    motion = network.motion
+    rows = [rotor_turn(motion, number) for number in network.drive.turned]
+    return np.array(rows).reshape(len(rows), len(motion.names))

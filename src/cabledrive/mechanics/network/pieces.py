@@ -151,9 +151,8 @@ class Element:
     density: float  # mass per unstretched length [kg/m]
     axial_rigidity: float  # EA [N]
     bending: float  # EI [N m^2]; 0: a string
-    hanging: Hanging | None = (
-        None  # its piece at rest, from tangent point to tangent point of a straight rope
-    )
+    # its piece at rest, from tangent point to tangent point of a straight rope
+    hanging: Hanging | None = None
     along: float = 0.0  # length where it is stretched, of one that hangs, lift-off by bending left out [m]
 
     @property

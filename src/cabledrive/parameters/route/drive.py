@@ -137,6 +137,11 @@ class RoutedDrive:
             found.append(pulley)
         return tuple(found)
 
+    @property
+    def turned(self) -> tuple[int, ...]:
+        """Number of each pulley that a torque turns: those of the motors, the first where there is none."""
+        return self.driven or tuple(range(len(self.pulley)))[:1]
+
     def body_number(self, name: str, key: str) -> int | None:
         """Number of a body by its name.
 

@@ -51,11 +51,6 @@ class Way:
         return np.asarray(CubicSpline(self.part, self.turned[:, pulley])(part), dtype=np.float64)
 
 
-def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
-    """Pulleys of the motors; the first of the file where there is none."""
-    return drive.driven or tuple(range(len(drive.pulley)))[:1]
-
-
 def way_of(drive: RoutedDrive, moves: Mapping[str, float]) -> Way:
     """Poses through which bodies go by their distances [m]; other bodies follow or keep their places.
 
@@ -163,7 +158,7 @@ class TravelCase(PreparedRun):
         time = np.arange(first, first + steps + 1, dtype=np.float64) * self.grid.step
         # The state lies half a step behind its speeds: turns at the times of the steps, speeds between them.
         part = smooth_rise(np.minimum(time / self.move.rise, 1.0), ORDER)[0]
-        driven = driven_of(self.network.drive)
+        driven = self.network.drive.turned
         turns = np.stack([self.way.turns(part, pulley) for pulley in driven], axis=1)
         return (np.asarray(np.diff(turns, axis=0) / self.grid.step),)
 

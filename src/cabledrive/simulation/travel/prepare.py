@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.assembly import rotor_turn
+from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import condition, gravity
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
@@ -18,7 +18,7 @@ from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Recording, Scheme
 from cabledrive.simulation.travel import plan as at
-from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, driven_of, way_of
+from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
 from cabledrive.simulation.travel.plan import TravelPlan, largest_travel_step
 
 SEGMENTS = 16
@@ -46,11 +46,8 @@ def travel_case(
     _check(drive, scheme, recording, start, move)
     network = network_of(drive, motor="free")
     way = None if move is None else way_of(drive, move.moves)
-    motors = driven_of(drive)
-    rotors = np.array(
-        [int(np.argmax(rotor_turn(network.motion, number))) for number in motors], dtype=np.int64
-    )
-    if way is not None and not np.any(np.abs(way.turned[:, motors]) > NO_TURN):
+    rotors = turns_by_torque(network).argmax(axis=1)
+    if way is not None and not np.any(np.abs(way.turned[:, drive.turned]) > NO_TURN):
         raise InputRefused("move: it turns no motor: name a body that the motors move")
     mass = network.masses.values @ network.masses.rows**2
     for name, own in zip(network.motion.names, mass, strict=True):
@@ -61,7 +58,7 @@ def travel_case(
     poses = [network] if way is None else way.networks
     largest = min(largest_travel_step(pose, counts, shortest) for pose in poses)
     grid = time_grid(duration, largest, scheme, recording.rate, int(counts.sum()))
-    names = tuple(drive.pulley[number].name for number in motors)
+    names = tuple(drive.pulley[number].name for number in drive.turned)
     torques = motor_torques(names, torque, duration, grid.step)
     plan, x, length, holding = _plan(
         network, counts, shortest, rotors, step=grid.step, prescribed=way is not None
@@ -249,7 +246,7 @@ def _at_rest(network: Network, plan: TravelPlan, counts: Integers) -> tuple[Arra
 def _held(network: Network, plan: TravelPlan, force: Array) -> tuple[Array, Array]:
     """Weights, loads and preloads of the coordinates, and torques of the motors that hold the machine."""
     motion, rest, holding = network.motion, -force, np.zeros(plan.rotor.size)
-    driven = driven_of(network.drive)
+    driven = network.drive.turned
     for m, (number, rotor) in enumerate(zip(driven, plan.rotor, strict=True)):
         shaft = int(np.argmax(motion.angle(number)))
         holding[m] = -force[shaft]
