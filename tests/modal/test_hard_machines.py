@@ -72,7 +72,7 @@ def test_a_thousand_guided_carriages_hold_a_thousand_sections():
 
 @pytest.mark.parametrize("seed", range(10))
 def test_contrasts_of_a_million_million_are_certified_or_say_they_are_not(seed, measured):
-    """Forty digits lie where the certificate encloses them, or the mode is not proven: far beyond the claim."""
+    """Far beyond the claim: forty digits lie where the certificate says, or the mode is not proven."""
     loop = machine(np.random.default_rng(seed), contrast=1e12)
     modes = cd.modes(loop, count=10)
     roots = exact_roots(loop, 12)
