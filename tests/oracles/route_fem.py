@@ -154,7 +154,8 @@ def system(drive, tensions):
     for span, (first, last, along, length, number) in enumerate(frames):
         rope, route = drive.ropes[number], drive.route[number]
         start, end = tensions[span]
-        for place, pull in ((first, start), (last, -end)):
+        flow = rope.density / (1 + 0.5 * (start + end) / rope.axial_rigidity) * route.speed**2
+        for place, pull in ((first, start - flow), (last, flow - end)):  # a rope that runs presses less
             stiffness[own, own] -= kin.second(route.ropes * pull * along, place[0], place[1])
         ends = [np.zeros((3, n)), np.zeros((3, n))]
         for row, place in zip(ends, (first, last), strict=True):
@@ -224,6 +225,7 @@ def system(drive, tensions):
                         right[way],
                         rope.density * unstretched,
                         speed,
+                        speed=route.speed / stretch / unstretched if way else 0.0,
                         ropes=route.ropes,
                         taper=growth if way else 0.0,
                     )

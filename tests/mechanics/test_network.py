@@ -1,0 +1,134 @@
+"""Machines with routes: balance at rest, dynamic stiffness against finite elements, ropes that hang."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.mechanics.network import network_of, statics_of
+from cabledrive.mechanics.network.hanging import hanging_elements
+from cabledrive.mechanics.network.pieces import straight_element
+from cabledrive.mechanics.network.response import dynamic_stiffness
+from cabledrive.mechanics.network.span_table import pulley_rows
+from cabledrive.parameters.route.two_pulleys import as_machine
+from oracles.network_fem import matrices
+from oracles.route_fem import Kinematics, system
+
+ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
+
+
+def route(name, *overrides):
+    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
+
+
+def weight(drive):
+    slope = drive.layout.inclination
+    return -drive.layout.gravity * np.array([np.sin(slope), np.cos(slope)])
+
+
+MACHINES = [
+    *(cd.load_drive(name) for name in cd.packaged_drives("route")),
+    *(as_machine(cd.load_drive(name)) for name in ("camera-line", "ropeway", "printer-belt")),
+    route("elevator", "layout.gravity=9.81"),
+]
+
+
+@pytest.mark.parametrize("drive", MACHINES, ids=lambda drive: drive.name)
+def test_every_span_is_in_balance_under_its_own_weight_and_its_carriages(drive):
+    """What both ends carry is all that hangs between them, and the moments about the start cancel."""
+    statics, g = statics_of(drive), weight(drive)
+    for number, (span, ends) in enumerate(zip(drive.free_spans, statics.forces, strict=True)):
+        along, ropes = np.array(span.along), drive.route[span.route].ropes
+        rope = ropes * statics.line_load[number] * span.length
+        loads = [(0.5 * span.length, rope)]
+        for carriage, (own, place) in zip(drive.carriage, drive.carriage_places, strict=True):
+            if own == number:
+                weight_along = along * (carriage.mass * g @ along)
+                loads.append((place, weight_along if carriage.guided else carriage.mass * g))
+        scale = np.abs(ends).max()
+        np.testing.assert_allclose(ends.sum(axis=0), sum(load for _, load in loads), atol=1e-9 * scale)
+        turned = [place * (along[0] * load[1] - along[1] * load[0]) for place, load in loads]
+        moment = span.length * (along[0] * ends[1, 1] - along[1] * ends[1, 0])
+        assert moment == pytest.approx(sum(turned), abs=1e-9 * scale * span.length)
+
+
+@pytest.mark.parametrize("drive", [one for one in MACHINES if one.body], ids=lambda drive: drive.name)
+def test_ropes_carry_what_slides_without_a_spring(drive):
+    """Along every slide the pull of all ropes on what a body carries is its weights and loads."""
+    kin, statics, g = Kinematics(drive), statics_of(drive), weight(drive)
+    springs = {body.name: body.stiffness for body in drive.body}
+    total, size = np.zeros(kin.size), np.zeros(kin.size)
+
+    def add(force, at, on):
+        own = np.asarray(force) @ kin.slope(at, on)
+        total[:], size[:] = total + own, size + np.abs(own)
+
+    for body in drive.body:
+        add(body.mass * g + np.array(body.load), body.at, body.name)
+    for pulley in drive.pulley:
+        add(pulley.mass * g, pulley.at, pulley.on)
+    parts = {part.name: part for part in (*drive.pulley, *drive.anchor)}
+    for span, ends in zip(drive.free_spans, statics.forces, strict=True):
+        for place, force in zip((span.start, span.end), ends, strict=True):
+            add(force, place.centre, parts[place.name].on)
+    for number, (name, move) in enumerate(kin.moves):
+        if move != "turn" and springs[name] == 0.0:
+            assert abs(total[number]) < 1e-6 * size[number], f"{name}.{move}"
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [route("corexy"), route("serpentine"), route("serpentine", "route.belt.speed=30"), route("printer")],
+    ids=["corexy", "an arm that turns", "a running belt", "an elastic beam"],
+)
+@pytest.mark.parametrize("hertz", [11.0, 87.3, 240.0])
+def test_the_dynamic_stiffness_is_that_of_finite_elements_seen_from_the_coordinates(drive, hertz):
+    """Strings by polynomials, inner coordinates eliminated at the frequency; gyroscopic where they run."""
+    network, omega = network_of(drive), 2.0 * np.pi * hertz
+    tensions = list(zip(network.statics.start, network.statics.end, strict=True))
+    strings, beams, hanging, mass, stiffness = system(drive, tensions)
+    assert not beams
+    assert not hanging
+    n = len(network.motion.names)
+    assert len(mass) == n
+    mass, gyroscopic, stiffness = matrices(strings, mass, stiffness, 24)
+    whole = stiffness - omega**2 * mass + 1j * omega * gyroscopic
+    inner = np.linalg.solve(whole[n:, n:], whole[n:, :n])
+    expected = whole[:n, :n] - whole[:n, n:] @ inner
+    found = dynamic_stiffness(network, omega + 0j, damped=False)
+    scale = np.sqrt(np.outer(np.abs(expected.diagonal()), np.abs(expected.diagonal())))
+    np.testing.assert_allclose(found / scale, expected / scale, atol=2e-9)
+
+
+def test_friction_needed_on_a_wrap_is_euler_and_eytelwein():
+    """ln(T1/T2)/phi with what the running belt presses off the pulley; none where the tensions are equal."""
+    drive = route("serpentine", "route.belt.speed=20")
+    for row in pulley_rows(drive, statics_of(drive)):
+        assert row["tension_in"] == pytest.approx(row["tension_out"], rel=1e-12)
+        assert row["needed_friction"] == 0.0
+    lift = cd.load_drive("lift-2-to-1")
+    rows = [row for row in pulley_rows(lift, statics_of(lift)) if row["needed_friction"]]
+    assert rows
+    for row in rows:
+        ratio = max(row["tension_in"], row["tension_out"]) / min(row["tension_in"], row["tension_out"])
+        assert ratio == pytest.approx(np.exp(row["needed_friction"] * row["wrap"]), rel=1e-9)
+
+
+def test_a_rope_that_hangs_leaves_its_wheels_by_radius_times_slope():
+    """What the slope of the sag at a wheel takes off its wrap, or adds to it, is free to vibrate as well."""
+    network = network_of(cd.load_drive("camera-winches"))
+    found = hanging_elements(network)
+    assert found
+    for number, element in found.items():
+        piece = network.pieces[number]
+        straight = straight_element(network.drive, piece)
+        own, slopes = element.hanging, []
+        for at, tension in ((0.0, piece.start_tension), (piece.length, piece.end_tension)):
+            slopes.append((own.shear - own.load * at) / tension)
+        before, after = (
+            0.0 if (place := piece.place(start)) is None else -sign * place.sense * place.radius * slope
+            for start, sign, slope in ((True, 1.0, slopes[0]), (False, -1.0, slopes[1]))
+        )
+        assert element.before - straight.before == pytest.approx(before, rel=1e-6, abs=1e-12)
+        assert element.length - straight.length == pytest.approx(before + after, rel=1e-6, abs=1e-12)
