@@ -45,6 +45,18 @@ ROOMS = (
     "parameters mechanics trajectories modal simulation reduction identification control rig studies export"
 )
 ROOMS += " campaign"
+USED_BY = dict(
+    parameters="mechanics",
+    mechanics="modal",
+    modal="reduction",
+    simulation="reduction",
+    reduction="studies",
+    identification="studies",
+    control="rig",
+    rig="studies",
+    studies="app",
+)
+"""The room whose tests may notice what no test of a room enters."""
 TABLE, KEPT = ROOT / "tests" / "mutants.md", ROOT / "build" / "mutants"
 EQUIVALENT = ROOT / "tools" / "equivalent_mutants.toml"
 SLOWEST, ALTOGETHER = 10.0, 30.0  # seconds of a test, and of all tests of a mutant
@@ -352,6 +364,8 @@ def work(room: str, kernel: bool, seed: int, count: int, files: list[str]) -> No
         alive = {
             (one["file"], one["function"], one["change"], one["count"]) for one in before if not one["killer"]
         }
+        if not alive:
+            return
         again = report.with_suffix(".again")
         runner = Runner([one for one in mutants if one.key in alive], again)
         marker = "kernel and not verify" if kernel else "not verify"
@@ -379,7 +393,7 @@ def written(seed: int) -> str:
     """The table of all rooms whose results are kept."""
     listed = tomllib.loads(EQUIVALENT.read_text(encoding="utf-8"))["mutant"] if EQUIVALENT.exists() else []
     reasons = {(one["file"], one["function"], one["change"]): one["reason"] for one in listed}
-    rows, rooms = [], []
+    rows, rooms, by_users = [], [], 0
     for room in ROOMS.split():
         counts = Counter[str]()
         for kind in ("kernels", "formulas"):
@@ -390,6 +404,7 @@ def written(seed: int) -> str:
                 outcome = "killed" if killer else "equivalent" if reason else "SURVIVED"
                 counts[f"{kind} {outcome}"] += 1
                 words = f"`{killer}`" if killer else f"equivalent: {reason}" if reason else "SURVIVED"
+                by_users += "tests/" in killer
                 if not killer and not reason and not one["tests"]:
                     words += " (no test enters it)"
                 place = f"{one['file'].removeprefix('src/cabledrive/')}:{one['line']}"
@@ -413,7 +428,8 @@ def written(seed: int) -> str:
         "# Mutants",
         "",
         f"Written by `make mutants`, seed {seed}: functions with one change, and a test that fails.",
-        f"Killed: {killed} of {killed + alive}, {share:.1%}; equivalent: {totals[4]}.{open_}",
+        f"Killed: {killed} of {killed + alive}, {share:.1%}, {by_users} of them by tests of a room that uses "
+        f"the function, whose path is whole; equivalent: {totals[4]}.{open_}",
         "",
         *_table(["room", "kernels killed", "survived", "formulas killed", "survived", "equivalent"], rooms),
         "",
@@ -441,19 +457,21 @@ def main() -> None:
         work(given.room[0], given.kind == "kernels", given.seed, given.count, given.again)
         return
     kinds = [given.kind] if given.kind else ["kernels", "formulas"]
-    jobs = [(room, kind) for kind in kinds for room in given.room or ROOMS.split()]
+    jobs = [(room, kind, given.again) for kind in kinds for room in given.room or ROOMS.split()]
+    users = [(room, kind, [f"tests/{USED_BY[room]}"]) for room, kind, again in jobs if room in USED_BY]
 
-    def job(one: tuple[str, str]) -> None:
+    def job(one: tuple[str, str, list[str]]) -> None:
         began = time.monotonic()
         command = [sys.executable, __file__, "--here", "--room", one[0], "--kind", one[1]]
         command += ["--seed", str(given.seed), "--count", str(given.count)]
-        command += ["--again", *given.again] if given.again else []
+        command += ["--again", *one[2]] if one[2] else []
         environment = os.environ | ({"NUMBA_DISABLE_JIT": "1"} if one[1] == "kernels" else {})
         subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, check=False)
         print(*one, f"{time.monotonic() - began:.0f} s", flush=True)
 
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(job, jobs))
+        list(pool.map(job, [] if given.again else users))
     TABLE.write_text(written(given.seed), encoding="utf-8")
 
 
