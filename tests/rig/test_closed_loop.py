@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
-from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.tuning import design

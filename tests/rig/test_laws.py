@@ -13,10 +13,10 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, natural_frequencies_of
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, run, with_plant
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
-from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers
+from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers, plant_chain
 from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_learning
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain

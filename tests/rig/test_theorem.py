@@ -13,8 +13,8 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.bounds import check_learning
-from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
-from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
 from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import DEGREE, Disturbance

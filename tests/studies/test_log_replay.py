@@ -13,7 +13,7 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.study.verdict import _quantities, _sheet
-from cabledrive.rig.closed_loop.loop import plant_chain
+from cabledrive.rig.laws.controllers import plant_chain
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.goals import SPREADS

@@ -37,9 +37,9 @@ from cabledrive.control.numbers import (
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.loop import Loop, plant_chain
+from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.own_plant import models_of
-from cabledrive.rig.laws.controllers import place
+from cabledrive.rig.laws.controllers import place, plant_chain
 from cabledrive.rig.margins import tube
 
 NEGLIGIBLE = 1e-3

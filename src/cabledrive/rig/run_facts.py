@@ -26,8 +26,8 @@ from cabledrive.rig.bounds import (
     true_parameters,
 )
 from cabledrive.rig.closed_loop.chain_kernels import LEAST, SUMMARY, WENT_SLACK
-from cabledrive.rig.closed_loop.loop import Loop, Run, plant_chain
-from cabledrive.rig.laws.controllers import load_gear
+from cabledrive.rig.closed_loop.loop import Loop, Run
+from cabledrive.rig.laws.controllers import load_gear, plant_chain
 from cabledrive.rig.setting import CABLE, DEGREE, Motion
 
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}

@@ -63,30 +63,6 @@ class CableRun(NamedTuple):
 
 
 @njit_in_place
-def read_shafts(plan: Plan, cable: State, numbers: CableNumbers, x: Array) -> None:
-    """Angles of the shafts at a sample, and their speeds half a step of the cable before, into ``x``."""
-    n = numbers.shafts
-    for shaft in range(n):
-        k = 2 if shaft < n - 2 else shaft - n + 2
-        x[shaft] = cable.q[k] / numbers.radius - numbers.zeros[shaft]
-        x[n + shaft] = cable.q_t[k] / numbers.radius
-
-
-@njit_in_place
-def look_at_cable(plan: Plan, cable: State, numbers: CableNumbers, x: Array, score: Array) -> None:
-    """Largest twist, how far the middle of a span is from the mean of its ends, and sway."""
-    n, u, far = numbers.shafts, cable.x, plan.nodes[0, 1]
-    score[7] = max(score[7], abs(x[n - 2] - x[n - 1]))
-    for span in range(plan.nodes.shape[0]):
-        start = span * far
-        middle = 0.5 * (u[0, start + far // 2] + u[0, start + (far + 1) // 2])
-        score[11] = max(score[11], abs(middle - 0.5 * (u[0, start] + u[0, start + far])))
-    for axis in range(1, 3):
-        for i in range(u.shape[1]):
-            score[12] = max(score[12], abs(u[axis, i]) - numbers.middle[axis - 1])
-
-
-@njit_in_place
 def act(c: CableRun, rig: RigNumbers, commands: Array, shaft: float, push: float) -> float:
     """Write the torque on the motor at each step of a sample; returns that of the torque loop at its end.
 
@@ -110,12 +86,27 @@ def act(c: CableRun, rig: RigNumbers, commands: Array, shaft: float, push: float
 
 @njit_in_place
 def cable_ends(c: CableRun, gone: float, s: LoopState) -> int:
-    """Read the shafts and look at the cable at a sample; why the run ends here, 0 where it goes on."""
-    x, n = s.x, c.numbers.shafts
-    read_shafts(c.plan, c.cable, c.numbers, x)
+    """Look at the cable at a sample; why the run ends here, 0 where it goes on.
+
+    Angles of the shafts go into the state, and their speeds half a step of the cable before; largest twist,
+    how far the middle of a span is from the mean of its ends, and sway into the score.
+    """
+    x, n, cable, score, far = s.x, c.numbers.shafts, c.cable, s.summary, c.plan.nodes[0, 1]
+    for shaft in range(n):
+        k = 2 if shaft < n - 2 else shaft - n + 2
+        x[shaft] = cable.q[k] / c.numbers.radius - c.numbers.zeros[shaft]
+        x[n + shaft] = cable.q_t[k] / c.numbers.radius
     if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
         return DIVERGED
-    look_at_cable(c.plan, c.cable, c.numbers, x, s.summary)
+    u = cable.x
+    score[7] = max(score[7], abs(x[n - 2] - x[n - 1]))
+    for span in range(c.plan.nodes.shape[0]):
+        start = span * far
+        middle = 0.5 * (u[0, start + far // 2] + u[0, start + (far + 1) // 2])
+        score[11] = max(score[11], abs(middle - 0.5 * (u[0, start] + u[0, start + far])))
+    for axis in range(1, 3):
+        for i in range(u.shape[1]):
+            score[12] = max(score[12], abs(u[axis, i]) - c.numbers.middle[axis - 1])
     return 0
 
 

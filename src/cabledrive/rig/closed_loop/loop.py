@@ -6,12 +6,10 @@ from math import inf
 import numpy as np
 
 from cabledrive.control.numbers import ESTIMATES, ObserverNumbers, new_controller_state
-from cabledrive.control.own_controller import is_compiled
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, drive_like, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import (
     SUMMARY,
@@ -30,7 +28,7 @@ from cabledrive.rig.closed_loop.chain_plant import (
     pair_plant,
 )
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
-from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, run_by_sample, run_own, user_plant
+from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, run_users, user_plant
 from cabledrive.rig.laws.controllers import (
     Controller,
     DesignSpec,
@@ -38,6 +36,7 @@ from cabledrive.rig.laws.controllers import (
     fitted_encoders,
     load_gear,
     place,
+    plant_chain,
 )
 from cabledrive.rig.setting import (
     CABLE,
@@ -125,11 +124,6 @@ class Run:
     def failed(self) -> bool:
         """Whether the plant diverged or a span went slack, be it at the last sample."""
         return bool(self.state.discrete[1])
-
-
-def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
-    """The lumped chain under control, at the first shaft; default: the highest model that the data allow."""
-    return reflected(lumped_model(released(drive), model))[0]
 
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
@@ -276,33 +270,19 @@ def run(
     # States, readings, command, slip, sigma, estimates, regressor, states of the law.
     width = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
     kept = np.zeros((samples if log else 0, width))
-    made = loop.control
+    made, cable, plain = loop.control, loop.cable, why_plain()
+    tensions, borne = np.zeros((0 if cable is None else len(kept), 2)), None
     if controller.own is not None or loop.own_plant is not None:
-        return run_users(loop, first, end, state, kept)
-    if loop.cable is not None:
-        tensions = np.zeros((samples if log else 0, 2))
-        ended = int(run_cable(cable_run(loop.cable, state, tensions), made, first, end, state, kept))
-        return Run(ended=ended, state=state, log=kept, tensions=tensions, interpreted=why_plain())
-    plant = loop.driven
-    pair = pair_numbers(loop.pair, plant, len(kept), loop.observer)
-    ended = int(run_loop(plant, pair, made, (first, end), state, kept))
-    borne = None if loop.pair is None else pair.record
-    return Run(ended=ended, state=state, log=kept, flanks=borne, interpreted=why_plain())
-
-
-def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -> Run:
-    """Run a loop with a controller or a plant of the user's own; compiled where both can be."""
-    own, plant = loop.controller.own, loop.own_plant
-    if own is not None and is_compiled(own.step) and plant is None and loop.cable is None:
-        done = run_own(loop, first, last, state, log)
-        if done is not None:
-            return Run(ended=done, state=state, log=log)
-    parts = (("controller", own), ("plant", plant))
-    plain = ", ".join(name for name, part in parts if part is not None and not is_compiled(part.step))
-    tensions = np.zeros((len(log), 2)) if loop.cable is not None else None
-    space = np.zeros((0, 2)) if tensions is None else tensions
-    ended = run_by_sample(loop, first, last, state, log, space)
-    return Run(ended=ended, state=state, log=log, tensions=tensions, interpreted=plain or "loop")
+        ended, plain = run_users(loop, (first, end), state, kept, tensions)
+    elif cable is not None:
+        ended = int(run_cable(cable_run(cable, state, tensions), made, first, end, state, kept))
+    else:
+        plant = loop.driven
+        pair = pair_numbers(loop.pair, plant, len(kept), loop.observer)
+        ended = int(run_loop(plant, pair, made, (first, end), state, kept))
+        borne = None if loop.pair is None else pair.record
+    taken = None if cable is None else tensions
+    return Run(ended=ended, state=state, log=kept, tensions=taken, flanks=borne, interpreted=plain)
 
 
 def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loop:

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cabledrive.control.controller_kernels import issue, observe
-from cabledrive.control.own_controller import stepped
-from cabledrive.mechanics.holding import released
+from cabledrive.control.own_controller import is_compiled, stepped
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model, reflected
+from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, reflected
 from cabledrive.rig.closed_loop.cable_plant import cable_ends, cable_run, move_cable
 from cabledrive.rig.closed_loop.chain_kernels import (
     DIVERGED,
@@ -27,7 +26,7 @@ from cabledrive.rig.closed_loop.chain_kernels import (
     see_chain,
     sense,
 )
-from cabledrive.rig.laws.controllers import fitted_encoders, load_gear
+from cabledrive.rig.laws.controllers import fitted_encoders, load_gear, plant_chain
 from cabledrive.rig.setting import RigOptions
 
 PIECE = 0.25
@@ -157,7 +156,7 @@ def moved(
 def models_of(drive: Drive) -> tuple[LumpedChain, ...]:
     """The lumped models of a drive under torque control, in angles of its first shaft."""
     numbers = (1, 2, 3, 4) if highest_model(drive) == 4 else (1, 3)
-    return tuple(reflected(lumped_model(released(drive), number))[0] for number in numbers)
+    return tuple(plant_chain(drive, number) for number in numbers)
 
 
 def user_plant(drive: Drive, given: Any, options: RigOptions) -> tuple[LumpedChain, OwnPlant | None, str]:
@@ -202,6 +201,23 @@ def _at_first_shaft(drive: Drive, given: LumpedChain) -> LumpedChain:
             f"plant.names = {chain.names} lack the drive pulley, whose encoder is read: name it drive"
         )
     return chain
+
+
+def run_users(
+    loop: Any, span: tuple[int, int], state: LoopState, log: Array, tensions: Array
+) -> tuple[int, str | None]:
+    """Run samples with a controller or a plant of the user's own, compiled where both can be.
+
+    Returns the sample at which the run ended, and what ran as plain Python.
+    """
+    own, plant = loop.controller.own, loop.own_plant
+    if own is not None and is_compiled(own.step) and plant is None and loop.cable is None:
+        done = run_own(loop, *span, state, log)
+        if done is not None:
+            return done, None
+    parts = (("controller", own), ("plant", plant))
+    plain = ", ".join(name for name, part in parts if part is not None and not is_compiled(part.step))
+    return run_by_sample(loop, *span, state, log, tensions), plain or "loop"
 
 
 def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array, tensions: Array) -> int:

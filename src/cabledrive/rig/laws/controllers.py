@@ -51,6 +51,11 @@ from cabledrive.trajectories import rise_coefficients
 SHAFTS = ("motor", "drive", "load")
 
 
+def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
+    """The lumped chain under control, at the first shaft; default: the highest model that the data allow."""
+    return reflected(lumped_model(released(drive), model))[0]
+
+
 def place(chain: LumpedChain, shaft: str) -> int:
     """Inertia of a chain that a shaft belongs to."""
     if shaft == "load":
@@ -221,7 +226,7 @@ class DesignSpec:
 
     def model(self, number: int) -> LumpedChain:
         """A model, {1, 2, 3, 4}, of the drive under torque control, in angles of its first shaft."""
-        return reflected(lumped_model(released(self.drive), number))[0]
+        return plant_chain(self.drive, number)
 
     def rows(self, generator: ReferenceNumbers) -> Array:
         """What a law takes at each sample of the motion, shape (samples, columns)."""

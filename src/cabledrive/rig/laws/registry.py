@@ -19,10 +19,10 @@ from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_space
-from cabledrive.rig.closed_loop.loop import Loop, plant_chain
+from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.laws.baselines import BASELINES, backstepping, reference_model
 from cabledrive.rig.laws.baselines import NAME as MRAC
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, damped_law, place
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, damped_law, place, plant_chain
 from cabledrive.rig.laws.load_learning import (
     CHANGING,
     INDIRECT,

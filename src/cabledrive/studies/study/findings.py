@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import ceil, floor, log10
 
 from cabledrive.parameters import Drive
-from cabledrive.parameters.fields import percent, rounded
+from cabledrive.parameters.fields import meaning, percent, rounded
 from cabledrive.rig.plant_samples import CONFIDENCE
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, LawScore, TriedLaws
@@ -23,16 +23,17 @@ from cabledrive.studies.study.plants import ControllerResult
 class Findings:
     """What the stages before the verdict found."""
 
-    goals: Goals
-    known: Drive | None = None  # with the best values, after identification
-    check: CheckResult
-    knowledge: Knowledge
-    demand: DemandResult
-    resonance: ResonanceResult
-    model: ModelResult | CarriageModel | None = None
-    # the damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error
-    controller: ControllerResult | CarriageController | None
-    laws: TriedLaws  # every law under one acceptance test
+    goals: Goals = meaning("what was asked, the motion complete")
+    known: Drive | None = meaning("with the best values, after identification", None)
+    check: CheckResult = meaning("of drive and logs")
+    knowledge: Knowledge = meaning("what is known of the drive")
+    demand: DemandResult = meaning("what the motion asks of motor and cable")
+    resonance: ResonanceResult = meaning("internal resonance under the motion")
+    model: ModelResult | CarriageModel | None = meaning("reduced model, or that of a carriage", None)
+    controller: ControllerResult | CarriageController | None = meaning(
+        "the damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error"
+    )
+    laws: TriedLaws = meaning("every law under one acceptance test")
 
     @property
     def runs(self) -> AcceptanceResult:

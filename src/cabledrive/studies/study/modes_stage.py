@@ -12,7 +12,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
-from cabledrive.rig.closed_loop.loop import plant_chain
+from cabledrive.rig.laws.controllers import plant_chain
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import one_count
 from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm, route_alarm

@@ -14,6 +14,7 @@ from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.modal import modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.drive_file import drive_text
+from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import with_own_hash, write_whole
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
@@ -43,35 +44,16 @@ from cabledrive.studies.study.stage_cache import (
 from cabledrive.studies.study.verdict_stage import Verdict, judge
 
 
+@described
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyResult(Findings):
-    """Everything that a study found, with its verdict.
+    """Everything that a study found, with its verdict."""
 
-    Attributes
-    ----------
-    drive, known : Drive
-        As its file says, and with the best values, after identification.
-    goals : Goals
-    check : CheckResult
-    knowledge : Knowledge
-    modes : ModesResult
-    resonance : ResonanceResult
-    demand : DemandResult
-    model : ModelResult, CarriageModel or None
-    controller : ControllerResult, CarriageController or None
-        The damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error.
-    laws : TriedLaws
-        Every law under one acceptance test.
-    verdict : Verdict
-    key : str
-        Hash of all inputs.
-    """
-
-    drive: Drive
-    known: Drive
-    modes: ModesResult
-    verdict: Verdict
-    key: str
+    drive: Drive = meaning("as its file says")
+    known: Drive = meaning("with the best values, after identification")
+    modes: ModesResult = meaning("distributed and lumped")
+    verdict: Verdict = meaning("yes, no or unknown, and why")
+    key: str = meaning("hash of all inputs")
 
 
 def run_study(

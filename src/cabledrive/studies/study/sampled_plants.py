@@ -18,8 +18,15 @@ from cabledrive.identification.estimates import Fit, Identification
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain, run, with_plant
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, fitted_encoders, load_gear
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
+from cabledrive.rig.laws.controllers import (
+    Controller,
+    DesignSpec,
+    chain_law,
+    fitted_encoders,
+    load_gear,
+    plant_chain,
+)
 from cabledrive.rig.setting import CABLE, Motion, RigOptions, joint_backlash
 from cabledrive.rig.tuning import LawSetting, law_at
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with
