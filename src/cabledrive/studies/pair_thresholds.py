@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cabledrive.mechanics.network.assembly import Network
+from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.modal import Mode
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -171,6 +171,43 @@ class Waves(NamedTuple):
     # slopes: of along and across, shape (modes, pieces, POINTS); weights: of the points
     slopes: tuple[Array, Array]
     weights: Array
+    # of every piece: length [m], rigidity of one rope [N], number of ropes, shape (pieces,) each
+    length: Array
+    rigidity: Array
+    ropes: Array
+
+    @property
+    def couplings(self) -> Array:
+        """Of two transverse modes by a longitudinal one, Eq. (N.11), shape (along, across, across)."""
+        along, across = self.slopes
+        planes, clamped = (np.array([getattr(one, of) for one in self.across]) for of in ("plane", "clamped"))
+        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
+        alone = np.logical_or.outer(clamped, clamped)
+        found = np.zeros((len(along), len(across), len(across)))
+        for number, one in enumerate(along):
+            weight = (self.rigidity * self.length)[:, None] * self.weights * one
+            single, every = (
+                np.tensordot(across * weight * count, across, axes=((1, 2), (1, 2)))
+                for count in (1.0, self.ropes[:, None])
+            )
+            found[number] = np.where(alone, single, every) * np.equal.outer(planes, planes)
+        return found
+
+    @property
+    def losses(self) -> tuple[Array, Array]:
+        """Damping rates of longitudinal and transverse modes by the file's viscous parts alone [1/s].
+
+        Across, those of the ropes that move, by their strain energy.
+        """
+        network = self.network
+        along, across = np.array(
+            [(piece.rope.axial_damping, piece.rope.transverse_damping) for piece in network.pieces]
+        ).T
+        strained = self.slopes[0] ** 2 @ self.weights @ (self.ropes * self.length * along)
+        moved = np.array([moved_in(network, mode) for mode in self.along])
+        rubbed = (moved @ network.dampers.rows.T) ** 2 @ network.dampers.values
+        shares = np.sum(self.slopes[1] ** 2, axis=2) * self.length
+        return strained + rubbed, np.asarray(shares @ across / shares.sum(axis=1))
 
 
 def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
@@ -193,38 +230,8 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
         return found
 
     both = slopes(along, ["along"] * len(along)), slopes(across, [WAYS[one.plane or "w"] for one in across])
-    return Waves(network, along, across, both, 0.5 * weights)
-
-
-def of_pieces(network: Network) -> tuple[Array, Array, Array]:
-    """Length [m], rigidity of one rope [N] and number of ropes of every piece, shape (pieces,) each."""
-    both = np.array([(piece.length, piece.rope.axial_rigidity) for piece in network.pieces])
-    return both[:, 0], both[:, 1], network.ropes[::3].astype(np.float64)
-
-
-def couplings(waves: Waves) -> Array:
-    """Coupling of two transverse modes by a longitudinal one, by piece, shape (along, across, across)."""
-    length, rigidity, ropes = of_pieces(waves.network)
-    along, across = waves.slopes
-    planes, clamped = (np.array([getattr(one, of) for one in waves.across]) for of in ("plane", "clamped"))
-    # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
-    alone = np.logical_or.outer(clamped, clamped)
-    found = np.zeros((len(along), len(across), len(across)))
-    for number, one in enumerate(along):
-        weight = (rigidity * length)[:, None] * waves.weights * one
-        single, every = (
-            np.tensordot(across * weight * count, across, axes=((1, 2), (1, 2)))
-            for count in (1.0, ropes[:, None])
-        )
-        found[number] = np.where(alone, single, every) * np.equal.outer(planes, planes)
-    return found
-
-
-def transverse_losses(waves: Waves) -> Array:
-    """Damping rates of the transverse modes [1/s]: those of the ropes that move, by their strain energy."""
-    length, rates = of_pieces(waves.network)[0], [one.rope.transverse_damping for one in waves.network.pieces]
-    shares = np.sum(waves.slopes[1] ** 2, axis=2) * length
-    return np.asarray(shares @ rates / shares.sum(axis=1))
+    sizes = np.array([(piece.length, piece.rope.axial_rigidity) for piece in network.pieces]).T
+    return Waves(network, along, across, both, 0.5 * weights, *sizes, network.ropes[::3].astype(np.float64))
 
 
 def refuse_running(drive: RoutedDrive, what: str) -> None:
@@ -237,41 +244,16 @@ def refuse_running(drive: RoutedDrive, what: str) -> None:
             )
 
 
+def moved_in(network: Network, mode: Mode) -> Array:
+    """Motion of every coordinate in a mode of unit modal mass, shape (n,)."""
+    joints = mode.joints
+    return np.array(
+        [float(np.real(joints[name][0])) if name in joints else 0.0 for name in network.motion.names]
+    )
+
+
 def turns_of(network: Network, mode: Mode) -> Array:
     """Turn of each motor in a mode of unit modal mass, shape (motors,) [rad/sqrt(kg)]; 0 below round-off."""
-    joints, driven = mode.joints, network.drive.turned
-    if not joints:
-        return np.zeros(len(driven))
-    largest, found = max(float(np.abs(value[0])) for value in joints.values()), []
-    for number in driven:
-        name = network.drive.pulley[number].name
-        value = joints.get(f"rotor of {name}", joints.get(name))
-        turn = 0.0 if value is None else float(np.real(value[0]))
-        found.append(turn if abs(turn) > 1e-9 * largest else 0.0)
-    return np.array(found)
-
-
-def longitudinal_losses(waves: Waves) -> Array:
-    """Damping of the longitudinal modes [1/s]: viscous parts of the file alone."""
-    drive, (length, _, ropes) = waves.network.drive, of_pieces(waves.network)
-    damping = ropes * length * [piece.rope.axial_damping for piece in waves.network.pieces]
-    strained = waves.slopes[0] ** 2 @ waves.weights @ damping
-    return strained + [_rubbed(drive, mode.joints) for mode in waves.along]
-
-
-def _rubbed(drive: RoutedDrive, joints: Any) -> float:
-    """Damping of a mode by bearings, motors, their joints and bodies [1/s]."""
-
-    def moved(name: str) -> float:
-        return float(np.abs(joints[name][0])) if name in joints else 0.0
-
-    total = sum(pulley.viscous_friction * moved(pulley.name) ** 2 for pulley in drive.pulley)
-    for motor, own in zip(drive.motor, drive.driven, strict=True):
-        name = drive.pulley[own].name
-        rotor = f"rotor of {name}"
-        total += motor.viscous_friction * moved(rotor if rotor in joints else name) ** 2
-        if rotor in joints:
-            total += (motor.joint_damping or 0.0) * float(np.abs(joints[rotor][0] - joints[name][0])) ** 2
-    for body in drive.body:
-        total += body.damping * sum(moved(f"{body.name}.{move}") ** 2 for move in body.moves)
-    return total
+    moved = moved_in(network, mode)
+    turns = turns_by_torque(network) @ moved
+    return np.where(np.abs(turns) > 1e-9 * np.abs(moved).max(initial=0.0), turns, 0.0)

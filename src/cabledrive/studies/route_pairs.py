@@ -32,13 +32,9 @@ from cabledrive.studies.pair_thresholds import (
     NearPair,
     Waves,
     by_threshold,
-    couplings,
-    longitudinal_losses,
     lost_square,
     near_pairs,
-    of_pieces,
     refuse_running,
-    transverse_losses,
     turns_of,
     waves_of,
 )
@@ -133,7 +129,7 @@ def route_resonance(
 
 def _pairs(waves: Waves) -> Iterator[RoutePair]:
     """Every pair near resonance."""
-    coupling, losses, damping = couplings(waves), transverse_losses(waves), longitudinal_losses(waves)
+    coupling, (damping, losses) = waves.couplings, waves.losses
     drive, across = waves.network.drive, np.array([2 * pi * mode.frequency for mode in waves.across])
     for number, q in enumerate(waves.along):
         natural, turn = 2 * pi * q.frequency, abs(float(turns_of(waves.network, q)[0]))
@@ -144,9 +140,8 @@ def _pairs(waves: Waves) -> Iterator[RoutePair]:
             amplitude = 4.0 * sqrt(across[i] * across[j] * least) / strength
             torque = amplitude * natural * float(damping[number]) / turn if turn else None
             slopes = [waves.slopes[0][number], *waves.slopes[1][[i, j]]]
-            length, rigidity, ropes = of_pieces(waves.network)
-            alone = waves.across[i].clamped or waves.across[j].clamped
-            shares = rigidity * length * (np.prod(slopes, axis=0) @ waves.weights) * (1 if alone else ropes)
+            count = 1 if waves.across[i].clamped or waves.across[j].clamped else waves.ropes
+            shares = waves.rigidity * waves.length * (np.prod(slopes, axis=0) @ waves.weights) * count
             spans = np.bincount([piece.span for piece in waves.network.pieces], shares)
             yield RoutePair(
                 kind=ONE_TO_TWO if i == j else SUM,

@@ -33,10 +33,6 @@ from cabledrive.studies.pair_thresholds import (
     HIGHEST,
     NEAR,
     WAYS,
-    couplings,
-    longitudinal_losses,
-    of_pieces,
-    transverse_losses,
     turns_of,
     waves_of,
 )
@@ -122,6 +118,7 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
     most = np.abs(waves.slopes[1]).max(axis=2).argmax(axis=1)
     facing = np.where(waves.slopes[1][np.arange(len(across)), most, 0] >= 0.0, 1.0, -1.0)
     crossed = np.array([turns_of(network, mode) for mode in across]).reshape(len(across), turns.shape[1])
+    losses = waves.losses
     counted, keys = Counter[tuple[str, str]](), list[_Key]()
     for mode in across:
         where = mode.span or "", mode.plane or "w"
@@ -129,17 +126,17 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
         keys.append((*where, counted[where]))
     return Snapshot(
         along=np.array([2.0 * pi * mode.frequency for mode in waves.along]),
-        along_loss=longitudinal_losses(waves),
+        along_loss=losses[0],
         along_turn=signs[:, None] * turns,
         along_shape=_along_shapes(network, waves.along) * signs,
-        strain=of_pieces(network)[1][:, None] * (waves.slopes[0] @ waves.weights).T * signs,
+        strain=waves.rigidity[:, None] * (waves.slopes[0] @ waves.weights).T * signs,
         across=np.array([2.0 * pi * mode.frequency for mode in across]),
-        across_loss=transverse_losses(waves),
+        across_loss=losses[1],
         across_turn=facing[:, None] * crossed,
         shape=_shapes(network, across) * facing,
         tension=np.array([min(piece.start_tension, piece.end_tension) for piece in network.pieces]),
         keys=tuple(keys),
-        coupling=signs[:, None, None] * couplings(waves) * np.outer(facing, facing),
+        coupling=signs[:, None, None] * waves.couplings * np.outer(facing, facing),
         certified=found.certified,
         top=top,
     )
