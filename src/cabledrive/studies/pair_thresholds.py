@@ -178,7 +178,7 @@ class Waves(NamedTuple):
 
     @property
     def couplings(self) -> Array:
-        """Of two transverse modes by a longitudinal one, Eq. (N.11), shape (along, across, across)."""
+        """Of two transverse modes by a longitudinal one, shape (along, across, across)."""
         along, across = self.slopes
         planes, clamped = (np.array([getattr(one, of) for one in self.across]) for of in ("plane", "clamped"))
         # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
@@ -230,8 +230,9 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
         return found
 
     both = slopes(along, ["along"] * len(along)), slopes(across, [WAYS[one.plane or "w"] for one in across])
-    sizes = np.array([(piece.length, piece.rope.axial_rigidity) for piece in network.pieces]).T
-    return Waves(network, along, across, both, 0.5 * weights, *sizes, network.ropes[::3].astype(np.float64))
+    length, rigidity = np.array([(one.length, one.rope.axial_rigidity) for one in network.pieces]).T
+    ropes = network.ropes[::3].astype(np.float64)
+    return Waves(network, along, across, both, 0.5 * weights, length, rigidity, ropes)
 
 
 def refuse_running(drive: RoutedDrive, what: str) -> None:
