@@ -179,10 +179,7 @@ def read_response(path: str | Path) -> FrequencyResponse:
             f"{table.source}: no columns omega or frequency, magnitude and phase (found: "
             f"{', '.join(table.names)[:90]}): name them so, or give --input and --response of a log"
         )
-    if (table.rows or 0) > MOST_ROWS:
-        raise InputRefused(f"{table.source}: more than {MOST_ROWS} rows: average them first")
-    blocks, (frequency, magnitude, phase) = list(table.read(names)), names
-    columns = [np.concatenate([block[name] for block in blocks]) for name in names]
+    columns, (frequency, magnitude, phase) = table.whole(names, MOST_ROWS), names
     if not all(np.isfinite(column).all() for column in columns) or columns[0].min() <= 0.0:
         raise InputRefused(f"{table.source}: a number is missing, or a frequency is not above 0: correct it")
     hertz = columns[0] * _factor(table, frequency, FREQUENCIES, "rad/s") / (2 * np.pi)

@@ -123,19 +123,12 @@ def normalized(frequency: Array, density: Array) -> Array:
     return density / (frequency + 0.1) * np.exp(low)
 
 
-def _columns(table: Table, names: list[str], most: int) -> list[Array]:
-    """Whole columns; refused before they fill the memory."""
-    parts: dict[str, list[Array]] = {name: [] for name in names}
-    rows = 0
-    for block in table.read(tuple(names)):
-        rows += block[names[0]].size
-        if rows > most:
-            raise InputRefused(f"{table.source}: more than {most} rows: cut the file to one test of one axis")
-        for name in names:
-            parts[name].append(block[name])
-    if rows < FEWEST_LINES:
+def _columns(table: Table, names: list[str]) -> list[Array]:
+    """Whole columns; refused where they are no test."""
+    columns = table.whole(tuple(names), MOST_SAMPLES)
+    if (rows := columns[0].size) < FEWEST_LINES:
         raise InputRefused(f"{table.source}: only {rows} rows of numbers: a test has {FEWEST_LINES} or more")
-    return [np.concatenate(parts[name]) for name in names]
+    return columns
 
 
 def _of_densities(table: Table, heads: dict[str, str]) -> tuple[Array, Array, bool, tuple[str, ...]]:
@@ -144,7 +137,7 @@ def _of_densities(table: Table, heads: dict[str, str]) -> tuple[Array, Array, bo
         names = ["psd_xyz"]
     else:
         names = [f"psd_{name}" for name in _DIRECTIONS if f"psd_{name}" in heads]
-    frequency, *parts = _columns(table, [heads["freq"], *(heads[name] for name in names)], MOST_SAMPLES)
+    frequency, *parts = _columns(table, [heads["freq"], *(heads[name] for name in names)])
     for name, values in (("freq", frequency), *zip(names, parts, strict=True)):
         wrong = ~np.isfinite(values) | (values < 0.0)
         if wrong.any():
@@ -188,7 +181,7 @@ def even_samples(path: str | Path) -> tuple[float, list[Array]] | None:
 def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list[str]]:
     """Samples per second, the acceleration of each direction on an even grid, notes."""
     names = [f"accel_{name}" for name in _DIRECTIONS if f"accel_{name}" in heads]
-    time, *parts = _columns(table, [heads["time"], *(heads[name] for name in names)], MOST_SAMPLES)
+    time, *parts = _columns(table, [heads["time"], *(heads[name] for name in names)])
     check = check_time(time, table.source)
     if check.uneven:  # the clock of the sensor drifts against that of the host
         check = check_time(time, table.source, resample=True)

@@ -4,7 +4,8 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,10 @@ from cabledrive.identification.logs.log import (
     LARGEST_CHUNK,
     LARGEST_IN_MEMORY,
     Blocks,
-    Reading,
+    ColumnMap,
     Table,
     check_lengths,
     require_fitting,
-    sliced,
     too_large,
 )
 from cabledrive.parameters import InputRefused
@@ -83,6 +83,9 @@ TRIED, MOST_ROWS = 64, 64
 """Columns of which the first block is read on trial; rows of a matrix that are columns of a log."""
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
+Entries = dict[str, tuple[Any, Mapping[str, Any]]]
+"""Arrays, or datasets of a file that is open, by the name of their column, each with its attributes."""
+
 
 def is_hdf5(path: Path) -> bool:
     """Whether a file is HDF5, a MATLAB 7.3 file included."""
@@ -95,20 +98,19 @@ def open_hdf5(path: Path) -> Table:
     """Open an HDF5 log: a column is a dataset ``a.b``, or a row of one, ``a.b[0]``; tried before."""
 
     def tried() -> None:
-        table = _opened(path)
+        table = table_of(path, lambda: _datasets(path))
         for name in table.names[:TRIED]:
             next(table.read((name,)))
 
     require_readable(path, tried)
-    return _opened(path)
+    return table_of(path, lambda: _datasets(path))
 
 
-def _opened(path: Path) -> Table:
+@contextmanager
+def _datasets(path: Path) -> Iterator[Entries]:
     import h5py
 
-    columns: dict[str, tuple[str, int | None]] = {}
-    units: dict[str, str] = {}
-    scalars: dict[str, float] = {}
+    found: Entries = {}
 
     def visit(name: str, entry: Any) -> None:
         if not isinstance(entry, h5py.Dataset) or entry.shape is None or name.startswith("#"):
@@ -124,36 +126,14 @@ def _opened(path: Path) -> Table:
                 f"{path.name}: has chunks of {size / 2**20:.0f} MiB, at most {LARGEST_CHUNK / 2**20:.0f} are "
                 "unpacked at once: write smaller ones"
             )
-        if entry.dtype.kind not in "fiu":
-            return
-        column, shape = name.replace("/", "."), tuple(k for k in entry.shape if k != 1)
-        found: dict[str, tuple[str, int | None]] = {}
-        if not shape and entry.size == 1:
-            scalars[column] = float(np.ravel(entry[()])[0])
-        elif len(shape) == 1:
-            found = {column: (name, None)}
-        elif len(shape) == 2 and min(shape) <= MOST_ROWS:
-            found = {f"{column}[{k}]": (name, k) for k in range(min(shape))}
-        columns.update(found)
-        if unit := _text(entry.attrs.get("units", "")):
-            units.update(dict.fromkeys(found, unit))
+        found[name.replace("/", ".")] = entry, entry.attrs
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
-        sizes = [max(file[dataset].shape) for dataset, _ in columns.values()]
-    if not columns:
-        raise InputRefused(f"{path.name}: holds no vector of numbers (of objects): save plain vectors")
-    return Table(
-        source=path.name,
-        names=tuple(columns),
-        units=units,
-        rows=max(sizes),
-        read=lambda names: _read(path, columns, names),
-        scalars=scalars,
-    )
+        yield found
 
 
-def open_netcdf(path: Path, reading: Reading) -> Table:
+def open_netcdf(path: Path, reading: ColumnMap) -> Table:
     """Open a NetCDF log, of HDF5 or of the classic kind, which is read whole."""
     if is_hdf5(path):
         return open_hdf5(path)
@@ -162,34 +142,80 @@ def open_netcdf(path: Path, reading: Reading) -> Table:
     require_fitting(path, path.stat().st_size)
     with netcdf_file(str(path), mmap=False) as file:
         found = {name: (v[:].copy(), v._attributes) for name, v in file.variables.items() if v.shape}
-    vectors = {name: v for name, v in found.items() if v[0].ndim == 1 and v[0].dtype.kind in "fiu"}
-    units = {name: _text(a["units"]) for name, (_, a) in vectors.items() if "units" in a}
+    return table_of(path, lambda: nullcontext(found))
+
+
+def open_matlab(path: Path, reading: ColumnMap) -> Table:
+    """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``."""
+    if is_hdf5(path):
+        return open_hdf5(path)
+    from scipy import io
+
+    require_readable(path, lambda: io.loadmat(path))
+    try:
+        variables = io.loadmat(path, squeeze_me=True, struct_as_record=False)
+    except Exception as error:  # scipy raises many kinds for a damaged file
+        raise InputRefused(f"{path.name}: is no readable MATLAB file ({error}): save it with -v7") from None
+    found: Entries = {}
+
+    def visit(name: str, value: Any, depth: int = 0) -> None:
+        if hasattr(value, "_fieldnames") and depth < 6:
+            for field in value._fieldnames:
+                visit(f"{name}.{field}", getattr(value, field), depth + 1)
+        else:
+            found[name] = np.asarray(value).T, {}  # as HDF5 has it
+
+    for name, value in variables.items():
+        if name and not name.startswith("__"):
+            visit(name, value)
+    return table_of(path, lambda: nullcontext(found))
+
+
+def table_of(path: Path, opened: Callable[[], AbstractContextManager[Entries]]) -> Table:
+    """Vectors of numbers, and rows of flat matrices, as columns; what is neither they nor one number is not.
+
+    A block at a time becomes doubles, packed values unpacked and the fill value NaN.
+    """
+    columns: dict[str, tuple[str, int | None]] = {}
+    units: dict[str, str] = {}
+    scalars: dict[str, float] = {}
+    rows = 0
+    with opened() as entries:
+        for name, (values, attributes) in entries.items():
+            shape = tuple(k for k in values.shape if k != 1)
+            own: dict[str, tuple[str, int | None]] = {}
+            if values.dtype.kind not in "fiub" or values.size == 0:
+                continue
+            if not shape:
+                scalars[name] = float(np.ravel(values[()])[0])
+            elif len(shape) == 1:
+                own = {name: (name, None)}
+            elif len(shape) == 2 and min(shape) <= MOST_ROWS:
+                own = {f"{name}[{k}]": (name, k) for k in range(min(shape))}
+            columns.update(own)
+            rows = max(rows, *shape) if own else rows
+            if unit := _text(attributes.get("units", "")):
+                units.update(dict.fromkeys(own, unit))
+    if not columns:
+        raise InputRefused(f"{path.name}: holds no vector of numbers (of objects): save plain vectors")
 
     def read(names: tuple[str, ...]) -> Blocks:
-        check_lengths({name: len(vectors[name][0]) for name in names}, path.name)
-        yield {name: _scaled(vectors[name][0], vectors[name][1]) for name in names}
+        with opened() as entries:
+            found = {name: entries[columns[name][0]] for name in names}
+            lengths = {name: max(values.shape) for name, (values, _) in found.items()}
+            check_lengths(lengths, path.name)
+            for start in range(0, max(lengths.values()), BLOCK_ROWS):
+                block = {}
+                for name, (values, attributes) in found.items():
+                    index: list[Any] = [columns[name][1] or 0 if size > 1 else 0 for size in values.shape]
+                    index[int(np.argmax(values.shape))] = slice(start, start + BLOCK_ROWS)
+                    block[name] = _scaled(values[tuple(index)], attributes)
+                yield block
 
-    rows = max((len(values) for values, _ in vectors.values()), default=0)
-    return Table(source=path.name, names=tuple(vectors), units=units, rows=rows, read=read)
-
-
-def _read(path: Path, columns: dict[str, tuple[str, int | None]], names: tuple[str, ...]) -> Blocks:
-    import h5py
-
-    with h5py.File(path, "r") as file:
-        lengths = {name: max(file[columns[name][0]].shape) for name in names}
-        check_lengths(lengths, path.name)
-        for start in range(0, max(lengths.values()), BLOCK_ROWS):
-            block = {}
-            for name in names:
-                dataset, row = file[columns[name][0]], columns[name][1]
-                index: list[Any] = [row or 0 if size > 1 else 0 for size in dataset.shape]
-                index[int(np.argmax(dataset.shape))] = slice(start, start + BLOCK_ROWS)
-                block[name] = _scaled(dataset[tuple(index)], dataset.attrs)
-            yield block
+    return Table(source=path.name, names=tuple(columns), units=units, rows=rows, read=read, scalars=scalars)
 
 
-def _scaled(values: Any, attributes: Any) -> Array:
+def _scaled(values: Any, attributes: Mapping[str, Any]) -> Array:
     """Packed values unpacked, and the fill value as NaN."""
     array = np.array(values, dtype=float)
     fill, factor, offset = (
@@ -202,51 +228,3 @@ def _scaled(values: Any, attributes: Any) -> Array:
 
 def _text(value: Any) -> str:
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
-
-
-def open_matlab(path: Path, reading: Reading) -> Table:
-    """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``."""
-    if is_hdf5(path):
-        return open_hdf5(path)
-    from scipy import io
-
-    require_readable(path, lambda: io.loadmat(path))
-    try:
-        found = io.loadmat(path, squeeze_me=True, struct_as_record=False)
-    except Exception as error:  # scipy raises many kinds for a damaged file
-        raise InputRefused(f"{path.name}: is no readable MATLAB file ({error}): save it with -v7") from None
-    columns: dict[str, Array] = {}
-    scalars: dict[str, float] = {}
-    for name, value in found.items():
-        if name and not name.startswith("__"):
-            _collect_arrays(name, value, columns, scalars)
-    if not columns:
-        raise InputRefused(f"{path.name}: holds no vector of numbers: save the channels as vectors (-v7)")
-
-    def read(names: tuple[str, ...]) -> Blocks:
-        check_lengths({name: len(columns[name]) for name in names}, path.name)
-        return sliced({name: columns[name] for name in names})
-
-    rows = max(len(values) for values in columns.values())
-    return Table(source=path.name, names=tuple(columns), units={}, rows=rows, read=read, scalars=scalars)
-
-
-def _collect_arrays(
-    name: str, value: Any, columns: dict[str, Array], scalars: dict[str, float], depth: int = 0
-) -> None:
-    """Sort a variable, field by field, into columns and single numbers; what is neither is left out."""
-    if hasattr(value, "_fieldnames") and depth < 6:
-        for field in value._fieldnames:
-            _collect_arrays(f"{name}.{field}", getattr(value, field), columns, scalars, depth + 1)
-        return
-    array = np.asarray(value)
-    if array.dtype.kind not in "fiub":
-        return
-    if array.ndim == 0:
-        scalars[name] = float(array)
-    elif array.ndim == 1 and array.size > 1:
-        columns[name] = array  # as it is: a block at a time becomes doubles
-    elif array.ndim == 2 and min(array.shape) <= MOST_ROWS:
-        across = array if array.shape[0] <= array.shape[1] else array.T
-        for k, row in enumerate(across):
-            columns[f"{name}[{k}]"] = row

@@ -115,15 +115,6 @@ LARGEST_UNPACKED = 16 * 2**30
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
-    """What a format has to know before it opens a file."""
-
-    skip_rows: int = 0  # lines at the top of a text log that are not part of it
-    # whether topics sampled at different times may be put onto the times of one of them
-    resample: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
     """Columns of a log file."""
 
@@ -137,6 +128,15 @@ class Table:
     # single numbers in the file, such as a drive gain
     scalars: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # what a reader of the log has to know about the file, in words
+
+    def whole(self, names: tuple[str, ...], most: int) -> list[Array]:
+        """Whole columns; refused before they fill the memory."""
+        parts = [[np.empty(0)] * len(names)]
+        for block in self.read(names):
+            parts.append([block[name] for name in names])
+            if sum(columns[0].size for columns in parts) > most:
+                raise InputRefused(f"{self.source}: more than {most} rows: cut the file to one test")
+        return [np.concatenate(columns) for columns in zip(*parts, strict=True)]
 
     def require(self, name: str) -> str:
         """A column's name; refused, with the nearest, if it is not there."""

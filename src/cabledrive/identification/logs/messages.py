@@ -12,7 +12,7 @@ import numpy as np
 
 from cabledrive.identification.logs.log import (
     LARGEST_IN_MEMORY,
-    Reading,
+    ColumnMap,
     Table,
     require_fitting,
     sliced,
@@ -66,7 +66,7 @@ class Topics:
             column.append(value)
         self.rows[topic] = row + 1
 
-    def table(self, reading: Reading) -> Table:
+    def table(self, resample: bool) -> Table:
         """All topics as one table."""
         arrays = {}
         for name, column in self.columns.items():
@@ -78,16 +78,16 @@ class Topics:
             names=tuple(arrays),
             units=units,
             rows=max(self.rows.values(), default=0),
-            read=lambda names: sliced(self._joined(arrays, names, reading)),
+            read=lambda names: sliced(self._joined(arrays, names, resample)),
         )
 
-    def _joined(self, arrays: dict[str, Array], names: tuple[str, ...], reading: Reading) -> dict[str, Array]:
+    def _joined(self, arrays: dict[str, Array], names: tuple[str, ...], resample: bool) -> dict[str, Array]:
         """Columns of one topic; those of others at the times of the topic of the time, if asked."""
         topics = list(dict.fromkeys(_topic(name, self.rows) for name in names))
         if len(topics) == 1:
             return {name: arrays[name] for name in names}
         times = [name for name in names if name.endswith((f".{LOG_TIME}", f".{STAMP}"))]
-        if not reading.resample or len(times) != 1:
+        if not resample or len(times) != 1:
             raise InputRefused(
                 f"{self.source}: columns of several topics ({', '.join(topics)}) are sampled at different "
                 "times: take all from one topic, or say --resample, with the time of one of them"
@@ -157,7 +157,7 @@ def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
     return total
 
 
-def open_mcap(path: Path, reading: Reading) -> Table:
+def open_mcap(path: Path, reading: ColumnMap) -> Table:
     """Open an MCAP log: columns ``topic.field``, ``topic.log_time``, ``topic.header.stamp``, from 0 s on."""
     try:
         from mcap.reader import make_reader
@@ -186,10 +186,10 @@ def open_mcap(path: Path, reading: Reading) -> Table:
         raise InputRefused(f"{path.name}: is damaged ({error}): record it again") from None
     if not topics.columns:
         raise InputRefused(f"{path.name}: holds no numbers in JSON or ROS 2 messages: export it to CSV")
-    return topics.table(reading)
+    return topics.table(reading.resample)
 
 
-def open_rosbag(path: Path, reading: Reading) -> Table:
+def open_rosbag(path: Path, reading: ColumnMap) -> Table:
     """Open a ROS 2 bag, with columns as of an MCAP log; topics of unknown types are left out."""
     try:
         from rosbags.rosbag2 import Reader
@@ -211,7 +211,7 @@ def open_rosbag(path: Path, reading: Reading) -> Table:
     if not topics.columns:
         missing = f" of a known type (not: {', '.join(sorted(left_out))[:80]})" if left_out else ""
         raise InputRefused(f"{path.name}: holds no numbers in messages{missing}: export it to CSV or Parquet")
-    return topics.table(reading)
+    return topics.table(reading.resample)
 
 
 def _learnt(connection: Any, types: Any) -> bool:

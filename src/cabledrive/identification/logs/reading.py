@@ -19,7 +19,6 @@ from cabledrive.identification.logs.log import (
     Column,
     ColumnMap,
     Log,
-    Reading,
     Table,
     factor_to_si,
     floats_of,
@@ -45,7 +44,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
 
 
-def open_parquet(path: Path, reading: Reading) -> Table:
+def open_parquet(path: Path, reading: ColumnMap) -> Table:
     """Open a Parquet log."""
     from pyarrow import parquet, types
 
@@ -86,7 +85,7 @@ def open_parquet(path: Path, reading: Reading) -> Table:
 
 
 TEXTS = (".csv", ".tsv", ".txt", ".dat")
-FORMATS: dict[str, Callable[[Path, Reading], Table]] = {
+FORMATS: dict[str, Callable[[Path, ColumnMap], Table]] = {
     **dict.fromkeys(TEXTS, open_delimited),
     ".parquet": open_parquet,
     ".mat": open_matlab,
@@ -98,9 +97,9 @@ FORMATS: dict[str, Callable[[Path, Reading], Table]] = {
 LONGEST_CAUSE = 110
 
 
-def open_table(path: str | Path, reading: Reading | None = None, *, text: bool = False) -> Table:
+def open_table(path: str | Path, reading: ColumnMap | None = None, *, text: bool = False) -> Table:
     """Open a log file, as ``text`` whatever its ending is; what a library raises is an `InputRefused`."""
-    path, reading = Path(path), reading or Reading()
+    path, reading = Path(path), reading or ColumnMap()
     require_regular(path, "give the path of a log")
     ending = ".csv" if text else path.suffix.lower()
     if ending not in FORMATS:
@@ -173,7 +172,7 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     """Open a log and choose its channels, by default all that heads name; nothing but the head is read."""
     path = Path(path)
     columns = columns or ColumnMap()
-    table = open_table(path, Reading(skip_rows=columns.skip_rows, resample=columns.resample))
+    table = open_table(path, columns)
     chosen = dict(columns.columns)
     times = [name for name in table.names if recognise(name) == "time"]
     if chosen and "time" not in chosen and columns.sample_rate is None and len(times) == 1:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.log import Blocks, Reading, Table, floats_of, name_and_unit, recognise
+from cabledrive.identification.logs.log import Blocks, ColumnMap, Table, floats_of, name_and_unit, recognise
 from cabledrive.parameters import InputRefused
 
 SAMPLE_BYTES = 1 << 18
@@ -52,43 +52,22 @@ def too_long(source: str, number: int) -> InputRefused:
     return InputRefused(f"{source}: line {number} is longer than {LONGEST_LINE} bytes: write one row a line")
 
 
-def line_blocks(path: Path, encoding: str, size: int | None = None) -> Iterator[tuple[int, bytes]]:
-    r"""Whole lines of a text block by block, with the number of the first from 1; all end with ``\n``.
-
-    ASCII or UTF-8, Windows-1252 as it is; ``size``: bytes read at a time, default: `BLOCK_BYTES`.
-    """
-    decoder = codecs.getincrementaldecoder("utf-16")() if encoding == "utf-16" else None
-    rest, number, first = b"", 1, True
-    with path.open("rb") as file:
-        while chunk := file.read(size or BLOCK_BYTES):
-            data = chunk if decoder is None else _decoded(decoder, chunk, path.name).encode("utf-8")
-            data = rest + (data.removeprefix(codecs.BOM_UTF8) if first else data)
-            first = False
-            held = data[-1:] if data.endswith(b"\r") else b""  # its \n may be the next byte of the file
-            data = _one_end(data[: len(data) - len(held)])
-            cut = data.rfind(b"\n") + 1
-            rest = data[cut:] + held
-            lines = data.count(b"\n")
+def line_blocks(path: Path, encoding: str) -> Iterator[tuple[int, bytes]]:
+    r"""Whole lines of a text in blocks of UTF-8, with the number of the first from 1; all end with ``\n``."""
+    rest, number = "", 1
+    # what is no character is replaced, as it is no number either; of UTF-16 the rest would be shifted
+    errors = "strict" if encoding == "utf-16" else "replace"
+    with path.open(encoding=encoding, errors=errors) as file:
+        while chunk := file.read(BLOCK_BYTES):
+            whole, end, rest = (rest + chunk).rpartition("\n")
+            lines = whole.count("\n") + len(end)
             if len(rest) > LONGEST_LINE:
                 raise too_long(path.name, number + lines)
-            if cut:
-                yield number, data[:cut]
+            if end:
+                yield number, f"{whole}\n".encode()
             number += lines
-    if decoder is not None:
-        _decoded(decoder, b"", path.name)
     if rest:
-        yield number, _one_end(rest).removesuffix(b"\n") + b"\n"
-
-
-def _one_end(data: bytes) -> bytes:
-    return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
-
-
-def _decoded(decoder: codecs.IncrementalDecoder, data: bytes, source: str) -> str:
-    try:
-        return decoder.decode(data, final=not data)
-    except UnicodeDecodeError as error:
-        raise InputRefused(f"{source}: is damaged ({error.reason} in UTF-16): write it again") from None
+        yield number, f"{rest}\n".encode()
 
 
 MISSING = (
@@ -220,7 +199,7 @@ class Dialect:
     zones: dict[str, str]  # time zone of the columns that hold ISO 8601 times; empty: none is stated
 
 
-def open_delimited(path: Path, reading: Reading) -> Table:
+def open_delimited(path: Path, reading: ColumnMap) -> Table:
     """Open a CSV or TSV log; refused if it is none, or has one column only."""
     encoding, lines, size = first_lines(path)
     delimiter, decimal, first = _first_numbers(lines, path.name, reading.skip_rows)
@@ -322,14 +301,13 @@ def _by_cells(
     """The columns cell by cell, for what the fast reader does not take; it says which cell is no number."""
     import pyarrow as pa
 
-    codec = "utf-8" if dialect.encoding != "cp1252" else "cp1252"
     found: dict[str, list[Any]] = {name: [] for name in names}
     for place, raw in enumerate(block.removesuffix(b"\n").split(b"\n"), start=number):
         if _NO_ROW.fullmatch(raw):
             continue
         if len(raw) > LONGEST_LINE:
             raise too_long(source, place)
-        line = raw.decode(codec, errors="replace")
+        line = raw.decode()
         cells = split_line(line.partition("#")[0] if dialect.delimiter == " " else line, dialect.delimiter)
         if len(cells) != len(dialect.names):
             raise InputRefused(
