@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.controller_kernels import own_target_step, start_own
+from cabledrive.control.controller_kernels import own_target_step, start_target
 from cabledrive.export import export_to
 from cabledrive.export.controller_block import target_kernel
 from cabledrive.export.source import designed, designed_loop
@@ -62,7 +62,7 @@ def test_the_target_steps_as_the_rig_does():
     target = own_target_step(step, True)
     found, rig = replayed(
         designed_loop(DRIVE, OWN), law,
-        lambda y: start_own(kernel.begin, kernel.state, y),
+        lambda y: start_target(kernel.begin, kernel.state, y),
         lambda y, row: target(*kernel.numbers.values(), law.torque_limit, kernel.state, y, row), 300,
     )  # fmt: skip
     np.testing.assert_allclose(found, rig, rtol=1e-6, atol=1e-11)

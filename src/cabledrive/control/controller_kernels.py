@@ -99,13 +99,17 @@ class TargetState(NamedTuple):
     """A controller with what it keeps on a target.
 
     ``datum`` (m,): reading of each encoder at the start, NaN where there was none; ``readings`` (m,): less
-    that; ``missed`` (1,): samples since a command was computed.
+    that; ``missed`` (1,): samples since a command was computed; ``memory``, ``measurement``, ``row``: copies
+    that the step of a user's own controller may change.
     """
 
     controller: ControllerState
     datum: Array
     readings: Array
     missed: NDArray[np.int64]
+    memory: Array
+    measurement: Array
+    row: Array
 
 
 class PathState(NamedTuple):
@@ -115,18 +119,26 @@ class PathState(NamedTuple):
     generator: ReferenceState
 
 
-def new_target_state(observer: ObserverNumbers, law: LawNumbers, late_samples: int) -> TargetState:
-    """A controller before its start; ``late_samples``: whole samples of the delay."""
-    m, none = len(observer.output), np.zeros(0)
-    controller = new_controller_state(observer, law, m, late_samples, none, none)
-    return TargetState(controller, np.zeros(m), np.zeros(m), np.zeros(1, dtype=np.int64))
+def new_target_state(
+    observer: ObserverNumbers, law: LawNumbers, late_samples: int, own: tuple[int, int, int] = (0, 0, 0)
+) -> TargetState:
+    """A controller before its start; ``late_samples``: whole samples of the delay.
+
+    ``own``: how many numbers a user's own controller keeps, measures and follows.
+    """
+    m, none, copies = len(observer.output), np.zeros(0), tuple(np.zeros(size) for size in own)
+    controller = new_controller_state(observer, law, m, late_samples, none, np.zeros(own[0]))
+    return TargetState(controller, np.zeros(m), np.zeros(m), np.zeros(1, dtype=np.int64), *copies)
 
 
 @njit_part
 def start_target(start: Array, t: TargetState, readings: Array) -> None:
-    """Start at rest at the angles read, which become zero; ``start``: estimates to begin with."""
+    """Start at rest at the angles read, which become zero; ``start``: estimates or memory to begin with."""
     for i in range(start.size):
-        t.controller.parameters[i] = start[i]
+        if t.memory.size > 0:
+            t.controller.memory[i] = start[i]
+        else:
+            t.controller.parameters[i] = start[i]
     for j in range(readings.size):
         t.datum[j] = readings[j]
 
@@ -176,38 +188,6 @@ def target_step(
 def path_row(numbers: ReferenceNumbers, p: PathState, time: float, row: Array) -> None:
     """The reference row at a time [s], to be called once a sample; writes ``row``, shape (columns,)."""
     reference_row(numbers, p.motion, p.generator, time, row)
-
-
-class OwnTargetState(NamedTuple):
-    """As `target_kernels.TargetState`, with copies that the user's step may change."""
-
-    controller: ControllerState
-    datum: Array
-    readings: Array
-    missed: NDArray[np.int64]
-    memory: Array
-    measurement: Array
-    row: Array
-
-
-def new_own_target_state(
-    observer: ObserverNumbers, law: LawNumbers, late_samples: int, memory: Array, columns: int, filtered: bool
-) -> OwnTargetState:
-    """A controller before its start; ``memory``, shape (m,): how many numbers it keeps."""
-    plain = new_target_state(observer, law, late_samples)
-    controller = plain.controller._replace(memory=np.zeros(len(memory)))
-    seen = len(observer.chosen) if filtered else len(observer.output)
-    return OwnTargetState(
-        controller, *plain[1:], np.zeros(len(memory)), np.zeros(seen), np.zeros(columns)
-    )  # fmt: skip
-
-
-def start_own(start: Array, t: OwnTargetState, readings: Array) -> None:
-    """Start at rest at the angles read, which become zero; ``start``: memory to begin with."""
-    for i in range(start.size):
-        t.controller.memory[i] = start[i]
-    for j in range(readings.size):
-        t.datum[j] = readings[j]
 
 
 def own_target_step(step: Any, filtered: bool) -> Callable[..., tuple[float, bool]]:

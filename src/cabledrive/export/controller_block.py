@@ -8,11 +8,9 @@ import numpy as np
 
 from cabledrive.control.controller_kernels import (
     PathState,
-    new_own_target_state,
     new_target_state,
     own_target_step,
     path_row,
-    start_own,
     start_target,
     target_step,
 )
@@ -33,9 +31,8 @@ GAINS = "numbers, arrays, or a tuple or NamedTuple of them"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TargetKernel:
-    """Kernels of a controller, frozen numbers by name, a state before the start, values to begin with."""
+    """Step of a controller, frozen numbers by name, a state before the start, values to begin with."""
 
-    start: Callable[..., None]
     step: Callable[..., tuple[float, bool]]
     numbers: dict[str, Any]
     state: Any
@@ -46,7 +43,6 @@ def target_kernel(law: ControllerFile) -> TargetKernel:
     """The kernels of a controller; refused: a user's gains that are no numbers, a step that returns none."""
     if law.own is None:
         return TargetKernel(
-            start=start_target,
             step=target_step,
             numbers={"observer": law.observer, "law": law.law},
             state=new_target_state(law.observer, law.law, law.late_samples),
@@ -58,12 +54,9 @@ def target_kernel(law: ControllerFile) -> TargetKernel:
     tried = replace(law.own, gains=gains)
     stepped(tried, begin.copy(), np.zeros(seen), np.zeros(len(law.columns)), "when it was tried on zeros")
     return TargetKernel(
-        start=start_own,
         step=own_target_step(law.own.step, filtered),
         numbers={"observer": law.observer, "own_numbers": gains},
-        state=new_own_target_state(
-            law.observer, law.law, law.late_samples, begin, len(law.columns), filtered
-        ),
+        state=new_target_state(law.observer, law.law, law.late_samples, (len(begin), seen, len(law.columns))),
         begin=begin,
     )
 
@@ -99,7 +92,7 @@ def controller_block(source: ExportSource, tolerance: float | None = None) -> Bl
     start = Value("START", View(REAL, (len(kernel.begin),)))
     limit = Value(literal(law.torque_limit), Scalar(REAL))
     ref = Value("ref", View(REAL, (1, len(law.columns))))
-    began, start_call = program.root(kernel.start, [start, c, y])
+    began, start_call = program.root(start_target, [start, c, y])
     step, step_call = program.root(kernel.step, [*numbers, limit, c, y, ref])
     if not (began.written and step.written):
         raise NotComputed("the controller keeps no state: its kernels are not those of a target")

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.controller_kernels import PathState, path_row
+from cabledrive.control.controller_kernels import PathState, path_row, start_target
 from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.reference import NO_LOAD, new_reference_state
 from cabledrive.export.block import samples_csv
@@ -134,7 +134,7 @@ def commands_of(
     kernel = target_kernel(law)
     state, numbers = as_type(kernel.state, kind), kernel.numbers.values()
     readings, references = readings.astype(kind), references.astype(kind)
-    interpreted(kernel.start)(kernel.begin.astype(kind), state, readings[0])
+    interpreted(start_target)(kernel.begin.astype(kind), state, readings[0])
     step, limit = interpreted(kernel.step), kind(law.torque_limit)
     commands, held = np.zeros(len(readings)), np.zeros(len(readings), dtype=bool)
     for k, (y, row) in enumerate(zip(readings, references, strict=True)):
