@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 from scipy.signal import StateSpace, lsim
 
+from cabledrive.control.bound import IdealLoop
+from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.observers import QUIET, Sampling, kalman_filter, whitening
 from cabledrive.control.reference import flat_output, joint_motion
-from cabledrive.control.regression import estimate_load, estimate_motor, filtered
+from cabledrive.control.regression import estimate_load, estimate_motor, filtered, repetition_learning
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, carried, flat_rows, model, row_of
@@ -104,6 +106,37 @@ def test_momentum_sum_gives_inertia_and_friction_from_counts():
     off = np.abs(found.values[:3] / WHOLE[:3] - 1.0)
     assert np.all(off < [0.01, 0.05, 0.02]), f"observed {off}"
     assert np.all(found.errors > 0.0)
+    np.testing.assert_allclose(found.intervals.mean(axis=0), found.values, rtol=1e-14)
+    assert np.all(np.ptp(found.intervals, axis=0) > 2.0 * 1.96 * found.errors)
+
+
+def test_a_repetition_learns_along_as_many_directions_as_keep_the_command_quiet():
+    """Five deviations of the command by noise of the errors, summed up directly, stay below the limit."""
+    rng = np.random.default_rng(8)
+    nominal = np.diag([1.0, 0.6, 0.3, 0.1, 0.03]) @ rng.normal(size=(5, 5))
+    command, noise, ripple = rng.normal(size=(5, 5)), 1e-3, 0.02
+
+    def deviations(law):
+        return 5.0 * noise * np.sqrt(np.mean((command @ law.directions @ law.correction) ** 2 * 5))
+
+    found = repetition_learning(nominal, (), command, noise, ripple)
+    more = repetition_learning(nominal, (), command, noise, np.inf)
+    assert 0 < found.directions.shape[1] < more.directions.shape[1] == 5
+    assert deviations(found) <= ripple
+    assert repetition_learning(nominal, (), command, noise, 1e-9) is None
+    next_one = repetition_learning(nominal, (), command, noise, deviations(found) * (1 + 1e-9))
+    assert next_one.directions.shape == found.directions.shape
+
+
+def test_an_ideal_loop_answers_a_torque_by_the_powers_of_its_matrix():
+    """One sample later: the output of A^(k-1) b; the schedule of loads is even in one over the load."""
+    rng = np.random.default_rng(5)
+    loop = IdealLoop(matrix=0.4 * rng.normal(size=(4, 4)), push=rng.normal(size=4), load=2)
+    powers = [(np.linalg.matrix_power(loop.matrix, k) @ loop.push)[2] for k in range(6)]
+    np.testing.assert_allclose(loop.response(7), [0.0, *powers], rtol=1e-12)
+    schedule = LoadSchedule(low=0.5, high=4.0, points=8)
+    inverse = 1.0 / np.array(schedule.loads)
+    np.testing.assert_allclose(inverse, np.linspace(0.25, 2.0, 8), rtol=1e-14)
 
 
 def test_nothing_is_learnt_from_nothing():
