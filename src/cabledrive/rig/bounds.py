@@ -10,17 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from cabledrive.control.bound import (
-    DEVIATIONS,
-    ErrorBound,
-    IdealLoop,
-    believed_range,
-    error_bound,
-    ideal_loop,
-    missing_torque,
-    regressor_deviation,
-    sliding_residual,
-)
+from cabledrive.control import bound as theory
+from cabledrive.control.bound import ErrorBound
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.load_schedule import law_at, with_load
 from cabledrive.control.numbers import (
@@ -95,7 +86,7 @@ def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
     share = float(true_parameters(loop)[0]) / nominal if nominal > 0.0 else 1.0
     off = law_states(loop, log) @ made.law.matrix.T - made.reference[: len(log), : 2 * made.flat.size]
     error = log[:, loop.chain.size - 1] - loop.target[: len(log)]
-    residual = sliding_residual(made.law, made.flat, made.bandwidth, share * made.law.mu, off, error)
+    residual = theory.sliding_residual(made.law, made.flat, made.bandwidth, share * made.law.mu, off, error)
     return BoundCheck(bound=bound, sources=residual.total, unmatched=residual.unmatched)
 
 
@@ -129,8 +120,8 @@ def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
     delta = disturbance_bound(made.law, log[:, 2 * n], log[:, column])
     deviation = None
     if made.law.scalars[DESIRED]:
-        deviation = regressor_deviation(made.law, law_states(loop, log), made.reference[: len(log)])
-    return error_bound(
+        deviation = theory.regressor_deviation(made.law, law_states(loop, log), made.reference[: len(log)])
+    return theory.error_bound(
         made.law,
         made.bandwidth,
         log[:, start : start + made.law.learning.shape[1]],
@@ -175,8 +166,8 @@ def check_learning(loop: Loop, log: Array) -> BoundCheck | None:
     spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
     estimates = kept[:, :p]
     height = np.sum(
-        np.abs(missing_torque(law.rows[0, k : k + 2 * n], states, torque))
-        * believed_range(law, estimates, spread),
+        np.abs(theory.missing_torque(law.rows[0, k : k + 2 * n], states, torque))
+        * theory.believed_range(law, estimates, spread),
         axis=1,
     ) + motor_disturbance(motion.chain, wanted, interval)
     error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)
@@ -215,8 +206,8 @@ def beyond(learning: Array, true: Array, estimates: Array, spread: Array) -> tup
         low, high = learning[LOW, j], learning[HIGH, j]
         if not low <= true[j] <= high:
             found.append(f"{name} {true[j]:.4g} outside its bounds {low:.4g} to {high:.4g}")
-        elif np.any(np.abs(estimates[:, j] - true[j]) > DEVIATIONS * spread[:, j]):
-            found.append(f"{name}: an estimate lies more than {DEVIATIONS:g} of its deviations off")
+        elif np.any(np.abs(estimates[:, j] - true[j]) > theory.DEVIATIONS * spread[:, j]):
+            found.append(f"{name}: an estimate lies more than {theory.DEVIATIONS:g} of its deviations off")
     return tuple(found)
 
 
@@ -270,7 +261,7 @@ class Segment:
             row[0, 0] = 1.0
             one = one._replace(rows=row, matrix=matrix)
         self.feedback: Array = one.rows[0, self.memory :]
-        self.ideal: IdealLoop = ideal_loop(one, self.chain, interval)
+        self.ideal: theory.IdealLoop = theory.ideal_loop(one, self.chain, interval)
 
     @property
     def energy(self) -> Array:

@@ -8,22 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.identification import planning
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.planning import (
-    WEAK,
-    AxisGuess,
-    Instruments,
-    chirp,
-    largest_amplitude,
-    low_crest_multisine,
-    multisine_lines,
-    plan_test,
-    predicted_response_errors,
-    random_multisine,
-    resonance_warnings,
-    steps,
-    sum_of_sines,
-)
 from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import Drive, InputRefused
@@ -167,19 +153,19 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
     e, samples = excitation, round(excitation.duration * sample_rate)
     if e.kind == "sines":
         phases = rng.uniform(0.0, 2 * np.pi, len(e.frequencies))
-        return e.bias + sum_of_sines(e.duration, sample_rate, e.frequencies, e.amplitudes, phases)
+        return e.bias + planning.sum_of_sines(e.duration, sample_rate, e.frequencies, e.amplitudes, phases)
     if e.kind == "chirp":
-        return e.bias + e.amplitude * chirp(e.duration, sample_rate, *e.band)
+        return e.bias + e.amplitude * planning.chirp(e.duration, sample_rate, *e.band)
     if e.kind == "steps":
-        return e.bias + e.amplitude * steps(e.duration, sample_rate, e.period)
+        return e.bias + e.amplitude * planning.steps(e.duration, sample_rate, e.period)
     period = round(e.period * sample_rate)
     if period < 3:
         raise InputRefused(f"period = {e.period:.4g} s holds {period} samples: lengthen it")
-    lines = multisine_lines(period, sample_rate, *e.band, count=e.lines, odd=e.odd)
+    lines = planning.multisine_lines(period, sample_rate, *e.band, count=e.lines, odd=e.odd)
     if e.kind == "idinput":
-        wave = random_multisine(period, lines, e.trials, rng)
+        wave = planning.random_multisine(period, lines, e.trials, rng)
     else:
-        wave = low_crest_multisine(period, lines)
+        wave = planning.low_crest_multisine(period, lines)
     return e.bias + e.amplitude * np.tile(wave, -(-samples // period))[:samples]
 
 
@@ -244,35 +230,39 @@ def plan_experiment(
     if "angle" not in rig.encoders:  # of which alone the errors are predicted
         raise InputRefused("sensors.motor_encoder is missing, a plan counts on it: add it, such as 2600")
     quantum, interval, motor = 2 * pi / rig.encoders["angle"], 1.0 / rig.sample_rate, drive.motor
-    instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=quantum)
+    instruments = planning.Instruments(torque_noise=rig.imperfections.torque_noise, quantum=quantum)
     known = {"torque": motor.torque_limit, "speed": motor.speed_limit} if motor is not None else {}
     limits = {name: float(one) for name, one in {**known, "stroke": stroke}.items() if one is not None}
     chain, reach = rig.chain, np.cumprod([1.0, *(first / second for first, second in rig.chain.ratios)])
-    guess = AxisGuess(  # the lumped chain as one, seen from the motor
+    guess = planning.AxisGuess(  # the lumped chain as one, seen from the motor
         inertia=float(reach**2 @ chain.inertias),
         viscous=float(reach**2 @ chain.viscous),
         coulomb=float(np.abs(reach) @ chain.coulomb),
         offset=chain.offsets[0],
     )
-    plan = plan_test(torque, interval, guess, instruments, limits)
+    plan = planning.plan_test(torque, interval, guess, instruments, limits)
     errors: dict[str, float | None] = dict(plan.relative_errors)
-    warnings = [*plan.findings, *resonance_warnings(drive, torque, rig.sample_rate)]
+    warnings = [*plan.findings, *planning.resonance_warnings(drive, torque, rig.sample_rate)]
     if rig.chain.size > 1:
         errors, words = _of_response(drive, rig, excitation, torque, instruments)
-        warnings = [w for w in warnings if WEAK not in w] + words
+        warnings = [w for w in warnings if planning.WEAK not in w] + words
     return {
         "relative_standard_error": {
             k: v if v is not None and np.isfinite(v) else None for k, v in errors.items()
         },
         "peaks": plan.peaks,
         "moving": plan.moving,
-        "amplitude_factor": largest_amplitude(torque, interval, guess, limits) if limits else None,
+        "amplitude_factor": planning.largest_amplitude(torque, interval, guess, limits) if limits else None,
         "warnings": warnings,
     }
 
 
 def _of_response(
-    drive: Drive, rig: VirtualRig, excitation: Excitation, torque: np.ndarray, instruments: Instruments
+    drive: Drive,
+    rig: VirtualRig,
+    excitation: Excitation,
+    torque: np.ndarray,
+    instruments: planning.Instruments,
 ) -> tuple[dict[str, float | None], list[str]]:
     """Errors of stiffnesses and dampings from the response to a multisine; none from other excitations."""
     if rig.chain.names != ("motor", "drive", "load") or excitation.kind not in MULTISINES:
@@ -295,7 +285,7 @@ def _of_response(
     spectrum = 2 * np.abs(np.fft.rfft(torque[:period])) / period
     lines = np.flatnonzero(spectrum[1:] > 0.1 * spectrum[1:].max()) + 1
     try:
-        errors = predicted_response_errors(
+        errors = planning.predicted_response_errors(
             values,
             radius,
             (lines * rig.sample_rate / period, spectrum[lines]),

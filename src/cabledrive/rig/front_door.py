@@ -17,6 +17,7 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, cross_motion
 from cabledrive.reduction.two_motors import is_winched, winched_machine
+from cabledrive.rig import trial
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import Loop, check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
@@ -35,17 +36,6 @@ from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
 from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions, check_run
 from cabledrive.rig.tracking import Tracking, summarize
-from cabledrive.rig.trial import (
-    BEST,
-    best_controller,
-    best_words,
-    check_clock,
-    check_motion,
-    controller_name,
-    judged_apart,
-    over_draws,
-    repeat_motion,
-)
 from cabledrive.rig.tuning import design
 from cabledrive.rig.winch_plan import design_tensions, plan_motion, way_of
 from cabledrive.rig.winch_run import TwoMotorTracking, forces_of, run_plant, run_samples
@@ -163,8 +153,8 @@ def track(
         raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
     file = read_controller(controller) if is_controller_path(controller) else None
     own = file is None and controller is not None and not isinstance(controller, str)
-    best = controller == BEST if isinstance(controller, str) else False
-    name = controller_name(None if best else controller if file is None else file.name, drive)
+    best = controller == trial.BEST if isinstance(controller, str) else False
+    name = trial.controller_name(None if best else controller if file is None else file.name, drive)
     if (file is not None or own or best) and gains != "best":
         raise InputRefused(f'gains = "{gains}" is a setting of the packaged laws: leave it out')
     if file is not None:
@@ -172,8 +162,8 @@ def track(
     if motion.order is None:
         motion = replace(motion, order=needed_order(name, drive))
     check_run(actual, motion, options, draws=draws, cable=plant == CABLE)
-    check_motion(actual, motion)
-    check_clock(drive, actual)
+    trial.check_motion(actual, motion)
+    trial.check_clock(drive, actual)
     spec = DesignSpec(
         drive,
         motion,
@@ -189,7 +179,9 @@ def track(
         loop = close_loop(spec, law_from_file(file, spec), np.random.default_rng(seed), plant)
         loop = with_filter(loop, file)
     else:
-        made = own_law(controller, spec) if own else best_controller(spec) if best else design(name, spec)
+        made = (
+            own_law(controller, spec) if own else trial.best_controller(spec) if best else design(name, spec)
+        )
         loop = close_loop(spec, made, np.random.default_rng(seed), plant)
     loop = loop_with_loads(loop)
     if draws < 0:
@@ -201,7 +193,7 @@ def track(
     if repeat and (learns or draws):
         other = f"{INDIRECT} makes its law anew after a pulse" if learns else "draws are runs of their own"
         raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
-    repeated = repeat_motion(loop, spec, repeat) if repeat else None
+    repeated = trial.repeat_motion(loop, spec, repeat) if repeat else None
     if repeated is not None:
         loop, done, _ = repeated
     elif learns:
@@ -210,15 +202,15 @@ def track(
         done = run(loop)
     found = summarize(loop, done, seed)
     if learnt is not None:
-        found = judged_apart(found, first, loop, done)
+        found = trial.judged_apart(found, first, loop, done)
     if repeated is not None:
         found.summary["repeated"] = repeated[2]
     if best:
-        found.summary["best"] = best_words(spec)
+        found.summary["best"] = trial.best_words(spec)
     if learns:
         found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:
-        found.summary["over_draws"] = over_draws(first, spec, draws, seed)
+        found.summary["over_draws"] = trial.over_draws(first, spec, draws, seed)
     if isinstance(drive, AxisDrive):  # the error of a load that slides, and what the chain neglects
         assert isinstance(actual, AxisDrive)
         peak = found.summary["peak_error_deg"] * DEGREE

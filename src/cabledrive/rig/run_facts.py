@@ -17,14 +17,7 @@ from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import lumped_model
-from cabledrive.rig.bounds import (
-    TOLERANCE,
-    BoundCheck,
-    disturbance_bound,
-    foreign,
-    load_along,
-    true_parameters,
-)
+from cabledrive.rig import bounds
 from cabledrive.rig.closed_loop.chain_kernels import LEAST, SUMMARY, WENT_SLACK
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.laws.controllers import load_gear, plant_chain
@@ -54,7 +47,7 @@ def departures(loop: Loop, done: Run) -> list[Departure]:
     plant = []
     if loop.own_plant is not None:
         definite.append(f'plant "{loop.own_plant.name}" is your own: its parameters are not known')
-    elif foreign(loop, loop.drive):
+    elif bounds.foreign(loop, loop.drive):
         plant = [f"unmatched: the plant is a {loop.named}"]
     elif unmatched(loop.drive, loop.actual):
         plant = ["unmatched: what the cable drives differs from what the law believes"]
@@ -104,10 +97,10 @@ def _beyond_bounds(loop: Loop) -> list[str]:
     found: list[str] = []
     if made.law.kind != DARC or loop.own_plant is not None:
         return found
-    if foreign(loop, actual) and loop.chain.names != plant_chain(actual, made.model).names:
+    if bounds.foreign(loop, actual) and loop.chain.names != plant_chain(actual, made.model).names:
         inertias = f"the law of Model {made.model} has other inertias than the {loop.named}"
         return [f"{inertias}: its bounds of the parameters cannot be checked"]
-    truth, learning = true_parameters(loop), made.law.learning
+    truth, learning = bounds.true_parameters(loop), made.law.learning
     slack = 1e-9 * np.maximum(np.abs(learning[LOW]), np.abs(learning[HIGH]))
     outside = (truth < learning[LOW] - slack) | (truth > learning[HIGH] + slack)
     for i in np.flatnonzero(outside):
@@ -125,15 +118,16 @@ def _announcement(loop: Loop, done: Run) -> list[str]:
     if made.schedule is None or made.load is None or loop.own_plant is not None:
         return []
     told = made.reference[: done.ended, -1]
-    true = load_along(loop, done.ended) / made.load
+    true = bounds.load_along(loop, done.ended) / made.load
     off = np.abs(true / told - 1.0)
-    if not off.size or off.max() <= TOLERANCE:
+    if not off.size or off.max() <= bounds.TOLERANCE:
         return []
-    first = int(np.argmax(off > TOLERANCE))
-    time = loop.rig.interval * float(np.count_nonzero(off > TOLERANCE))
+    first = int(np.argmax(off > bounds.TOLERANCE))
+    time = loop.rig.interval * float(np.count_nonzero(off > bounds.TOLERANCE))
     return [
         f"the announced load is {told[first]:.4g} times the drive's and the true one {true[first]:.4g} from "
-        f"{first * loop.rig.interval:.4g} s on, for {time:.4g} s in all: more than {TOLERANCE:.0%} apart"
+        f"{first * loop.rig.interval:.4g} s on, for {time:.4g} s in all: more than "
+        f"{bounds.TOLERANCE:.0%} apart"
     ]
 
 
@@ -287,7 +281,7 @@ def condition_words(
     if law.kind != DARC or len(sigma) < 2:
         reason = "the conditions are those of the adaptive robust laws of the chain"
         return {"robust_conditions": None, "robust_conditions_reason": reason}
-    met = robust_conditions(law, sigma, regressor, disturbance_bound(law, shaft, command))
+    met = robust_conditions(law, sigma, regressor, bounds.disturbance_bound(law, shaft, command))
     return {
         "robust_conditions": {
             "epsilon": met.epsilon,
@@ -354,7 +348,9 @@ def pair_words(loop: Loop, done: Run) -> dict[str, Any]:
     return {"pair": said}
 
 
-def bound_words(check: BoundCheck | None, error: Array, broken: list[str], gear: float) -> dict[str, Any]:
+def bound_words(
+    check: bounds.BoundCheck | None, error: Array, broken: list[str], gear: float
+) -> dict[str, Any]:
     """The bound, whether the error [rad] kept it, and which assumptions of the theorem did not hold."""
     if check is None:
         return {

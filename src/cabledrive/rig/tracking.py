@@ -12,28 +12,12 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
+from cabledrive.rig import run_facts as facts
 from cabledrive.rig.bounds import check_theorem
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.registry import NO_FILTER, pole_words
-from cabledrive.rig.run_facts import (
-    Departure,
-    bound_words,
-    broken_assumptions,
-    condition_words,
-    departures,
-    disturbance_facts,
-    margin_words,
-    motion_words,
-    motor_words,
-    pair_words,
-    payload_words,
-    plant_words,
-    rest_words,
-    span_tensions,
-    why_ended,
-)
 from cabledrive.rig.setting import DEGREE
 
 if TYPE_CHECKING:
@@ -148,23 +132,23 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     kept = log[:, column + 3 :]  # estimates, regressor, states of the law
     estimates, regressor = (kept[:, k : k + made.law.learning.shape[1]] for k in (0, ESTIMATES))
     error = (log[:, n - 1] - loop.target[:ended]) / loop.gear
-    departed = departures(loop, done)
+    departed = facts.departures(loop, done)
     check = check_theorem(loop, log)
     if check is not None:
-        departed += [Departure(words=words, definite=True) for words in check.beyond]
+        departed += [facts.Departure(words=words, definite=True) for words in check.beyond]
     shares = (None, 1.0) if check is None else (check.used, check.unmatched_part)
-    broken = broken_assumptions(departed, *shares)
-    incomplete = why_ended(loop, done)
+    broken = facts.broken_assumptions(departed, *shares)
+    incomplete = facts.why_ended(loop, done)
     summary = summary_of(loop, done, error, seed)
-    summary |= bound_words(check, error, broken, loop.gear)
+    summary |= facts.bound_words(check, error, broken, loop.gear)
     summary["departures"] = [one.words for one in departed]
-    summary |= pole_words(loop) | {"circumstances": disturbance_facts(loop)}
+    summary |= pole_words(loop) | {"circumstances": facts.disturbance_facts(loop)}
     if loop.options.check_conditions:
-        summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
-        summary |= margin_words(loop, estimates, kept[:, 2 * ESTIMATES :])
+        summary |= facts.condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
+        summary |= facts.margin_words(loop, estimates, kept[:, 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
-    summary |= motor_words(loop.actual, stepper=made.field is not None)
-    summary |= rest_words(loop, error) | pair_words(loop, done)
+    summary |= facts.motor_words(loop.actual, stepper=made.field is not None)
+    summary |= facts.rest_words(loop, error) | facts.pair_words(loop, done)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
     return Tracking(
@@ -182,7 +166,7 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
         readings=log[:, 2 * n + 1 : column],
         encoder_angles=log[:, 2 * n + 1 : column] / np.array([1.0] * (m - 1) + [loop.gear]),
         stuck=log[:, column + 1] == 0.0,
-        tensions=done.tensions[:ended] if done.tensions is not None else span_tensions(loop, log),
+        tensions=done.tensions[:ended] if done.tensions is not None else facts.span_tensions(loop, log),
         bound=None if check is None else check.bound.tube / loop.gear,
         incomplete=incomplete,
         interpreted=done.interpreted,
@@ -202,7 +186,7 @@ def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]
     return {
         "controller": loop.controller.name,
         "gains": loop.controller.gains,
-        **plant_words(loop),
+        **facts.plant_words(loop),
         "interpreted": done.interpreted,
         "slack_samples": int(score["slack"]),
         "free_play_samples": int(score["loose"]),
@@ -219,7 +203,7 @@ def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]
         "invalid_samples": int(score["invalid"]),
         "slack_share": float(score["twist"] / loop.slack) if np.isfinite(loop.slack) else None,
         "encoder_phases": [float(v) for v in loop.rig.phases],
-        "motion": motion_words(motion) | payload_words(motion),
+        "motion": facts.motion_words(motion) | facts.payload_words(motion),
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,
         "internal_step": loop.driven.step if loop.cable is None else loop.cable.case.grid.step,

@@ -8,16 +8,8 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.sagging_model import (
-    Extremes,
-    LongitudinalModes,
-    SaggingModel,
-    SaggingNumbers,
-    integrate,
-    longitudinal_modes,
-    numbers_of,
-    sagging_model,
-)
+from cabledrive.reduction import sagging_model as sagging
+from cabledrive.reduction.sagging_model import Extremes, LongitudinalModes, SaggingModel, SaggingNumbers
 from cabledrive.reduction.static_state import FreeStretch, StaticState, free_stretches, static_state
 from cabledrive.studies.planned_motion import PlannedMotion, drive_along
 
@@ -143,7 +135,7 @@ class PreparedMotion:
         stages = [(numbers, torque * part) for numbers, part in _stages(self, detuned)]
         if not parametric:
             stages = [(numbers._replace(table=0.0 * numbers.table), part) for numbers, part in stages]
-        return integrate(stages, self.h, floor=floor, phase=phase)[0]
+        return sagging.integrate(stages, self.h, floor=floor, phase=phase)[0]
 
 
 def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
@@ -158,13 +150,13 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     if total[-1] > 0.0:
         place = min(int(np.searchsorted(total, 0.999 * total[-1])) + 2, total.size - 1)
     content = 2 * pi * place / float(motion.time[-1])
-    lowest = float(longitudinal_modes(drives[0], first, 0.0, 2).natural.max())
+    lowest = float(sagging.longitudinal_modes(drives[0], first, 0.0, 2).natural.max())
     fast = content > MOST_FAMILY * lowest
     if fast:  # before so many modes are searched for
         _grid(motion, lowest)
         _grid(motion, content)
         content = MOST_FAMILY * lowest
-    modes = longitudinal_modes(drives[0], first, 1.5 * content)
+    modes = sagging.longitudinal_modes(drives[0], first, 1.5 * content)
     h, time = _grid(motion, max(float(modes.natural[-1]), content))
     torque = _above_holding(drives[0], motion, time, [first.holding_torque])
     lines = _tensions(drives[0], first, modes, torque, h)
@@ -184,7 +176,7 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     kept, models = modes.natural.size, []
     previous: LongitudinalModes | None = None
     for d, state in zip(drives, states, strict=True):
-        found = longitudinal_modes(d, state, 0.0, kept)
+        found = sagging.longitudinal_modes(d, state, 0.0, kept)
         natural, rims, strain = found.natural[:kept], found.rims[:kept], found.strain[:kept]
         if previous is not None:  # with the signs that they had
             size = min(strain.shape[1], previous.strain.shape[1])
@@ -192,7 +184,7 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
             sign = np.where((same < 0.0) & (natural > 0.0), -1.0, 1.0)[:, None]
             rims, strain = sign * rims, sign * strain
         own = LongitudinalModes(natural=natural, rims=rims, strain=strain)
-        models.append(sagging_model(d, state, own, numbers))
+        models.append(sagging.sagging_model(d, state, own, numbers))
         previous = own
     fastest = max(float(np.max(modes.natural)), *(float(m.transverse.max()) for m in models), content)
     h, time = _grid(motion, fastest)
@@ -237,10 +229,10 @@ def _tensions(
     drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float
 ) -> tuple[Array, Array, float]:
     """Lines of `excited_modes` along the motion, the transverse modes left out."""
-    still = sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
+    still = sagging.sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
     still = replace(still, direct=0.0 * still.direct, coupling=0.0 * still.coupling, carried=0.0)
-    numbers = numbers_of(still, state, h)
-    _, history_rows = integrate([(numbers, torque)], h, history=True)
+    numbers = sagging.numbers_of(still, state, h)
+    _, history_rows = sagging.integrate([(numbers, torque)], h, history=True)
     every = max(1, history_rows.shape[0] // 2**16)
     relative = (history_rows @ (numbers.watched / np.maximum(numbers.rest, 1e-300)))[::every]
     duration = h * torque.size
@@ -250,7 +242,9 @@ def _tensions(
 
 def _stages(motion: PreparedMotion, detuned: float) -> list[tuple[SaggingNumbers, Array]]:
     """One stage where nothing changes; else `PARTS` between neighbouring knots, coefficients in between."""
-    numbers = [numbers_of(m, s, motion.h, detuned) for m, s in zip(motion.models, motion.states, strict=True)]
+    numbers = [
+        sagging.numbers_of(m, s, motion.h, detuned) for m, s in zip(motion.models, motion.states, strict=True)
+    ]
     if len(numbers) == 1:
         return [(numbers[0], motion.torque)]
     pieces = (len(numbers) - 1) * PARTS

@@ -17,20 +17,9 @@ from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretensi
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
+from cabledrive.studies import resonance_detuning as regions
 from cabledrive.studies.pair_thresholds import CoupledPair, coupled_pairs
-from cabledrive.studies.resonance_detuning import (
-    BUILD_UP,
-    CLOSE,
-    NO_EXCITATION,
-    SAFE,
-    SHOWN,
-    STATE_ONE,
-    InstabilityMargin,
-    far_from_tuning,
-    instability_margin,
-    split_tunings,
-    tuned_threshold,
-)
+from cabledrive.studies.resonance_detuning import SAFE, SHOWN, InstabilityMargin
 
 SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""
@@ -112,7 +101,7 @@ def resonance(
         why = (f"no 1:2 pair in range: {refusal}",)
         return ResonanceSummary(verdict=SAFE, torque=tau, reasons=why, missing=missing)
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    instability = instability_margin(model, tau)
+    instability = regions.instability_margin(model, tau)
     divided = ", where carriages divide the spans and no section is near 1:2," if drive.carriage else ""
     missing = {
         "threshold_torque": f"at the tuned pretension of an empty span{divided} no torque makes a mode grow",
@@ -125,7 +114,7 @@ def resonance(
         missing |= dict.fromkeys(("tuned_pretension", "threshold_torque", "growth_torque"), str(refusal))
     if tuned:
         at_tuning = autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned)))
-        at_threshold = float(tuned_threshold(at_tuning))
+        at_threshold = float(regions.tuned_threshold(at_tuning))
         growth = growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME) if details else None
     if not details:
         missing["growth_torque"] = "not asked for"
@@ -135,7 +124,7 @@ def resonance(
         detuning=ratio - 0.5,
         tuned_pretension=tuned,
         threshold_torque=at_threshold if at_threshold is not None and isfinite(at_threshold) else None,
-        verdict=NO_EXCITATION if torque is None else instability.verdict,
+        verdict=regions.NO_EXCITATION if torque is None else instability.verdict,
         pulley_frequency=pulley,
         torque=tau,
         threshold_here=here if isfinite(here) else None,
@@ -145,11 +134,11 @@ def resonance(
         pairs=resonant_pairs(drive) if details else (),
         coupled=coupled_pairs(drive, model.natural) if details else (),
         reasons=(
-            *((f"{STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
+            *((f"{regions.STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
             *_reasons(drive, model, at_tuning, instability, tau, tuned),
         ),
         missing=missing,
-        split=split_tunings(model) if load_torque else {},
+        split=regions.split_tunings(model) if load_torque else {},
     )
 
 
@@ -177,14 +166,15 @@ def _reasons(
     ends = f"{mode.section[0]:.4g} m to {mode.section[1]:.4g} m"
     detuned, width = instability.distance / (2 * pi), instability.half_width / (2 * pi)
     near = f"is detuned from 1:2 by {detuned:.4g} Hz; its instability region extends +-{width:.4g} Hz"
+    place = regions.far_from_tuning(model, instability) or near
     found = [
         f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode "
-        f"{mode.number} of the {mode.span} span, {ends}, {far_from_tuning(model, instability) or near}"
+        f"{mode.number} of the {mode.span} span, {ends}, {place}"
     ]
     if model.modal_damping == 0.0:
         found.append(
             "the pulley mode is undamped: the threshold at its own frequency is zero, and the instability "
-            f"region is that after {BUILD_UP:.3g} s of growth"
+            f"region is that after {regions.BUILD_UP:.3g} s of growth"
         )
     if model.transverse_damping == 0.0:
         found.append(
@@ -251,7 +241,7 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
     def safe(trial: Drive) -> bool:
         try:
             found = autoparametric_model(trial, load_torque=load_torque, at_rest=True)
-            return instability_margin(found, torque).verdict == SAFE
+            return regions.instability_margin(found, torque).verdict == SAFE
         except (InputRefused, NotComputed):  # weights or the steady load take a span's tension away
             return False
 
@@ -265,7 +255,7 @@ def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> dict[s
     Of the threshold the relative change per 1/s of Gamma, and per N m s/rad of friction at the load pulley.
     """
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    mode = instability_margin(model, torque).mode
+    mode = regions.instability_margin(model, torque).mode
     step = 1e-4 * model.pretension
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
     slope = float((above.transverse[mode] - below.transverse[mode]) / (2 * step))
@@ -365,4 +355,4 @@ def _torque(model: AutoparametricModel) -> Remedy:
 
 def _safe_pumping(c: AveragedCoefficients) -> Array:
     """Parametric excitation at which each mode lies just outside the margin [rad/s]."""
-    return np.hypot(c.transverse_detuning / CLOSE, 0.5 * c.transverse_damping)
+    return np.hypot(c.transverse_detuning / regions.CLOSE, 0.5 * c.transverse_damping)

@@ -14,18 +14,9 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, reflected
+from cabledrive.rig.closed_loop import chain_kernels as kernels
 from cabledrive.rig.closed_loop.cable_plant import cable_ends, cable_run, move_cable
-from cabledrive.rig.closed_loop.chain_kernels import (
-    DIVERGED,
-    VIEW,
-    LoopState,
-    decide,
-    farthest,
-    finish_sample,
-    move_chain,
-    see_chain,
-    sense,
-)
+from cabledrive.rig.closed_loop.chain_kernels import LoopState
 from cabledrive.rig.laws.controllers import fitted_encoders, load_gear, plant_chain
 from cabledrive.rig.setting import RigOptions
 
@@ -222,25 +213,27 @@ def run_users(
 
 def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array, tensions: Array) -> int:
     """Run samples ``first`` to ``last`` - 1 of a loop; returns the sample at which the run ended."""
-    gone, control, s, n = farthest(loop.target), loop.control, state, loop.chain.size
+    gone, control, s, n = kernels.farthest(loop.target), loop.control, state, loop.chain.size
     cable = None if loop.cable is None else cable_run(loop.cable, s, tensions)
     lumped = cable is None and loop.own_plant is None
-    shafts, seen = (s.terms[VIEW] if lumped else s.x)[: 2 * n + 1], s.work if lumped else s.x
+    shafts, seen = (s.terms[kernels.VIEW] if lumped else s.x)[: 2 * n + 1], s.work if lumped else s.x
     for k in range(first, last):
         if cable is not None:
             s.discrete[1] = cable_ends(cable, gone, s)
         else:
-            s.discrete[1] = see_chain(loop.plant, gone, s) if lumped else _see_own(n, gone, s)
+            s.discrete[1] = kernels.see_chain(loop.plant, gone, s) if lumped else _see_own(n, gone, s)
         if s.discrete[1]:
             return k
-        issued = decide(control, k, seen, s) if loop.controller.own is None else _asked(loop, k, seen, s)
+        issued = (
+            kernels.decide(control, k, seen, s) if loop.controller.own is None else _asked(loop, k, seen, s)
+        )
         if cable is not None:
             s.discrete[0] = shafts[n] != 0.0
-        finish_sample(control, k, s, log, shafts, issued)
+        kernels.finish_sample(control, k, s, log, shafts, issued)
         if cable is not None:
             s.discrete[1] = move_cable(cable, loop.rig, k, s)
         elif lumped:
-            move_chain(loop.plant, loop.rig, k, s, 0.0, 0.0)
+            kernels.move_chain(loop.plant, loop.rig, k, s, 0.0, 0.0)
         else:
             _move_own(loop, k, s)
         if s.discrete[1]:
@@ -255,7 +248,7 @@ def _when(loop: Any, k: int) -> str:
 def _asked(loop: Any, k: int, seen: Array, s: LoopState) -> tuple[float, float, float]:
     """Command that the user's controller wants, limited command, and no sigma."""
     own, c = loop.controller.own, s.controller
-    sense(loop.observer, loop.rig, k, seen, s)
+    kernels.sense(loop.observer, loop.rig, k, seen, s)
     valid, torque = observe(loop.observer, c, s.readings), 0.0
     measurement = s.readings if own.measures == "readings" else c.states
     valid = valid and bool(np.all(np.isfinite(s.readings)))
@@ -272,7 +265,7 @@ def _see_own(n: int, gone: float, s: LoopState) -> int:
     s.x[: 2 * n] = s.x[2 * n + 1 : 4 * n + 1]
     if n > 1:
         s.summary[7] = max(s.summary[7], abs(s.x[n - 2] - s.x[n - 1]))
-    return DIVERGED if abs(s.x[n - 1]) > gone else 0
+    return kernels.DIVERGED if abs(s.x[n - 1]) > gone else 0
 
 
 def _move_own(loop: Any, k: int, s: LoopState) -> None:

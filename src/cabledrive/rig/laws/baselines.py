@@ -11,22 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control import linear_laws
 from cabledrive.control.backstepping import PRINTED_HZ, backstepping_numbers, chain_generator
 from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.darc import printed_bounds
-from cabledrive.control.linear_laws import (
-    feedforward_generator,
-    hinf_law,
-    l1_law,
-    lq_law,
-    lq_torque,
-    lqi_law,
-    pd_law,
-    pid_law,
-    reference_model_generator,
-    reference_model_law,
-    rigid_inertia,
-)
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observers import QUIET
 from cabledrive.control.reference import AT_ONCE, ReferenceNumbers, flat_output, reference_numbers
@@ -55,7 +43,7 @@ def inverse_of(
         )
     rigid, damped = spec.feedforward == "rigid", spec.feedforward == "damped"
     flat = None if rigid else flat_output(chain, damped=damped)
-    return feedforward_generator(chain, flat, spec.interval, taps)
+    return linear_laws.feedforward_generator(chain, flat, spec.interval, taps)
 
 
 def _made(
@@ -88,28 +76,28 @@ def _hertz(spec: DesignSpec, default: float) -> float:
 def pd(spec: DesignSpec) -> Controller:
     """PD on the motor."""
     hertz = _hertz(spec, PD_HZ)
-    return _made(spec, "pd", pd_law(spec.chain, hertz, spec.interval), {"bandwidth_hz": hertz})
+    return _made(spec, "pd", linear_laws.pd_law(spec.chain, hertz, spec.interval), {"bandwidth_hz": hertz})
 
 
 def pid(spec: DesignSpec) -> Controller:
     """PID on the load with a notch at the lowest mode."""
     chain, hertz = spec.chain, _hertz(spec, PID_HZ)
     notch = float(natural_frequencies_of(chain)[0]) / (2.0 * pi)
-    law = pid_law(chain, hertz, notch, spec.interval)
+    law = linear_laws.pid_law(chain, hertz, notch, spec.interval)
     return _made(spec, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
 
 
 def lqg(spec: DesignSpec, torque: float | None = None) -> Controller:
     """Linear-quadratic feedback; one count of error weighs as much as a ``torque`` [N m]."""
     chain, (count, torque, settings) = spec.chain, weights(spec, torque)
-    return _made(spec, "lqg", lq_law(chain, count, torque, spec.interval), settings)
+    return _made(spec, "lqg", linear_laws.lq_law(chain, count, torque, spec.interval), settings)
 
 
 def lqi(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback with an integral of the load's error."""
     chain, (count, torque, settings) = spec.chain, weights(spec)
     time = integral_time(chain, count, torque)
-    law = lqi_law(chain, count, torque, time, spec.interval)
+    law = linear_laws.lqi_law(chain, count, torque, time, spec.interval)
     return _made(spec, "lqi", law, settings | {"integral_time": time})
 
 
@@ -123,7 +111,7 @@ def hinf(spec: DesignSpec) -> Controller:
     chain, (count, torque, settings) = spec.chain, weights(spec)
     time = integral_time(chain, count, torque)
     against = chain.coulomb[0] if chain.coulomb[0] > 0.0 else LEAST_SHARE * torque
-    law = hinf_law(chain, count, torque, against, time, spec.interval)
+    law = linear_laws.hinf_law(chain, count, torque, against, time, spec.interval)
     return _made(spec, "hinf", law, settings | {"integral_time": time, "disturbance_weight": against})
 
 
@@ -131,13 +119,13 @@ def l1(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback with L1 adaptation, whose low-pass has the bandwidth of the feedback."""
     chain, (count, torque, settings) = spec.chain, weights(spec)
     hertz = rigid_bandwidth(chain, count, torque)
-    law = l1_law(chain, count, torque, hertz, spec.interval)
+    law = linear_laws.l1_law(chain, count, torque, hertz, spec.interval)
     return _made(spec, "l1", law, settings | {"low_pass_hz": hertz})
 
 
 def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:
     """Bandwidth of the rigid machine under a quadratic cost; see `lq_torque` [Hz]."""
-    return sqrt(torque / (rigid_inertia(chain) * error)) / (2.0 * pi)
+    return sqrt(torque / (linear_laws.rigid_inertia(chain) * error)) / (2.0 * pi)
 
 
 def weights(
@@ -148,7 +136,7 @@ def weights(
     settings: dict[str, Any] = {"error_weight_rad": count}
     if torque is None and spec.bandwidth is not None:
         hertz = _hertz(spec, 0.0)
-        torque = lq_torque(chain, count, hertz)
+        torque = linear_laws.lq_torque(chain, count, hertz)
         settings["bandwidth_hz"] = hertz
     torque = LQ_TORQUE if torque is None else torque
     return count, torque, settings | {"torque_weight": torque}
@@ -156,7 +144,7 @@ def weights(
 
 def integral_time(chain: LumpedChain, error: float, torque: float) -> float:
     """Time of the integral of a law with a quadratic cost: a few times that of its rigid bandwidth [s]."""
-    return INTEGRAL_TIMES * sqrt(rigid_inertia(chain) * error / torque)
+    return INTEGRAL_TIMES * sqrt(linear_laws.rigid_inertia(chain) * error / torque)
 
 
 def shaper(spec: DesignSpec) -> Controller:
@@ -172,7 +160,7 @@ def shaper(spec: DesignSpec) -> Controller:
     late = round(pi / lowest.imag / spec.interval)
     first = 1.0 / (1.0 + overshoot)
     taps = ((0.0, first), (late * spec.interval, overshoot * first))
-    law = pd_law(chain, hertz, spec.interval)
+    law = linear_laws.pd_law(chain, hertz, spec.interval)
     gains = {"bandwidth_hz": hertz, "shaper_hz": abs(lowest) / (2.0 * pi)}
     return _made(spec, "shaper", law, gains, taps)
 
@@ -225,14 +213,14 @@ def reference_model(spec: DesignSpec) -> Controller:
     """Quadratic feedback whose closed loop is the reference model; the motor's four parameters adapt."""
     chain = spec.chain
     count, torque, settings = weights(spec)
-    generator = reference_model_generator(chain, flat_output(chain), spec.interval)
+    generator = linear_laws.reference_model_generator(chain, flat_output(chain), spec.interval)
     reference = spec.rows(generator)
     bounds = printed_bounds(chain, flexible_joint=chain.size == 3)
     # The offset of a motor acts against its torque's sign in the model: it is subtracted.
     low, high = bounds.low - bounds.nominal, bounds.high - bounds.nominal
     low[3], high[3] = -high[3], -low[3]
-    law = reference_model_law(
-        lq_law(chain, count, torque, spec.interval),
+    law = linear_laws.reference_model_law(
+        linear_laws.lq_law(chain, count, torque, spec.interval),
         low,
         high,
         np.abs(reference[:, -4:]).max(axis=0),

@@ -9,16 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.identification.estimates import (
-    Factors,
-    factor,
-    joined,
-    solve,
-    suited_segments,
-    unidentifiable_parameters,
-    unidentifiable_words,
-    weak_words,
-)
+from cabledrive.identification import estimates
+from cabledrive.identification.estimates import Factors
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.rope_friction import Slip, without_slip
 from cabledrive.identification.signals import difference, zero_phase
@@ -95,7 +87,7 @@ def identify_joint(
     fits = []
     for band in (JOINT_BAND, 0.6 * JOINT_BAND, 1.5 * JOINT_BAND):
         parts = [_twist_rows(log, behind, found["load_inertia"][0], rubbed, gear, band) for log in logs]
-        fits.append(solve(suited_segments(joined(parts))))
+        fits.append(estimates.solve(estimates.suited_segments(estimates.joined(parts))))
     values, own = np.array([fit.values for fit in fits]), fits[0].half_width()
     compliance, *_, side = values[0].tolist()
     halves = (own + np.abs(values - values[0]).max(axis=0)).tolist()  # with what the filter moves
@@ -139,7 +131,7 @@ def _twist_rows(
     columns = np.column_stack([torque, difference(torque, h), np.ones(len(log)), side])
     step, edge = max(1, int(0.02 / (band * h))), int(2.0 / (band * h))
     part = slice(edge, len(log) - edge, step)
-    return factor(columns[part], (motor - pulley)[part], ("compliance", "rate", "zero", "side"), 60)
+    return estimates.factor(columns[part], (motor - pulley)[part], ("compliance", "rate", "zero", "side"), 60)
 
 
 SPLITS = (-0.1, 0.1)
@@ -221,7 +213,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         ]
         halves += np.nanmax(np.abs(np.array(others) - solution.fit.values), axis=0)[:n] * scale
     sizes = solution.sizes[: len(NAMES)] / scale
-    unidentifiable = unidentifiable_parameters(middle)
+    unidentifiable = estimates.unidentifiable_parameters(middle)
     found = {
         name: around(name, float(value), float(half))
         for name, value, half in zip(NAMES, middle.values, halves, strict=True)
@@ -233,7 +225,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         if (half := 0.5 * (high - low)) > abs(value)
         and half * sizes[NAMES.index(name)] > WEAK_SHARE * middle.scale
     ]
-    words = unidentifiable_words(middle) + tuple(weak_words(name) for name in weak)
+    words = estimates.unidentifiable_words(middle) + tuple(estimates.weak_words(name) for name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
     sums = found
     found, negative = _possible(sums)

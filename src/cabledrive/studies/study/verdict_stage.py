@@ -12,20 +12,10 @@ from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.rig.setting import control_delay, current_rate
+from cabledrive.studies.study import findings
 from cabledrive.studies.study.acceptance_stage import ENOUGH, LawScore, ReachedError
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageModel
-from cabledrive.studies.study.findings import (
-    RECORD,
-    Findings,
-    held_words,
-    reached_words,
-    remedies_for,
-    resonance_words,
-    rounded_up,
-    short_of,
-    unrun,
-)
 from cabledrive.studies.study.goals import error_unit, goal_of
 from cabledrive.studies.study.machine import WORDS
 from cabledrive.studies.study.modes_stage import motion_torque
@@ -79,7 +69,7 @@ class Verdict:
     reached: ReachedError | None = None  # error of the chosen law [rad] or [m]; None: no law was run
 
 
-def judge(found: Findings) -> Verdict:
+def judge(found: findings.Findings) -> Verdict:
     """Put the stages together."""
     goals, chosen = found.goals, found.laws.score
     refusals, remedies = _refusals(found)
@@ -117,7 +107,7 @@ def judge(found: Findings) -> Verdict:
     )
 
 
-def _refusals(found: Findings) -> tuple[list[str], list[str]]:
+def _refusals(found: findings.Findings) -> tuple[list[str], list[str]]:
     """Torque, speed, slack and resonance: limits that no controller removes."""
     reasons, remedies = [], []
     for demand in found.demand.exceeded:
@@ -133,7 +123,7 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
             remedies.append("raise cable.pretension")
     resonance = found.resonance
     if resonance.refuses:
-        reasons.append(resonance_words(resonance))
+        reasons.append(findings.resonance_words(resonance))
         remedies += [resonance.remedy] if resonance.remedy and resonance.remedy != "none needed" else []
         if resonance.tuned_pretension is not None:
             tuned, drive = resonance.tuned_pretension, found.known
@@ -148,7 +138,7 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
     return reasons, remedies
 
 
-def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
+def _by_acceptance(found: findings.Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
     goals, unit, cable = found.goals, error_unit(found.goals), found.laws.cable_score
     goal, known = goal_of(goals), found.knowledge
     # What makes the plants of the acceptance other than the machine that was logged.
@@ -160,26 +150,30 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
     if goal is None:
         remedy = "set error in [goals] to get a verdict"
         if chosen.reached and chosen.reached.error is not None:
-            remedy += f', such as error = "{rounded_up(unit.of(chosen.reached.error)):g} {unit.name}"'
-        return UNKNOWN, [*doubts, reached_words(chosen, cable, goals, unit)], [remedy, *correct]
-    short = [words for one in (chosen, cable) if one is not None for words in short_of(one, goal, unit)]
+            remedy += (
+                f', such as error = "{findings.rounded_up(unit.of(chosen.reached.error)):g} {unit.name}"'
+            )
+        return UNKNOWN, [*doubts, findings.reached_words(chosen, cable, goals, unit)], [remedy, *correct]
+    short = [
+        words for one in (chosen, cable) if one is not None for words in findings.short_of(one, goal, unit)
+    ]
     off, words = _coupling(found)
     if off and chosen.reached and chosen.reached.error is not None and chosen.reached.error + off > goal:
         short += words
     if doubts:
-        return UNKNOWN, [*doubts, *short], [*correct, *([RECORD] if known.open_names else [])]
+        return UNKNOWN, [*doubts, *short], [*correct, *([findings.RECORD] if known.open_names else [])]
     if not short:
-        return YES, held_words(chosen, cable, goals, unit), []
+        return YES, findings.held_words(chosen, cable, goals, unit), []
     if chosen.share_low is not None and chosen.share == 1.0:
         key = "carriage_draws" if chosen.plant == "carriage" else "draws"
         return UNKNOWN, short, [f"run more plants: raise {key} in [acceptance], or omit --quick"]
     median = found.runs.quantile(0.5)
     if known.residual is None and median is not None and median <= goal and chosen.share != 1.0:
-        return UNKNOWN, [*short, SHEET], [RECORD, *remedies_for(found)]
-    return UNKNOWN, short, remedies_for(found)
+        return UNKNOWN, [*short, SHEET], [findings.RECORD, *findings.remedies_for(found)]
+    return UNKNOWN, short, findings.remedies_for(found)
 
 
-def _bound(found: Findings) -> float | None:
+def _bound(found: findings.Findings) -> float | None:
     """Stated for the chosen law [rad]; None: the chosen law is not the one that a bound is stated for."""
     chosen, control = found.laws.chosen, found.controller
     if chosen is None or chosen.model is None or not isinstance(control, ControllerResult):
@@ -187,7 +181,7 @@ def _bound(found: Findings) -> float | None:
     return control.bound
 
 
-def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
+def _cautions(found: findings.Findings, reasons: Sequence[str]) -> tuple[str, ...]:
     said = (one for one in found.knowledge.findings if found.laws.score is None or one.id == "slip")
     words = [f"the log: {one}" for one in said]
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
@@ -216,7 +210,7 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
                 "results.json"
             )
     asked = (found.runs,) if found.carried else (found.runs, found.cable)
-    words += _of_the_carriage(found) if found.carried else unrun(found, reasons)
+    words += _of_the_carriage(found) if found.carried else findings.unrun(found, reasons)
     for one in asked:
         if one.saturated:
             kind = "" if found.carried else f"{one.plant} "
@@ -236,7 +230,7 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _of_the_carriage(found: Findings) -> list[str]:
+def _of_the_carriage(found: findings.Findings) -> list[str]:
     """What does not decide of a carriage."""
     model, control, drive = found.model, found.controller, found.known
     words = [NO_BOUND] if found.runs.draws else []
@@ -260,7 +254,7 @@ def _of_the_carriage(found: Findings) -> list[str]:
     return words
 
 
-def _coupling(found: Findings) -> tuple[float, list[str]]:
+def _coupling(found: findings.Findings) -> tuple[float, list[str]]:
     """How far the other axis of a coupled machine moves the load along the motion [rad], in words."""
     drive = found.known
     if not isinstance(drive, AxisDrive):
