@@ -81,20 +81,27 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
 
 
 @pytest.mark.kernel
-def test_steps_that_meet_slack_do_not_depend_on_how_many_are_taken_at_once():
+@pytest.mark.parametrize(
+    ("drive", "torque", "names"),
+    [
+        (PRINTER, 200.0, [*(one.name for one in PRINTER.pulley if one.inertia > 0.0), "coulomb_loss"]),
+        (cd.load_drive("dissertation-2"), 1000.0, ["load_angle", "drive_angle", "balance"]),
+    ],
+    ids=["route", "loop in one pass"],
+)
+def test_steps_that_meet_slack_do_not_depend_on_how_many_are_taken_at_once(drive, torque, names):
     """Between two records taut steps are taken together, and taken back where a span goes slack."""
     step = 5e-7
     scheme = Scheme(segments=4, slack="tension-only", step=step)
     fine, coarse = (
         cd.simulate(
-            PRINTER, 240 * step, torque=200.0, scheme=scheme, recording=Recording(rate=1.0 / (every * step))
+            drive, 2400 * step, torque=torque, scheme=scheme, recording=Recording(rate=1.0 / (every * step))
         )
         for every in (1, 120)
     )
     assert fine.slack_events
     assert fine.slack_events[0].time % (120 * step) > step
-    bodies = (one.name for one in PRINTER.pulley if one.inertia > 0.0)
-    for name in (*bodies, "coulomb_loss"):
+    for name in names:
         np.testing.assert_allclose(fine.channel(name)[::120], coarse.channel(name), rtol=1e-12, err_msg=name)
 
 
@@ -245,6 +252,13 @@ def test_a_span_that_goes_slack_stops_the_run_and_says_where():
     assert on.stopped is None
     assert len(on.slack_events) > 0
     assert min(span["least_tension"] for span in on.summary()["spans"]) == 0.0
+
+
+def test_the_energy_handled_is_what_a_plucked_machine_starts_with():
+    found = cd.simulate(PRINTER, 2e-3, start=shaped("triangle"), scheme=Scheme(segments=8))
+    tension = found.channel("mean tension, motor to lower idler")[0]
+    length = next(span.length for span in PRINTER.free_spans if span.name == "motor to lower idler")
+    assert found.energy_handled == pytest.approx(0.5 * tension * 4e-6 / length, rel=0.02)
 
 
 @pytest.mark.parametrize(

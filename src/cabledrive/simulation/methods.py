@@ -127,8 +127,8 @@ def _taut_or_any(given: Given, torque: Array, forces: Array, every: int, rows: A
         j += taken
         if j >= len(torque) or not finite:
             return at.DONE if finite else at.NOT_FINITE
-        stop, row = min(len(torque), j - j % every + every), j // every
-        here = torque[j:stop], forces[j:stop], every if j % every == 0 else 0
+        stop, row = min(len(torque), j + every), j // every  # it stands at a record
+        here = torque[j:stop], forces[j:stop], every
         kept = rows[row : row + 1], fields[row : row + 1]
         if code := int(integrate(None, NONE, None, None, False, *given, *here, *kept)):
             return code
