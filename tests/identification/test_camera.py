@@ -145,11 +145,11 @@ def test_a_video_file_and_a_folder_of_pictures_are_the_same_clip(clip, tmp_path)
     for k, frame in enumerate(frames[:60]):
         video.write(np.repeat(frame[:, :, None], 3, axis=2))
         if k != 40:  # a picture that was lost
-            Image.fromarray(frame).save(tmp_path / "frames" / f"frame_{k:04d}.png")
+            Image.fromarray(frame).save(tmp_path / "frames" / f"frame_{k + 7:04d}.png")
     video.release()
     for source in ("a.avi", "frames"):
         track = track_marker(open_clip(tmp_path / source, RATE))
-        assert track.frame_rate == RATE
+        assert (track.frame_rate, track.place[0]) == (RATE, 0)
         error = track.rows[:, 0] - exact[:60][track.place - track.place[0]]
         assert np.sqrt(np.mean(error**2)) <= 0.05, (source, np.sqrt(np.mean(error**2)))
     assert "1 frames dropped" in track.findings[0]

@@ -303,6 +303,7 @@ def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
         f"{fit.bandwidth.value:.0f} Hz"
     )
     assert abs(fit.gain.value - GAIN) < 3.3 * fit.gain.standard_error, fit.gain  # 99.9 %
+    assert 1.9 < np.log(gain.high / gain.value) * gain.value / gain.standard_error < 2.6  # of Student's t
     assert fit.decibels == pytest.approx(4.2, abs=0.01)
     assert fit.bandwidth.value == pytest.approx(1000.0, rel=0.05), fit.bandwidth
     slower = replace(rig, imperfections=replace(rig.imperfections, current_bandwidth=300.0))

@@ -85,6 +85,9 @@ def test_distributed_response_peaks_at_the_certified_modes():
     for mode in natural_frequencies(with_measured_stiffness(bare), count=2):
         beside = distributed_response(bare, 2 * np.pi * mode * np.array([1 - 1e-7, 1 + 1e-7]))
         assert beside[0].real * beside[1].real < 0.0, f"no pole at {mode:.4f} Hz"
+    heavy = replace(bare, layout=replace(bare.layout, gravity=9.81))
+    at = 2 * np.pi * np.array([3.0, 40.0])
+    np.testing.assert_array_equal(distributed_response(heavy, at), distributed_response(bare, at))
 
 
 def test_each_model_holds_up_to_the_mode_it_leaves_out(measured):

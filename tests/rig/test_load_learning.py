@@ -281,6 +281,16 @@ def test_repetitions_take_two_thirds_of_the_error_of_lqg_and_stop_by_themselves(
     assert found["contraction"] < 1.0
     assert len(peaks) < 12, "learning stops before it is told to"
     assert "fell by less than" in found["stopped"]
+    seen = [one["encoder_rms_deg"] for one in found["repetitions"]]
+    assert min(seen[-2:]) > 0.97 * min(seen[:-2]), "two repetitions without a gain end it, no others"
+
+
+def test_errors_of_repetitions_are_of_the_load_where_the_pulleys_differ():
+    """A load pulley of twice the radius turns by half of what the motor does."""
+    drive = load_drive("dissertation-3", overrides=["pulley.1.radius=80 mm"])
+    made = track(drive, controller="lqg", bandwidth=15.0, motion=Motion(order=11), seed=3, repeat=2)
+    for one in made.summary["repeated"]["repetitions"]:
+        assert 0.2 < one["encoder_rms_deg"] / one["peak_error_deg"] < 1.0
 
 
 def test_the_command_shows_the_error_of_each_repetition():

@@ -57,6 +57,15 @@ def test_the_pair_moves_as_scipy_integrates_it_also_where_a_flank_opens(measured
     assert apart < 0.03
 
 
+def test_encoders_and_friction_of_a_pair_begin_anywhere_within_their_range():
+    """Phases within half a count, friction held at up to all of it, either way."""
+    skews = [loop_of(DRIVE, "lqg", 20.0, SHORT, PAIR, seed).pair.skew for seed in range(24)]
+    for name, most in (("phase", 0.5), ("held", 1.0)):
+        values = np.array([getattr(skew, name) for skew in skews])
+        assert np.abs(values).max() <= most
+        assert values.min() < -0.5 * most < 0.5 * most < values.max()
+
+
 def test_with_both_flanks_closed_the_pair_is_a_motor_of_twice_the_size_without_backlash():
     """No friction, true states: the error of the load to the integrators' order."""
     options = RigOptions(pair=True, ideal_sensors=True)

@@ -151,6 +151,11 @@ def test_the_gain_margin_is_the_factor_at_which_the_loop_becomes_unstable(name, 
     assert not stable_with(loop, 1.02 * margin)
 
 
+def test_a_loop_that_does_not_settle_has_no_margin():
+    found = margins_of(loop_of("pd", 300.0))
+    assert (found.disk, found.gain, found.phase, found.ripple) == (0.0, 1.0, 0.0, np.inf)
+
+
 @pytest.mark.parametrize(
     "overrides", [(), ("sensors.delay=1 ms",), ("sensors.delay=0.3 ms", "motor.current_bandwidth=100 Hz")]
 )

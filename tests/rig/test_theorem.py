@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cabledrive.control.bound import ErrorBound
 from cabledrive.control.darc import printed_bounds
 from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig import Motion, RigOptions, track
-from cabledrive.rig.bounds import check_learning
+from cabledrive.rig.bounds import BoundCheck, check_learning
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
 from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING
@@ -340,3 +341,18 @@ def _other_cable(plant: Drive, rng: np.random.Generator) -> dict[str, Any]:
 def _pulley(plant: Drive, **changes: float) -> dict[str, Any]:
     first, last = plant.pulley
     return {"pulley": (first, replace(last, **changes))}
+
+
+def test_the_share_of_a_bound_is_the_largest_where_the_bound_is_open():
+    tube, sources = np.array([0.0, 0.5, 2.0]), np.array([1.0, 0.3, 0.5])
+    check = BoundCheck(
+        bound=ErrorBound(tube=tube, steady=2.0, printed=2.0), sources=sources, unmatched=-0.5 * sources
+    )
+    assert (check.used, check.unmatched_part) == (pytest.approx(0.6), pytest.approx(0.3))
+
+
+def test_a_load_that_follows_with_true_states_breaks_no_assumption_on_friction():
+    """The sign of the friction is that of the reference where the motor never turns against it."""
+    drive = load_drive("dissertation-3")
+    said = track(drive, controller="darc-4-damped", options=RigOptions(ideal_sensors=True)).summary
+    assert not [words for words in said["departures"] if "acts against the sign" in words]

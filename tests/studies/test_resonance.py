@@ -96,6 +96,12 @@ def test_map_shows_the_drive_growing_inside_the_instability_region_and_not_outsi
     assert found.threshold[1] == pytest.approx(float(threshold_torque(autoparametric_model(drive))), rel=1e-3)
 
 
+def test_a_map_reaches_a_quarter_beyond_the_pretension_of_tuning_and_the_own_one():
+    drive = replace(damped(2.0, 5.0), cable=replace(damped(2.0, 5.0).cable, pretension=5.0))
+    found = growth_map(drive, torque=0.02, torques=[0.02], duration=0.05)
+    assert found.pretension[[0, -1]] == pytest.approx([3.28377 / 1.25, 5.0 * 1.25], rel=1e-5)
+
+
 def test_exact_loop_agrees_with_the_map_at_random_points():
     drive = damped(2.0, 5.0)
     axes = dict(pretensions=np.linspace(3.2, 3.4, 9), torques=np.linspace(0.0, 0.03, 9))
