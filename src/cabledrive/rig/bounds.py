@@ -121,14 +121,9 @@ def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
     deviation = None
     if made.law.scalars[DESIRED]:
         deviation = theory.regressor_deviation(made.law, law_states(loop, log), made.reference[: len(log)])
-    return theory.error_bound(
-        made.law,
-        made.bandwidth,
-        log[:, start : start + made.law.learning.shape[1]],
-        delta,
-        made.flat.time_constants,
-        deviation,
-    )
+    estimates = log[:, start : start + made.law.learning.shape[1]]
+    times = made.flat.time_constants
+    return theory.error_bound(made.law, made.bandwidth, estimates, delta, times, deviation)
 
 
 def law_states(loop: Loop, log: Array) -> Array:

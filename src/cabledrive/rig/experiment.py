@@ -284,14 +284,10 @@ def _of_response(
     period = round(excitation.period * rig.sample_rate)
     spectrum = 2 * np.abs(np.fft.rfft(torque[:period])) / period
     lines = np.flatnonzero(spectrum[1:] > 0.1 * spectrum[1:].max()) + 1
+    shown = lines * rig.sample_rate / period, spectrum[lines]
+    samples = rig.sample_rate * max(excitation.duration - excitation.period, excitation.period)
     try:
-        errors = planning.predicted_response_errors(
-            values,
-            radius,
-            (lines * rig.sample_rate / period, spectrum[lines]),
-            rig.sample_rate * max(excitation.duration - excitation.period, excitation.period),
-            instruments,
-        )
+        errors = planning.predicted_response_errors(values, radius, shown, samples, instruments)
     except InputRefused as refusal:
         return {}, [str(refusal)]
     return dict(errors), []

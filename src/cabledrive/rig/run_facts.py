@@ -170,14 +170,9 @@ def _against(loop: Loop, done: Run) -> bool:
 
 def unmatched(drive: Drive, actual: Drive) -> bool:
     """Whether anything but the motor's inertia, friction and offset differs between two drives."""
-    ours, theirs = lumped_model(drive), lumped_model(actual)
-    return (
-        ours.inertias[1:] != theirs.inertias[1:]
-        or ours.stiffness != theirs.stiffness
-        or ours.damping != theirs.damping
-        or ours.viscous[1:] != theirs.viscous[1:]
-        or load_gear(drive) != load_gear(actual)
-    )
+    chains = (lumped_model(one) for one in (drive, actual))
+    ours, theirs = ((one.inertias[1:], one.stiffness, one.damping, one.viscous[1:]) for one in chains)
+    return ours != theirs or load_gear(drive) != load_gear(actual)
 
 
 def plant_model(loop: Loop) -> int:

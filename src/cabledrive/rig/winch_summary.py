@@ -179,13 +179,8 @@ def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:
     if gust > design.gust * (1.0 + 1e-9):
         found.append(f"a force of {gust:.4g} N acts on the body, the promise is for {design.gust:.4g} N")
     if saturated.any():
-        names = " and ".join(
-            name
-            for name, limit, t in zip(
-                machine.motors, machine.numbers.limit, np.abs(setup.torque).max(axis=0), strict=True
-            )
-            if t > limit
-        )
+        beyond = np.abs(setup.torque).max(axis=0) > machine.numbers.limit
+        names = " and ".join(name for name, so in zip(machine.motors, beyond, strict=True) if so)
         asked = f" (the motion itself asks {names} for more)" if names else ""
         found.append(f"the torque is at its limit at {saturated.mean():.2%} of the samples{asked}")
     return found

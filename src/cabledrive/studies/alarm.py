@@ -122,16 +122,10 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
         assumptions.append("pretension, carriages and load torque change slowly against the transverse modes")
     runs = prepared.response(parametric=False), driven, grown
     amplitude, time = (np.array([getattr(run, of)[place] for run in runs]) for of in ("amplitude", "time"))
-    return AlarmResult(
-        **_answer(
-            (largest, changed, min(driven.tension, grown.tension)),
-            (floor, limit),
-            _mode_alarms([row[2] for row in rows], omega, amplitude, time, floor),
-            doubts,
-            "the {} span",
-        ),
-        assumptions=tuple(assumptions),
-    )
+    found, alarms = (largest, changed, min(driven.tension, grown.tension)), [row[2] for row in rows]
+    modes = _mode_alarms(alarms, omega, amplitude, time, floor)
+    answer = _answer(found, (floor, limit), modes, doubts, "the {} span")
+    return AlarmResult(**answer, assumptions=tuple(assumptions))
 
 
 def _answer(
@@ -314,15 +308,11 @@ def route_alarm(
         still = (words,)
     if ended is not None:
         more = f"; followed until {ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
+    found = largest, changed, float((path.at("tension", path.here) + rise).min())
+    modes = _mode_alarms(rows, omega, amplitude.T[runs], time.T[runs], floor)
+    doubts = _doubts_of_routes(drive, motion, path, limit)
     return AlarmResult(
-        **_answer(
-            (largest, changed, float((path.at("tension", path.here) + rise).min())),
-            (floor, limit),
-            _mode_alarms(rows, omega, amplitude.T[runs], time.T[runs], floor),
-            _doubts_of_routes(drive, motion, path, limit),
-            "{}",
-            more,
-        ),
+        **_answer(found, (floor, limit), modes, doubts, "{}", more),
         assumptions=(*still, *ASSUMPTIONS),
         passages=passages_of(path),
         poses=poses,

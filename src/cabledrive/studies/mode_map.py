@@ -159,14 +159,9 @@ def _below(job: tuple[Any, ...]) -> Listed:
 
 def _settings(axes: Sequence[Axis]) -> list[dict[str, float]]:
     """Values by key at every point, in the order of `points_of`."""
-    return [
-        {
-            key: float(value)
-            for keys, values in zip((axis.keys for axis in axes), place, strict=True)
-            for key, value in zip(keys, values, strict=True)
-        }
-        for place in itertools.product(*(axis.values.T for axis in axes))
-    ]
+    keys = [key for axis in axes for key in axis.keys]
+    places = itertools.product(*(axis.values.T for axis in axes))
+    return [dict(zip(keys, np.concatenate(place).tolist(), strict=True)) for place in places]
 
 
 def _checked(drive: Drive | RoutedDrive, vary: Vary) -> list[Axis]:

@@ -15,13 +15,7 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, posed
-from cabledrive.studies.pair_thresholds import (
-    ONE_TO_TWO,
-    SUM,
-    lost_square,
-    near_pairs,
-    refuse_running,
-)
+from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM, lost_square, near_pairs, refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_snapshot import Snapshot, snapshot_of, tracked
 

@@ -29,13 +29,7 @@ from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.pair_thresholds import (
-    HIGHEST,
-    NEAR,
-    WAYS,
-    turns_of,
-    waves_of,
-)
+from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, WAYS, turns_of, waves_of
 
 _Key = tuple[str, str, int]
 """Of a transverse mode: span, plane, number among those of that span and plane."""
@@ -157,17 +151,11 @@ def _shapes(network: Network, across: Sequence[Mode]) -> Array:
 
 def _along_shapes(network: Network, along: Sequence[Mode]) -> Array:
     """Displacement along every span at its points and ends, shape (points, modes)."""
-    ends = np.array([0.0, *POINTS, 1.0])
-    columns = [
-        np.concatenate(
-            [
-                mode.displacement(span.name, ALONG, ends * span.length)[0].real
-                for span in network.drive.free_spans
-            ]
-        )
-        for mode in along
+    ends, spans = np.array([0.0, *POINTS, 1.0]), network.drive.free_spans
+    rows = [
+        [mode.displacement(one.name, ALONG, ends * one.length)[0].real for one in spans] for mode in along
     ]
-    return np.array(columns).T
+    return np.array(rows).reshape(len(along), len(spans) * ends.size).T
 
 
 Match = NDArray[np.intp]

@@ -165,14 +165,8 @@ def _first_hertz(drive: RoutedDrive) -> Array:
 
     tension, density, _, length = _strings(drive)
     mean = np.sqrt(tension.mean(axis=0) / density) / (2 * length)
-    ends = (
-        4
-        * pi
-        * np.sqrt(density)
-        * length
-        / np.abs(tension[1] - tension[0])
-        * np.sqrt(np.sort(tension, axis=0))
-    )
+    rate = 4 * pi * np.sqrt(density) * length / np.abs(tension[1] - tension[0])
+    ends = rate * np.sqrt(np.sort(tension, axis=0))
     low, high = _LOWEST * mean, _HIGHEST * mean
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

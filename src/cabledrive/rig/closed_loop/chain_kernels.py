@@ -20,19 +20,8 @@ from cabledrive.parameters.arrays import Array
 Integers = NDArray[np.int64]
 DIVERGED, WENT_SLACK = 1, 2
 SUMMARY = (
-    "peak",
-    "first_peak",
-    "later_peak",
-    "square",
-    "peak_torque",
-    "saturated",
-    "invalid",
-    "twist",
-    "own_peak",
-    "slack",
-    "loose",
-    "aside",
-    "swing",
+    *("peak", "first_peak", "later_peak", "square", "peak_torque", "saturated", "invalid", "twist"),
+    *("own_peak", "slack", "loose", "aside", "swing"),
 )
 
 

@@ -136,13 +136,11 @@ def doubled(drive: Drive) -> Drive:
         )
     if sensors is None or sensors.motor_encoder is None:
         raise InputRefused("pair: sensors.motor_encoder is missing: both motors are read: give its counts")
-    twice: dict[str, Any] = {
-        key: None if getattr(motor, key) is None else 2.0 * getattr(motor, key)
-        for key in (
-            "inertia", "viscous_friction", "coulomb_friction", "offset_torque", "joint_stiffness",
-            "joint_damping", "torque_limit",
-        )
-    }  # fmt: skip
+    keys = (
+        *("inertia", "viscous_friction", "coulomb_friction", "offset_torque"),
+        *("joint_stiffness", "joint_damping", "torque_limit"),
+    )
+    twice: dict[str, Any] = {key: 2.0 * one for key in keys if (one := getattr(motor, key)) is not None}
     return replace(drive, motor=replace(motor, **twice, rotor_inertia=None))
 
 

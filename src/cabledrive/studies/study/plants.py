@@ -302,21 +302,14 @@ class CarriagePlant:
 
     def candidates(self, modes: ModesResult, *, possible: bool) -> Candidates:
         """The model of the carriage and the scheduled law at its bandwidth."""
-        note, staged = self.cache.note, self.cache.staged
+        note, staged, about = self.cache.note, self.cache.staged, (bare(self.drive), self.task)
         assert self.known is not None
         note("[5/8] model of the carriage")
-        model = staged("model", carriage_model, bare(self.drive), self.task)
+        model = staged("model", carriage_model, *about)
         if model.reason or not possible:
             return Candidates(model=model, reason=model.reason or EXCEEDED)
         note("[6/8] controller: bandwidth of the scheduled law")
-        law = staged(
-            "controller",
-            design_carriage_law,
-            bare(self.drive),
-            self.task,
-            self.known.quantities,
-            model.left_out,
-        )
+        law = staged("controller", design_carriage_law, *about, self.known.quantities, model.left_out)
         setting = LawSetting(controller=law.name, bandwidth=law.bandwidth)
         laws = () if law.bandwidth is None else (setting,)
         return Candidates(model=model, controller=law, laws=laws, reason="" if laws else law.reason)

@@ -10,6 +10,7 @@ taken as independent. The whole covariance is then the regression's and a diagon
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 
@@ -185,9 +186,8 @@ def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlati
     """
     common = _half_products(fit.covariance, fit.half_width())
     names = [name for name in fit.names if name in intervals]
-    products = {
-        (a, b): float(common[fit.names.index(a), fit.names.index(b)]) for a in names for b in names if a != b
-    }
+    place = fit.names.index
+    products = {(a, b): float(common[place(a), place(b)]) for a, b in permutations(names, 2)}
     whole = {name: 0.5 * (high - low) for name, (_, low, high) in intervals.items()}
     cable = [name for name in ("cable_stiffness", "cable_damping") if name in intervals]
     shares = {name: intervals[name][0] / intervals["load_inertia"][0] for name in cable}
@@ -211,9 +211,7 @@ def of_an_axis(
     weights |= {name: (names.index(name), 1.0) for name in names if name in known}
     products = {
         (a, b): float(weights[a][1] * weights[b][1] * common[weights[a][0], weights[b][0]])
-        for a in weights
-        for b in weights
-        if a != b
+        for a, b in permutations(weights, 2)
     }
     return _over(products, {name: known[name].half_width for name in weights})
 
