@@ -1,7 +1,7 @@
 """The drive as a laboratory sees it: sampled, counted, delayed, limited, with friction that sticks."""
 
 from cabledrive.rig.carriage import CarriageMove, CarriageRun, move_carriage
-from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
+from cabledrive.rig.closed_loop.own_plant import OwnPlant
 from cabledrive.rig.front_door import track
 from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, Payload, RigOptions
 from cabledrive.rig.tracking import Tracking
@@ -15,7 +15,6 @@ __all__ = [
     "Motion",
     "OwnPlant",
     "Payload",
-    "PlantProtocol",
     "RigOptions",
     "Tracking",
     "TwoMotorTracking",

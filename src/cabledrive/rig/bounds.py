@@ -160,11 +160,9 @@ def check_learning(loop: Loop, log: Array) -> BoundCheck | None:
     covariance = kept[:, p : p + p * p].reshape(-1, p, p)
     spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
     estimates = kept[:, :p]
-    height = np.sum(
-        np.abs(theory.missing_torque(law.rows[0, k : k + 2 * n], states, torque))
-        * theory.believed_range(law, estimates, spread),
-        axis=1,
-    ) + motor_disturbance(motion.chain, wanted, interval)
+    missing = np.abs(theory.missing_torque(law.rows[0, k : k + 2 * n], states, torque))
+    height = np.sum(missing * theory.believed_range(law, estimates, spread), axis=1)
+    height += motor_disturbance(motion.chain, wanted, interval)
     error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)
     found = _held(loop, [whole], wanted[:, n - 1], height, error)
     return replace(found, beyond=beyond(law.learning, true, estimates, spread))

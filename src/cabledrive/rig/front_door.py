@@ -20,7 +20,7 @@ from cabledrive.reduction.two_motors import is_winched, winched_machine
 from cabledrive.rig import trial
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import Loop, check_drawable, close_loop, run
-from cabledrive.rig.closed_loop.own_plant import PlantProtocol
+from cabledrive.rig.closed_loop.own_plant import OwnPlant
 from cabledrive.rig.laws.baselines import FEEDFORWARDS, inverse_of
 from cabledrive.rig.laws.controller_file import ControllerFile, is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, place
@@ -50,7 +50,7 @@ def track(
     *,
     controller: str | PathLike[str] | ControllerProtocol | None = None,
     bandwidth: float | None = None,
-    plant: str | LumpedChain | PlantProtocol | None = None,
+    plant: str | LumpedChain | OwnPlant | Any = None,
     motion: Motion | BodyMotion | None = None,
     options: RigOptions | None = None,
     plant_drive: Drive | RoutedDrive | None = None,
@@ -77,7 +77,7 @@ def track(
         One in plain Python runs sample by sample, and the result says so.
     bandwidth : float, optional
         lambda/(2 pi) [Hz] instead of that of ``gains``.
-    plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, LumpedChain or PlantProtocol, optional
+    plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, LumpedChain or OwnPlant, optional
         Default: the highest model that the drive's data allow. "cable": the nonlinear distributed cable. Any
         lumped chain from "motor" to "load", or a plant of your own (`OwnPlant`); encoders, torque limit,
         delay and torque loop stay those of the drive.

@@ -57,7 +57,6 @@ def map_modes(
     motor: str | None = None,
     hold: Sequence[str] = (),
     workers: int = 1,
-    progress: Callable[[int], None] | None = None,
 ) -> "xr.Dataset":
     """Natural frequencies over a grid of any figures of a machine.
 
@@ -75,8 +74,6 @@ def map_modes(
         As of `cabledrive.modes`.
     workers : int, default 1
         Processes that share the points.
-    progress : callable, optional
-        Called with the number of points done.
 
     Returns
     -------
@@ -95,11 +92,7 @@ def map_modes(
     if not 0 < count <= MOST_MODES:
         raise InputRefused(f"count = {count} must lie between 1 and {MOST_MODES}: list fewer at a time")
     axes, held, solved = _over(Grid(drive, vary, motor, hold, workers), count, _point)
-    points = []
-    for number, point in enumerate(solved):
-        points.append(point)
-        if progress is not None:
-            progress(number + 1)
+    points = list(solved)
     if all(point["reason"] for point in points):
         raise InputRefused(f"no point of the map is a machine: {points[0]['reason']}")
     return _dataset(drive, axes, points, count, held)

@@ -140,11 +140,9 @@ def assumptions_of(found: MotionTensions, pulleys: tuple[PulleyMargin, ...]) -> 
     """What the margins of a motion rest on."""
     count = len(found.networks)
     poses = "in the pose of the file" if count == 1 else f"frozen in {count} poses"
-    how = (
-        "torque from the given places, friction of bodies, bearings and motors included"
-        if found.given
-        else "places from the given torque, without friction"
-    )
+    how = "places from the given torque, without friction"
+    if found.given:
+        how = "torque from the given places, friction of bodies, bearings and motors included"
     lines = [
         "forces of inertia distributed over elastic ropes; vibration by the modes of masses and springs "
         f"{poses}, {found.modes[0]:.4g} to {found.modes[1]:.4g} Hz, sampled every "
@@ -244,11 +242,8 @@ def _pulleys(drive: RoutedDrive, found: MotionTensions, given: Mapping[str, floa
     for number, span in enumerate(drive.free_spans):
         if span.wrap is None or span.end.pulley is None:
             continue
-        after = next(
-            i
-            for i, other in enumerate(drive.free_spans)
-            if other.route == span.route and follows(drive, number, i)
-        )
+        own = (i for i, other in enumerate(drive.free_spans) if other.route == span.route)
+        after = next(i for i in own if follows(drive, number, i))
         last = max(i for i, piece in enumerate(pieces) if piece.span == number)
         first = min(i for i, piece in enumerate(pieces) if piece.span == after)
         wraps = [one.drive.free_spans[number].wrap for one in found.networks]

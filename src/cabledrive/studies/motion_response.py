@@ -217,11 +217,8 @@ def _grid(motion: PlannedMotion, fastest: float) -> tuple[float, Array]:
 
 def _above_holding(drive: Drive, motion: PlannedMotion, time: Array, holding: list[float]) -> Array:
     offset = drive.motor.offset_torque if drive.motor is not None else 0.0
-    held = np.interp(
-        time,
-        np.linspace(0.0, motion.time[-1], max(len(holding), 2)),
-        np.broadcast_to(holding, max(len(holding), 2)),
-    )
+    knots = np.linspace(0.0, motion.time[-1], max(len(holding), 2))
+    held = np.interp(time, knots, np.broadcast_to(holding, knots.size))
     return np.interp(time, motion.time, motion.torque) + offset - held
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from cabledrive.rig.closed_loop.chain_plant import (
     pair_plant,
 )
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
-from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol, run_users, user_plant
+from cabledrive.rig.closed_loop.own_plant import OwnPlant, run_users, user_plant
 from cabledrive.rig.laws.controllers import (
     Controller,
     DesignSpec,
@@ -133,7 +134,7 @@ def close_loop(
     spec: DesignSpec,
     controller: Controller,
     generator: np.random.Generator,
-    plant: str | LumpedChain | PlantProtocol | None = None,
+    plant: str | LumpedChain | OwnPlant | Any = None,
 ) -> Loop:
     """Put a loop together; ``plant``: one of `PLANTS`, the highest model by default, or one of the user's."""
     motion, options, plant_drive = spec.motion, spec.options, spec.plant or spec.drive

@@ -1,9 +1,9 @@
-"""A plant of the user's own in the rig's loop: its protocol, its checks, a step between samples."""
+"""A plant of the user's own in the rig's loop: its checks, a step between samples."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,68 +24,32 @@ PIECE = 0.25
 """Longest time of a constant torque in a step of the plant, over the time constant of the torque loop."""
 
 
-@runtime_checkable
-class PlantProtocol(Protocol):
-    """What an object needs so that `cabledrive.track` runs it as the plant.
+@described
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OwnPlant:
+    """A plant of the user's own, for `cabledrive.track`, which takes any object with these attributes.
 
-    Attributes
-    ----------
-    name : str
-    parameters : object
-        Handed to every step as it is.
-    initial_state : array_like, shape (m,)
-        Angles of the shafts [rad], then their speeds [rad/s], then whatever else the plant keeps.
-    shafts : tuple of str
-        What the first angles are, from the motor to the load: ("motor", "load"), or with a flexible joint
-        ("motor", "drive", "load").
-
-    Notes
-    -----
     All angles are at the first shaft: the load pulley's times r2 / r1; inertias there are divided by the
     square. Encoders, filter, controller, torque limit, delay and torque loop are the rig's.
     """
 
-    name: str
-    parameters: Any
-    initial_state: ArrayLike
-    shafts: tuple[str, ...]
-
-    def step(self, parameters: Any, state: Array, torques: Array, time: float) -> ArrayLike:
-        """The state after a time under constant torques.
-
-        Parameters
-        ----------
-        parameters : object
-        state : ndarray, shape (m,)
-        torques : ndarray, shape (2,)
-            On motor and load [N m].
-        time : float
-            Any part of a sample [s].
-
-        Returns
-        -------
-        array_like, shape (m,)
-        """
-
-
-@described
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OwnPlant:
-    """A plant of the user's own, for `cabledrive.track`."""
-
     step: Callable[[Any, Any, Any, float], Any] = meaning(
-        "``step(parameters, state, torques, time) -> state``: plain Python or compiled"
+        "``step(parameters, state, torques, time) -> state``, plain Python or compiled: the state, (m,), "
+        "after a time [s], any part of a sample, under constant torques on motor and load, (2,) [N m]"
     )
     initial_state: ArrayLike = meaning(
         "(m,): angles of the shafts [rad], their speeds [rad/s], then whatever else the plant keeps"
     )
-    shafts: tuple[str, ...] = meaning("names of the shafts", ("motor", "load"))
-    parameters: Any = meaning("handed to every step", 0.0)
+    shafts: tuple[str, ...] = meaning(
+        'what the first angles are: with a flexible joint ("motor", "drive", "load")',
+        ("motor", "load"),
+    )
+    parameters: Any = meaning("handed to every step as they are", 0.0)
     name: str = meaning("how it is called", "own plant")
 
 
 def checked_plant(given: Any) -> OwnPlant:
-    """The user's plant as frozen data; ``given``: an object of `PlantProtocol`; parameters may be absent."""
+    """The user's plant as frozen data; ``given``: an object like `OwnPlant`; parameters may be absent."""
     words = " ".join(repr(given).split())
     if not callable(getattr(given, "step", None)) or isinstance(given, type):
         raise InputRefused(

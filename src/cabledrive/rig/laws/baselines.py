@@ -219,10 +219,8 @@ def reference_model(spec: DesignSpec) -> Controller:
     # The offset of a motor acts against its torque's sign in the model: it is subtracted.
     low, high = bounds.low - bounds.nominal, bounds.high - bounds.nominal
     low[3], high[3] = -high[3], -low[3]
-    base, sizes = (
-        linear_laws.lq_law(chain, count, torque, spec.interval),
-        np.abs(reference[:, -4:]).max(axis=0),
-    )
+    base = linear_laws.lq_law(chain, count, torque, spec.interval)
+    sizes = np.abs(reference[:, -4:]).max(axis=0)
     rate = SLOWER * 2.0 * pi * rigid_bandwidth(chain, count, torque) * float(spec.adapt)
     law = linear_laws.reference_model_law(base, low, high, sizes, rate)
     return Controller(

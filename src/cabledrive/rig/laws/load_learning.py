@@ -165,11 +165,8 @@ def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, A
     """Deviation and bounds of the load's Coulomb and viscous friction and inertia, shape (3,) each."""
     coulomb, viscous, inertia = max(chain.coulomb[0], 1e-9), max(chain.viscous[0], 1e-9), chain.inertias[-1]
     spread = np.array([0.5 * coulomb, viscous, inertia_spread * inertia])
-    return (
-        spread,
-        np.array([0.0, 0.0, -0.7 * inertia]),
-        np.array([2.0 * coulomb, 5.0 * viscous, 3.0 * inertia]),
-    )
+    low, high = [0.0, 0.0, -0.7 * inertia], [2.0 * coulomb, 5.0 * viscous, 3.0 * inertia]
+    return spread, np.array(low), np.array(high)
 
 
 def _own_filter(spec: DesignSpec, name: str) -> tuple[ObserverNumbers, Array, KalmanTuning]:
