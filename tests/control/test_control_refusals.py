@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.control.backstepping import (
-    backstepping_numbers,
-    chain_parameters,
-    unmatched_parameters,
-)
+from cabledrive.control.backstepping import backstepping_numbers
 from cabledrive.control.darc import Bounds, darc_gains
 from cabledrive.parameters import InputRefused
 from control_chains import INTERVAL, model
@@ -23,8 +19,6 @@ ROWS = [
     (lambda: backstepping_numbers(model(4), -1.0, 0.0, INTERVAL), ["bandwidth", "-1"]),
     (lambda: backstepping_numbers(model(4), float("nan"), 0.0, INTERVAL), ["bandwidth", "nan"]),
     (lambda: backstepping_numbers(model(4), 25.0, -1.0, INTERVAL), ["adaptation", "-1"]),
-    (lambda: unmatched_parameters(model(4)), ["Model 3"]),
-    (lambda: chain_parameters(model(3)), ["Model 4"]),
 ]
 
 

@@ -9,7 +9,6 @@ from cabledrive.control.linear_laws import pd_law
 from cabledrive.control.load_schedule import (
     ScheduledLaw,
     grid_place,
-    place_in,
     row_at,
     scheduled_step,
 )
@@ -33,15 +32,10 @@ RNG = np.random.default_rng(5)
 
 
 @pytest.mark.parametrize(
-    ("position", "expected"),
-    [(0.1, (0, 0.0)), (0.35, (0, 0.3)), (0.85, (1, 0.3)), (1.2, (2, 0.0)), (9.0, (2, 1.0))],
+    ("position", "place"), [(0.1, 0.0), (0.35, 0.3), (0.85, 1.3), (1.2, 2.0), (9.0, 3.0)]
 )
-def test_a_position_lies_in_its_cell_of_the_grid_and_is_held_at_its_ends(position, expected):
-    low, share = place_in(0.2, 0.5, 4, position)
-    if position == 1.2:  # a point of the grid belongs to either cell
-        assert low + share == pytest.approx(2.0)
-    else:
-        assert (low, share) == (expected[0], pytest.approx(expected[1]))
+def test_a_position_lies_in_its_cell_of_the_grid_and_is_held_at_its_ends(position, place):
+    assert grid_place(0.2, 0.5, 4, position) == pytest.approx(place)
 
 
 def test_a_scheduled_sample_is_correct_act_predict_with_interpolated_matrices():
@@ -79,7 +73,7 @@ def test_a_filter_takes_in_readings_with_the_gain_of_the_announced_load():
     observer = ObserverNumbers(BY_LOAD, chosen, np.zeros(2, int), np.zeros((12, 8)), output, gains, scalars)
     for told in (9.0, 1.0 / 0.55, 1.0 / 0.85, 0.9):
         place = min(max((1.0 / told - first) / step, 0.0), points - 1.0)
-        assert grid_place(first, step, points, told) == pytest.approx(place)
+        assert grid_place(first, step, points, 1.0 / told) == pytest.approx(place)
         gain = np.array(
             [[np.interp(place, range(points), gains[:, i, j]) for j in range(2)] for i in range(4)]
         )

@@ -294,6 +294,14 @@ def test_a_ping_after_a_silence_is_a_ping(silence):
     assert found.tension.value == pytest.approx(7.0, rel=0.01)
 
 
+def test_a_recording_too_short_for_the_span_is_refused():
+    """Two seconds of the elevator's ropes, whose first mode is some Hz: nothing is left after thinning."""
+    drive = load_drive("elevator")
+    time, values = rung(drive, 0)
+    with pytest.raises(InputRefused, match="record longer"):
+        tension_from_ping(log_of(time, {"sound": values}, {}), drive)
+
+
 # --- Both spans sound in one recording: two families of partials, two tensions, or one line why not
 
 

@@ -60,8 +60,6 @@ _MOTOR_TORQUE = 0.01  # N m
 
 def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
     """The seven parameters of (6.69), their half widths after Table 6.3, and beta_n [1/s^2], of Model 3."""
-    if chain.size != 2:
-        raise InputRefused(f"{chain.size} inertias given, backstepping of (6.69) takes 2: use Model 3")
     j1, j2 = chain.inertias
     beta = chain.stiffness[0] / j2
     scale = beta / j1
@@ -89,8 +87,6 @@ _CABLE, _LOAD, _JOINT, _PULLEY = 0.05, 0.05, 0.10, 0.05
 
 def chain_scales(chain: LumpedChain) -> tuple[float, float]:
     """S_1 [1/s^2] and S_2 [1/s^4], which give the virtual controls gain one, of three inertias, Model 4."""
-    if chain.size != 3:
-        raise InputRefused(f"{chain.size} inertias given, backstepping of six states takes 3: use Model 4")
     s1 = chain.stiffness[1] / chain.inertias[2]
     return s1, s1 * chain.stiffness[0] / chain.inertias[1]
 

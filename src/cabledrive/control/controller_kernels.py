@@ -36,7 +36,7 @@ def place_of(observer: ObserverNumbers, c: ControllerState) -> float:
     """Place in the tables of a filter: number of the sample, or that of the announced load."""
     if observer.kind == 3:
         scalars = observer.scalars
-        return grid_place(scalars[9], scalars[10], observer.gains.shape[0], c.parameters[0])
+        return grid_place(scalars[9], scalars[10], observer.gains.shape[0], 1.0 / c.parameters[0])
     return float(c.sample[0])
 
 

@@ -83,9 +83,9 @@ def scheduled_filter(filters: Sequence[ObserverNumbers], schedule: LoadSchedule)
     )
 
 
-def _between(tables: Array, first: float, step: float, load: float) -> Array:
-    """Tables of all points interpolated for a load; ``tables``, shape (points, ...)."""
-    place = grid_place(first, step, len(tables), load)
+def between(tables: Array, first: float, step: float, value: float) -> Array:
+    """Tables of all points of a grid interpolated, as `grid_place`; ``tables``, shape (points, ...)."""
+    place = grid_place(first, step, len(tables), value)
     cell = min(int(place), len(tables) - 2)
     return np.asarray((cell + 1 - place) * tables[cell] + (place - cell) * tables[cell + 1])
 
@@ -95,7 +95,7 @@ def law_at(law: LawNumbers, load: float) -> LawNumbers:
     if law.kind != SCHEDULED:
         return law
     load = min(max(load, law.learning[LOW, 0]), law.learning[HIGH, 0])
-    row = _between(law.rows, law.scalars[1], law.scalars[2], load)
+    row = between(law.rows, law.scalars[1], law.scalars[2], 1.0 / load)
     scalars = law.scalars.copy()
     scalars[1:5] = 0.0
     return law._replace(kind=LINEAR, rows=row[None], learning=np.zeros((5, 0)), scalars=scalars)
@@ -109,8 +109,8 @@ def filter_at(observer: ObserverNumbers, load: float) -> ObserverNumbers:
     models = observer.model.reshape(-1, states, observer.model.shape[1])
     return observer._replace(
         kind=KALMAN,
-        model=np.ascontiguousarray(_between(models, first, step, load)),
-        gains=_between(observer.gains, first, step, load)[None],
+        model=np.ascontiguousarray(between(models, first, step, 1.0 / load)),
+        gains=between(observer.gains, first, step, 1.0 / load)[None],
         scalars=observer.scalars[:9].copy(),
     )
 
@@ -123,9 +123,9 @@ def announced_load(law: LawNumbers, reference: Array, k: int) -> float:
 
 
 @njit_in_place
-def grid_place(first: float, step: float, count: int, told: float) -> float:
-    """Place of a load among the points of the grid, from 0 to count - 1."""
-    return min(max((1.0 / told - first) / step, 0.0), count - 1.0)
+def grid_place(first: float, step: float, count: int, value: float) -> float:
+    """Place of a position, or of one over a load, among the points of a grid, held at the ends."""
+    return min(max((value - first) / step, 0.0), count - 1.0)
 
 
 @njit_in_place
@@ -147,7 +147,7 @@ def scheduled_command(law: LawNumbers, c: ControllerState, reference: Array, k: 
     rows, states, n2 = law.rows, c.states, c.states.size
     told = c.parameters[0]
     beyond = told - 1.0
-    place = grid_place(law.scalars[1], law.scalars[2], rows.shape[0], told)
+    place = grid_place(law.scalars[1], law.scalars[2], rows.shape[0], 1.0 / told)
     speed = reference[k, n2 // 2] + beyond * reference[k, n2 + 1 + n2 // 2]
     u = c.memory[0] + reference[k, n2] + beyond * reference[k, 2 * n2 + 1]
     u += law.scalars[3] * tanh(law.scalars[4] * speed)
@@ -173,22 +173,15 @@ class ScheduledLaw(NamedTuple):
 
 
 @njit
-def place_in(grid_start: float, spacing: float, count: int, position: float) -> tuple[int, float]:
-    """Interval of the table and the share of it that a position lies in; held at the ends."""
-    share = (position - grid_start) / spacing
-    share = min(max(share, 0.0), count - 1.0)
-    low = min(int(share), count - 2)
-    return low, share - low
-
-
-@njit
 def scheduled_step(
     law: ScheduledLaw, estimate: Array, readings: Array, reference: Array, k: int, fresh: Array
 ) -> float:
     """One sample: the observer takes in the readings, the law acts, the observer goes on; the force [N]."""
     grid, feedback, correction, transition, drive, limit = law
     n, m, states = estimate.size, readings.size, feedback.shape[1]
-    low, share = place_in(grid[0], grid[1], feedback.shape[0], grid[2] + estimate[1])
+    place = grid_place(grid[0], grid[1], feedback.shape[0], grid[2] + estimate[1])
+    low = min(int(place), feedback.shape[0] - 2)
+    share = place - low
     for i in range(n):
         value = estimate[i]
         for j in range(m):

@@ -117,8 +117,9 @@ def interval_factor() -> float:
 FILTER_HZ, THINNING, SLOW_SHARE = 10.0, 10, 0.25
 SIGN_WIDTH, SETTLED = 0.01, 0.995
 """Share of the largest speed over which the sign turns, and of itself that its filtered value must reach."""
-OF_LOAD = [0, 1, 3, 4]
-"""Beta, gamma, Coulomb and viscous friction among the coefficients, of which the third is a constant."""
+OF_LOAD, MOVING = [0, 1, 3, 4], [0, 1, 4]
+"""Beta, gamma, Coulomb and viscous friction among the coefficients, of which the third is a constant; those
+that motions alone have."""
 MOST_MISFIT = 2.0
 """Residual over that of rounding alone above which the equation is not believed."""
 
@@ -156,35 +157,32 @@ def estimate_load(
     ``readings``, (samples, 2): encoder angles of the inertia before the load and of the load [rad];
     ``generator``: for the errors.
     """
-    sign = turning_sign(readings[:, 1], interval)
-    values = load_coefficients(readings, interval, sign)
+    motion, sign = smoothed(readings, interval), turning_sign(readings[:, 1], interval)
+
+    def solved(angles: Array) -> Array:
+        return least_squares(*_regression(angles, interval, sign))
+
+    regressors, target, used = _regression(readings, interval, sign)
+    values = least_squares(regressors, target, used)
     if not np.all(np.isfinite(values)):
         return Estimates(values=np.full(4, np.nan), errors=np.full(4, np.inf), misfit=np.inf)
     replicates = rounding_replicates(readings, counts, interval, generator)
-    found = np.array([load_coefficients(one, interval, sign) for one in replicates])
-    errors = np.nan_to_num(rounding_spread(found), nan=np.inf)
-    motion = smoothed(readings, interval)
-    unbiased = values - led_astray(motion, counts, interval, sign)
-    rounding = [_residual_size(one - motion, readings, interval, sign, values) for one in replicates]
-    size = _residual_size(readings, readings, interval, sign, values, fitted=True)
+    errors = np.nan_to_num(rounding_spread(np.array([solved(one) for one in replicates])), nan=np.inf)
+    # A loop that follows its own encoder leads it through the same counts at the same times in every run, so
+    # that the rounding error goes with the motion and no number of draws averages it away. Rounded where the
+    # encoders stand (their readings are whole counts), the smoothed motion makes nearly the same error.
+    unbiased = values - (solved(counts * np.rint(motion / counts)) - solved(motion))
+    size = float(np.sqrt(np.mean((target - regressors @ values)[used] ** 2)))
+    rounding = []  # residuals of the errors alone, without a constant [rad/s^2]
+    for one in replicates:
+        moved, accelerated, _ = _regression(one - motion, interval, sign)
+        residual = accelerated - moved[:, MOVING] @ values[MOVING]
+        rounding.append(np.mean((residual - np.mean(residual[used]))[used] ** 2))
     return Estimates(
         values=unbiased[OF_LOAD],
         errors=errors[OF_LOAD],
-        misfit=size / max(float(np.sqrt(np.mean(np.square(rounding)))), 1e-300),
+        misfit=size / max(float(np.sqrt(np.mean(rounding))), 1e-300),
     )
-
-
-def led_astray(motion: Array, counts: Array, interval: float, sign: Array) -> Array:
-    """What rounding at the encoders' own places does to the coefficients, shape (5,).
-
-    A loop that follows its own encoder leads it through the same counts at the same times in every run, so
-    that the rounding error goes with the motion and no number of draws averages it away. Rounded where the
-    encoders stand (their readings are whole counts), the smoothed motion makes nearly the same error.
-
-    ``motion``, (samples, 2): smoothed readings [rad]; ``sign``: from `turning_sign`.
-    """
-    again = load_coefficients(counts * np.rint(motion / counts), interval, sign)
-    return again - load_coefficients(motion, interval, sign)
 
 
 def turning_sign(load: Array, interval: float) -> Array:
@@ -192,13 +190,6 @@ def turning_sign(load: Array, interval: float) -> Array:
     speed = np.gradient(smoothed(load[:, None], interval)[:, 0], interval)
     largest = np.abs(speed).max()
     return np.zeros(len(speed)) if largest == 0.0 else np.tanh(speed / (SIGN_WIDTH * largest))
-
-
-def load_coefficients(readings: Array, interval: float, sign: Array | None = None) -> Array:
-    """Beta, gamma, the constant, Coulomb and viscous friction by least squares on readings [rad]."""
-    sign = turning_sign(readings[:, 1], interval) if sign is None else sign
-    regressors, target, used = _regression(readings, interval, sign)
-    return least_squares(regressors, target, used)
 
 
 def _regression(readings: Array, interval: float, sign: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -211,21 +202,6 @@ def _regression(readings: Array, interval: float, sign: Array) -> tuple[Array, A
     regressors = np.column_stack((twist[0], twist[1], np.ones(len(speed)), -turned, -own[1]))
     used = (speed > SLOW_SHARE * speed.max()) & (np.abs(turned) > SETTLED)
     return regressors, own[2], used
-
-
-def _residual_size(
-    readings: Array, moved: Array, interval: float, sign: Array, values: Array, *, fitted: bool = False
-) -> float:
-    """Root mean square of the residual [rad/s^2], of readings, or of errors alone without a constant."""
-    _, _, used = _regression(moved, interval, sign)
-    regressors, target, _ = _regression(readings, interval, sign)
-    if fitted:
-        residual = target - regressors @ values
-    else:
-        moving = [0, 1, 4]
-        residual = target - regressors[:, moving] @ values[moving]
-        residual = residual - np.mean(residual[used])
-    return float(np.sqrt(np.mean(residual[used] ** 2)))
 
 
 SUM_FILTER_HZ, SUM_THINNING = 20.0, 5

@@ -16,7 +16,7 @@ from math import exp, pi, sqrt
 import numpy as np
 
 from cabledrive.control.linear_laws import lq_gain
-from cabledrive.control.load_schedule import ScheduledLaw, place_in
+from cabledrive.control.load_schedule import ScheduledLaw, between
 from cabledrive.control.observers import gathered_noise, settled_gain
 from cabledrive.control.reference import lagged
 from cabledrive.parameters import InputRefused
@@ -143,15 +143,10 @@ def frozen_poles(
     law: ScheduledLaw, transporter: Transporter, position: float, interval: float, wind_time: float = 2.0
 ) -> Array:
     """Poles per sample, (18,), of law and observer on a plant, of its own numbers, frozen at a place [m]."""
-    low, share = place_in(law.grid[0], law.grid[1], len(law.feedback), position)
-
-    def at(table: Array) -> Array:
-        return table[low] + share * (table[low + 1] - table[low])
-
     true, force, _ = sampled_model(transporter, position, interval, wind_time)
     plant, column = true[:STATES, :STATES], force[:STATES]
-    gain = np.append(at(law.feedback), np.zeros(OBSERVED - STATES))
-    correct, go, push = at(law.correction), at(law.transition), at(law.drive)
+    gain, correct, go, push = (between(table, law.grid[0], law.grid[1], position) for table in law[1:5])
+    gain = np.append(gain, np.zeros(OBSERVED - STATES))
     read = np.zeros((2, STATES))
     read[0, 0] = read[1, 2] = 1.0
     kept = np.eye(OBSERVED)

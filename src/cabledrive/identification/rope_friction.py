@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from cabledrive.identification.axis.axis import AxisOptions, channels_of
+from cabledrive.identification.axis.axis import channels_of
 from cabledrive.identification.estimates import (
     Estimate,
     Fit,
@@ -110,7 +110,7 @@ number of the stroke; away from reversals."""
 
 
 def _rows(log: Log) -> _Rows:
-    torque_name, angle_name = channels_of(log, AxisOptions())
+    torque_name, angle_name = channels_of(log)
     step = log.interval
     torque = zero_phase(log.channel(torque_name), step, BANDWIDTH)
     speed = difference(zero_phase(log.channel(angle_name), step, BANDWIDTH), step)

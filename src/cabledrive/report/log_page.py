@@ -103,7 +103,7 @@ def _data(log: Log) -> list[Block]:
 
 
 def _figures(log: Log, found: Identification, options: AxisOptions) -> tuple[Section, ...]:
-    torque, position = channels_of(log, options)
+    torque, position = channels_of(log)
     linear = log.units[torque] == "N"
     blocks: list[Block] = []
     with suppress(InputRefused):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 
@@ -75,7 +76,7 @@ class IdentifyOptions:
 
 def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
     """Identify one axis from logs in memory; `NotComputed` if an asked method does not follow them."""
-    known, torque = options.torque != "found", channels_of(logs[0], options.axis)[0]
+    known, torque = options.torque != "found", channels_of(logs[0])[0]
     findings: list[Finding] = []
     cleaned = [_without_outliers(log, torque, findings) for log in logs]
     axis = axis_of(cleaned, replace(options.axis, lag=not known))
@@ -288,12 +289,12 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     """With what the observers that follow the logs best have to add to the torque."""
     tracks, values = predicted.observed.tracks, predicted.values
     runs = [run_of(track, values, best_bandwidth(track, values)) for track in tracks]
-    share, words = unexplained(runs)
+    share, words = max(map(unexplained, runs), key=itemgetter(0))
     chosen = chosen.noting(unexplained_torque=share)
     if turns:
         tried = chosen.method.get("suspicions", {}).values() if MISFIT in chosen.codes else ()
         beyond = [one.get("family_share", 0.0) for one in tried if one["significance"] > one["critical"]]
-        explained, wave = position_wave(runs)
+        explained, wave = max(map(position_wave, runs), key=itemgetter(0))
         if wave and explained > max(beyond, default=0.0):
             return chosen.without(MISFIT).saying(MISFIT, f"the model does not fit: {wave}")
     return chosen.saying("unexplained-torque", words) if words and MISFIT not in chosen.codes else chosen

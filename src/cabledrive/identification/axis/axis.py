@@ -51,9 +51,6 @@ class AxisOptions:
     friction: FrictionModel = field(default_factory=FrictionModel)
     bandwidth: float | None = None  # of the filter on both sides [Hz]; None: from the data
     filter: str = "zero-phase"  # {"zero-phase", "causal", "ideal"}
-    # torque, position: Channels; None: "torque" and "angle", or "force" and "position"
-    torque: str | None = None
-    position: str | None = None
     lag: bool = True  # whether the instant at which the torque acts is free, to first order
 
 
@@ -197,7 +194,7 @@ def axis_of(logs: Sequence[Log], options: AxisOptions) -> Axis:
     """The axis of some logs, with what the data decide of its equation; refused if a channel stands still."""
     if not logs:
         raise InputRefused("no log given: name at least one")
-    torque, position = channels_of(logs[0], options)
+    torque, position = channels_of(logs[0])
     bandwidth, chosen = options.bandwidth, []
     for log in logs:
         for name in (torque, position):
@@ -227,10 +224,9 @@ def axis_of(logs: Sequence[Log], options: AxisOptions) -> Axis:
     return Axis(logs=tuple(logs), options=options, torque=torque, position=position, equation=equation)
 
 
-def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
+def channels_of(log: Log) -> tuple[str, str]:
     """Channels of torque and angle, or force and position; refused if the log has neither pair."""
     for torque, position in (("torque", "angle"), ("force", "position")):
-        torque, position = options.torque or torque, options.position or position
         if torque in log.channels and position in log.channels:
             return torque, position
     driven = "torque" in log.channels or "force" in log.channels

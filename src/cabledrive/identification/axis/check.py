@@ -165,12 +165,8 @@ def moved_back(log: Log, channel: str, samples: int) -> Log:
     return kept.having(channel, log.channels[channel][own : own + size])
 
 
-def unexplained(runs: Sequence[Prediction]) -> tuple[float, str]:
-    """Torque that a rigid axis leaves, of the log with most: its share, and words if it is no noise."""
-    return max(map(_unexplained, runs), key=lambda one: one[0])
-
-
-def _unexplained(run: Prediction) -> tuple[float, str]:
+def unexplained(run: Prediction) -> tuple[float, str]:
+    """Torque that a rigid axis leaves: its share, and words if it is no noise."""
     track, hertz = run.track, run.bandwidth / (2.0 * np.pi)
     added = run.added[track.position.size // 20 :]
     length = min(round(LONGEST_SEGMENT / track.interval), added.size)
@@ -193,12 +189,8 @@ def _unexplained(run: Prediction) -> tuple[float, str]:
     )
 
 
-def position_wave(runs: Sequence[Prediction]) -> tuple[float, str]:
+def position_wave(run: Prediction) -> tuple[float, str]:
     """Share of the unexplained torque's power, and words, of the wave of a revolution that explains most."""
-    return max(map(_wave, runs), key=lambda one: one[0])
-
-
-def _wave(run: Prediction) -> tuple[float, str]:
     track, values, hertz = run.track, run.values, run.bandwidth / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
@@ -330,7 +322,7 @@ def regressor_curves(log: Log, found: Identification, options: AxisOptions) -> t
     kind = found.model.removeprefix("rigid-axis-")
     if kind not in ("coulomb", "tanh") or not found.identifiable:
         raise InputRefused(f"{found.model}: curves are drawn of identified axes with one Coulomb friction")
-    torque, position = (log.channel(name) for name in channels_of(log, options))
+    torque, position = (log.channel(name) for name in channels_of(log))
     interval = log.interval
     cutoff, natural = min(IDEAL, 0.2 / interval), min(FILTER, 0.1 / interval)
     speed = ideal_low_pass(difference(position, interval), interval, cutoff)

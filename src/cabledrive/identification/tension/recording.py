@@ -35,8 +35,8 @@ SOUNDING = 0.9
 """Share of the energy over what remains at the end, within which a ping is taken to sound."""
 LASTING = 4
 """Times that span, which are fitted."""
-MOST_SAMPLES = 60_000
-"""Of the thinned recording that are fitted, from the pluck on: thousands of periods of the first tone."""
+FEWEST, MOST_SAMPLES = 50, 60_000
+"""Of the thinned recording that are fitted, from the pluck on: up to thousands of periods."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,8 +101,9 @@ def prepared_recording(
         width = max(4, min(round(8.0 / (low * log.interval)), clear.size // 4))
         energy = signal.convolve(clear**2, np.ones(width), mode="valid")
         clear = clear[int(np.flatnonzero(energy >= LOUDEST * energy.max())[-1]) + max(1, width // 4) :]
+    short = InputRefused(f"{log.source}: {name} ends {clear.size} samples after the pluck: record longer")
     if clear.size < 200:
-        raise InputRefused(f"{log.source}: {name} ends {clear.size} samples after the pluck: record longer")
+        raise short
     least, levels = 0.0, np.unique(values)
     if factor == 2.0 and 1 < levels.size < 0.1 * values.size:
         least = LEAST_COUNT * float(np.diff(levels).min())
@@ -129,6 +130,8 @@ def prepared_recording(
     every = max(1, int(log.sample_rate / (SAMPLES_PER_PERIOD * highest)))
     if every > 1:
         clear = signal.resample_poly(clear, 1, every)[10:-10]  # without the ends of its filter
+    if clear.size < FEWEST:
+        raise short
     return PreparedRecording(
         log=log,
         channel=name,
