@@ -169,11 +169,8 @@ class NamedComputation:
         """Compute many rows at once where there is a way, see `cabledrive.campaign.rows.ManyRows`."""
         from cabledrive.campaign import columns
 
-        if self.what == "modes" and columns.modes_fit(spec):
-            return columns.many_modes(spec, values)
-        if self.what == "resonance" and columns.resonances_fit(spec):
-            return columns.many_resonances(spec, values)
-        return None
+        ways = {"modes": columns.many_modes, "resonance": columns.many_resonances}
+        return ways[self.what](spec, values) if self.what in ways else None
 
 
 def kinds() -> dict[str, Kind]:

@@ -71,6 +71,12 @@ RESONANCE = {
     "verdict": (TEXT, "resonant, close or safe at the torque given, else at the torque limit"),
 }
 
+FIELDS = {
+    "threshold_torque_at_own_pretension": "threshold_here",
+    "tenfold_growth_torque": "growth_torque",
+    "pulley_frequency_hz": "pulley_frequency",
+}
+"""Outputs that a resonance has under another name."""
 IN_DETAIL = "tenfold_growth_torque"
 IN_CLOSED_FORM = {*RESONANCE} - {IN_DETAIL}
 """Outputs of `resonance` that many rows get at once; the other is a search over time and torque."""
@@ -85,13 +91,7 @@ def _resonance(row: Row) -> Mapping[str, Any]:
         load_torque=row.options.get("load_torque", 0.0),
         details=IN_DETAIL in row.options["outputs"],
     )
-    named = {
-        "threshold_torque_at_own_pretension": found.threshold_here,
-        "tenfold_growth_torque": found.growth_torque,
-        "pulley_frequency_hz": found.pulley_frequency,
-    }
-    plain = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque")
-    return named | {name: getattr(found, name) for name in (*plain, "verdict")}
+    return {name: getattr(found, FIELDS.get(name, name)) for name in RESONANCE}
 
 
 def _map_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
