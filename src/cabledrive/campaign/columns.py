@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cabledrive.campaign.keys import settings_of
 from cabledrive.campaign.of_drives import DEFAULT_COUNT, FIELDS, IN_CLOSED_FORM, OF_BOTH_KINDS
-from cabledrive.campaign.rows import plain
+from cabledrive.campaign.rows import plain_value
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.modal.batch import LoopBatch
 from cabledrive.parameters import Drive, InputRefused
@@ -31,7 +31,7 @@ def plain_rows(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> PlainR
     """Loops of two turning pulleys without carriages, built as the first drive; None if there is none."""
     base, found = next(iter(spec.drives.values())), dict[int, Any]()
     given = {
-        key: [plain(value, spec.units[key]) for value in column]
+        key: [plain_value(value, spec.units[key]) for value in column]
         for key, column in settings_of(values, "").items()
     }
     rows = len(next(iter(values.values())))

@@ -118,7 +118,7 @@ def _one(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> tuple[Mapp
 
 def row_of(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> Row:
     """One row as its computation gets it. Raises `InputRefused` if its values make no drive."""
-    plain = {key: plain(value, spec.units.get(key, "1")) for key, value in values.items()}
+    plain = {key: plain_value(value, spec.units.get(key, "1")) for key, value in values.items()}
     name = plain.get(DRIVE, next(iter(spec.drives)))
     settings, plant = settings_of(plain, ""), settings_of(plain, PLANT)
     base = spec.drives[name]
@@ -134,7 +134,7 @@ def row_of(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> Row:
     )
 
 
-def plain(value: Any, unit: str) -> Any:
+def plain_value(value: Any, unit: str) -> Any:
     """A value as a drive file has it: a number, a whole number, a word, true or false."""
     if not unit:
         return bool(value) if isinstance(value, (bool, np.bool_)) else str(value)
