@@ -214,11 +214,6 @@ def one_count(drive: Drive) -> float:
     return 2.0 * pi / found[0] * drive.drive_pulley.radius
 
 
-def force_limit(drive: Drive) -> float:
-    """Largest force of the motor at the rim [N], infinite where the drive names no torque limit."""
-    return torque_limit(drive) / drive.drive_pulley.radius
-
-
 LAWS = {
     "scheduled": ("by position", "flat"),
     "frozen": ("of the middle of the way", "flat"),
@@ -302,9 +297,14 @@ def reference_of(
     transporter: Transporter, law: str, move: CarriageMove, interval: float
 ) -> tuple[Array, Array]:
     """What is wanted, shape (samples,), and what the law follows, (samples, 10), its shaper less."""
-    samples = round((move.duration + move.rest) / interval)
-    time = np.asarray(interval * np.arange(samples), dtype=np.float64)
-    y, middle = way_of(move, move.duration)(time, 6), transporter.start + 0.5 * move.distance
+    whole, middle = move.duration + move.rest, transporter.start + 0.5 * move.distance
+    time = np.asarray(interval * np.arange(round(whole / interval)), dtype=np.float64)
+
+    def way(duration: float) -> Array:
+        moves = (Move(start=0.0, duration=duration, distance=move.distance),)
+        return Trajectory(moves=moves, duration=whole, order=ORDER)(time, 6)
+
+    y = way(move.duration)
     if LAWS[law][1] == "flat":
         return y[0], flat_motion(transporter, y, interval)
     if LAWS[law][1] == "rigid":
@@ -314,14 +314,8 @@ def reference_of(
         raise InputRefused(
             f"duration = {move.duration:.4g} s is not above {late:.4g} s, which the shaper takes: take longer"
         )
-    sooner = way_of(move, move.duration - late)(time, 6)
-    return y[0], rigid_motion(transporter, shaped(transporter, sooner, interval, middle)[0])
-
-
-def way_of(move: CarriageMove, duration: float) -> Trajectory:
-    """A smooth way of the payload; ``duration`` [s]."""
-    moves = (Move(start=0.0, duration=duration, distance=move.distance),)
-    return Trajectory(moves=moves, duration=move.duration + move.rest, order=ORDER)
+    sooner = shaped(transporter, way(move.duration - late), interval, middle)[0]
+    return y[0], rigid_motion(transporter, sooner)
 
 
 @lru_cache(maxsize=16)
@@ -333,7 +327,7 @@ def made_law(drive: Drive, transporter: Transporter, law: str, move: CarriageMov
         transporter,
         interval=sample_interval(drive),
         count=one_count(drive),
-        limit=force_limit(drive),
+        limit=torque_limit(drive) / drive.drive_pulley.radius,
         positions=positions,
         frozen=0.5 * (ends[0] + ends[1]) if law == "frozen" else None,
     )

@@ -261,13 +261,6 @@ def motion_words(motion: Motion) -> dict[str, Any]:
     return {"angle_deg": motion.angle, **same, "order": motion.rise_order}
 
 
-def payload_words(motion: Motion) -> dict[str, Any]:
-    """Loads that are announced along a motion, as factors of the drive's; nothing where none is."""
-    if not motion.payload:
-        return {}
-    return {"payload": [{"factor": one.factor, "start": one.start} for one in motion.payload]}
-
-
 def condition_words(
     loop: Loop, shaft: Array, command: Array, sigma: Array, regressor: Array
 ) -> dict[str, Any]:

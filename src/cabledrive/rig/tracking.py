@@ -1,7 +1,7 @@
 """What a run of the rig was, in numbers, words and a quick picture."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -203,7 +203,8 @@ def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]
         "invalid_samples": int(score["invalid"]),
         "slack_share": float(score["twist"] / loop.slack) if np.isfinite(loop.slack) else None,
         "encoder_phases": [float(v) for v in loop.rig.phases],
-        "motion": facts.motion_words(motion) | facts.payload_words(motion),
+        "motion": facts.motion_words(motion)
+        | ({"payload": [asdict(one) for one in motion.payload]} if motion.payload else {}),
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,
         "internal_step": loop.driven.step if loop.cable is None else loop.cable.case.grid.step,

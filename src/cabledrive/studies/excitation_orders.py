@@ -237,19 +237,16 @@ def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
     """Travel of the first body from where it is, down and up [m], with all that moves inside the box."""
     every = np.array([pulley.at for pulley in drive.pulley] + [anchor.at for anchor in drive.anchor])
     box = every.min(axis=0), every.max(axis=0)
-    low, high = -np.inf, np.inf
-    for name, rate in linked.items():
-        body, _, move = name.rpartition(".")
-        axis = SLIDES.index(move)
-        at = np.array([point[axis] for point in _carried(drive, body)])
+    low, high, stated = -np.inf, np.inf, (-np.inf, np.inf)
+    bodies = {body.name: body for body in drive.body}
+    for key, rate in linked.items():
+        name, _, move = key.rpartition(".")
+        axis, travel = SLIDES.index(move), bodies[name].travel
+        at = np.array([point[axis] for point in _carried(drive, name)])
         ends = sorted(((box[0][axis] - at.min()) / rate, (box[1][axis] - at.max()) / rate))
         low, high = max(low, ends[0]), min(high, ends[1])
-    stated, bodies = (-np.inf, np.inf), {body.name: body for body in drive.body}
-    for key, rate in linked.items():  # ways of the first body to the ends of a body's stated travel
-        name, _, move = key.rpartition(".")
-        place, travel = bodies[name].at[SLIDES.index(move)], bodies[name].travel
-        if travel is not None:
-            ends = sorted((end - place) / rate for end in travel)
+        if travel is not None:  # ways of the first body to the ends of a body's stated travel
+            ends = sorted((end - bodies[name].at[axis]) / rate for end in travel)
             stated = max(stated[0], ends[0]), min(stated[1], ends[1])
     if np.isfinite(stated).all():
         return float(stated[0]), float(stated[1])

@@ -25,31 +25,26 @@ from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.studies.pair_thresholds import refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, summed, torques_of
+from cabledrive.studies.route_path import (
+    driven_way,
+    places_along,
+    pose_words,
+    poses_along,
+    strainless,
+    torques_of,
+)
 
 STILL = 1e-9
 """Largest motion of a body that leaves the machine in its pose [m], [rad]."""
-_STRAINLESS = 1e-9
 _ASTRAY = 1e-3
-_HELD = 1e-3
-"""Square of frequency times duration below which a motion without strain counts as free."""
 
 
 def shares(here: Array, poses: int) -> Array:
     """Share of each pose at places along them, shape (m, poses)."""
     return np.clip(1.0 - np.abs(here[:, None] - np.arange(poses)), 0.0, 1.0)
-
-
-def strainless(network: Network) -> Array:
-    """Motions of the coordinates that strain no rope, joint or spring, shape (n, k)."""
-    rows = np.vstack((-network.stretch, network.springs.rows))
-    size = np.abs(rows).max(axis=0)  # a column of metres and one of radians count alike
-    scale = 1.0 / np.where(size > 0.0, size, 1.0)
-    _, values, vectors = np.linalg.svd(rows * scale)
-    rank = int(np.sum(values > _STRAINLESS * values[0]))
-    return np.asarray(scale[:, None] * vectors[rank:].T)
 
 
 def _network(drive: RoutedDrive, pose: Mapping[str, float]) -> Network:
@@ -88,22 +83,6 @@ def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) 
             f"motion: the places of {names} do not go together: the ropes would stretch or hang"
         )
     return np.asarray(free @ inverse)
-
-
-def _driven_way(
-    drive: RoutedDrive, network: Network, free: Array, motion: PlannedMotion
-) -> tuple[Array, Array]:
-    """Where the torque takes the coordinates of the machine from rest, without friction, and their rates."""
-    mass = free.T @ network.static_mass @ free
-    held = np.linalg.solve(mass, free.T @ network.static_stiffness @ free)
-    if np.abs(held).max(initial=0.0) * motion.time[-1] ** 2 > _HELD:
-        raise InputRefused(
-            "motion: weights or directions of ropes hold the machine against its torque: give the places of "
-            "its bodies as columns"
-        )
-    push = np.column_stack(torques_of(drive, motion)) @ turns_by_torque(network) @ free
-    speed = summed(motion.time, np.asarray(np.linalg.solve(mass, push.T).T))
-    return summed(motion.time, speed) @ free.T, speed @ free.T
 
 
 def _slope(time: Array, values: Array) -> Array:
@@ -145,13 +124,17 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
     refuse_running(drive, "--motion")
     network, given = network_of(drive, motor=FREE), bool(motion.places)
     if given:
-        steps = np.column_stack([own - place_in_file(drive, key) for key, own in motion.places.items()])
+        steps = np.column_stack([own - place_of(drive, key) for key, own in motion.places.items()])
         way = steps @ _follow(network, strainless(network), motion, steps).T
     else:
-        way, rate = _driven_way(drive, network, strainless(network), motion)
-    keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
-    places = {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
-    poses, here = poses_along(drive, places, motion.time)
+        driven = driven_way(drive, network, motion)
+        if driven is None:
+            raise InputRefused(
+                "motion: weights or directions of ropes hold the machine against its torque: give the places "
+                "of its bodies as columns"
+            )
+        way, rate = driven
+    poses, here = poses_along(drive, places_along(drive, network, way), motion.time)
     networks = [_network(drive, pose) for pose in poses]
     frees = [strainless(one) for one in networks]
     if given:  # by the motions of each pose

@@ -6,15 +6,15 @@ from functools import cached_property
 from math import ceil, pi
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import turns_by_torque
-from cabledrive.modal.route_network import network_of_routes
-from cabledrive.modal.spectrum import Spectrum
+from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, posed
+from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM, lost_square, near_pairs, refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_snapshot import Snapshot, snapshot_of, tracked
@@ -26,6 +26,9 @@ POSES = 13
 """At which modes are computed where bodies move; between them they are interpolated."""
 STILL = 1e-9
 """Largest motion of a body that leaves the modes alone [m], [rad]."""
+_STRAINLESS = 1e-9
+_HELD = 1e-3
+"""Square of frequency times duration below which a motion without strain counts as free."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,7 +76,11 @@ class RoutePath:
 def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     """Snapshots along a motion, and the longitudinal modes under its torque from rest."""
     refuse_running(drive, "--motion")
-    places = dict(motion.places) or _places_by_torque(drive, motion)
+    places = dict(motion.places)
+    if not places:
+        network = network_of(drive, motor=FREE)
+        driven = driven_way(drive, network, motion)
+        places = {} if driven is None else places_along(drive, network, driven[0])
     poses, here = poses_along(drive, places, motion.time)
     snapshots, ambiguous = _snapshots(drive, poses)
     highest = max(max(one.along.max(), one.across.max(initial=0.0)) for one in snapshots)
@@ -111,7 +118,7 @@ def poses_along(
     """Poses at which modes are computed, fixed places in all, and where between them the motion is."""
     moving = {key: values for key, values in places.items() if np.ptp(values) > STILL}
     fixed = {key: float(values[0]) for key, values in places.items() if key not in moving}
-    fixed = {key: value for key, value in fixed.items() if abs(value - place_in_file(drive, key)) > STILL}
+    fixed = {key: value for key, value in fixed.items() if abs(value - place_of(drive, key)) > STILL}
     if not moving:
         return [fixed], np.zeros(time.size)
     if len(moving) == 1:  # on a line: a way back passes the same poses
@@ -128,18 +135,11 @@ def poses_along(
     return poses, np.interp(way, grid, np.arange(POSES))
 
 
-def place_in_file(drive: RoutedDrive, key: str) -> float:
-    """Where the file has what a key moves, such as ``head.x`` [m]; a turn begins at 0 [rad]."""
-    name, _, move = key.rpartition(".")
-    body = next(own for own in drive.body if own.name == name)
-    return 0.0 if move == "turn" else body.at["xy".index(move)]
-
-
 def pose_words(drive: RoutedDrive, pose: Mapping[str, float]) -> str:
     """A pose for a refusal, with the places of the file, for whoever gave ways instead of places."""
     return ", ".join(
         f"{key} = {value:.4g} {'rad' if key.endswith('.turn') else 'm'} "
-        f"(in the file {place_in_file(drive, key):.4g})"
+        f"(in the file {place_of(drive, key):.4g})"
         for key, value in pose.items()
     )
 
@@ -174,33 +174,43 @@ def _snapshot(drive: RoutedDrive, pose: dict[str, float], top: float | None) -> 
         raise InputRefused(f"motion: at {where}: {refusal}; give places as columns") from None
 
 
-def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Array]:
-    """Where the torque takes the bodies of the rigid machine from rest, without friction [m], [rad]."""
-    network = network_of(drive, motor=FREE)
-    rigid = Spectrum(network_of_routes(network)).rigid_body_modes
-    if not rigid:
-        return {}
-    from scipy.linalg import eigh
-
-    _, shapes = eigh(network.static_stiffness, network.static_mass)
-    rows = torques_of(drive, motion)
-    free = shapes[:, :rigid]
-    push = np.array(rows).T @ turns_by_torque(network) @ free
-    way = summed(motion.time, summed(motion.time, push)) @ free.T
+def places_along(drive: RoutedDrive, network: Network, way: Array) -> dict[str, Array]:
+    """Place of every body where the coordinates go a way, shape (m, n): (m,) by key [m], [rad]."""
     keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
-    return {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
+    return {key: place_of(drive, key) + way @ network.motion.unit(key) for key in keys}
+
+
+def strainless(network: Network) -> Array:
+    """Motions of the coordinates that strain no rope, joint or spring, shape (n, k)."""
+    rows = np.vstack((-network.stretch, network.springs.rows))
+    size = np.abs(rows).max(axis=0)  # a column of metres and one of radians count alike
+    scale = 1.0 / np.where(size > 0.0, size, 1.0)
+    _, values, vectors = np.linalg.svd(rows * scale)
+    rank = int(np.sum(values > _STRAINLESS * values[0]))
+    return np.asarray(scale[:, None] * vectors[rank:].T)
+
+
+def driven_way(drive: RoutedDrive, network: Network, motion: PlannedMotion) -> tuple[Array, Array] | None:
+    """Where the torque takes the coordinates of the machine from rest, without friction, and their rates.
+
+    None where weights or directions of ropes hold it against the torque.
+    """
+    free = strainless(network)
+    mass = free.T @ network.static_mass @ free
+    held = np.linalg.solve(mass, free.T @ network.static_stiffness @ free)
+    if np.abs(held).max(initial=0.0) * motion.time[-1] ** 2 > _HELD:
+        return None
+    push = np.column_stack(torques_of(drive, motion)) @ turns_by_torque(network) @ free
+    pulled = np.asarray(np.linalg.solve(mass, push.T).T)
+    speed = cumulative_trapezoid(pulled, motion.time, axis=0, initial=0.0)
+    way = cumulative_trapezoid(speed, motion.time, axis=0, initial=0.0)
+    return way @ free.T, speed @ free.T
 
 
 def torques_of(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
     """Torque of each motor over the motion's time [N m]."""
     others = [drive.pulley[number].name for number in drive.turned[1:]]
     return [motion.torque, *(motion.torques.get(name, np.zeros(motion.time.size)) for name in others)]
-
-
-def summed(time: Array, values: Array) -> Array:
-    """Integral over time from zero on, shape (m, n)."""
-    steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
-    return np.vstack([np.zeros(values.shape[1]), np.cumsum(steps, axis=0)])
 
 
 def _driven(path: RoutePath) -> tuple[Array, Array]:

@@ -184,7 +184,7 @@ def followers(drive: RoutedDrive, pose: Mapping[str, float]) -> dict[str, float]
     """
     slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
     found, asked = moved(drive, pose), posed(drive, pose)
-    return {key: _place(found, key) for key in slides if _place(found, key) != _place(asked, key)}
+    return {key: place_of(found, key) for key in slides if place_of(found, key) != place_of(asked, key)}
 
 
 def _followed(
@@ -196,7 +196,8 @@ def _followed(
     loose = replace(asked, body=tuple(replace(body, travel=None) for body in asked.body))
 
     def at(start: RoutedDrive, values: Array) -> RoutedDrive:
-        return posed(start, {key: _place(asked, key) + float(v) for key, v in zip(keys, values, strict=True)})
+        places = {key: place_of(asked, key) + float(v) for key, v in zip(keys, values, strict=True)}
+        return posed(start, places)
 
     try:
         left = _left_over(drive, now, passed_on)
@@ -219,7 +220,8 @@ def _followed(
     return now if _strains(drive, left).max() <= TOLERANCE else None
 
 
-def _place(drive: RoutedDrive, key: str) -> float:
+def place_of(drive: RoutedDrive, key: str) -> float:
+    """Where the file has what a key moves, such as ``head.x`` [m]; a turn begins at 0 [rad]."""
     name, _, move = key.rpartition(".")
     body = next(body for body in drive.body if body.name == name)
     return 0.0 if move == "turn" else body.at["xy".index(move)]

@@ -127,11 +127,8 @@ class TriedLaws:
 
 def no_laws(plant: str, reason: str, cable: str, scores: Sequence[LawScore] = ()) -> TriedLaws:
     """No law is chosen; ``reason``, ``cable``: why there are no runs on either kind of plant."""
-    runs, on_cable = (
-        AcceptanceResult(plant=plant, reason=reason),
-        AcceptanceResult(plant="cable", reason=cable),
-    )
-    return TriedLaws(scores=tuple(scores), cable_scores=(), chosen=None, runs=runs, cable=on_cable)
+    runs = [AcceptanceResult(plant=kind, reason=why) for kind, why in ((plant, reason), ("cable", cable))]
+    return TriedLaws(scores=tuple(scores), cable_scores=(), chosen=None, runs=runs[0], cable=runs[1])
 
 
 def misses_allowed(runs: int, share: float) -> int:

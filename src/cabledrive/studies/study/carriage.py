@@ -27,8 +27,8 @@ from cabledrive.reduction.transporter import (
     strand_stiffness,
     transporter_of,
 )
-from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, force_limit
-from cabledrive.rig.setting import DEGREE, current_rate, sample_interval
+from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop
+from cabledrive.rig.setting import DEGREE, current_rate, sample_interval, torque_limit
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, with_load
 from cabledrive.studies.study.machine import (
@@ -207,8 +207,8 @@ class CarriageCase:
         self.count = 2.0 * pi * first.radius / (sensors.drive_encoder or sensors.motor_encoder or np.inf)
         other = 2.0 * pi * second.radius / (sensors.load_encoder or np.inf)
         self.reads = ENCODERS if abs(other / self.count - 1.0) < 1e-9 else ENCODERS[:1]  # both, of one count
-        limit = np.inf if goals.torque is None else goals.torque / self.design.radius
-        self.limit = min(force_limit(drive), limit)
+        limit = torque_limit(drive) if goals.torque is None else min(goals.torque, torque_limit(drive))
+        self.limit = limit / self.design.radius
         self.ends = (self.design.start, self.design.start + goals.travel)  # of the way [m]
         fastest = 1.2 * max(float(frozen_frequencies(self.design, x).max()) for x in self.ends)
         self.substeps = max(LEAST_SUBSTEPS, ceil(fastest * self.interval / FINE))

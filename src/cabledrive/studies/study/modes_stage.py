@@ -9,6 +9,7 @@ import numpy as np
 from cabledrive.mechanics.holding import FREE
 from cabledrive.modal import modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
@@ -20,7 +21,6 @@ from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import RESONANT, UNKNOWN
 from cabledrive.studies.route_pairs import route_resonance
-from cabledrive.studies.route_path import place_in_file
 from cabledrive.studies.study.machine import values_of
 
 SHOWN = 4
@@ -240,6 +240,6 @@ def _shared_motion(drive: AxisDrive, motion: Motion, time: np.ndarray, torque: n
     shares = {name: sign * torque / len(signs) for name, sign in signs.items()}
     way = motion.trajectory(time, 0)[0] * (drive.gain if drive.slides else np.sign(drive.gain))
     moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
-    places = {drive.load: place_in_file(machine, drive.load) + way} if drive.load in moves else {}
+    places = {drive.load: place_of(machine, drive.load) + way} if drive.load in moves else {}
     torques = {one: shares[one] for one in others}
     return PlannedMotion(time=time, torque=shares[first], places=places, torques=torques)
