@@ -26,8 +26,8 @@ MOST_PIXELS = 2**24
 MARGIN = 3.5
 """Beyond a marker's edge, where its blurred light still falls [pixel]."""
 LEAST_SEEN = 3
-LIKE, UNLIKE = 0.5, 1.4
-"""Logarithm of the ratio of areas of spots that are, or may be, the same."""
+UNLIKE = 1.4
+"""Logarithm of the ratio of areas from which spots are not the same."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,7 +75,7 @@ def track_marker(
         chosen, moving = _movers(clip.source, spots, markers)
     if moving > markers:
         raise InputRefused(f"{clip.source}: {moving} markers move, {markers} wanted: give a region")
-    found = np.stack(_followed(spots, chosen), axis=1)
+    found = np.stack(chosen, axis=1)
     found = found[:, np.argsort(np.nanmedian(found[:, :, 0], axis=0))]
     top, left = (region[0], region[2]) if region else (0, 0)
     return MarkerTrack(
@@ -137,51 +137,27 @@ def _go_through(clip: Clip, levels: Levels, still: Array | None) -> tuple[Intege
 
 
 def _linked(spots: list[Array]) -> list[Array]:
-    """Spots joined to tracks, each spot to the nearest end of a track; NaN where a track has none."""
+    """Spots joined to tracks, each to the nearest end of one of about its size; NaN where there is none."""
     tracks: list[Array] = []
-    last = np.empty((0, 2))
+    last = np.empty((0, 3))
     for number, seen in enumerate(spots):
         free = list(range(len(seen)))
         if len(last) and free:
-            distance = np.linalg.norm(last[:, None] - seen[None, :, :2], axis=2)
+            distance = np.linalg.norm(last[:, None, :2] - seen[None, :, :2], axis=2)
+            distance[np.abs(np.log(seen[None, :, 2] / last[:, None, 2])) > UNLIKE] = np.inf
             for flat in np.argsort(distance, axis=None):
                 track, spot = divmod(int(flat), len(seen))
                 open_ = spot in free and not np.isfinite(tracks[track][number, 0])
                 if open_ and distance[track, spot] <= FURTHEST:
-                    tracks[track][number] = seen[spot]
-                    last[track] = seen[spot, :2]
+                    tracks[track][number], last[track] = seen[spot], seen[spot, :3]
                     free.remove(spot)
         for spot in free:
             if len(tracks) < 400:
                 track_rows = np.full((len(spots), 5), np.nan)
                 track_rows[number] = seen[spot]
                 tracks.append(track_rows)
-                last = np.vstack([last, seen[spot, :2]])
+                last = np.vstack([last, seen[spot, :3]])
     return tracks
-
-
-def _followed(spots: list[Array], rough: list[Array]) -> list[Array]:
-    """Each marker from where it is sure, forwards and backwards, to the nearest spot of about its size."""
-    free = [np.ones(len(seen), dtype=bool) for seen in spots]
-    found = []
-    for track in rough:
-        area = float(np.nanmedian(track[:, 2]))
-        seeds = np.flatnonzero(np.abs(np.log(track[:, 2] / area)) < LIKE)
-        seed = int(seeds[seeds.size // 2])
-        whole = np.full((len(spots), 5), np.nan)
-        for numbers in (range(seed, len(spots)), range(seed - 1, -1, -1)):
-            last = track[seed, :2]
-            for number in numbers:
-                seen = spots[number]
-                far = np.linalg.norm(seen[:, :2] - last, axis=1) + 1e3 * ~(
-                    free[number] & (np.abs(np.log(seen[:, 2] / area)) < UNLIKE)
-                )
-                if far.size and far.min() <= FURTHEST:
-                    spot = int(np.argmin(far))
-                    whole[number], last = seen[spot], seen[spot, :2]
-                    free[number][spot] = False
-        found.append(whole)
-    return found
 
 
 def _movers(source: str, spots: list[Array], markers: int) -> tuple[list[Array], int]:

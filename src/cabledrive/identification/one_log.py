@@ -26,7 +26,6 @@ from cabledrive.identification.logs.reading import MOST_VALUES, Recording, check
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST, require_known
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
 
@@ -51,27 +50,32 @@ def identify_long_log(
     Bandwidth and encoder step come from the first block; every block is checked like a log of its own;
     ``progress`` is called with a line after it.
     """
-    still: list[int] = []
-    blocks = _checked_blocks(recording, progress, still)
-    if (first := next(blocks, None)) is None:
-        raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
-    axis = axis_of([first], options or AxisOptions())
-    axis = axis.with_kink(_factors(axis.rows_of(first)))
-    bandwidth = axis.equation.bandwidth
-    every = max(1, int(0.1 / (bandwidth * first.interval)))
+    axis, every, reach = None, 1, [0]
     parts: list[Factors] = []
     reports: list[DataReport] = []
-    squares, rows = np.zeros(1), 0
-    for block in _overlapping(first, blocks, settling(bandwidth, first.interval)):
+    squares, used, rows, still = np.zeros(1), 0, 0, 0
+    for block, fresh in _checked_blocks(recording, reach, progress):
+        rows += fresh
+        if any(np.ptp(values[-fresh:]) == 0.0 for values in block.channels.values()):
+            still += fresh
+            continue
+        if axis is None:
+            axis = axis_of([block], options or AxisOptions())
+            axis = axis.with_kink(_factors(axis.rows_of(block)))
+            bandwidth = axis.equation.bandwidth
+            every = max(1, int(0.1 / (bandwidth * block.interval)))
+            reach[0] = 2 * settling(bandwidth, block.interval)
         found = axis.rows_of(block, every)
         parts.append(_factors(found))
         squares = squares + (found.regressors**2).sum(axis=0)
-        rows += found.left.size
+        used += found.left.size
         reports.append(block.report)
         if sum(part.triangles.shape[0] for part in parts) > MOST_FACTORS:
             parts = [merged(joined(parts), 2)]
-    found_all = axis.answer(suited_segments(joined(parts)), np.sqrt(squares / rows))
-    whole = _whole(reports, sum(still))
+    if axis is None:
+        raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
+    found_all = axis.answer(suited_segments(joined(parts)), np.sqrt(squares / used))
+    whole = _whole(reports, rows - still, still)
     return replace(found_all.noting(blocks=len(reports)), reports=(whole,))
 
 
@@ -80,58 +84,39 @@ def _factors(rows: Rows) -> Factors:
 
 
 def _checked_blocks(
-    recording: Recording, progress: Callable[[str], None] | None, still: list[int]
-) -> Iterator[Log]:
-    """Blocks in which the axis moves and is driven; the rows of the others are counted."""
+    recording: Recording, reach: list[int], progress: Callable[[str], None] | None
+) -> Iterator[tuple[Log, int]]:
+    """Blocks of `BLOCK_ROWS` rows, the last of up to twice as many, and how many of them are new.
+
+    Each begins with as many rows of the one before as ``reach`` then says: a filter's ends are cut off.
+    """
     wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
-    before, about = 0, recording.table.rows
-    for block in _even_blocks(recording.blocks(wanted)):
-        rows = next(iter(block.values())).size
-        log = checked_log(recording, block, before)
-        if any(np.ptp(values) == 0.0 for values in log.channels.values()):
-            still.append(log.time.size)
-        else:
-            yield log
-        before += rows
+    held = {name: np.empty(0) for name in wanted}
+    start, again = 0, 0  # rows of the file before those held; of these, in the block before as well
+
+    def checked(end: int) -> tuple[Log, int]:
+        log = checked_log(recording, {name: values[:end] for name, values in held.items()}, start)
         if progress is not None:
-            share = f", about {100 * min(1.0, before / about):.0f} %" if about else ""
-            progress(f"{recording.table.source}: {before} rows{share}")
+            about = recording.table.rows
+            share = f", about {100 * min(1.0, (start + end) / about):.0f} %" if about else ""
+            progress(f"{recording.table.source}: {start + end} rows{share}")
+        return log, end - again
+
+    for block in recording.blocks(wanted):
+        held = {name: np.concatenate([held[name], block[name]]) for name in wanted}
+        while held[wanted[0]].size >= again + 2 * BLOCK_ROWS:
+            end = again + BLOCK_ROWS
+            yield checked(end)
+            again = min(reach[0], end)
+            held = {name: values[end - again :] for name, values in held.items()}
+            start += end - again
+    if (size := held[wanted[0]].size) > again:
+        yield checked(size)
 
 
-def _even_blocks(blocks: Iterator[dict[str, Array]]) -> Iterator[dict[str, Array]]:
-    """Blocks of `BLOCK_ROWS` rows, the last of up to twice as many: none is too short to be checked."""
-    held: dict[str, Array] = {}
-    for block in blocks:
-        held = {name: np.concatenate([held[name], block[name]]) if held else block[name] for name in block}
-        while next(iter(held.values())).size >= 2 * BLOCK_ROWS:
-            yield {name: values[:BLOCK_ROWS] for name, values in held.items()}
-            held = {name: values[BLOCK_ROWS:] for name, values in held.items()}
-    if held:
-        yield held
-
-
-def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]:
-    """Every block with the end of the one before, since the filter's ends are cut off."""
-    yield first
-    before = first
-    for block in blocks:
-        step = (block.time[0] - before.time[-1]) / before.interval
-        if abs(step - 1.0) > 0.5:
-            raise InputRefused(f"{block.source}: time jumps at {before.time[-1]:.6g} s: cut the log there")
-        joint, flat, ends = {}, {}, ((before, slice(-2 * reach, None)), (block, slice(None)))
-        for name in block.channels:
-            joint[name] = np.concatenate([log.channels[name][end] for log, end in ends])
-            none = np.zeros(max(len(before), len(block)), dtype=bool)
-            stands = [log.saturated.get(name, none[: len(log)])[end] for log, end in ends]
-            flat[name] = np.concatenate(stands)
-        time = np.concatenate([log.time[end] for log, end in ends])
-        yield replace(block, time=time, channels=joint, saturated=flat)
-        before = block
-
-
-def _whole(reports: list[DataReport], still: int) -> DataReport:
+def _whole(reports: list[DataReport], rows: int, still: int) -> DataReport:
     """The report of a log from those of its blocks; ``still``: rows in blocks in which nothing moves."""
-    rows, interval = sum(r.rows for r in reports), float(np.mean([r.interval for r in reports]))
+    interval = float(np.mean([r.interval for r in reports]))
     repaired, findings = (
         dict.fromkeys(line for report in reports for line in getattr(report, name))
         for name in ("repaired", "findings")
