@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.control.numbers import ESTIMATES, ControllerState
-from cabledrive.control.reference import carried_terms, flat_map, lagged
+from cabledrive.control.reference import carried_terms, flat_map
+from cabledrive.identification.signals import lagged
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, reflected
 from cabledrive.rig.closed_loop.chain_kernels import move

@@ -31,7 +31,6 @@ from numpy.typing import NDArray
 from cabledrive.control.backstepping_recursion import (
     BacksteppingStep,
     backstepping_step,
-    equal_bandwidth,
     signal_count,
 )
 from cabledrive.control.darc import printed_bounds
@@ -177,7 +176,7 @@ def backstepping_numbers(
     )
     return LawNumbers(
         kind=BACKSTEPPING,
-        matrix=equal_bandwidth(chain.size, 2.0 * pi * bandwidth),
+        matrix=2.0 * pi * bandwidth * np.eye(2 * chain.size) + np.eye(2 * chain.size, k=-1),
         rows=np.array([scales]),
         learning=learning,
         scalars=np.array([interval, 0.0, *more]),

@@ -30,14 +30,6 @@ def feedback_pairs(inertias: int) -> tuple[tuple[int, int], ...]:
     return tuple(pairs)
 
 
-def equal_bandwidth(inertias: int, rate: float) -> Array:
-    """Feedback gains, shape (2n, 2n): the same rate [rad/s] in each step, cross gains 1, the last one 0."""
-    gains = np.zeros((2 * inertias, 2 * inertias))
-    for i, j in feedback_pairs(inertias):
-        gains[i - 1, j - 1] = rate if i == j else 1.0 if i == j + 1 else 0.0
-    return gains
-
-
 def gain_names(feedback: Array, scales: Array) -> dict[str, float]:
     """Gains by name, k with the step and the error of each, and the scales."""
     pairs = feedback_pairs(len(feedback) // 2)

@@ -22,13 +22,13 @@ up to the 2(N - 1)-th are known along the reference.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp
 from typing import NamedTuple
 
 import numpy as np
 
 from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.control.observers import torque_push
+from cabledrive.identification.signals import lag_coefficients
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -296,15 +296,6 @@ class ReferenceState(NamedTuple):
     load: LoadRowState
 
 
-def lag_coefficients(time: float, interval: float) -> tuple[float, float, float]:
-    """Shares of the newest and of the last value, and fading, of 1/(1 + T s) between samples."""
-    if time == 0.0:
-        return 1.0, 0.0, 0.0
-    fading = exp(-interval / time)
-    mean = time / interval * (1.0 - fading)
-    return 1.0 - mean, mean - fading, fading
-
-
 def reference_numbers(
     output: Array,
     times: Sequence[float] = (),
@@ -343,17 +334,6 @@ def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
         stages=np.zeros((lags + 1, width)),
         load=new_load_row_state(numbers.load),
     )
-
-
-def lagged(signal: Array, time: float, interval: float) -> Array:
-    """A sampled signal through :math:`1/(1 + Ts)`, exact for lines, at rest on its first value; T [s]."""
-    if time == 0.0:
-        return signal
-    from scipy.signal import lfilter
-
-    newest, last, fading = lag_coefficients(time, interval)
-    start = (signal[..., :1] * (1.0 - newest)).astype(float)
-    return lfilter([newest, last], [1.0, -fading], signal, axis=-1, zi=start)[0]
 
 
 def flat_generator(flat: FlatOutput, interval: float) -> ReferenceNumbers:

@@ -40,8 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
-from cabledrive.control.reference import lagged
-from cabledrive.identification.signals import zero_phase
+from cabledrive.identification.signals import lagged, zero_phase
 from cabledrive.parameters.arrays import Array
 
 REPLICATES, SMOOTHING_HZ = 20, 20.0

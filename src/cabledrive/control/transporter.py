@@ -11,14 +11,14 @@ accelerations are noise of density q and whose readings are noise of density R, 
 """
 
 from dataclasses import dataclass
-from math import exp, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 
 from cabledrive.control.linear_laws import lq_gain
 from cabledrive.control.load_schedule import ScheduledLaw, between
 from cabledrive.control.observers import gathered_noise, settled_gain
-from cabledrive.control.reference import lagged
+from cabledrive.identification.signals import lagged
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import held
@@ -29,6 +29,7 @@ from cabledrive.reduction.transporter import (
     frozen_state_space,
     held_frequencies,
 )
+from cabledrive.trajectories.input_shaping import input_shaper
 
 STATES = 2 * BODIES
 OBSERVED = STATES + 2
@@ -217,11 +218,10 @@ def shaped(transporter: Transporter, wanted: Array, interval: float, position: f
     t, late = transporter, 0.0
     swing, cable = (float(f) for f in held_frequencies(t, position)[:2])
     for omega, ratio in ((swing, 0.5 * t.swing_damping * swing), (cable, 0.5 * t.damping_time * cable)):
-        omega_d = omega * sqrt(1.0 - ratio**2)
-        fade = exp(-ratio * pi / sqrt(1.0 - ratio**2))
-        shift = round(pi / omega_d / interval)
+        made = input_shaper("zv", omega / (2.0 * pi), ratio)
+        shift = round(made.duration / interval)
         held_back = np.concatenate((np.zeros((len(wanted), shift)), wanted[:, :-shift]), axis=1)
-        wanted = (wanted + fade * held_back) / (1.0 + fade)
+        wanted = made.amplitudes[0] * wanted + made.amplitudes[1] * held_back
         late += shift * interval
     return wanted, late
 

@@ -16,15 +16,14 @@ threshold: :math:`z = \max(0, y - z_0)`, :math:`T\dot y + y = |\omega|`.
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import exp
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, signal, stats
+from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Finding, factor, joined, solve, suited_segments
-from cabledrive.identification.signals import difference, zero_phase
+from cabledrive.identification.signals import difference, lagged, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import direction, integrate_chain
@@ -163,24 +162,15 @@ class ChainModel:
             slopes = slopes * np.sign(output)[:, :, None]
             output = np.abs(output)
         if (lag := known.get(("lag", 0), 0.0)) > 0.0:
-            output, slopes = _lagged(output, lag, step), _lagged(slopes, lag, step)
+            output, slopes = lagged(output, lag, step, 0), lagged(slopes, lag, step, 0)
             if "lag" in by:
-                slopes[:, :, by.index("lag")] += (_lagged(output, lag, step) - output) / lag
+                slopes[:, :, by.index("lag")] += (lagged(output, lag, step, 0) - output) / lag
         if (threshold := known.get(("threshold", 0), 0.0)) > 0.0:
             if "threshold" in by:
                 slopes[:, :, by.index("threshold")] -= 1.0
             above = output > threshold
             output, slopes = np.where(above, output - threshold, 0.0), slopes * above[:, :, None]
         return output[:: self.substeps], slopes[:: self.substeps]
-
-
-def _lagged(values: Array, lag: float, interval: float) -> Array:
-    """Values (samples, ...) behind a lag [s] of order 1, from rest; exact for straight lines at samples."""
-    ratio = interval / lag
-    pole = exp(-ratio)
-    late = 1.0 - (1.0 - pole) / ratio  # weight of the newer corner of each straight line
-    base = values[:1]
-    return np.asarray(base + signal.lfilter([late, 1.0 - pole - late], [1.0, -pole], values - base, axis=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -17,7 +17,7 @@ with one set of coefficients for the whole log, at some samples per period of it
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import pi
+from math import exp, pi
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,24 @@ def causal_filter(values: Array, interval: float, natural_frequency: float, damp
     filtered = np.array([signal.lfilter(row, denominator, values - base) for row in numerators])
     filtered[0] += base
     return filtered
+
+
+def lag_coefficients(time: float, interval: float) -> tuple[float, float, float]:
+    """Shares of the newest and of the last value, and fading, of 1/(1 + T s) between samples."""
+    if time == 0.0:
+        return 1.0, 0.0, 0.0
+    fading = exp(-interval / time)
+    mean = time / interval * (1.0 - fading)
+    return 1.0 - mean, mean - fading, fading
+
+
+def lagged(values: Array, time: float, interval: float, axis: int = -1) -> Array:
+    """Sampled values through :math:`1/(1 + Ts)`, exact for lines, at rest on the first before; T [s]."""
+    if time == 0.0:
+        return values
+    newest, last, fading = lag_coefficients(time, interval)
+    start = (values.take([0], axis) * (1.0 - newest)).astype(float)
+    return np.asarray(signal.lfilter([newest, last], [1.0, -fading], values, axis=axis, zi=start)[0])
 
 
 def ideal_low_pass(values: Array, interval: float, cutoff: float) -> Array:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from math import pi, sqrt
 
 import numpy as np
-from scipy import signal
+from scipy import ndimage, signal
 from scipy.integrate import cumulative_trapezoid
 
 from cabledrive.identification.signals import (
@@ -153,11 +153,7 @@ class AxisEquation:
 
 def direction_of(speed: Array, zone: float, shortest: int = 1) -> Array:
     """Sign of the speed, zero while it rests inside the dead zone for so many samples at least."""
-    inside = np.abs(speed) <= zone
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(np.int8), [0]))))
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - start < shortest:
-            inside[start:end] = False
+    inside = ndimage.binary_opening(np.abs(speed) <= zone, np.ones(max(1, shortest)))
     return np.where(inside, 0.0, np.sign(speed))
 
 
