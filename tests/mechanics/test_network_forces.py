@@ -1,16 +1,19 @@
 """Machines with routes: balance at rest, dynamic stiffness against finite elements, ropes that hang."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.network import network_of, statics_of
 from cabledrive.mechanics.network.hanging import hanging_elements
 from cabledrive.mechanics.network.pieces import straight_element
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.mechanics.network.span_table import pulley_rows
+from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
 from oracles.network_fem import matrices
 from oracles.route_fem import Kinematics, system
@@ -132,3 +135,47 @@ def test_a_rope_that_hangs_leaves_its_wheels_by_radius_times_slope():
         )
         assert element.before - straight.before == pytest.approx(before, rel=1e-6, abs=1e-12)
         assert element.length - straight.length == pytest.approx(before + after, rel=1e-6, abs=1e-12)
+
+
+CAR = """
+schema = 1
+kind = "route"
+name = "car between two ropes"
+cable = { axial_rigidity = "100 kN", mass_per_length = "0.1 g/m", pretension = "2 kN" }
+layout = { gravity = "9.81 m/s^2" }
+body = [{ name = "car", at = ["0 m", "-2 m"], moves = "y", mass = "50 kg" }]
+anchor = [
+    { name = "top", at = ["0 m", "0 m"] },
+    { name = "roof", on = "car", at = ["0 m", "-2 m"] },
+    { name = "floor", on = "car", at = ["0 m", "-2.5 m"] },
+    { name = "pit", at = ["0 m", "-12 m"] },
+]
+route = [
+    { name = "upper", path = ["top", "roof"], pretension = "4 kN" },
+    { name = "lower", path = ["floor", "pit"], ropes = 2 },
+]
+"""
+
+
+def test_a_weight_between_pretensioned_ropes_is_shared_by_their_stiffness():
+    """The short rope takes what its stiffness is of the sum; the two long ones are relieved by the rest."""
+    statics = statics_of(drive_from_text(CAR))
+    stiffness = np.array([100e3 / 2.0, 2 * 100e3 / 9.5])
+    moved = 50.0 * 9.81 / stiffness.sum()
+    expected = np.array([4000.0, 2000.0]) + moved * stiffness / [1.0, -2.0]
+    np.testing.assert_allclose(statics.mean, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("inclination", [-90, 90])
+def test_a_vertical_loop_has_the_tensions_of_its_lengths_also_as_a_route(inclination):
+    """Unstretched lengths are those of the pretension: the weight of the belt raises one end of each span."""
+    drive = cd.load_drive(
+        "linear-axis",
+        overrides=[f"layout.inclination={inclination} deg", "layout.gravity=9.81", "cable.mass_per_length=2"],
+    )
+    drive = replace(drive, carriage=())
+    statics, rest = statics_of(as_machine(drive)), rest_state(drive)
+    ours = np.sort(np.concatenate((statics.start, statics.end)))
+    theirs = np.sort([tension for stretch in rest.stretches for tension in stretch.tensions])
+    np.testing.assert_allclose(ours, theirs, rtol=1e-6)
+    assert np.ptp(theirs) > 1.0

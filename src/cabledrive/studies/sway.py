@@ -111,7 +111,7 @@ def sway(
         SwayingRope(name=span.name, frequency_hz=hertz[:, i], amplitude=moved[:, i], length=lengths[:, i])
         for i, span in enumerate(drive.free_spans)
     ]
-    ropes.sort(key=lambda rope: -float(rope.amplitude.max()))
+    ropes.sort(key=lambda rope: -float(f"{rope.amplitude.max():.9g}"))  # alike ones in the file's order
     places = np.array([columns[i][0] for i in order]) if keys else np.array([])
     return Sway(keys=tuple(keys), places=places, ropes=tuple(ropes), bottom=bottom, top=top)
 

@@ -2,8 +2,11 @@ r"""A machine at rest: its tensions, bodies that turn under them, pulleys that t
 
 A section is a piece of a route along which the tension is passed on: between clamps, drums, guides, driven
 pulleys, and pulleys that several ropes turn. Its tension grows against gravity by :math:`\rho g` per metre of
-height. Unknown is one tension a section; each coordinate of a body without a spring must be in balance. Of
-all solutions the one nearest to the given pretensions is taken.
+height. Unknown is one tension a section; each coordinate of a body without a spring must be in balance. A
+pretension is that of the weightless machine: of all solutions the elastic one is taken, of least energy of
+what the tensions are more than that, the rope's mean along its spans, Eq. (N.14),
+
+.. math:: \sum_s n_s \sum_{i \in s} \frac{l_i}{EA}\,(T_i - T_0)^2 \to \min .
 """
 
 from dataclasses import dataclass
@@ -153,7 +156,7 @@ def _balanced(
     count: int,
     offsets: Offsets,
 ) -> Array:
-    """Tensions of the sections nearest to the pretensions that balance every body, shape (sections,)."""
+    """Tensions at the start of the sections that balance every body, the elastic ones, shape (sections,)."""
     rows = [
         number
         for number, name in enumerate(motion.names)
@@ -169,18 +172,27 @@ def _balanced(
     rest = -applied_forces(drive, motion) - pulls.forces(offsets.constant)
     matrix, rest = matrix[rows], rest[rows]
     matrix, rest = _with_common_pulleys(drive, sections, offsets, matrix, rest)
-    given = np.full(count, np.nan)  # pretension of each section, NaN where the file gives none
-    for number, span in enumerate(drive.free_spans):
+    given = np.full(count, np.nan)  # at the start of each section, NaN where the file gives no pretension
+    spans, rows_of = drive.free_spans, np.arange(count)[:, None] == sections
+    soft = np.array([drive.route[one.route].ropes * one.length for one in spans])
+    soft = soft / [drive.ropes[one.route].axial_rigidity for one in spans]
+    yielding = rows_of @ soft
+    lower = (
+        rows_of @ (soft * 0.5 * (offsets.start + offsets.end)) / yielding
+    )  # the mean less that at the start
+    for number, span in enumerate(spans):
         pretension = drive.ropes[span.route].pretension
         if pretension is not None:
-            given[sections[number]] = pretension
+            given[sections[number]] = pretension - lower[sections[number]]
     start = np.where(np.isnan(given), 0.0, given)
     scale = np.abs(matrix).max(axis=1, initial=0.0)
     scale[scale == 0.0] = 1.0
-    inverse = np.linalg.pinv(matrix / scale[:, None], rcond=_SINGULAR)
-    tension = start + inverse @ ((rest - matrix @ start) / scale)
+    even = np.sqrt(yielding.max(initial=0.0) / yielding)
+    balance = matrix / scale[:, None] * even
+    inverse = np.linalg.pinv(balance, rcond=_SINGULAR)
+    tension = start + even * (inverse @ ((rest - matrix @ start) / scale))
     # where the balance leaves a tension open the file must give a pretension
-    open_directions = np.eye(count) - inverse @ (matrix / scale[:, None])
+    open_directions = np.eye(count) - inverse @ balance
     for number in np.flatnonzero(np.isnan(given)).tolist():
         if np.abs(open_directions[number]).max() > 1e-6:
             span = drive.free_spans[int(np.flatnonzero(sections == number)[0])]
